@@ -9,9 +9,10 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike
 
-from .arrays import Complex, Real, as_complex, xy_of
+from .arrays import Box, Complex, Real, as_complex, xy_of
 from .curve import Curve, boundary_samples
 from .errors import InputError
+from .maps.fields import Field
 from .maps.harmonic import HarmonicMap
 from .plane import bounding_box
 
@@ -19,6 +20,8 @@ MOST_STARTS = 16  # times as many as usual
 MOST_VERTICES = 4000  # of a map's polygon: its equations are a dense matrix
 METHODS = ("balanced", "conformal", "paper")
 NEAR = 1e-6  # of the diagonal: rounding
+IMPORTANCE, SIZES = ("importance", 0.1), ("size_map", 1e-2)
+"""Fields, and the least number of theirs by the largest."""
 ON_OUTLINE = 1e-3  # of the diagonal: what is this close to the outline is on it, where constraints are met
 OTHERS = dict.fromkeys(
     (
@@ -272,11 +275,13 @@ class Problem:
     target_holes: tuple[Curve, ...] = ()
     hole_partners: tuple[tuple[int, int], ...] = ()
     rigid: tuple[Complex, ...] = ()
+    importance: Field | None = None
+    size_map: Field | None = None
 
     @classmethod
     def of(
         cls, source, target, pins=None, strokes=None, *, first: bool = True, holes=((), ()), partners=(),
-        reach: float = NEAR, rigid=()
+        reach: float = NEAR, rigid=(), importance=None, size_map=None
     ) -> "Problem":  # fmt: skip
         """Check and normalise what the user gave (see `iccm.fit`); `first` says whether it matters which vertices are
         the first, as for a start by arclength, `reach` how far outside constraints may be, of the diagonal."""
@@ -298,7 +303,10 @@ class Problem:
         unit, goal = s.curve(source), target and t.curve(target)
         known = _partners(partners, inner)
         regions = tuple(as_domain(region, f"rigid region {k + 1}").z for k, region in enumerate(rigid))
-        return cls(unit, goal, unit_pins, unit_strokes, s, t, inner[0], inner[1], known, regions)
+        fields = [
+            _field(given, source.box, *of) for given, of in ((importance, IMPORTANCE), (size_map, SIZES))
+        ]
+        return cls(unit, goal, unit_pins, unit_strokes, s, t, inner[0], inner[1], known, regions, *fields)
 
     def mirrored(self) -> "Problem":
         """The same problem seen in a mirror."""
@@ -401,6 +409,19 @@ def _holes(outer: Curve | None, holes, name: str) -> tuple[Curve, ...]:
         rings.append(ring)
         found.append(curve.reversed())
     return tuple(found)
+
+
+def _field(given, box: Box, name: str, least: float) -> Field | None:
+    """What a user gave, a picture (h, w) over the source's bounding box, or one with its box."""
+    if given is None or isinstance(given, Field):
+        return given
+    if isinstance(given, tuple) and len(given) == 2 and np.ndim(given[0]) == 2:
+        given, corners = given
+        low, high = as_complex(corners, name)
+        box = complex(low), complex(high)
+        if not (np.isfinite(corners).all() and high.real > low.real and high.imag > low.imag):
+            raise InputError(f"{name}: {corners!r} is no lower left and upper right corner, x + iy")
+    return Field.of(given, box, least, name)
 
 
 def _partners(partners, holes: Sequence[tuple[Curve, ...]]) -> tuple[tuple[int, int], ...]:

@@ -8,6 +8,7 @@ from typing import Any, Unpack
 
 from numpy.typing import ArrayLike
 
+from .arrays import Box
 from .blas import on_one_thread
 from .curve import Curve
 from .errors import InputError
@@ -30,6 +31,8 @@ def fit(
     target_holes: Sequence[ArrayLike | Curve] = (),
     hole_partners: Sequence[tuple[int, int]] = (),
     rigid: Sequence[ArrayLike | Curve] = (),
+    importance: ArrayLike | tuple[ArrayLike, Box] | None = None,
+    size_map: ArrayLike | tuple[ArrayLike, Box] | None = None,
     start: Fit | TriangulatedMap | None = None,
     **options: Unpack[OptionValues],
 ) -> Fit:
@@ -51,6 +54,11 @@ def fit(
         hole_partners: (i, j) for holes that must go together, counted from 0; the others go by place and size.
         rigid: outlines of regions of the source that keep their form, (p,) complex: each connected one moves as a
             whole, by a similarity, upright if the map is. Of the balanced method; see also `rigid_size`.
+        importance: (h, w) how much distortion hurts, row 0 on top, over the source's bounding box, or with the box that
+            it is over: (picture, (lower left, upper right)). A tenth of the largest is the least that counts. Of the
+            balanced method, as is the next.
+        size_map: (h, w) likewise how large things are to be, as lengths relative to each other. The larger `balance`
+            is, the closer sizes are to that.
         start: an earlier balanced map of these domains, to go on from where only the constraints have moved: no other
             starts are looked at, and with inner pins at the same points of the source the mesh stays. Maps of
             flattened surfaces with holes are solved for anew.
@@ -81,12 +89,19 @@ def fit(
         holes=holes,
         partners=hole_partners,
         rigid=rigid,
+        importance=importance,
+        size_map=size_map,
         reach=ON_OUTLINE if settings.is_balanced else NEAR,
     )
     if any(holes) and not settings.is_balanced:
         raise InputError("source_holes, target_holes: the balanced method alone knows of holes")
     if problem.rigid and (not settings.is_balanced or any(layouts)):
         raise InputError("rigid: regions are kept by the balanced method, between outlines of the plane")
+    for name in ("importance", "size_map"):
+        if getattr(problem, name) and (not settings.is_balanced or any(layouts)):
+            raise InputError(f"{name}: is for the balanced method, between outlines of the plane")
+        if getattr(problem, name) and settings.fit in ("contain", "cover"):
+            raise InputError(f"{name}: goes with fit whole, or auto, which is whole then")
     if problem.rigid and settings.fit in ("contain", "cover"):
         raise InputError("rigid: goes with fit whole, or auto, which is whole then")
     before = _map_of(start)

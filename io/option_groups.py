@@ -23,7 +23,8 @@ GROUPS: dict[str, tuple[str, str]] = {
     ),
     "Which map": (
         "--fit cover --balance 2 --turn 90",
-        "method fit max_left_out max_uncovered balance turn starts max_dilatation max_stretch quasi smoothness order "
+        "method fit max_left_out max_uncovered balance importance size_map turn starts max_dilatation max_stretch "
+        "quasi smoothness order "
         "vertices samples_per_edge literal",
     ),
     "When it is good enough": (

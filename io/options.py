@@ -421,6 +421,14 @@ class JobOptions:
         "[default: 1, or as large as there is room]",
         "FACTOR|free", parse=rigid_size, solver=True, commands=("map",),
     )  # fmt: skip
+    importance: str | None = _option(
+        "A picture on the source's canvas, bright where distortion hurts: on white ten times as much as on black.",
+        "IMAGE", commands=("map",),
+    )  # fmt: skip
+    size_map: str | None = _option(
+        "A picture on the source's canvas, bright where things are to be larger: on white twice as long as on black.",
+        "IMAGE", commands=("map",),
+    )  # fmt: skip
     pin_weight: float | None = _option(
         "Weight of the pins against the outline (conformal, paper); balanced meets them exactly.  [default: 1]",
         "W",

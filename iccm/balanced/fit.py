@@ -45,6 +45,7 @@ def solve(problem: Problem, options: Options, start: TriangulatedMap | None = No
     """
     fit = map_of(problem, options, start)
     free = not (len(problem.given_pins) or problem.given_strokes or problem.rigid) and start is None
+    free = free and not (problem.importance or problem.size_map)
     if free and fit.distortion.strain is not None and {"whole", "keep"} & {options.fit, options.holes}:
         fit.notes.extend(better_partial(problem, options, fit))
     return fit
@@ -87,10 +88,11 @@ def map_of(problem: Problem, options: Options, start: TriangulatedMap | None = N
     given = Holes(problem.source_holes, problem.target_holes, problem.hole_partners)
     holes, pins, numbers = named_partners(given, source, target, problem.given_pins, strokes)
     settings = settings_of(options)
-    constrained = len(pins) or strokes or problem.rigid
+    fields = problem.size_map, problem.importance
+    constrained = len(pins) or strokes or problem.rigid or any(fields)
     if settings.fit == "auto" and (constrained or start is not None or settings.bounded):
         settings = replace(settings, fit="whole")
-    found = solved(source, target, settings, pins, strokes, holes, numbers, start, problem.rigid)
+    found = solved(source, target, settings, pins, strokes, holes, numbers, start, problem.rigid, fields)
     map = TriangulatedMap(found.source, found.image, found.faces, found.loops)
     map = straighten_lines(map, found.lines, in_regions(map, found.rigid))
     map = bounds.straighten_beyond_bounds(map, settings.max_dilatation, settings.max_stretch)

@@ -12,8 +12,9 @@ import numpy as np
 from ..arrays import Complex, Index
 from ..curve import Curve
 from ..errors import InputError
+from ..maps.fields import Field
 from ..maps.triangulated.map import TriangulatedMap
-from ..result import closer_outline, hausdorff
+from ..result import closer_outline, hausdorff, interior_grid
 from . import injectivity
 from .constraints.validate import Pins, check, put_pins
 from .holes.filled import Cut, without_filled
@@ -21,6 +22,7 @@ from .holes.given import NONE, Holes, unequal, which
 from .model.boundary_pairs import loops_of
 from .model.frames import UnitFrame, frames_of
 from .model.measures import energy_between, stretches, turn_of
+from .model.metric import FieldMetric
 from .model.settings import Settings, Solution, SolveLog
 from .model.sketch import Sketch
 from .rigid.given import Regions, aims_of, regions_of
@@ -29,6 +31,7 @@ from .search import multilevel
 from .search.final_mesh import Meshed, excesses
 
 NO_PINS = np.empty((0, 2), np.complex128)
+SAMPLES = 20_000  # of fields over the source, for their means
 UNPINNED, NO_REGIONS = Pins(NO_PINS, NO_PINS), Regions(())
 
 
@@ -42,6 +45,7 @@ def solve(
     numbers: Index | None = None,
     start: TriangulatedMap | None = None,
     rigid: Sequence[Complex] = (),
+    fields: tuple[Field | None, Field | None] = (None, None),
 ) -> Solution:
     """The balanced map of two domains.
 
@@ -56,6 +60,7 @@ def solve(
         numbers: (k,) of the pins, for messages; in order unless given.
         start: an earlier map of these domains to go on from.
         rigid: polygons in the source that are to move as wholes.
+        fields: how large the source's parts are to be, relative to each other, and how much distortion hurts there.
 
     Raises:
         NoMapError: no map without folds was found.
@@ -63,6 +68,11 @@ def solve(
     """
     settings = settings or Settings()
     frames = frames_of(source, target, settings.turn, holes.sides)
+    if any(fields):
+        metric = FieldMetric.of(
+            frames[0], interior_grid(source, SAMPLES, [hole.z for hole in holes.source]), *fields
+        )
+        settings = replace(settings, metric=metric)
     journal = SolveLog()
     curves = frames[0].curve(source), frames[1].curve(target), holes.unit(frames)
     if len(pins) or len(strokes) or start is not None:

@@ -16,6 +16,7 @@ approximation     harmonic maps as triangulated ones, to a stated error
 extended_inverse  preimages of points in the image and just outside
 boundary_image    the image of the boundary, as finely as asked
 bounds            bounds on stretch and dilatation of triangulated maps
+fields            numbers over the plane, as pictures give them
 regions           rigid regions, and the figures that judge them
 distortion        figures of distortion, over the target's area
 figure            the figure of a map, as matplotlib has figures

@@ -14,6 +14,7 @@ from ..balanced.model.boundary_pairs import loops_of
 from ..balanced.model.discrete_map import FILLED, PASSED_OVER, DiscreteMap
 from ..balanced.model.frames import UnitFrame
 from ..balanced.model.inner_constraints import InnerConstraints
+from ..balanced.model.metric import Metric
 from ..balanced.model.outline import Outline
 from ..balanced.model.sketch import Sketch
 from ..balanced.search.levels import Level, UnitProblem, match_on
@@ -34,7 +35,7 @@ SAME = 1e-9  # of the length: arclengths this close are one place
 
 
 @dataclass(frozen=True, eq=False)
-class OwnMetric:
+class OwnMetric(Metric):
     """The metric of a mesh whose triangles are the surface's own.
 
     Attributes:

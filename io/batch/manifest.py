@@ -269,6 +269,9 @@ def _task(number: int, entry: Entry, values: dict[str, Any], found: list[str]) -
             filled[key] = [
                 os.path.join(base, each) if isinstance(each, str) else each for each in many(given)
             ]
+    for key in ("importance", "size_map"):
+        if isinstance(filled.get(key), str):
+            filled[key] = os.path.join(base, filled[key])
     if isinstance(regions := filled.get("rigid"), str | list):
         filled["rigid"] = [
             each if not isinstance(each, str) or each.startswith("#") else os.path.join(base, each)

@@ -44,6 +44,10 @@ def constrain(
         from ..shapes.regions import read
 
         given["rigid"] = read(source, job.rigid, listed.rigid if listed else ())
+    if job.importance or job.size_map:
+        from ..shapes.regions import fields
+
+        given |= fields(source, job.importance, job.size_map)
     if listed and listed.start:
         given["start"] = listed.start.map(source, target)
     return given, found.names

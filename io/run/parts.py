@@ -37,8 +37,10 @@ def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:
 
     if job.pin or job.constraints:
         raise InputError(f"--parts {job.parts}: pins and strokes are for one shape; name it with #id")
-    if job.rigid:
-        raise InputError(f"--parts {job.parts}: --rigid is for one shape; name it with #id")
+    for name in ("rigid", "importance", "size_map"):
+        if getattr(job, name):
+            option = f"--{name.replace('_', '-')}"
+            raise InputError(f"--parts {job.parts}: {option} is for one shape; name it with #id")
     if job.parts == "each":
         source = inputs.shape(job.source)
         targets, more = inputs.shapes(job.target or "", limits.PARTS, target=True, source=source)

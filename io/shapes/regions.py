@@ -1,4 +1,5 @@
-"""Rigid regions of a source: elements of its drawing, masks on its canvas, polygons of a constraints file."""
+"""Rigid regions of a source: elements of its drawing, masks on its canvas, polygons of a constraints file; and pictures
+that say how much its places count, or how large they are to be."""
 
 from __future__ import annotations
 
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from ...arrays import Complex
 from ...curve import Curve
 from ...errors import InputError
+from ...maps.fields import Field
 from .. import formats, limits
 from ..spec import Spec
 from . import silhouette
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
     from ..point_syntax import Place
 
 MARK = "#"  # what an element of the source's drawing begins with
+WHITER = 0.1  # of white: what is darker counts as this
 WHITE = 0.5  # brightness from which a mask says rigid
 
 
@@ -49,6 +52,24 @@ def read(source: Shape, given: Sequence[str], listed: Sequence[str | list[Place]
     return found
 
 
+def fields(source: Shape, importance: str | None, size_map: str | None) -> dict[str, Field]:
+    """How much places of the source count, and how large they are to be, of pictures that cover its canvas.
+
+    Raises:
+        InputError: no such picture, or a source that is a mesh.
+    """
+    found = {}
+    for name, path, least in (("importance", importance, 0.0), ("size_map", size_map, 1.0)):
+        if path is None:
+            continue
+        option = f"--{name.replace('_', '-')}"
+        if source.is_mesh:
+            raise InputError(f"{option}: {source.spec} is a mesh; it is for drawings and pictures")
+        bright = _brightness(Path(path), option)
+        found[name] = Field.of(least + bright, source.box, WHITER, f"{option} {path}")
+    return found
+
+
 def _element(source: Shape, name: str) -> list[Complex]:
     """The outlines of an element of the source's drawing."""
     spec = Spec(source.path, name[len(MARK) :] or None)
@@ -67,10 +88,7 @@ def _element(source: Shape, name: str) -> list[Complex]:
 
 def _mask(source: Shape, path: Path) -> list[Complex]:
     """The outlines of what is white in a picture."""
-    from ..pictures import image_files
-
-    image = image_files.read(path, max_pixels=limits.SILHOUETTE_PIXELS)
-    bright = brightness(image.pixels, image.alpha)
+    bright = _brightness(path, "--rigid")
     if not (bright >= WHITE).any():
         raise InputError(f"--rigid {path}: nothing in it is white; paint white what is rigid")
     try:
@@ -85,10 +103,14 @@ def _mask(source: Shape, path: Path) -> list[Complex]:
     ]
 
 
-def brightness(pixels: NDArray, alpha: int) -> NDArray[np.float32]:
-    """(h, w) from black or transparent, 0, to white, 1, as the picture is encoded."""
+def _brightness(path: Path, option: str) -> NDArray[np.float32]:
+    """(h, w) of a picture from black or transparent, 0, to white, 1, as it is encoded."""
+    from ..pictures import image_files
+
+    image = image_files.read(path, max_pixels=limits.SILHOUETTE_PIXELS)
+    pixels, alpha = image.pixels, image.alpha
     if pixels.dtype.kind == "f" and not np.isfinite(pixels).all():
-        raise InputError("some pixels are not finite numbers")
+        raise InputError(f"{option} {path}: some pixels are not finite numbers")
     scale = np.float32(np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else 1)
     colours = np.delete(pixels, alpha, axis=2) if alpha >= 0 else pixels
     bright = colours.astype(np.float32).mean(axis=2) / scale

@@ -68,3 +68,29 @@ def test_what_is_wrong_is_one_line(drawn, iccm, typed, told):
     done = iccm("map", typed[0], "blob.svg", *typed[1:], "-o", "o.png", "--size", "50")
     assert done.code == 2 and told in done.err and not (drawn / "o.png").exists()
     assert len(done.err.strip().splitlines()) <= 2
+
+
+def test_brighter_parts_become_larger_and_what_matters_stays(drawn, iccm):
+    ramp = np.repeat(np.linspace(0, 255, 64).astype(np.uint8)[None, :, None], 64, axis=0)
+    image_files.write("ramp.png", image_files.Image(np.repeat(ramp, 3, axis=2)))
+    common = ("square.svg", "square.svg", "--balance", "4", "--stmap")
+    done = iccm(
+        "map", *common, "o.tif", "--size-map", "ramp.png", "--importance", "mask.png", "--size", "100"
+    )
+    assert done.code == 0, done.err
+    s = image_files.read("o.tif").pixels[50, 12:88, 0].astype(float)
+    steps = np.diff(s)
+    assert (
+        1.4 < steps[:10].mean() / steps[-10:].mean() < 2
+    )  # of 1.1 and 1.9, those of the canvas' ends of the square
+
+
+@pytest.mark.parametrize("option", ["--importance", "--size-map"])
+def test_pictures_that_say_nothing_are_refused(drawn, iccm, option):
+    wrong = {"none.png": "none.png", "black.png": "is 0 everywhere"}
+    for name, told in wrong.items():
+        done = iccm("map", "square.svg", "blob.svg", option, name, "-o", "o.png", "--size", "50")
+        if option == "--importance" or name == "none.png":
+            assert done.code == 2 and told in done.err and not (drawn / "o.png").exists()
+    done = iccm("map", "square.svg", "blob.svg", option, "mask.png", "--parts", "all")
+    assert done.code == 2 and f"{option} is for one shape" in done.err

@@ -341,9 +341,15 @@ class DiscreteMap:
             areas = areas * self.multipliers
         if self.weights is not None:
             areas = np.where(self.weights <= FILLED, -0.5 * LOST**q, self.weights) * areas
+        for metric, w in zip(self.metrics, (self.z, self.u)):
+            if metric is not None:
+                areas = areas * metric.importance(w[self.pattern.corners]) ** q
         if self.rigid is None or not forward or not self.aims.size:
             return RestShapes.of(self.pattern, gradients, areas)
         inside = self.rigid >= 0
+        if self.metrics != PLANES:  # a region is rigid in the plane
+            own, plain = geometry(self.z, self.pattern.corners)
+            gradients, areas = np.where(inside[:, None], own, gradients), np.where(inside, plain, areas)
         areas = np.where(inside, self.stiffness, 1.0) * areas
         return RestShapes.of(self.pattern, gradients, areas, np.where(inside, self.aims[self.rigid], 0))
 

@@ -12,6 +12,7 @@ from typing import Protocol
 import numpy as np
 
 from ...arrays import Complex, Index, Real
+from ...maps.fields import Field
 from ...meshes.flatten import Flattening
 from ...meshes.locate import Locator
 from ...meshes.mesh import face_areas
@@ -37,6 +38,10 @@ class Metric(Protocol):
         """The linear maps of triangles z (m, 3)."""
         ...
 
+    def importance(self, z: Complex) -> Real | float:
+        """(m,) how much distortion hurts in triangles z (m, 3), by how much it does on average: everywhere alike."""
+        return 1.0
+
 
 Metrics = tuple[Metric | None, Metric | None]
 """Of source and target; None where that is the plane itself."""
@@ -44,7 +49,7 @@ PLANES: Metrics = (None, None)
 
 
 @dataclass(frozen=True, eq=False)
-class LaidMetric:
+class LaidMetric(Metric):
     """The metric of a surface that is laid out in the plane, averaged over triangles of any mesh there.
 
     Attributes:
@@ -92,6 +97,48 @@ class LaidMetric:
         a = np.sqrt(0.5 * (stretch + root))
         scale = np.sqrt(ratio / root)
         return Linear(scale * a + 0j, scale * shear.conj() / a)
+
+
+@dataclass(frozen=True, eq=False)
+class FieldMetric(Metric):
+    """A plane whose parts are as large, and count as much, as fields say.
+
+    Attributes:
+        frame: of the unit coordinates in which it is asked.
+        size: the linear size; None where it is everywhere the same.
+        weight: how much distortion hurts; likewise.
+        scale: what brings the area to one.
+        middle: the mean weight.
+    """
+
+    frame: UnitFrame
+    size: Field | None
+    weight: Field | None
+    scale: float = 1.0
+    middle: float = 1.0
+
+    @classmethod
+    def of(cls, frame: UnitFrame, inside: Complex, size: Field | None, weight: Field | None) -> "FieldMetric":
+        """For a domain, of which there are evenly spread points (p,) in the given coordinates."""
+        scale = 1.0 if size is None else 1 / np.sqrt(np.mean(size(inside) ** 2))
+        return cls(
+            frame, size, weight, float(scale), 1.0 if weight is None else float(np.mean(weight(inside)))
+        )
+
+    def over(self, z: Complex) -> Linear:
+        """The scalings of triangles z (m, 3), of the mean area."""
+        if self.size is None:
+            return IDENTITY
+        found = self.scale * np.sqrt((self._at(self.size, z) ** 2).mean(axis=1))
+        return Linear(found + 0j, 0j * found)
+
+    def importance(self, z: Complex) -> Real | float:
+        """The mean weights."""
+        return 1.0 if self.weight is None else self._at(self.weight, z).mean(axis=1) / self.middle
+
+    def _at(self, field: Field, z: Complex) -> Real:
+        """(m, p) the field at points of triangles z (m, 3)."""
+        return field(self.frame.world(z @ _PLACES.T))
 
 
 def _places(parts: int) -> Real:

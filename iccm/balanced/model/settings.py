@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from ...arrays import Complex, Index
 from ...maps.triangulated.patches import NO_LINES
 from .discrete_map import DiscreteMap
+from .metric import Metric
 
 
 @dataclass(frozen=True)
@@ -24,6 +25,7 @@ class Settings:
         max_uncovered: the largest share of the target that may stay uncovered.
         starts: times as many correspondences are tried as usual.
         triangles: about how many the last mesh has.
+        metric: of the source, in unit coordinates; None for the plane's own.
         rigid_size: of rigid regions, relative to the mean scale; None where it is free.
     """
 
@@ -39,6 +41,7 @@ class Settings:
     starts: int = 1
     triangles: int = 6000
     rigid_size: float | None = 1.0
+    metric: Metric | None = None
 
     @property
     def bounded(self) -> bool:

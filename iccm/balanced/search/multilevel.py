@@ -112,7 +112,10 @@ def with_constraints(
     curves = [with_points(c, side) for c, side in zip((source, target), pins.outer.T)]
     curves = [manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors)]
     ends = anchors[0], anchors[1]
-    problem = UnitProblem(curves[0], curves[1], settings.theta, upright, ends, starts=settings.starts)
+    metrics = settings.metric, None
+    problem = UnitProblem(
+        curves[0], curves[1], settings.theta, upright, ends, starts=settings.starts, metrics=metrics
+    )
     return with_holes(problem._replace(pins=pins.inner, strokes=pins.strokes), holes, settings)
 
 
@@ -143,7 +146,7 @@ def free_map(
     Raises:
         NoMapError: none without folds was found.
     """
-    same = similarity(source, target, turns=settings.turn is None)
+    same = None if settings.metric else similarity(source, target, turns=settings.turn is None)
     if same is not None:
         problem = free_problem(source, target, holes, settings)
         same = similar_with_holes(problem, same)
@@ -154,7 +157,8 @@ def free_map(
     if not settings.bounded:  # else what is put back might exceed bounds again
         source, target, holes = rounded(source, target, holes)
     problem = free_problem(source, target, holes, settings)
-    halves = (half_of(source), half_of(target)) if settings.turn == 0 and not problem.holed else (None, None)
+    whole = settings.turn != 0 or problem.holed or settings.metric is not None
+    halves = (None, None) if whole else (half_of(source), half_of(target))
     if halves[0] and halves[1]:
         state, symmetric = of_symmetric(problem, (halves[0], halves[1]), settings, journal)
         return put_back(state, *given), symmetric, problem.numbers
@@ -173,7 +177,8 @@ def free_problem(source: Curve, target: Curve, holes: Holes, settings: Settings)
     """The problem in unit coordinates, without constraints."""
     upright = 0.0 if settings.turn is None else UPRIGHT
     simple, goal = (manageable(c, settings.tolerance) for c in (source, target))
-    problem = UnitProblem(simple, goal, settings.theta, upright, starts=settings.starts)
+    metrics = settings.metric, None
+    problem = UnitProblem(simple, goal, settings.theta, upright, starts=settings.starts, metrics=metrics)
     return with_holes(problem, holes, settings)
 
 

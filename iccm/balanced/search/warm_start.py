@@ -72,6 +72,7 @@ def on_its_mesh(level: Level, start: Sketch) -> DiscreteMap | None:
         *(faces, system_of(faces, following, order.size), start.z[order], start.u[order]),
         MatchedBoundary(level.source, level.target, pairs, anchored, holes=holes),
         inside=InnerConstraints.of_pins(level.pins),
+        metrics=level.metrics,
         upright=level.upright,
     )
 

@@ -67,7 +67,17 @@ def test_a_pin_may_be_a_point_in_space():
 
 
 OF_THE_COMMAND = "dry_run", "watch", "open"  # of no job
-MAP_ALONE = "turn", "fit", "max_left_out", "max_uncovered", "starts", "rigid", "rigid_size"
+MAP_ALONE = (
+    "turn",
+    "fit",
+    "max_left_out",
+    "max_uncovered",
+    "starts",
+    "rigid",
+    "rigid_size",
+    "importance",
+    "size_map",
+)
 
 
 def test_every_field_is_an_option_of_the_command_line_and_back():

@@ -1,0 +1,57 @@
+"""Numbers over the plane, as pictures give them: how much places count, how large they are to be."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arrays import Box, Complex, Real
+from ..errors import InputError
+
+
+@dataclass(frozen=True, eq=False)
+class Field:
+    """Positive numbers at the middles of a box's pixels, linear between them and constant beyond.
+
+    Attributes:
+        values: (h, w), row 0 on top.
+        box: lower left and upper right corner, x + iy, y up.
+
+    >>> field = Field.of([[1, 3]], (0, 2 + 1j), 1.0, "sizes")
+    >>> field(np.array([0.5 + 0.5j, 1 + 0.2j, 9 + 9j])).tolist()
+    [1.0, 2.0, 3.0]
+    """
+
+    values: Real
+    box: Box
+
+    @classmethod
+    def of(cls, given: ArrayLike, box: Box, least: float, name: str) -> "Field":
+        """The numbers (h, w), those below a share `least` of the largest raised to that; `name` is for messages.
+
+        Raises:
+            InputError: no array (h, w), not finite, negative, or all zero.
+        """
+        try:
+            values = np.asarray(given, float)
+        except (TypeError, ValueError):
+            values = np.empty(0)
+        if values.ndim != 2 or not values.size:
+            raise InputError(f"{name}: an array (h, w) of numbers is needed")
+        if not np.isfinite(values).all() or values.min() < 0:
+            raise InputError(f"{name}: not all its numbers are finite and at least 0")
+        if not values.max() > 0:
+            raise InputError(f"{name}: is 0 everywhere")
+        return cls(np.maximum(values, least * values.max()), box)
+
+    def __call__(self, z: Complex) -> Real:
+        """The numbers at points of any shape."""
+        (low, high), (height, width) = self.box, self.values.shape
+        x = np.clip((z.real - low.real) / (high - low).real * width - 0.5, 0, width - 1)
+        y = np.clip((high.imag - z.imag) / (high - low).imag * height - 0.5, 0, height - 1)
+        i, j = np.minimum(y.astype(int), max(height - 2, 0)), np.minimum(x.astype(int), max(width - 2, 0))
+        below, right = np.minimum(i + 1, height - 1), np.minimum(j + 1, width - 1)
+        s, t = x - j, y - i
+        v = self.values
+        upper, lower = (1 - s) * v[i, j] + s * v[i, right], (1 - s) * v[below, j] + s * v[below, right]
+        return np.asarray((1 - t) * upper + t * lower)

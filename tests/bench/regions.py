@@ -1,0 +1,139 @@
+"""Rigid regions on random pairs: whether they are kept, and what that costs.
+
+python -m tests.bench.regions [--pairs 60] [--seed 1] [--sheet FILE.png]
+
+Each source has a disc, a rectangle or a letter of 3 to 20 % of its area at a random place inside (less, where so much
+does not fit in there). A row a pair: figures with the region, and how they compare with those of the whole map without.
+The sheet shows each target with a checkerboard, the region's image outlined.
+"""
+
+import argparse
+import random
+import time
+
+import numpy as np
+import shapely
+from shapely import affinity
+
+import iccm
+from iccm.arrays import complex_of, xy_of
+from iccm.maps.distortion import Distortion, of_triangles
+from tests.bench import shapes
+
+SHARES = 0.03, 0.2  # of the source's area
+LETTER = shapely.Polygon([(0, 0), (3, 0), (3, 1), (1, 1), (1, 5), (0, 5)])
+KINDS = {
+    "disc": shapely.Point(0, 0).buffer(1),
+    "rectangle": shapely.box(0, 0, 1.6, 1),
+    "letter": LETTER,
+}
+OFF = 0.012  # of the root of the area, from the outline
+TRIES = 40  # places for one size
+
+
+def main(words: list[str] | None = None) -> None:
+    """Print the table and its summary; draw the sheet."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--pairs", type=int, default=60)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--sheet")
+    asked = parser.parse_args(words)
+    choice, rows, cells = random.Random(asked.seed), [], []
+    pairs = shapes.drawn_pairs(asked.pairs, asked.seed, [], tuple(shapes.WILD))
+    iccm.fit(pairs[0][0].curve, pairs[0][1].curve, rigid=[placed(pairs[0][0].curve, choice)[1]])  # compiles
+    print(
+        f"seed {asked.seed}; pair, region, share: status, K95, size, p95 of the stretch elsewhere and CPU by without"
+    )
+    for source, target in pairs:
+        kind, region = placed(source.curve, choice)
+        name = f"{shapes.label(source)} to {shapes.label(target)}, {kind}"
+        row, fit = measured(source.curve, target.curve, region, name)
+        rows.append(row)
+        cells.append((name, fit, region))
+    summary(rows)
+    if asked.sheet:
+        draw(cells, asked.sheet)
+
+
+def placed(curve: iccm.Curve, choice: random.Random) -> tuple[str, np.ndarray]:
+    """The kind and the outline of a region."""
+    domain = shapely.Polygon(xy_of(curve.z))
+    room, share = domain.buffer(-OFF * np.sqrt(domain.area)), choice.uniform(*SHARES)
+    kind = choice.choice(sorted(KINDS))
+    left, low, right, high = domain.bounds
+    while True:
+        size = np.sqrt(share * domain.area / KINDS[kind].area)
+        shape = affinity.scale(KINDS[kind], size, size, origin=(0, 0))
+        for _ in range(TRIES):
+            at = choice.uniform(left, right), choice.uniform(low, high)
+            if room.contains(found := affinity.translate(shape, *at)):
+                return kind, complex_of(shapely.get_coordinates(found.exterior)[:-1])
+        share *= 0.9
+
+
+def measured(
+    source: iccm.Curve, target: iccm.Curve, region: np.ndarray, name: str
+) -> tuple[tuple, iccm.Fit | None]:
+    """A row of the table, printed, and the map."""
+    started = time.process_time()
+    plain = iccm.fit(source, target, fit="whole")
+    between = time.process_time()
+    try:
+        fit = iccm.fit(source, target, rigid=[region])
+    except iccm.IccmError as error:
+        print(f"{name}: {error}", flush=True)
+        return (False, False, False, np.nan, np.nan, np.nan), None
+    ended = time.process_time()
+    (found,) = fit.rigid
+    rest = np.flatnonzero(~iccm.Curve(region).contains(fit.map.source[fit.map.faces].mean(axis=1)))
+    stretch = p95(of_triangles(fit.map, rest)) / p95(plain.distortion)
+    cpu = (ended - between) / (between - started)
+    sound = fit.certificate.report()["certified"] and fit.boundary["hausdorff"] <= 1e-3
+    share = abs(iccm.Curve(region).area) / source.area
+    sizes = "–".join(f"{found.sizes[k]:.3f}" for k in (0, 2))
+    print(
+        f"{name}, {share:.1%}: {fit.status.name.lower()}, {found.dilatation:.4f}, {sizes}, {stretch:.2f}, {cpu:.2f}"
+        + ("" if sound else ", NOT CERTIFIED or off the outline"),
+        flush=True,
+    )
+    return (fit.status.ok, found.is_rigid, sound, found.scale, stretch, cpu), fit
+
+
+def p95(found: Distortion) -> float:
+    """The stretch that 95 % keep to."""
+    return found.quantile(found.stretches, 0.95)
+
+
+def summary(rows: list[tuple]) -> None:
+    """The figures of all pairs."""
+    ok, rigid, sound, scale, stretch, cpu = (np.array(column) for column in zip(*rows))
+    ok, rigid, sound = (each.astype(bool) for each in (ok, rigid, sound))
+    print(
+        f"{ok.sum()} of {ok.size} end well, {np.sum(ok & rigid)} of these rigid; "
+        f"certified and on the outline: {sound.sum()}; at the mean scale {np.sum(scale >= 0.98)}, "
+        f"smallest {np.nanmin(scale):.2f}; elsewhere p95 of the stretch × {np.nanmedian(stretch):.2f}, "
+        f"CPU × {np.nanmedian(cpu):.2f} in the median, × {np.nanmax(cpu):.1f} at most"
+    )
+
+
+def draw(cells: list[tuple], path: str, columns: int = 8) -> None:
+    """Targets with a checkerboard, the images of regions outlined."""
+    from matplotlib.figure import Figure
+
+    made = Figure(figsize=(2.4 * columns, 2.6 * -(-len(cells) // columns)), layout="constrained")
+    for place, (name, fit, region) in enumerate(cells):
+        axes = made.add_subplot(-(-len(cells) // columns), columns, place + 1)
+        axes.set_axis_off()
+        axes.set_title(name.replace(" to ", "\n"), fontsize=5)
+        if fit is None:
+            continue
+        shown = iccm.warp(fit, iccm.checkerboard(512), size=400)
+        low, high = shown.box
+        axes.imshow(shown.pixels, extent=(low.real, high.real, low.imag, high.imag))
+        ring = fit.map(np.append(region, region[0]))
+        axes.plot(ring.real, ring.imag, "k", lw=1.2)
+    made.savefig(path, dpi=110)
+
+
+if __name__ == "__main__":
+    main()

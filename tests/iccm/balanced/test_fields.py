@@ -1,0 +1,78 @@
+"""Importance and sizes over the source: what is even changes nothing, distortion and areas go where they are sent."""
+
+import numpy as np
+import pytest
+
+import iccm
+from iccm.curve import Curve
+from iccm.maps.fields import Field
+from iccm.plane import triangle_areas
+
+BAR = np.array([0, 4, 4 + 1j, 1j])
+FLAG = np.array([0, 3, 2.5 + 0.6j, 3.1 + 1.5j, 1 + 1.7j, 0.9 + 3j, 0.2 + 2.9j])
+BEAN = np.array([0, 2, 4 + 0.4j, 4.2 + 1.5j, 3 + 2j, 1.5 + 1.4j, 0.3 + 1.8j])
+BOX = Curve(FLAG).box
+
+
+def test_a_field_is_linear_between_pixels_and_goes_on_beyond_them():
+    field = Field.of(np.array([[0, 1.0], [2, 5]]), (0j, 2 + 2j), 0.0, "field")
+    places = np.array([0.5 + 1.5j, 1.5 + 1.5j, 0.5 + 0.5j, 1 + 1j, 9 - 9j, 1 + 0.5j])
+    assert field(places) == pytest.approx([0, 1, 2, 2, 5, 3.5])
+    assert Field.of([[7]], (0j, 1 + 1j), 0.0, "field")(places) == pytest.approx(7)
+    assert Field.of([[1, 100]], (0j, 1 + 1j), 0.1, "field").values.min() == 10
+
+
+@pytest.mark.parametrize("name", ["importance", "size_map"])
+def test_what_is_the_same_everywhere_changes_nothing(name):
+    plain = iccm.fit(FLAG, BEAN, fit="whole")
+    even = iccm.fit(FLAG, BEAN, **{name: np.full((3, 4), 0.7)})
+    for fit in (plain, even):
+        assert fit.status.ok and fit.certificate.share == 1
+    assert even.report()["stretch"]["p95"] == pytest.approx(plain.report()["stretch"]["p95"], rel=0.03)
+    assert abs(even.map(1 + 0.8j) - plain.map(1 + 0.8j)) < 0.02 * plain.diagonal
+
+
+def test_distortion_leaves_what_matters():
+    y, x = np.mgrid[BOX[1].imag : BOX[0].imag : 60j, BOX[0].real : BOX[1].real : 60j]
+    matters = np.exp(-((x - 1) ** 2 + (y - 0.9) ** 2) / 0.3)
+    worst = []
+    for given in ({"fit": "whole"}, {"importance": matters}, {"importance": (matters, BOX)}):
+        fit = iccm.fit(FLAG, BEAN, **given)
+        near = np.abs(fit.map.source[fit.map.faces].mean(axis=1) - (1 + 0.9j)) < 0.4
+        worst.append(np.quantile(fit.triangles.dilatations[near], 0.9) - 1)
+        assert fit.certificate.share == 1 and fit.boundary["hausdorff"] <= 1e-3
+    assert worst[1] < 0.5 * worst[0] and worst[1] == pytest.approx(worst[2], rel=1e-9)
+
+
+def test_halves_of_a_bar_come_to_have_the_areas_asked_for():
+    sizes = np.ones((4, 400))
+    sizes[:, 200:] = np.sqrt(3)  # of the area, three quarters
+    shares = []
+    for balance in (1.0, 8.0):
+        fit = iccm.fit(BAR, BAR, size_map=sizes, balance=balance)
+        areas = triangle_areas(fit.map.image[fit.map.faces])
+        shares.append(areas[fit.map.source[fit.map.faces].mean(axis=1).real > 2].sum() / areas.sum())
+        assert fit.status.ok and fit.certificate.share == 1
+    assert 0.6 < shares[0] < shares[1] and shares[1] == pytest.approx(0.75, abs=0.03)
+
+
+def test_a_region_is_rigid_in_the_plane_beside_sizes():
+    ring = 0.9 + 0.8j + 0.4 * np.exp(2j * np.pi * np.arange(16) / 16)
+    fit = iccm.fit(FLAG, BEAN, rigid=[ring], size_map=[[1, 2], [1, 3]], importance=[[1, 2, 1]])
+    assert fit.status.ok and fit.rigid[0].is_rigid and fit.rigid[0].scale == pytest.approx(1, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({"importance": [[0, 0]]}, "importance: is 0 everywhere"),
+        ({"importance": [1, 2]}, r"importance: an array \(h, w\)"),
+        ({"size_map": [[1, -1]]}, "size_map: not all"),
+        ({"size_map": ([[1, 2]], (1, 0))}, "size_map: .* lower left"),
+        ({"size_map": [[1, 2]], "fit": "cover"}, "size_map: goes with fit whole"),
+        ({"importance": [[1, 2]], "method": "paper"}, "importance: is for the balanced method"),
+    ],
+)
+def test_what_is_refused(given, told):
+    with pytest.raises(iccm.InputError, match=told):
+        iccm.fit(FLAG, BEAN, **given)
