@@ -7,7 +7,6 @@ the even layouts are.
 """
 
 from collections.abc import Iterator, Sequence
-from itertools import permutations
 
 import numpy as np
 
@@ -24,7 +23,8 @@ from .icp_start import unlikeness
 from .inserted import Opening, with_way
 from .trilateration import same_way
 
-MOST_STOPS, MOST_TRIANGLES = 8, 20_000  # beyond, the order is left as it is: it would take over ten seconds
+MOST_TRIANGLES = 20_000  # beyond, the order is left as it is: it would take over ten seconds
+BEAM = 50_000  # beginnings of orders that are gone on from, the cheapest: all that there are of up to eight landmarks
 ASTRAY, LONGER = (
     0.5,
     0.2,
@@ -45,7 +45,7 @@ def agreed_order(source: Patch, target: Patch, stops: Index) -> Index:
     """
     given = np.arange(len(stops))
     large = max(len(source.faces), len(target.faces)) > MOST_TRIANGLES
-    if len(stops) < 3 or len(stops) > MOST_STOPS or large:
+    if len(stops) < 3 or large:
         return given
     cost = _cost(source, target, stops)
     best, least = given, np.inf
@@ -87,10 +87,16 @@ def same_seam(source: Patch, target: Patch, stops: Index) -> Opening | None:
 
 
 def _orders(cost: Real) -> Iterator[Index]:
-    """The cheapest orders, each one way round."""
-    ways = np.array([way for way in permutations(range(len(cost))) if way[0] < way[-1]])
-    total = cost[ways[:, :-1], ways[:, 1:]].sum(axis=1)
-    yield from ways[np.argsort(total, kind="stable")[:TRIED]]
+    """The cheapest orders, each one way round, by a beam search: landmark after landmark, the cheapest go on."""
+    ways, total = np.arange(len(cost))[:, None], np.zeros(len(cost))
+    while ways.shape[1] < len(cost):
+        further = total[:, None] + cost[ways[:, -1]]
+        np.put_along_axis(further, ways, np.inf, axis=1)
+        cheapest = np.argsort(further, axis=None, kind="stable")[:BEAM]
+        cheapest = cheapest[further.ravel()[cheapest] < np.inf]
+        before, last = np.divmod(cheapest, len(cost))
+        ways, total = np.column_stack([ways[before], last]), further.ravel()[cheapest]
+    yield from ways[ways[:, 0] < ways[:, -1]][:TRIED]
 
 
 def _unlikeness(source: Patch, target: Patch, stops: Index) -> float:

@@ -1,6 +1,7 @@
 """Meshes of one surface onto each other: the way back is known. What stands out of them is not lost; seams agree."""
 
 from dataclasses import replace
+from itertools import pairwise, permutations
 
 import igl
 import numpy as np
@@ -288,6 +289,22 @@ def test_seams_of_one_surface_agree_in_any_order():
     found = seams.agreed_order(whole, whole, np.column_stack([stops, stops]))
     assert sorted(found) == [0, 1, 2, 3]
     assert seams._unlikeness(whole, whole, np.column_stack([stops, stops])[found]) < 1e-6
+
+
+def test_the_cheapest_orders_come_first():
+    cost = np.random.default_rng(4).random((6, 6))
+    cost += cost.T
+    every = [way for way in permutations(range(6)) if way[0] < way[-1]]
+    totals = sorted(sum(cost[a, b] for a, b in pairwise(way)) for way in every)
+    found = [sum(cost[a, b] for a, b in pairwise(way.tolist())) for way in seams._orders(cost)]
+    assert found == pytest.approx(totals[: seams.TRIED])
+
+
+def test_many_landmarks_are_put_in_order_too():
+    places = np.random.default_rng(5).permutation(14)
+    cost = np.abs(places[:, None] - places) ** 2.0
+    best = next(seams._orders(cost))
+    assert (np.abs(np.diff(places[best])) == 1).all()
 
 
 @pytest.mark.parametrize("spot", [(0.3, 0.2), (0.5, 0.5), (0.25, 0.5), (0, 0)])
