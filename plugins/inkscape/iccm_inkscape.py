@@ -35,7 +35,7 @@ class Texture(inkex.EffectExtension):
         pars.add_argument("--job", default="fit")
         pars.add_argument("--result", default="paths")
         pars.add_argument("--size", type=int, default=1024)
-        pars.add_argument("--outline", default="largest")
+        pars.add_argument("--outline", default="silhouette")
         pars.add_argument("--parts", default="largest")
         pars.add_argument("--fit", default="auto")
         pars.add_argument("--holes", default="auto")
@@ -108,7 +108,7 @@ class Texture(inkex.EffectExtension):
             for each in artwork:
                 self.remove(each)
         report = json.loads((folder / "report.json").read_text(encoding="utf-8"))
-        left_out = [note for note in report["notes"] if " × " in note]
+        left_out = [note for note in report["notes"] if " × " in note and "left out" in note]
         if said := [*errors, *doubts, *(note for note in left_out if note not in doubts)]:
             inkex.errormsg(readable("\n".join(said)))
 

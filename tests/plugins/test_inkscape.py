@@ -213,6 +213,14 @@ def test_each_letter_gets_the_artwork_and_removed_originals_stay_for_their_clone
     )
 
 
+def test_what_is_left_out_is_said_beside_the_result(profile):
+    aside = '<circle cx="20" cy="120" r="5"/>'
+    document = plain([]).replace('<g id="art">', f'<g id="art">{aside}')
+    made, said, code = run(document, profile, "--id=art", "--id=target")
+    assert code == 0 and said.strip() == "1 × shape outside the source, left out"
+    assert len(eyes(made)) == 1
+
+
 @pytest.mark.parametrize(
     ("arguments", "marks", "said"),
     [
