@@ -64,7 +64,7 @@ def _saved(map: str, input: str, output: str, given: dict[str, Any]) -> list[str
     if name in READERS:
         counts = saved.carry_geometry(input, output, force=given["force"], tell=logs.log.warning, **own)
         said = ", ".join(f"{count} {what.replace('_', ' ')}" for what, count in counts.items() if count)
-        logs.log.info(f"carried {said}")
+        logs.log.info(f"carried {said or 'nothing: there are no points, lines or polygons'}")
         return [each for each in (output, own["report"]) if each not in ("-", None)]
     if used := [key for key, value in own.items() if value not in (None, "drop")]:
         raise InputError(f"--{used[0]}: for points, lines and polygons, and {input} holds none")

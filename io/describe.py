@@ -31,6 +31,7 @@ def describe(path: Path, *, max_faces: int = limits.FACES) -> dict[str, Any]:
         "constraints": _constraints,
         "manifest": _manifest,
         "drawing": _shape,
+        "map": _map,
     }
     for what, facts in kinds.items():
         if getattr(formats.of(path), what):
@@ -51,6 +52,34 @@ def _shape(path: Path) -> dict[str, Any]:
         "strokes": {name: int(z.size) for name, z in drawing.strokes.items()},
         "refused": [str(error) for _, error in drawing.refused[:MOST]],
         "notes": drawing.notes[:MOST],
+    }
+
+
+def _map(path: Path) -> dict[str, Any]:
+    from ..maps.triangulated.map import TriangulatedMap
+    from ..result import load
+
+    fit = load(path)
+    sides = {"source": (fit.source, fit.source_holes), "target": (fit.target, fit.target_holes)}
+    return {
+        "kind": "map",
+        "status": fit.status.name.lower(),
+        "message": fit.status.value,
+        "triangles": len(fit.map.faces) if isinstance(fit.map, TriangulatedMap) else None,
+        **{
+            name: {
+                "vertices": int(curve.z.size),
+                "holes": len(holes),
+                "box": [float(v) for w in curve.box for v in (w.real, w.imag)],
+            }
+            for name, (curve, holes) in sides.items()
+            if curve is not None
+        },
+        "pins": len(fit.pins),
+        "strokes": len(fit.strokes),
+        "left_out": fit.left_out if fit.target is not None else 0.0,
+        "uncovered": fit.uncovered if fit.target is not None else 0.0,
+        "notes": fit.notes[:MOST],
     }
 
 

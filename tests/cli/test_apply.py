@@ -28,6 +28,16 @@ def saved(shapes):
     (shapes / "map.npz").write_bytes(made)
 
 
+def test_info_tells_of_a_map(saved, iccm):
+    facts = json.loads(iccm("info", "map.npz", "--json").out)
+    assert facts["kind"] == "map" and facts["status"] == "reached" and facts["left_out"] == 0
+    assert facts["source"]["vertices"] >= 4 and facts["triangles"] == len(core.load("map.npz").map.faces)
+    assert iccm("map", "square.svg", "blob.svg", *QUICK, "-o", "paper.npz").code == 0
+    assert json.loads(iccm("info", "paper.npz", "--json").out)["triangles"] is None
+    Path("map.npz").write_bytes(b"PK")
+    assert iccm("info", "map.npz").code == 2
+
+
 def there(points):
     """Points of a file with y down, as the saved map takes them."""
     w = core.load("map.npz").map(np.array(points) @ [1, -1j])
