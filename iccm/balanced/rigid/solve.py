@@ -40,6 +40,7 @@ FIRST, NEXT, LEAST, FRESH = 0.25, 1.5, 0.02, 0.1  # shares of growing: as in `ho
 CROWDED = 1e2
 """Times the energy without regions, at which there is no room left for larger ones: at q = 3 what surrounds them is
 distorted ten times as much."""
+MESHES = 3  # new ones, on which regions may go on to grow
 HARDENINGS = 5  # of regions that give way when the rest has settled
 VARIANTS = ((True, False), (True, True), (False, False))
 """Whether the outlines' kinks come last, and if so, whether before the regions are rigid."""
@@ -86,7 +87,8 @@ def keep_rigid(
         with suppress(Stuck):
             level = final_level(problem, settings, smooth=smooth)
             state = warm_start.continue_from(level, sketch, problem)
-            state = split_at_vertices(state) if split else state
+            if split:  # later meshes have all kinks, too
+                state, level = split_at_vertices(state), final_level(problem, settings)
             state = stiffen(level, state, rigid, problem.theta)
             state = split_at_vertices(state) if smooth and not split else state
             found.append(settle(state, problem.theta, settings))
@@ -105,13 +107,19 @@ def stiffen(level: Level, state: DiscreteMap, rigid: Rigid, theta: float) -> Dis
     found = harden(begun, rigid, theta, begun.energy)
     if is_rigid(found):
         return found
-    own = mean_derivatives(begun)
-    small = np.minimum(squeezed(begun), np.abs(rigid.aims)) * own / np.abs(own)
+    own, size = mean_derivatives(begun), np.minimum(squeezed(begun), np.abs(rigid.aims))
     for _ in range(SHRINKS):
-        found = harden(begun, replace(rigid, aims=small, sizes=~np.isfinite(own)), theta, begun.energy)
-        if is_rigid(found):
-            return grow(level, found, rigid, theta, CROWDED * begun.energy)
-        small = SMALLER * small
+        for way in (rigid.aims, own):  # turned as they should be, or else as they are
+            small, turned = (
+                replace(rigid, aims=size * aims / np.abs(aims), sizes=np.zeros(own.size, bool))
+                for aims in (way, rigid.aims)
+            )
+            found = harden(begun, small, theta, begun.energy)
+            if is_rigid(found):  # to its turn first, while it is small
+                for leg in (turned, rigid):
+                    found = grow(level, found, leg, theta, CROWDED * begun.energy)
+                return found
+        size = SMALLER * size
     return found
 
 
@@ -130,8 +138,8 @@ def harden(state: DiscreteMap, rigid: Rigid, theta: float, energy: float) -> Dis
 def grow(level: Level, state: DiscreteMap, rigid: Rigid, theta: float, most: float) -> DiscreteMap:
     """The map with rigid regions as large as they should be, or as there is room for up to an energy; on a new mesh
     where they get stuck."""
-    begun, share = state.aims, np.zeros(state.aims.size)
-    growing, step, remeshed = share < 1, FIRST, False
+    begun, share = state.aims, np.where(np.abs(state.aims - rigid.aims) > KEPT * np.abs(rigid.aims), 0.0, 1.0)
+    growing, step, fresh_at, meshes = share < 1, FIRST, -1.0, MESHES
     while growing.any():
         new = np.where(growing, np.minimum(1, share + step), share)
         aims = rigid.aims_beside(mean_derivatives(state), new, begun)
@@ -146,9 +154,10 @@ def grow(level: Level, state: DiscreteMap, rigid: Rigid, theta: float, most: flo
         step *= 0.5
         if step >= LEAST:
             continue
-        fresh = None if remeshed else on_new_mesh(level, state, rigid, theta)
+        gone_on = share.mean() > fresh_at + FRESH  # since the last new mesh
+        fresh = on_new_mesh(level, state, rigid, theta) if meshes and gone_on else None
         if fresh is not None:
-            state, step, remeshed = fresh, FRESH, True
+            state, step, fresh_at, meshes = fresh, FRESH, float(share.mean()), meshes - 1
             continue
         tight = growing & (strains(tried) > KEPT)
         growing, step = growing & ~(tight if tight.any() else growing), FIRST

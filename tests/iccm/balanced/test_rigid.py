@@ -1,5 +1,7 @@
 """Rigid regions: moved by similarities, whatever surrounds them; the density that makes them so; what is refused."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import shapely
@@ -11,10 +13,12 @@ from iccm.balanced.minimise import energy
 from iccm.balanced.minimise.energy import Objective, RestShapes
 from iccm.balanced.rigid.given import regions_of
 from iccm.curve import Curve
+from iccm.io.shapes import shape
 from iccm.linalg.cholesky import system_of
 from iccm.plane import Similarity
 from iccm.result import Status
 
+DRAWN = Path(__file__).parents[3] / "docs" / "files"
 SQUARE = np.array([-2 - 2j, 2 - 2j, 2 + 2j, -2 + 2j])
 STAR = 1j * np.tile([3, 1.8], 5) * np.exp(2j * np.pi * np.arange(10) / 10)
 LETTER = np.array([-0.8 - 1j, 0.6 - 1j, 0.6 - 0.5j, -0.3 - 0.5j, -0.3 + 1j, -0.8 + 1j]) * 0.9 + 0.3
@@ -71,13 +75,17 @@ def test_two_pins_in_it_say_where_it_goes():
     assert np.abs(fit.map(pins[:, 0]) - pins[:, 1]).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_what_finds_no_room_is_smaller_and_told():
-    bar = np.array([0, 12, 12 + 1j, 1j])
-    region = 0.9 * np.exp(2j * np.pi * np.arange(24) / 24)
-    fit = iccm.fit(SQUARE, bar, rigid=[region])  # which is 1.8 wide, and the bar 1
-    assert fit.status.ok and any("finds room up to" in note for note in fit.notes)
-    factor = similarity_of(fit, 0.8 * region[::3]).factor
-    assert 0.1 < factor.real < 1 / 1.8
+    medal, star, arc = (
+        shape.read(str(DRAWN / name)).curve for name in ("medal.svg", "medal.svg#star", "arc.svg")
+    )
+    fit = iccm.fit(medal, arc, rigid=[star])
+    assert fit.status is Status.REACHED and any("finds room up to 0." in note for note in fit.notes)
+    assert fit.boundary["hausdorff"] <= 1e-3 and fit.certificate.share == 1
+    factor = similarity_of(fit, star.z[::2]).factor
+    mean = np.sqrt(arc.area / medal.area)
+    assert factor.real < 0.95 * mean and abs(factor.imag) < 0.02 * mean  # upright all the same
 
 
 def test_what_reaches_the_outline_is_kept_off_it():
