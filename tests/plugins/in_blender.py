@@ -68,9 +68,9 @@ def grid(name, n, *layouts, maps=None):
     bpy.context.view_layer.objects.active = thing
 
 
-def select(chosen, active=None):
-    """Edit Mode, with the faces that `chosen` is true of."""
-    bpy.context.tool_settings.use_uv_select_sync = True
+def select(chosen, active=None, synced=True):
+    """Edit Mode, with the faces selected that `chosen` is true of; if not synced, in the UV editor only."""
+    bpy.context.tool_settings.use_uv_select_sync = synced
     bpy.ops.object.mode_set(mode="EDIT")
     bpy.context.tool_settings.mesh_select_mode = (False, False, True)
     bpy.ops.mesh.select_all(action="DESELECT")
@@ -78,7 +78,14 @@ def select(chosen, active=None):
     bm.faces.ensure_lookup_table()
     bm.faces.active = bm.faces[active] if active is not None else None
     for face in bm.faces:
-        face.select_set(bool(chosen(face)))
+        face.select_set(not synced or bool(chosen(face)))
+    if not synced:
+        uv = bm.loops.layers.uv.active
+        for face in bm.faces:
+            if hasattr(face, "uv_select_set"):
+                face.uv_select_set(bool(chosen(face)))
+            for loop in face.loops if not hasattr(face, "uv_select_set") else ():
+                loop[uv].select = bool(chosen(face))
     bmesh.update_edit_mesh(bpy.context.object.data)
 
 

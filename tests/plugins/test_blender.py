@@ -127,7 +127,7 @@ def test_a_picture_is_carried_onto_selected_faces_and_undone(blender, base):
     found = blender(f"""
 quarters = picture("quarters", 64, 64, QUARTERS)
 grid("a", 8, lambda x, y: (.25 + .5 * x, .25 + .5 * y), lambda x, y: (.05 + .1 * x, .05 + .1 * y))
-select(lambda face: face.index < 64)
+select(lambda face: face.index < 64, synced={base})
 if {base}:
     material(picture("base", 128, 128, dict.fromkeys(QUARTERS, (0, .5, .5, 1))))
 undo_point("before")
@@ -269,6 +269,35 @@ found["finished"], found["moved"] = list(state), before != coordinates()
     assert found["ended"] == ["CANCELLED"] and found["same"]
     assert found["left"] == [False, False, ["timer", None], ["iccm was cancelled; nothing has changed"]]
     assert found["finished"] == ["FINISHED"] and found["moved"]
+
+
+def test_panels_and_dialogs_show_what_there_is(blender):
+    found = blender("""
+import sys, types
+addon = sys.modules["bl_ext.user_default.iccm"]
+
+
+def shown(cls, **values):
+    names = []
+    layout = types.SimpleNamespace(operator=names.append, prop=lambda _, name: names.append(name))
+    layout.prop_search = lambda _, name, data, members: names.append(name if hasattr(data, members) else members)
+    cls.draw(types.SimpleNamespace(layout=layout, **values), bpy.context)
+    return sorted(names)
+
+
+found["panel"] = shown(addon.ICCM_PT_texture)
+for cls, field, values in ((addon.ICCM_OT_fit_island, "outline", ("island", "file", "curve")),
+                           (addon.ICCM_OT_transfer, "source", ("canvas", "shape", "file"))):
+    names = set().union(*(shown(cls, **{field: value}) for value in values))
+    found[cls.__name__] = sorted(names ^ set(cls.__annotations__))
+found["preferences"] = shown(addon.Preferences)
+found["poll"] = [bpy.ops.iccm.fit_island.poll()]
+grid("a", 2, lambda x, y: (x, y))
+found["poll"] += [bpy.ops.iccm.fit_island.poll()]
+""")
+    assert found["panel"] == ["iccm.fit_island", "iccm.relayout", "iccm.transfer"]
+    assert found["ICCM_OT_fit_island"] == found["ICCM_OT_transfer"] == []
+    assert found["preferences"] == ["python"] and found["poll"] == [False, True]
 
 
 def test_an_installed_folder_is_switched_on(blender):
