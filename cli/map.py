@@ -7,6 +7,7 @@ import os
 import sys
 import time
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import Any
 
 import click
@@ -44,7 +45,11 @@ def command(**given: Any) -> int:
 
 def execute(given: dict[str, Any]) -> int:
     """Run the job of these options, tell about it on stderr, and give the exit code; with --watch again and again."""
-    own = {name: given.pop(name) for name in ("threads", "dry_run", "watch", "open")}
+    own = {name: given.pop(name, None) for name in ("threads", "dry_run", "watch", "open", "resume")}
+    if given.get("sequence"):
+        return _sequence(given, own)
+    if own["resume"]:
+        raise InputError("--resume: is for a --sequence")
     if not own["watch"]:
         return _run(given, own)[0]
     if given.get("constraints") == "-":
@@ -67,6 +72,35 @@ def execute(given: dict[str, Any]) -> int:
                 code, seen = explain(error), now
     except KeyboardInterrupt:
         return code
+
+
+def _sequence(given: dict[str, Any], own: dict[str, Any]) -> int:
+    """Map each frame from the one before on, and tell about it; the exit code."""
+    from ..io.batch import dispatch, manifest, pools
+    from ..io.batch.journal import Journal
+
+    if used := [name for name in ("watch", "open") if own[name]]:
+        raise InputError(f"--{used[0]}: not with --sequence")
+    tasks = manifest.frames(options.values(given), root=Path("."))
+    folders = {os.path.dirname(os.path.abspath(name)) for task in tasks for name in task.job.outputs}
+    os.makedirs(home := os.path.commonpath(folders), exist_ok=True)
+    book = Journal(Path(home))
+    tasks = dispatch.prepare(tasks, book, resume=own["resume"], make=not own["dry_run"])
+    if own["dry_run"]:
+        for name in (name for task in tasks for name in task.job.outputs):
+            logs.log.info(f"would write {name}")
+        return 0
+    policy, failed = dispatch.Policy(threads=own["threads"]), False
+    with status.show_status():
+        watch = {"resume": own["resume"], "warn": logs.log.warning}
+        for result in dispatch.execute(tasks, pools.InProcess(), book, policy, **watch):
+            failed |= result["status"] != "done"
+            tell = logs.log.info if result["status"] == "done" else logs.log.error
+            seconds = "as it was" if result["resumed"] else f"{result['seconds']:.1f} s"
+            tell(f"{result['name']}: {result['status']}, {seconds}: {result['message']}")
+            for note in result["notes"]:
+                logs.tell(f"{result['name']}: {note}")
+    return int(failed)
 
 
 def _run(given: dict[str, Any], own: dict[str, Any]) -> tuple[int, Stamps]:

@@ -59,9 +59,10 @@ def fit(
             balanced method, as is the next.
         size_map: (h, w) likewise how large things are to be, as lengths relative to each other. The larger `balance`
             is, the closer sizes are to that.
-        start: an earlier balanced map of these domains, to go on from where only the constraints have moved: no other
-            starts are looked at, and with inner pins at the same points of the source the mesh stays. Maps of
-            flattened surfaces with holes are solved for anew.
+        start: an earlier balanced map to go on from: no other starts are looked at, so that the picture does not jump.
+            Of these domains, where only the constraints have moved: with inner pins at the same points of the source
+            the mesh stays. Or of the shapes as they were a frame before: it is carried along as their outlines move
+            (not with surfaces). Maps of flattened surfaces with holes are solved for anew.
         **options: see `iccm.problem.Options`.
 
     Returns:

@@ -15,11 +15,11 @@ GROUPS: dict[str, tuple[str, str]] = {
     ),
     "Which shapes": (
         "--parts all --holes keep",
-        "parts trace plane holes cut bake carry_maps outside",
+        "parts trace plane holes cut bake carry_maps outside sequence",
     ),
     "What must meet": (
         "--pin 30,40:28,44 --pin 60,40:70,41",
-        "pin rigid rigid_size constraints pin_weight stroke_weight",
+        "pin rigid rigid_size constraints pin_weight stroke_weight start",
     ),
     "Which map": (
         "--fit cover --balance 2 --turn 90",
@@ -33,7 +33,7 @@ GROUPS: dict[str, tuple[str, str]] = {
     ),
     "Time and memory": (
         "--memory 2G --threads 4",
-        "threads memory max_pixel_error max_pixels max_segments max_faces workers dask timeout retries",
+        "threads resume memory max_pixel_error max_pixels max_segments max_faces workers dask timeout retries",
     ),
     "Messages": ("-q --log-format json", "verbose quiet log_format debug help"),
 }

@@ -298,8 +298,9 @@ class BatchOptions:
     retries: int = _option("How often a job is run again after its worker died.", default=1, least=0)
     fail_fast: bool = _option("Begin no job after the first that fails.", default=False)
     resume: bool = _option(
-        "Skip jobs that an earlier run finished and nothing has changed since.", default=False
-    )
+        "Skip jobs, or frames of a --sequence, that an earlier run finished and nothing has changed since.",
+        default=False, commands=("batch", "map"),
+    )  # fmt: skip
     check: bool = _option("Check the manifest, run nothing.", default=False)
     html: str | None = _option("A page for people: status, figures, pictures, links to outputs.", "FILE.html")
 
@@ -428,6 +429,14 @@ class JobOptions:
     size_map: str | None = _option(
         "A picture on the source's canvas, bright where things are to be larger: on white twice as long as on black.",
         "IMAGE", commands=("map",),
+    )  # fmt: skip
+    start: str | None = _option(
+        "An earlier map (.npz) to go on from, of these shapes or of what they were a frame before, so that nothing "
+        "jumps; anew where they differ too much (balanced).", "FILE.npz",
+    )  # fmt: skip
+    sequence: bool = _option(
+        "SOURCE, TARGET or --texture are patterns of frames ('frames/*.svg'), one picture each: each frame's map goes "
+        "on from the one before, and is kept beside the picture (.npz).", default=False, commands=("map",),
     )  # fmt: skip
     pin_weight: float | None = _option(
         "Weight of the pins against the outline (conformal, paper); balanced meets them exactly.  [default: 1]",

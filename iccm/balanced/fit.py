@@ -24,6 +24,7 @@ from .method import solve as solved
 from .minimise.upright import turn_cost
 from .model.measures import energy_between, turn_of
 from .model.settings import Settings, Solution
+from .motion import carried
 from .search.multilevel import UPRIGHT
 from .search.partial import GOOD, TURNED, price
 
@@ -84,6 +85,8 @@ def map_of(problem: Problem, options: Options, start: TriangulatedMap | None = N
         before = replace(options, balance=max(EVEN, options.balance / 2), rigid_size=None)
         start = _plane_map(map_of(replace(problem, rigid=()), before))
     source, target = problem.given
+    if start is not None:
+        start = carried(start, source, target, (problem.source_holes, problem.target_holes))
     strokes = problem.given_strokes
     given = Holes(problem.source_holes, problem.target_holes, problem.hole_partners)
     holes, pins, numbers = named_partners(given, source, target, problem.given_pins, strokes)

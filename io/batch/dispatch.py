@@ -13,7 +13,7 @@ from typing import Any
 
 from ... import progress
 from ...errors import InputError
-from .. import files
+from .. import files, formats
 from . import journal
 from .journal import Journal
 from .manifest import ManifestError, Task
@@ -39,7 +39,7 @@ class Policy:
     retries: int = 1
     timeout: float | None = None
     fail_fast: bool = False
-    threads: int = 1
+    threads: int | None = 1
 
 
 @dataclass
@@ -48,6 +48,7 @@ class _Running:
     attempt: int = 1
     began: float = 0.0
     alone: bool = False  # its worker died, or that of a bundle that it was in
+    before: str = ""  # the map of the frame before
 
 
 def prepare(tasks: list[Task], book: Journal, *, resume: bool, make: bool = True) -> list[Task]:
@@ -103,7 +104,10 @@ def execute(
 
     When `stopping` turns true nothing is begun any more, what runs is ended, and the rest is reported as cancelled.
     """
-    pending = deque(_Running(task) for task in tasks)
+    pending = deque(_Running(task) for task in tasks if not task.after)
+    waiting = {
+        task.after: _Running(task, before=_map_of(tasks[task.after - 1])) for task in tasks if task.after
+    }
     running: dict[Future, list[_Running]] = {}
     keys: dict[int, str] = {}
     failed = False
@@ -112,14 +116,16 @@ def execute(
             pool.abandon(list(running))
             yield from (
                 _record(r, _answer("cancelled", "stopped by a signal"))
-                for r in chain(*running.values(), pending)
+                for r in chain(*running.values(), pending, waiting.values())
             )
             return
         if failed and policy.fail_fast:
             yield from (
-                _record(r, _answer("cancelled", "an earlier job failed (--fail-fast)")) for r in pending
+                _record(r, _answer("cancelled", "an earlier job failed (--fail-fast)"))
+                for r in chain(pending, waiting.values())
             )
             pending.clear()
+            waiting.clear()
         known = None
         while pending and known is None and len(running) < _capacity(pool, running, pending):
             items = []
@@ -131,9 +137,10 @@ def execute(
             if items:
                 running[pool.submit([_payload(item, pool, policy) for item in items])] = items
                 items[0].began = time.monotonic()
-        _tell(running, len(pending), len(tasks))
+        _tell(running, len(pending) + len(waiting), len(tasks))
         if known is not None:
             failed |= known["status"] not in GOOD
+            _release(known, waiting, pending, warn)
             yield known
         for items, answers in _collect(running, pool, policy, 0.0 if known else POLL):
             if answers is None:
@@ -145,9 +152,32 @@ def execute(
                 record = _record(item, answer)
                 failed |= record["status"] not in GOOD
                 _finish(keys.pop(item.task.number, None), record, book, warn)
+                _release(record, waiting, pending, warn)
                 yield record
     if pool.runs_again:  # nobody told which workers were lost
         files.sweep(path for task in tasks for path in task.job.outputs)
+
+
+def _release(
+    record: dict[str, Any],
+    waiting: dict[int, _Running],
+    pending: deque[_Running],
+    warn: Callable[[str], None],
+) -> None:
+    """Let the frame after one that ended go on from its map; anew, and say so, where there is none."""
+    item = waiting.pop(record["job"], None)
+    if item is None:
+        return
+    if record["outputs"] and item.before:
+        item.task = item.task.with_job(item.task.job.model_copy(update={"start": item.before}))
+    else:
+        warn(f"{item.task.place}: {item.task.name}: the frame before it has no map: it starts anew")
+    pending.appendleft(item)
+
+
+def _map_of(task: Task) -> str:
+    """The map that a frame keeps."""
+    return next((name for name in task.job.outputs if formats.of(name).map), "")
 
 
 def _tell(running: dict[Future, list[_Running]], pending: int, count: int) -> None:

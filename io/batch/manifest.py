@@ -9,13 +9,13 @@ import math
 import os
 import re
 import tomllib
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from ...errors import InputError, JobError
-from .. import files, limits, names
+from .. import files, formats, limits, names
 from ..options import many
 from ..pictures.tiles import MARK, files_of
 from ..run.job import STEM, WRITTEN, Job
@@ -40,7 +40,7 @@ class ManifestError(InputError):
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """A job of a manifest: its number from 1, its name, and where it stands.
+    """A job of a manifest: its number from 1, its name, where it stands, and of a frame the number of the one before.
 
     What differs from the defaults is kept as JSON: a `Job` takes ten times the memory, of which a hundred thousand
     would take most of a gigabyte.
@@ -50,11 +50,12 @@ class Task:
     name: str
     place: str
     packed: str
+    after: int = 0
 
     @classmethod
-    def of(cls, number: int, name: str, place: str, job: Job) -> Task:
+    def of(cls, number: int, name: str, place: str, job: Job, after: int = 0) -> Task:
         """Of a job."""
-        return cls(number, name, place, job.model_dump_json(exclude_defaults=True))
+        return cls(number, name, place, job.model_dump_json(exclude_defaults=True), after)
 
     @property
     def job(self) -> Job:
@@ -68,7 +69,7 @@ class Task:
 
     def with_job(self, job: Job) -> Task:
         """The same with another job."""
-        return Task.of(self.number, self.name, self.place, job)
+        return Task.of(self.number, self.name, self.place, job, self.after)
 
 
 @dataclass(frozen=True)
@@ -103,17 +104,35 @@ def read(text: str, name: str, *, root: Path, outside: bool = False) -> list[Tas
     Raises:
         ManifestError: with every mistake and its place.
     """
-    found: list[str] = []
-    tasks: list[Task] = []
     base = "" if name == "-" else os.path.dirname(name)
+    found: list[str] = []
+    return _tasks(_entries(text, name, found), name, base, found, root=root, outside=outside)
+
+
+def frames(values: dict[str, Any], *, root: Path) -> list[Task]:
+    """The jobs of one sequence, given by the values of a job with patterns in it.
+
+    Raises:
+        ManifestError: with every mistake.
+    """
+    entry = Entry("--sequence", values)
+    return _tasks([entry], "-", "", [], root=root, outside=True)
+
+
+def _tasks(
+    entries: Iterable[Entry], name: str, base: str, found: list[str], *, root: Path, outside: bool
+) -> list[Task]:
+    tasks: list[Task] = []
     globs = Globs(None if outside else (base, str(root)))
-    for entry in _entries(text, name, found):
+    for entry in entries:
+        before = 0
         for values in _expand(entry, base, globs, found):
             if len(tasks) >= limits.JOBS:
                 raise ManifestError([f"{name}: more than {limits.JOBS} jobs; split the manifest"])
             task = _task(len(tasks) + 1, entry, values, found)
             if task:
-                tasks.append(_place(task, root, outside, found))
+                tasks.append(replace(_place(task, root, outside, found), after=before))
+                before = task.number if entry.whole.get("sequence") else 0
     _check_distinct(tasks, {os.path.realpath(path): what for path, what in _reserved(name, root)}, found)
     if not found and not tasks:
         found.append(f"{name}: no jobs; add [[job]] tables, or one JSON object a line")
@@ -221,7 +240,8 @@ def _exceeds(value: Any, depth: int) -> bool:
 
 def _expand(entry: Entry, base: str, globs: Globs, found: list[str]) -> Iterator[dict[str, Any]]:
     """One set of values for each combination of the files that the globs match."""
-    choices, whole = [], entry.whole
+    choices: list[list[Any]] = []
+    whole = entry.whole
     for key in GLOBBED:
         value = whole.get(key)
         try:
@@ -232,12 +252,52 @@ def _expand(entry: Entry, base: str, globs: Globs, found: list[str]) -> Iterator
         if not matches:
             found.append(f"{entry.at(key)}: {key}: no file matches {value!r}")
         choices.append(matches)
+    if whole.get("sequence"):
+        yield from _frames(entry, choices, base, found)
+        return
     count = math.prod(map(len, choices))
     if count > limits.JOBS:
         found.append(f"{entry.place}: its globs make {count} jobs, more than {limits.JOBS}; split them")
         return
     for combination in itertools.product(*choices):
         yield {**whole, **{k: v for k, v in zip(GLOBBED, combination) if v is not None}, "": base}
+
+
+def _frames(entry: Entry, choices: list[list[Any]], base: str, found: list[str]) -> Iterator[dict[str, Any]]:
+    """The values of each frame of a sequence: files in the order of the numbers in their names; what is no pattern is
+    in all of them. Maps are of whole outlines, holes onto holes, so that parts do not come and go."""
+    said = {
+        key: value for key, value in entry.whole.items() if value != "auto" or key not in ("fit", "holes")
+    }
+    whole = {"fit": "whole", "holes": "keep", **said}
+    counts = {len(each) for each in choices} - {1}
+    if len(counts) > 1:
+        listed = ", ".join(f"{key} {len(each)}" for key, each in zip(GLOBBED, choices) if len(each) != 1)
+        found.append(f"{entry.place}: the frames do not pair: {listed} files")
+        return
+    if wrong := _why_no_sequence(whole):
+        found.append(f"{entry.place}: {wrong}")
+        return
+    count = max(counts, default=1)
+    ordered = [sorted(each, key=_by_numbers) if len(each) > 1 else each * count for each in choices]
+    for combination in zip(*ordered):
+        yield {**whole, **{k: v for k, v in zip(GLOBBED, combination) if v is not None}, "": base}
+
+
+def _why_no_sequence(values: dict[str, Any]) -> str:
+    """Why frames do not go on from each other with these values; empty where they do."""
+    if values.get("parts", "largest") != "largest" or values.get("method") not in (None, "balanced"):
+        return "frames go on from each other by the balanced method, one part each"
+    if values["fit"] != "whole":
+        return "frames go on from each other with whole outlines (fit whole)"
+    if values.get("start") or not values.get("target"):
+        return "a sequence has a target, and needs no start"
+    return ""
+
+
+def _by_numbers(name: str | None) -> list[Any]:
+    """Names with their numbers as numbers: 2 before 10."""
+    return [(int(part), "") if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", name or "")]
 
 
 def _matches(spec: str, base: str, globs: Globs) -> list[str]:
@@ -279,6 +339,8 @@ def _task(number: int, entry: Entry, values: dict[str, Any], found: list[str]) -
         ]
     if isinstance(filled.get("constraints"), str) and filled["constraints"] != "-":
         filled["constraints"] = os.path.join(base, filled["constraints"])
+    if filled.get("sequence"):
+        filled["output"] = _with_map(filled)
     label = _fill(name or "{source.stem}-{target.stem}", fields, f"{entry.at('name')}: name", wrong)
     try:
         job = Job(**filled)
@@ -296,6 +358,15 @@ def _task(number: int, entry: Entry, values: dict[str, Any], found: list[str]) -
             wrong = [f"{entry.place}: {text}" for text in _check_kinds(job)]
     found.extend(wrong)
     return None if wrong else Task.of(number, str(label).strip("-"), entry.place, job)
+
+
+def _with_map(values: dict[str, Any]) -> list[Any]:
+    """The outputs of a frame with its map among them, named like the first of all that it writes."""
+    given = list(many(values.get("output")))
+    first = next((each for each in [*given, *map(values.get, WRITTEN)] if isinstance(each, str)), "")
+    if any(isinstance(each, str) and formats.of(each).map for each in given) or not first:
+        return given
+    return [*given, str(Path(first.replace(STEM, "map")).with_suffix(".npz"))]
 
 
 def _exists(path: str) -> bool:

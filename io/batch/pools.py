@@ -50,6 +50,29 @@ class Pool(Protocol):
         """Let go of the workers."""
 
 
+class InProcess:
+    """This process itself: jobs run where they are submitted, one after another."""
+
+    size, ahead = 1, 0
+    runs_again = False
+
+    def together(self, left: int) -> int:
+        """One."""
+        return 1
+
+    def submit(self, payloads: list[dict[str, Any]]) -> Future:
+        """Run jobs."""
+        future: Future = Future()
+        future.set_result(worker.run_bundle(payloads))
+        return future
+
+    def abandon(self, futures: list[Future]) -> None:
+        """Nothing runs."""
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+
 class Processes:
     """Processes of this machine, each an executor of its own.
 

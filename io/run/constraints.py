@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...balanced.errors import NoMapError
+from ...curve import Curve
 from ...errors import ConstraintError, InputError
+from .. import files
 from .job import Job
 
 if TYPE_CHECKING:
@@ -17,6 +20,10 @@ if TYPE_CHECKING:
     from ..shapes.shape import Shape
 
 
+MORE = (
+    1.5  # times the energy of the map before, or of one made anew: a map that costs more is not gone on with
+)
+ROUNDED = 1e-9  # of the diagonal: outlines no farther apart are the same
 Names = tuple[list[str], list[str]]  # of pins and of strokes, empty for those that have none
 
 
@@ -91,6 +98,88 @@ def solve(
     if holed:
         return fit_with_holes(source, target, tell, **given)
     return iccm.fit(source.domain, target.domain, **given)
+
+
+def read_start(job: Job) -> Fit:
+    """The map that a job goes on from.
+
+    Raises:
+        InputError: it cannot be read, is none of the balanced method, or the job takes no such map.
+    """
+    from ...maps.triangulated.map import TriangulatedMap
+    from ...result import load
+
+    if job.parts != "largest" or not job.exact:
+        other = f"--parts {job.parts}" if job.exact else "--method balanced"
+        raise InputError(
+            f"--start: one balanced map goes on from it, {'not' if job.exact else 'so give'} {other}"
+        )
+    files.open_input(job.start or "")
+    found = load(job.start or "")
+    if not isinstance(found.map, TriangulatedMap):
+        raise InputError(f"{job.start}: is no balanced map, which --start goes on from")
+    return found
+
+
+def go_on(
+    start: Fit,
+    source: Shape,
+    target: Shape | None,
+    given: dict[str, Any],
+    *,
+    holed: bool,
+    tell: Callable[[str], None],
+) -> Fit:
+    """As `solve`, from an earlier map on; anew, and a remark, where that fails or costs much more.
+
+    A map of the very same shapes is taken as it is.
+    """
+    if (
+        target is not None
+        and start.target is not None
+        and given.get("pins") is None
+        and not given.get("strokes")
+    ):
+        before = [start.source, *start.source_holes], [start.target, *start.target_holes]
+        if all(
+            _is_same([shape.curve, *(Curve(shape.holes[k]) for k in shape.mappable_holes if holed)], rings)
+            for shape, rings in zip((source, target), before)
+        ):
+            return start
+    found = None
+    with suppress(NoMapError, InputError):
+        if start.filled is None and (not holed or _have_holes(start, source, target)):
+            found = solve(source, target, given | {"start": start.map}, holed=holed, tell=tell)
+    if found is not None and found.status.ok and _cost(found) <= MORE * _cost(start):
+        return found
+    anew = solve(source, target, given, holed=holed, tell=tell)
+    if found is not None and found.status.ok and not (anew.status.ok and _cost(found) > MORE * _cost(anew)):
+        return found
+    tell(
+        f"{(target or source).spec}: the shapes differ too much from those of the map before: it starts anew"
+    )
+    return anew
+
+
+def _have_holes(start: Fit, source: Shape, target: Shape | None) -> bool:
+    """Whether shapes have as many holes as those of a map."""
+    sides = zip((source, target), (start.source_holes, start.target_holes), start.passed_holes)
+    return all(
+        len(shape.mappable_holes) == len(holes) + len(passed) for shape, holes, passed in sides if shape
+    )
+
+
+def _is_same(outlines: list[Curve], others: list[Curve]) -> bool:
+    """Whether outlines are the same ones but for rounding, in the same order, wherever they begin."""
+    return len(outlines) == len(others) and all(
+        a.z.size == b.z.size and np.abs(b.at(b.closest(a.z)) - a.z).max() <= ROUNDED * a.diagonal
+        for a, b in zip(outlines, others)
+    )
+
+
+def _cost(fit: Fit) -> float:
+    """The energy of a map; that of similar shapes, which is not searched for, is 1."""
+    return fit.energies[-1]["total"] if fit.energies else 1.0
 
 
 def check_inside(shape: Shape, what: str, points: list[complex]) -> None:

@@ -11,7 +11,7 @@ from ...errors import InputError
 from ...progress import Listener
 from .. import files, formats, references
 from . import outputs, parts, report
-from .constraints import add_names, solve
+from .constraints import add_names, go_on, solve
 from .inputs import Inputs
 from .job import Job
 from .phases import Phases
@@ -105,13 +105,17 @@ def _solve(run: Run) -> None:
     if job.target and job.exact:
         given |= {"holes": "keep"} if job.holes == "keep" else {}
         meshes = any(shape.is_mesh for pair in run.pairs for shape in pair)
-        given |= {"fit": "whole"} if meshes and job.fit is None else {}
+        given |= {"fit": "whole"} if (meshes or job.start) and job.fit is None else {}
     with run.phases.timed("solve"):
         for k, (source, target) in enumerate(run.pairs):
             within = progress.within("solve" if count == 1 else f"solve part {k + 1} of {count}")
             with within, add_names(run.called):
                 aim = target if job.target else None
-                run.fits.append(solve(source, aim, given, holed=job.holed, tell=run.note))
+                how: dict[str, Any] = {"holed": job.holed, "tell": run.note}
+                start = run.start
+                run.fits.append(
+                    go_on(start, source, aim, given, **how) if start else solve(source, aim, given, **how)
+                )
     for pair, fit in zip(run.pairs, run.fits):
         for note in fit.notes:
             run.note(parts.label(pair, note))

@@ -125,7 +125,7 @@ class Job(JobOptions):
         textures = [path for path, _ in self.maps]
         masks = [each for each in self.rigid if not each.startswith("#")]
         specs = [path_of(self.source), path_of(self.target or ""), *textures, self.constraints, *masks]
-        specs += [self.importance, self.size_map]
+        specs += [self.importance, self.size_map, self.start]
         return tuple(dict.fromkeys(name for name in specs if name and name != "-"))
 
 

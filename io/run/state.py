@@ -19,7 +19,7 @@ from ...pixels.texture import Wrapped
 from ...plane import bounding_box
 from ..memory import Bounded
 from . import framing, parts, texture
-from .constraints import constrain
+from .constraints import constrain, read_start
 from .job import Job
 from .parts import Pairs
 from .phases import Phases
@@ -55,6 +55,7 @@ class Run:
         fits: the map of each pair, once it is there.
         constraints: pins and strokes that must meet, and an earlier map to go on from, as `iccm.fit` takes them.
         called: the names of pins and strokes.
+        start: an earlier map to go on from.
     """
 
     job: Job
@@ -68,6 +69,7 @@ class Run:
     figures: dict[str, Any] = field(default_factory=dict)
     constraints: dict[str, Any] = field(default_factory=dict)
     called: tuple[list[str], list[str]] = field(default_factory=lambda: ([], []))
+    start: Fit | None = None
     fits: list[Fit] = field(default_factory=list)
     _begun: dict[str, Future] = field(default_factory=dict)
     _other: dict[tuple[str, str], Run] = field(default_factory=dict)
@@ -104,6 +106,8 @@ class Run:
             run.note(note)
         if job.parts == "largest":
             run.constraints, run.called = constrain(job, run.source, run.target, inputs.listed)
+        if job.start:
+            run.start = read_start(job)
         return run
 
     def with_texture(self, map: tuple[str, str] | None) -> Run:

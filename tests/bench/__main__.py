@@ -28,6 +28,7 @@ ORDER = (  # those with goals first
     "holes",
     "solver",
     "orders",
+    "sequences",
 )
 OPTIONS = {  # each alone looks at more
     "balanced": "--pairs 150 --conformal 30 --tight 10",

@@ -11,7 +11,7 @@ from ..meshing.mesh import closed_links
 from ..model import mesh_sizes
 from ..model.boundary import MatchedBoundary, MeshHoles
 from ..model.boundary_pairs import Pairs
-from ..model.discrete_map import DiscreteMap
+from ..model.discrete_map import DiscreteMap, folds
 from ..model.inner_constraints import InnerConstraints
 from ..model.outline import Outline
 from ..model.sketch import Sketch
@@ -44,6 +44,8 @@ def continue_from(level: Level, start: Sketch, problem: UnitProblem) -> Discrete
 
 def on_its_mesh(level: Level, start: Sketch) -> DiscreteMap | None:
     """The earlier map itself, if its outlines are the level's and all pins are among its vertices; None if not."""
+    if folds(start.faces, start.u) or folds(start.faces, start.z):  # as outlines that move may leave it
+        return None
     if level.strokes or level.regions or len(start.loops) < max(map(len, level.holes)):
         return None
     vertices = [start.outer, *(loop.vertices for loop in start.loops)]

@@ -1,0 +1,139 @@
+"""An earlier map carried along as outlines move, from one frame of a sequence to the next.
+
+Each outline is matched with the one that it was by the dynamic programming of `search.initial_matches`, positions
+counting for more, from their mean and by their size: frames are nearly what those before them were. The displacement
+of the outlines goes on inside as a harmonic function on the map's own triangles. What that folds the solver unfolds.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..arrays import Complex, Index, Real
+from ..curve import Curve
+from ..maps.triangulated.map import NEAR, TriangulatedMap
+from .errors import NoMapError
+from .minimise.energy import geometry
+from .minimise.untangle import springs
+from .search.initial_matches import SMOOTH, best_path, best_scores, step_gains
+
+SAMPLES = 256  # of each outline, four times as many as of two different shapes
+POSITION = 20.0
+"""Weight of the difference of positions: what is a quarter of the radius of gyration away counts as much as a tangent
+that turns over."""
+TURNS = 2  # matches: the second with the outline turned as the first one says
+SMOOTHED = 0.02  # of the length, over which the steps of a match are evened: five samples
+HOLES = "start: is a map of shapes with other holes"
+
+
+def carried(
+    map: TriangulatedMap,
+    source: Curve,
+    target: Curve,
+    holes: tuple[Sequence[Curve], Sequence[Curve]] = ((), ()),
+) -> TriangulatedMap:
+    """The map with its outlines on those given, in each plane where they are others; it may fold.
+
+    Args:
+        map: an earlier map.
+        source: the source's outline now.
+        target: the target's.
+        holes: those of both, now.
+
+    Raises:
+        NoMapError: it has other holes.
+    """
+    z, u = (
+        moved(w, map.faces, map.loops, outer, inner)
+        for w, outer, inner in zip((map.source, map.image), (source, target), holes)
+    )
+    return map if z is map.source and u is map.image else replace(map, source=z, image=u, bulge=None)
+
+
+def moved(w: Complex, faces: Index, loops: Sequence[Index], outer: Curve, holes: Sequence[Curve]) -> Complex:
+    """Vertices of a plane (n,), those of the loops on the outlines, the others between them; the same array where they
+    are on these already."""
+    rims = [Curve(w[loop]) for loop in loops]
+    if _is_on(rims[0].z, outer) and (
+        len(rims) != 1 + len(holes) or all(any(_is_on(rim.z, hole) for hole in holes) for rim in rims[1:])
+    ):
+        return w
+    goals = [outer, *_partners(rims[1:], holes)]
+    shift = np.zeros(w.size, complex)
+    for loop, rim, goal in zip(loops, rims, goals):
+        shift[loop] = goal.at(matched(rim, goal)) - rim.z
+    return w + harmonic(w, faces, np.concatenate(list(loops)), shift)
+
+
+def _is_on(z: Complex, curve: Curve) -> bool:
+    return bool(np.abs(curve.at(curve.closest(z)) - z).max() <= NEAR * curve.diagonal)
+
+
+def _partners(rims: Sequence[Curve], holes: Sequence[Curve]) -> list[Curve]:
+    """The hole that each of a map's inner loops is now: the nearest, each once."""
+    left, found = list(holes), list[Curve]()
+    if len(rims) != len(left):
+        raise NoMapError(HOLES)
+    for rim in rims:
+        nearest = min(left, key=lambda hole: abs(hole.z.mean() - rim.z.mean()))
+        left.remove(nearest)
+        found.append(nearest if nearest.area * rim.area > 0 else nearest.reversed())
+    return found
+
+
+def matched(before: Curve, now: Curve) -> Real:
+    """(n,) arclengths of an outline where the vertices of the one before (n,) are now, ascending as these do."""
+    shares = np.arange(SAMPLES) / SAMPLES
+    here, there = (_samples(curve, shares * curve.length) for curve in (before, now))
+    turn = 1.0 + 0j
+    for _ in range(TURNS):
+        i, j, rows, columns = _path(turn * here, there)
+        pairs = (rows[:-1] + i) % SAMPLES, (columns[:-1] + j) % SAMPLES
+        turn = np.exp(1j * np.angle(np.sum(here[1, pairs[0]].conj() * there[1, pairs[1]])))
+    grid = np.arange(4 * SAMPLES) / (4 * SAMPLES)
+    off = np.interp(grid, rows / SAMPLES, columns / SAMPLES) - grid
+    width = int(SMOOTHED * grid.size)
+    window = np.hanning(2 * width + 1)
+    off = np.convolve(np.concatenate([off[-width:], off, off[:width]]), window / window.sum(), "valid")
+    s = np.mod(before.knots[:-1] / before.length - i / SAMPLES, 1)
+    share = s + np.interp(s, np.append(grid, 1), np.append(off, off[0]))
+    return (share + j / SAMPLES) * now.length
+
+
+def _path(here: Complex, there: Complex) -> tuple[int, int, Index, Index]:
+    """Where a match of samples (2, SAMPLES) begins in both, and its rows and columns from there."""
+    score = (here[0, :, None] * there[0].conj()).real - POSITION * np.abs(here[1, :, None] - there[1]) ** 2
+    i, j = divmod(int(score.argmax()), SAMPLES)  # where they are most alike
+    gains = step_gains(np.roll(score, (-i, -j), (0, 1)))[:, :, None, : SAMPLES + 1]
+    return i, j, *best_path(best_scores(gains)[:, 0], gains[:, :, 0])
+
+
+def _samples(curve: Curve, s: Real) -> Complex:
+    """(2, n) unit tangents, and middles from their mean in radii of gyration, of equal pieces that begin at s."""
+    step, reach = curve.length / s.size, SMOOTH * curve.length
+    chord = curve.at(s + step + reach) - curve.at(s - reach)
+    middles = 0.5 * (curve.at(s) + curve.at(s + step))
+    middles -= middles.mean()
+    return np.stack(
+        [chord / np.maximum(np.abs(chord), 1e-300), middles / np.sqrt(np.mean(np.abs(middles) ** 2))]
+    )
+
+
+def harmonic(w: Complex, faces: Index, border: Index, values: Complex) -> Complex:
+    """(n,) the function with these values at the border's vertices that is discretely harmonic at the others, and
+    between those of the border."""
+    from scipy.sparse import coo_array  # slow to import, and seldom needed
+    from scipy.sparse.linalg import spsolve
+
+    weights = -springs(*geometry(w, faces)).ravel()
+    tails, heads = np.roll(faces, -1, axis=1).ravel(), np.roll(faces, -2, axis=1).ravel()
+    pairs = np.append(tails, heads), np.append(heads, tails)
+    stiffness = coo_array((np.tile(weights, 2), pairs), (w.size, w.size)).tocsr()
+    stiffness.setdiag(-stiffness.sum(axis=1))
+    inner = np.setdiff1d(np.arange(w.size), border)
+    out = values.copy()
+    if inner.size:
+        pull = stiffness[inner][:, border] @ values[border]
+        out[inner] = spsolve(stiffness[inner][:, inner].tocsc(), -pull)
+    return out

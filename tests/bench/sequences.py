@@ -1,0 +1,129 @@
+"""Sequences: how far points inside move from frame to frame, with maps of their own and with maps that go on.
+
+python -m tests.bench.sequences [--frames 24]
+
+A flag that waves, a star that grows, a figure whose arm swings, one that walks; each from a disc or a square.
+Of 24 frames: the largest ratio of how far inner points move (95 %) to how far the outline does, the second differences
+of their paths (median, 95 %, largest; of the diagonal), frames that started anew, and CPU seconds.
+"""
+
+import argparse
+import time
+from itertools import pairwise
+
+import numpy as np
+import shapely
+
+import iccm
+from iccm.curve import Curve
+from iccm.io.run.constraints import MORE
+
+DISC = np.exp(2j * np.pi * np.arange(80) / 80)
+SQUARE = np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j])
+
+
+def outline(*parts):
+    """The outline of lines with a width, and of other shapes."""
+    whole = shapely.union_all([part if isinstance(part, shapely.Polygon) else _limb(*part) for part in parts])
+    return shapely.get_coordinates(whole.exterior)[:-1] @ [1, 1j]
+
+
+def _limb(width, *points):
+    return shapely.LineString([(z.real, z.imag) for z in points]).buffer(width)
+
+
+def flag(phase):
+    """A flag in the wind."""
+    x = np.linspace(0, 3, 61)
+    wave = 0.25 * np.sin(2.2 * x - phase) * x / 3
+    return np.concatenate([x + 1j * wave, (x + 1j * (wave + 2))[::-1]])
+
+
+def star(phase):
+    """A star whose points grow."""
+    radii = np.where(np.arange(10) % 2, 1, 1 + 1.2 * phase / (2 * np.pi))
+    return radii * np.exp(1j * (np.pi / 2 + np.pi * np.arange(10) / 5))
+
+
+def arm(phase):
+    """A body with an arm that swings by 100 degrees and back."""
+    shoulder, angle = 0.4 + 0.7j, np.radians(-50 + 50 * (1 - np.cos(phase)))
+    body = shapely.box(-0.6, -1.5, 0.6, 1.2).buffer(0.15)
+    return outline(body, (0.22, 0.3 + 0.7j, shoulder + 1.8 * np.exp(1j * angle)))
+
+
+def walk(phase):
+    """A figure that walks."""
+    parts = [(0.34, 0, 0.05 + 1.4j), (0.33, 0.08 + 2.1j, 0.081 + 2.1j), (0.15, 0.05 + 1.4j, 0.08 + 2.1j)]
+    for side in (1, -1):
+        thigh, swing = 0.45 * side * np.sin(phase), -0.4 * side * np.sin(phase) + 0.75 * side
+        shin = thigh - 0.35 * max(0, side * np.cos(phase))
+        for width, begin, lengths, angles in (
+            (0.17, 0.14 * side, (0.8, 0.8), (thigh + 0.32 * side, shin + 0.3 * side)),
+            (0.13, 0.05 + 1.3j + 0.2 * side, (0.6, 0.5), (swing, swing + 0.2)),
+        ):
+            steps = [length * np.exp(1j * (angle - np.pi / 2)) for length, angle in zip(lengths, angles)]
+            parts.append((width, begin, begin + steps[0], begin + steps[0] + steps[1]))
+    return outline(*parts)
+
+
+FILMS = {"flag": (DISC, flag), "star": (SQUARE, star), "arm": (DISC, arm), "walk": (DISC, walk)}
+
+
+def maps(source, frames, *, follow):
+    """The map of each frame, and how many started anew, as `iccm map --sequence` does."""
+    fits, anew = [], 0
+    for frame in frames:
+        if not (follow and fits):
+            fits.append(iccm.fit(source, frame, fit="whole"))
+            continue
+        try:
+            found = iccm.fit(source, frame, start=fits[-1], fit="whole")
+        except iccm.IccmError:
+            found = None
+        if found is None or _energy(found) > MORE * _energy(fits[-1]):
+            own = iccm.fit(source, frame, fit="whole")
+            if found is None or _energy(found) > MORE * _energy(own):
+                found, anew = own, anew + 1
+        fits.append(found)
+    return fits, anew
+
+
+def _energy(fit):
+    return fit.energies[-1]["total"] if fit.energies else 1.0
+
+
+def moved(before, now):
+    """How far an outline moves: the largest distance of either to the other."""
+    a, b = Curve.domain(before), Curve.domain(now)
+    ends = [(c, d, c.at(np.linspace(0, c.length, 2000))) for c, d in ((a, b), (b, a))]
+    return max(float(np.abs(d.at(d.closest(z)) - z).max()) for _, d, z in ends)
+
+
+def main():
+    """Print a line for each film and way."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--frames", type=int, default=24)
+    count = parser.parse_args().frames
+    print(f"{'':5} {'maps':9} {'motion':>7} {'second differences':>28} {'anew':>5} {'CPU s':>6}")
+    for name, (source, film) in FILMS.items():
+        frames = [film(2 * np.pi * k / count) for k in range(count)]
+        outlines = np.array([moved(a, b) for a, b in pairwise(frames)])
+        for follow in (False, True):
+            start = time.process_time()
+            fits, anew = maps(source, frames, follow=follow)
+            seconds = time.process_time() - start
+            z = fits[0].interior
+            w = np.array([fit.map(z) for fit in fits])
+            w = w[:, np.isfinite(w).all(axis=0)]
+            motion = (np.quantile(np.abs(np.diff(w, axis=0)), 0.95, axis=1) / outlines).max()
+            bend = np.abs(np.diff(w, 2, axis=0)) / fits[0].diagonal
+            way = "in turn" if follow else "their own"
+            figures = " ".join(
+                f"{value:9.2e}" for value in (np.median(bend), np.quantile(bend, 0.95), bend.max())
+            )
+            print(f"{name:5} {way:9} {motion:7.2f} {figures} {anew:5} {seconds:6.1f}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

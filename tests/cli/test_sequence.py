@@ -1,0 +1,112 @@
+"""`iccm map --sequence`: frames whose maps go on from each other."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import iccm as core
+from iccm.io.batch import manifest
+from iccm.io.pictures import image_files
+
+SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">{}</svg>'
+SMALL = ("--size", "24")
+
+
+@pytest.fixture
+def frames(shapes):
+    """frames/f8.svg to frames/f11.svg: a bar that is lifted at one end."""
+    (shapes / "frames").mkdir()
+    for k in range(4):
+        bar = f'<path d="M10 60H50L90 {60 - 5 * k}V{80 - 5 * k}L50 80H10Z"/>'
+        (shapes / "frames" / f"f{8 + k}.svg").write_text(SVG.format(bar))
+    return shapes
+
+
+def told(typed):
+    return [line.split(",")[0] for line in typed.lines if ": done" in line]
+
+
+def test_frames_go_on_from_each_other_and_are_resumed(frames, iccm):
+    command = ("map", "square.svg", "frames/*.svg", "--sequence", "-o", "out/{target.stem}.png", *SMALL)
+    typed = iccm(*command)
+    assert typed.code == 0, typed.err
+    assert told(typed) == [f"square-f{k}: done" for k in (8, 9, 10, 11)]  # by numbers, 8 before 10
+    maps = [core.load(f"out/f{k}.npz") for k in range(8, 12)]
+    z = maps[0].interior
+    steps = np.abs(np.diff([fit.map(z) for fit in maps], axis=0))
+    assert steps.max() < 1.5 * 5
+    before = [Path(f"out/f{k}.png").read_bytes() for k in range(8, 12)]
+    Path("out/f10.png").unlink()
+    again = iccm(*command, "--resume")
+    assert again.code == 0 and [line for line in again.lines if "as it was" not in line] == [
+        line for line in again.lines if line.startswith("square-f10")
+    ]
+    assert [Path(f"out/f{k}.png").read_bytes() for k in range(8, 12)] == before
+    taken = iccm(*command)
+    assert taken.code == 2 and "the file exists" in taken.err
+
+
+def test_textures_and_sources_are_frames_too(frames, iccm):
+    for k in range(4):
+        image_files.write(f"t{k}.png", image_files.Image(np.full((4, 4, 3), 60 * k, np.uint8)))
+    typed = iccm(
+        *("map", "square.svg", "blob.svg", "--texture", "t?.png", "--sequence", "-o", "t-{texture.stem}.png"),
+        *SMALL,
+    )
+    assert typed.code == 0, typed.err
+    maps = [Path(f"t-t{k}.npz").read_bytes() for k in range(4)]
+    assert set(maps) == {maps[0]}  # one map: only the texture changes
+    assert [int(image_files.read(f"t-t{k}.png").pixels[12, 12, 0]) for k in range(4)] == [0, 60, 120, 180]
+
+
+def test_a_manifest_has_sequences_too(frames):
+    job = {"source": "frames/*.svg", "target": "disk.svg", "sequence": True, "output": "{source.stem}.png"}
+    other = {"source": "square.svg", "target": "disk.svg"}
+    lines = [json.dumps(each) for each in (job, other, job | {"output": "{number}.png"})]
+    tasks = manifest.read("\n".join(lines), "-", root=Path("."))
+    assert [task.after for task in tasks] == [0, 1, 2, 3, 0, 0, 6, 7, 8]
+    assert tasks[1].name == "f9-disk" and [Path(name).name for name in tasks[1].job.output] == [
+        "f9.png",
+        "f9.npz",
+    ]
+    assert tasks[1].job.fit == "whole" and tasks[1].job.holes == "keep" and tasks[4].job.fit is None
+
+
+def test_a_frame_that_differs_too_much_starts_anew_and_says_so(frames, iccm):
+    assert iccm("map", "square.svg", "frames/f8.svg", "-o", "bar.npz").code == 0
+    spiky = '<path d="M50 5L54 46L95 50L54 54L50 95L46 54L5 50L46 46Z"/>'
+    Path("spiky.svg").write_text(SVG.format(spiky))
+    ring = SVG.format('<path fill-rule="evenodd" d="M10 10H90V90H10ZM40 40H60V60H40Z"/>')
+    Path("ring.svg").write_text(ring)
+    typed = iccm("map", "ring.svg", "ring.svg", "--start", "bar.npz", "-o", "a.png", *SMALL, "--fit", "whole")
+    assert typed.code == 0 and any("it starts anew" in line for line in typed.lines), typed.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("square.svg", "none/*.svg", "--sequence"), "no file matches"),
+        (("square.svg", "frames/*.svg", "--texture", "t.png", "--sequence", "-o", "x.png"), "output: "),
+        (("frames/*.svg", "frames/f[89].svg", "--sequence"), "do not pair: source 4, target 2 files"),
+        (("square.svg", "frames/*.svg", "--sequence", "--fit", "cover"), "whole outlines"),
+        (("square.svg", "frames/*.svg", "--sequence", "--method", "paper"), "by the balanced method"),
+        (("square.svg", "frames/*.svg", "--sequence", "--watch"), "--watch: not with --sequence"),
+        (("square.svg", "blob.svg", "--resume"), "--resume: is for a --sequence"),
+        (("square.svg", "blob.svg", "--start", "blob.svg"), "blob.svg: is no map that iccm wrote"),
+        (("square.svg", "blob.svg", "--start", "none.npz"), "none.npz: no such file"),
+        (("square.svg", "blob.svg", "--start", "paper.npz"), "is no balanced map"),
+        (("square.svg", "blob.svg", "--start", "paper.npz", "--method", "paper"), "give --method balanced"),
+    ],
+)
+def test_what_makes_no_sequence_is_refused(frames, iccm, arguments, said):
+    image_files.write("t.png", image_files.Image(np.zeros((2, 2, 3), np.uint8)))
+    if "paper.npz" in arguments:
+        core.fit([0, 1, 1 + 1j, 1j], [0, 2, 2 + 1j, 1j], method="paper", order=0, vertices=20).save(
+            "paper.npz"
+        )
+    typed = iccm("map", *arguments)
+    errors = [line for line in typed.lines if line.startswith("error: ")]
+    assert typed.code == 2 and errors and said in errors[0], typed.err
+    assert not list(Path(".").glob("*.png")) or {path.name for path in Path(".").glob("*.png")} == {"t.png"}

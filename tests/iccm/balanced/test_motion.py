@@ -1,0 +1,72 @@
+"""Maps carried along as outlines move."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import shapely
+
+import iccm
+from iccm.balanced.errors import NoMapError
+from iccm.balanced.motion import carried, harmonic, matched
+from iccm.curve import Curve
+
+DISC = np.exp(2j * np.pi * np.arange(60) / 60)
+
+
+def figure(degrees):
+    """A body with an arm raised by an angle."""
+    tip = 0.4 + 0.7j + 1.8 * np.exp(1j * np.radians(degrees))
+    arm = shapely.LineString([(0.3, 0.7), (tip.real, tip.imag)]).buffer(0.22)
+    outline = shapely.box(-0.6, -1.5, 0.6, 1.2).buffer(0.15).union(arm).exterior
+    return Curve.domain(shapely.get_coordinates(outline)[:-1] @ [1, 1j])
+
+
+def test_an_outline_finds_itself_where_it_went():
+    star = Curve(DISC * (1.5 + 0.5 * np.cos(5 * np.angle(DISC))))
+    for factor, shift in ((1, 3 + 2j), (1.1, 0), (np.exp(0.1j), 1j)):
+        now = Curve(np.roll(factor * star.z + shift, 7))
+        found = now.at(matched(star, now))
+        assert np.abs(found - (factor * star.z + shift)).max() < 0.01 * star.diagonal
+
+
+def test_a_limb_that_moves_is_followed():
+    before, now = figure(0), figure(8)
+    tip = before.z.real.argmax()
+    found = now.at(matched(before, now))
+    assert abs(found[tip] - now.z[now.z.real.argmax()]) < 0.22  # half the arm's width
+    assert np.abs(found - before.z).max() < 1.2 * np.radians(8) * 2.1  # no farther than the arm swings
+
+
+def test_harmonic_functions_lie_between_what_they_are_on_the_border():
+    map = iccm.fit(DISC, 2 * DISC).map
+    border = np.concatenate(map.loops)
+    given = np.where(np.isin(np.arange(map.source.size), border), 1 + 2j, 0)
+    assert np.abs(harmonic(map.source, map.faces, border, given) - (1 + 2j)).max() < 1e-12  # shifts are exact
+    found = harmonic(map.source, map.faces, border, np.where(given != 0, map.source**2, 0))
+    assert np.abs(found - map.source**2).max() < 0.1  # z² is harmonic; weights are floored
+    assert np.abs(found).max() <= np.abs(map.source[border] ** 2).max() + 1e-12
+
+
+def test_maps_of_the_same_shapes_are_left_alone_and_other_holes_refused():
+    fit = iccm.fit(DISC, 2 * DISC)
+    assert carried(fit.map, fit.source, fit.target) is fit.map
+    with pytest.raises(NoMapError, match="other holes"):
+        carried(fit.map, fit.source, Curve(3 * DISC), ((), [Curve(0.1 * DISC[::-1])]))
+
+
+@pytest.mark.parametrize("moves", ["target", "source"])
+def test_frames_follow_each_other_without_a_jump(moves):
+    frames = [figure(angle) for angle in np.linspace(-30, 30, 7)]
+    fits = []
+    for frame in frames:
+        pair = (DISC, frame) if moves == "target" else (frame, DISC)
+        fits.append(iccm.fit(*pair, fit="whole", start=fits[-1] if fits else None))
+    assert all(fit.status.ok for fit in fits)
+    if moves == "source":
+        images = np.array([fit.inverse(0.9 * fits[0].image.mean() + 0.8 * DISC) for fit in fits])
+    else:
+        images = np.array([fit.map(0.9 * DISC) for fit in fits])
+    steps = np.abs(np.diff(images, axis=0))
+    moved = np.array([np.abs(b.at(b.closest(a.z)) - a.z).max() for a, b in pairwise(frames)])
+    assert (np.quantile(steps, 0.95, axis=1) < 1.5 * moved).all()
