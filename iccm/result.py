@@ -21,7 +21,7 @@ from .maps.approximation import AnyMap, triangulated
 from .maps.boundary_image import outline
 from .maps.distortion import Distortion
 from .maps.injectivity import Certificate
-from .maps.regions import Region
+from .maps.regions import Region, triangles_in
 from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
 from .meshes.surface_distortion import on_surfaces, surface_distances
@@ -205,8 +205,12 @@ class Fit:
         rings = {name: [curve.z for curve in each] for name, each in zip(RINGS, curves)}
         said = {"ended": self.ended.name, "notes": self.notes, "energies": self.energies, **about}
         arrays = {"pins": self.pins, "hole_partners": self.hole_partners}
-        held = MapFile(self.map, (both[0], both[1]), arrays, rings | {"filled": self.filled or ()}, said)
-        held.write(path)
+        rings |= {
+            "filled": self.filled or (),
+            "rigid": [ring for region in self.rigid for ring in region.rings],
+        }
+        said["rigid"] = [len(region.rings) for region in self.rigid]
+        MapFile(self.map, (both[0], both[1]), arrays, rings, said).write(path)
 
     @classmethod
     def of(cls, held: MapFile) -> "Fit":
@@ -222,7 +226,7 @@ class Fit:
         if source.outline is None or not _understood(ended, notes, energies):
             raise InputError("about: what it says of the solving is not understood")
         begins, ends, *holes = (
-            [Curve(z, not name.startswith("stroke")) for z in held.rings[name]] for name in RINGS[:-1]
+            [Curve(z, not name.startswith("stroke")) for z in held.rings[name]] for name in RINGS[:6]
         )
         partners = [(int(i), int(j)) for i, j in held.arrays["hole_partners"]]
         fits = all(-1 <= i < len(holes[0]) and -1 <= j < len(holes[1]) for i, j in partners)
@@ -244,6 +248,7 @@ class Fit:
             hole_partners=partners,
             passed_holes=(holes[2], holes[3]),
             filled=(filled[0], filled[1]) if filled else None,
+            rigid=_regions(held),
         )
 
     def plot(
@@ -577,6 +582,25 @@ def load(path: str | PathLike) -> Fit:
         return Fit.of(read(path))
     except InputError as error:
         raise InputError(str(error) if str(error).startswith(str(path)) else f"{path}: {error}") from error
+
+
+def _regions(held: MapFile) -> list[Region]:
+    """The rigid regions of a saved map.
+
+    Raises:
+        InputError: its rings are none.
+    """
+    counts, rings = held.about.get("rigid", []), list(held.rings["rigid"])
+    sound = isinstance(counts, list) and all(isinstance(n, int) and n > 0 for n in counts)
+    if not sound or sum(counts) != len(rings) or (rings and not isinstance(held.map, TriangulatedMap)):
+        raise InputError("rigid: its rings are those of no regions")
+    found = []
+    for count in counts:
+        region, rings = tuple(rings[:count]), rings[count:]
+        if not isinstance(held.map, TriangulatedMap) or not triangles_in(held.map, region).size:
+            raise InputError("rigid: a region without triangles")
+        found.append(Region.of(held.map, region))
+    return found
 
 
 def _understood(ended: Any, notes: Any, energies: Any) -> bool:

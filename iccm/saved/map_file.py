@@ -29,7 +29,7 @@ MOST_BYTES = 1 << 30
 ARRAYS = {"pins": ("complex128", 2, 2), "hole_partners": ("int32", 2, 2)}
 RINGS = (
     *("stroke_sources", "stroke_targets", "source_holes", "target_holes"),
-    *("passed_source_holes", "passed_target_holes", "filled"),
+    *("passed_source_holes", "passed_target_holes", "filled", "rigid"),
 )
 """What a result holds beside the map: type, dimensions and columns of arrays, and lists of points (see `Fit`)."""
 

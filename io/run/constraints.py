@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 MORE = (
     1.5  # times the energy of the map before, or of one made anew: a map that costs more is not gone on with
 )
+CONSTRAINTS = "pins", "strokes", "rigid", "importance", "size_map"
 ROUNDED = 1e-9  # of the diagonal: outlines no farther apart are the same
 Names = tuple[list[str], list[str]]  # of pins and of strokes, empty for those that have none
 
@@ -134,12 +135,8 @@ def go_on(
 
     A map of the very same shapes is taken as it is.
     """
-    if (
-        target is not None
-        and start.target is not None
-        and given.get("pins") is None
-        and not given.get("strokes")
-    ):
+    free = not any(given.get(name) is not None for name in CONSTRAINTS)
+    if target is not None and start.target is not None and free:
         before = [start.source, *start.source_holes], [start.target, *start.target_holes]
         if all(
             _is_same([shape.curve, *(Curve(shape.holes[k]) for k in shape.mappable_holes if holed)], rings)
