@@ -205,10 +205,8 @@ class Fit:
         rings = {name: [curve.z for curve in each] for name, each in zip(RINGS, curves)}
         said = {"ended": self.ended.name, "notes": self.notes, "energies": self.energies, **about}
         arrays = {"pins": self.pins, "hole_partners": self.hole_partners}
-        rings |= {
-            "filled": self.filled or (),
-            "rigid": [ring for region in self.rigid for ring in region.rings],
-        }
+        rings["filled"] = list(self.filled or ())
+        rings["rigid"] = [ring for region in self.rigid for ring in region.rings]
         said["rigid"] = [len(region.rings) for region in self.rigid]
         MapFile(self.map, (both[0], both[1]), arrays, rings, said).write(path)
 
