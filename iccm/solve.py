@@ -169,6 +169,7 @@ def deform(
     pins: ArrayLike | None = None,
     strokes: Sequence[tuple[ArrayLike, ArrayLike]] | None = None,
     source_holes: Sequence[ArrayLike | Curve] = (),
+    rigid: Sequence[ArrayLike | Curve] = (),
     start: Fit | TriangulatedMap | None = None,
     **options: Unpack[OptionValues],
 ) -> Fit:
@@ -184,6 +185,8 @@ def deform(
         strokes: as for `fit`; they may go anywhere.
         source_holes: outlines of holes, (p,) complex; they move freely with the shape. One that holds a pin or a stroke
             is moved as if it were filled. Of the balanced method.
+        rigid: bones: outlines of regions that keep their form and size, and turn with what is around them; two pins in
+            one say how, and its size. What is not in one is soft. Of the balanced method.
         start: an earlier deformation of the same shape, to go on from: motions larger than half a turn come out right
             in steps. With pins at the same points of the source it keeps its mesh, and takes hundredths of a second.
             Of the balanced method.
@@ -200,17 +203,21 @@ def deform(
     """
     settings = _options(deform, options)
     reach = ON_OUTLINE if settings.is_balanced else NEAR
-    problem = Problem.of(source, None, pins, strokes, holes=(source_holes, ()), reach=reach)
+    problem = Problem.of(source, None, pins, strokes, holes=(source_holes, ()), reach=reach, rigid=rigid)
     if not problem.pins.size and not problem.strokes:
         raise InputError("deform: no pins and no strokes; give at least one")
     if settings.is_balanced:
         from .balanced import fit as balanced
 
+        if settings.rigid_size is not None:
+            raise InputError("rigid_size: bones of a shape that is deformed keep their size")
         if settings.turn is not None:
             raise InputError("turn: a shape that is deformed turns as its pins and strokes do")
         return balanced.deform(problem, settings, _map_of(start))
     if start is not None:
         raise InputError("start: an option of --method balanced")
+    if rigid:
+        raise InputError("rigid: regions are kept by the balanced method")
     if source_holes:
         raise InputError("source_holes: the balanced method alone knows of holes")
     from .paper import algorithm1

@@ -415,7 +415,7 @@ class JobOptions:
     )
     rigid: tuple[str, ...] = _option(
         "A region of the source that keeps its form and moves as a whole: #id, an element of its drawing, or a mask, "
-        "white where it is rigid. May be repeated.", "REGION", default=(), parse=many, commands=("map",),
+        "white where it is rigid. May be repeated.", "REGION", default=(), parse=many,
     )  # fmt: skip
     rigid_size: float | Literal["free"] | None = _option(
         "Size of rigid regions, by the mean scale of the map; free: as suits it.  "

@@ -25,6 +25,7 @@ from .minimise.upright import turn_cost
 from .model.measures import energy_between, turn_of
 from .model.settings import Settings, Solution
 from .motion import carried
+from .rigid.given import NO_REGIONS, regions_of
 from .search.multilevel import UPRIGHT
 from .search.partial import GOOD, TURNED, price
 
@@ -211,18 +212,23 @@ def deform(problem: Problem, options: Options, start: TriangulatedMap | None = N
     holes, notes = open_holes(problem.source_holes, source, pins[:, 0], [here for here, _ in strokes])
     given = check_free(source, pins, strokes, holes)
     settings, said = settings_of(options), [*notes, *given.notes]
-    found = deforming.solve(source, given, settings, start, holes)
+    regions = regions_of(problem.rigid, source, holes, pins, strokes) if problem.rigid else NO_REGIONS
+    found = deforming.solve(source, given, settings, start, holes, regions)
     faces = found.faces
     if not found.simple:
         bottom = pins[0, 0] if len(pins) else strokes[0][0].z[0]
         faces = faces[drawing_order(found.source[faces].mean(axis=1), bottom)]
         said.append(LAYERED.format("first pin" if len(pins) else "beginning of the first stroke"))
-    map = straighten_lines(TriangulatedMap(found.source, found.image, faces, found.loops), found.lines)
+    map = TriangulatedMap(found.source, found.image, faces, found.loops)
+    map = straighten_lines(map, found.lines, in_regions(map, regions.polygons))
     map = bounds.straighten_beyond_bounds(map, settings.max_dilatation, settings.max_stretch)
     bounded = found.bounded and bounds.meets_bounds(map, settings.max_dilatation, settings.max_stretch)
     ended = Status.BOUNDS if not bounded else Status.MET if found.simple else Status.OVERLAP
-    status = ended if found.met else Status.PINS
-    return Fit(map, status, found.energies, source, None, pins, strokes, said, source_holes=holes)
+    rigid = [Region.of(map, rings) for rings in regions.polygons]
+    status = Status.PINS if not found.met else ended if all(bone.is_rigid for bone in rigid) else Status.BENT
+    return Fit(
+        map, status, found.energies, source, None, pins, strokes, said, source_holes=holes, rigid=rigid
+    )
 
 
 def drawing_order(middles: Complex, bottom: complex) -> Index:

@@ -25,14 +25,14 @@ from .model.measures import energy_between, stretches, turn_of
 from .model.metric import FieldMetric
 from .model.settings import Settings, Solution, SolveLog
 from .model.sketch import Sketch
-from .rigid.given import Regions, aims_of, regions_of
+from .rigid.given import NO_REGIONS, Regions, aims_of, regions_of
 from .rigid.solve import Rigid, keep_rigid
 from .search import multilevel
 from .search.final_mesh import Meshed, excesses
 
 NO_PINS = np.empty((0, 2), np.complex128)
 SAMPLES = 20_000  # of fields over the source, for their means
-UNPINNED, NO_REGIONS = Pins(NO_PINS, NO_PINS), Regions(())
+UNPINNED = Pins(NO_PINS, NO_PINS)
 
 
 def solve(

@@ -48,7 +48,7 @@ def constrain(
         check_inside(shape, "vertex of a stroke", [z for stroke in found.strokes for z in stroke[side].z])
     given: dict[str, Any] = {"pins": pins if len(pins) else None, "strokes": found.strokes or None}
     regions = job.rigid or (listed and listed.rigid) or source.rigid
-    if regions and job.target:
+    if regions:
         from ..shapes.regions import read
 
         given["rigid"] = read(source, job.rigid, listed.rigid if listed else ())

@@ -94,3 +94,15 @@ def test_pictures_that_say_nothing_are_refused(drawn, iccm, option):
             assert done.code == 2 and told in done.err and not (drawn / "o.png").exists()
     done = iccm("map", "square.svg", "blob.svg", option, "mask.png", "--parts", "all")
     assert done.code == 2 and f"{option} is for one shape" in done.err
+
+
+def test_a_drawn_bone_stays_straight_while_an_arm_bends(shapes, iccm):
+    arm = '<path d="M5 40H95V60H5Z"/><rect id="rigid-forearm" x="55" y="42" width="38" height="16"/>'
+    (shapes / "arm.svg").write_text(SVG.format(arm))
+    done = iccm(
+        *("deform", "arm.svg", "--pin", "10,50:10,50", "--pin", "30,50:30,50"),
+        *("--pin", "90,50:60,10", "--report", "r.json", "-o", "o.png", "--size", "60"),
+    )
+    (region,) = json.loads((shapes / "r.json").read_text())["regions"]
+    assert done.code == 0 and region["dilatation"] <= 1.02
+    assert 40 < region["turn"] < 110 and region["size"]["p95"] < 1.02 * region["size"]["p05"] * 1.02

@@ -13,13 +13,18 @@ from ..holes.outlines import FEWEST
 from ..meshing.mesh import Sizes, triangulate
 from ..model.boundary import FreeBoundary
 from ..model.boundary_pairs import Match, subdivide
-from ..model.discrete_map import DiscreteMap
+from ..model.discrete_map import DiscreteMap, kept_by, regions_of
+from ..search.levels import spaced
 
 SPACING = 0.75  # of the outline's vertices, in mesh sizes
 
 
 def mesh_of(
-    outlines: Sequence[Curve], pins: Pins, size: float, drawn: list[Match] | None = None
+    outlines: Sequence[Curve],
+    pins: Pins,
+    size: float,
+    drawn: list[Match] | None = None,
+    regions: Sequence[Sequence[Complex]] = (),
 ) -> DiscreteMap:
     """The shape on a mesh, not moved yet.
 
@@ -29,6 +34,7 @@ def mesh_of(
         pins: in its coordinates.
         size: h of the triangles.
         drawn: where the vertices of strokes go; ends to ends, evenly, if None.
+        regions: polygons of rigid regions.
 
     Raises:
         Stuck: no mesh holds all of this.
@@ -36,12 +42,17 @@ def mesh_of(
     drawn = drawn or [stroke.even for stroke in pins.strokes]
     kept = inside(pins.strokes, drawn, SPACING * size, pins.inner)
     outer, *holes = (space_out(each, min(SPACING * size, each.length / FEWEST), kept.z) for each in outlines)
-    z, faces = triangulate(outer, Sizes.even(0.5 * size**2), kept.z, kept.links, holes, kept.rays(outer))
+    bones = spaced(regions, SPACING * size)
+    points, around = kept_by(bones)
+    links = np.append(kept.links, np.where(around < 0, -1, kept.z.size + around))
+    points = np.append(kept.z, points)
+    z, faces = triangulate(outer, Sizes.even(0.5 * size**2), points, links, holes, kept.rays(outer))
     border = np.concatenate([outer, *holes])
     pinned = np.abs(pins.outer[:, :1] - border).argmin(axis=1) if len(pins.outer) else np.empty(0, np.int64)
     boundary = FreeBoundary((outer.size, *(hole.size for hole in holes)), pinned, pins.outer[:, 1])
     pattern = system_of(faces, np.append(boundary.following, boundary.size + kept.following), z.size)
-    return DiscreteMap(faces, pattern, z, z.copy(), boundary, inside=kept, bound=True)
+    rigid = regions_of(z[faces].mean(axis=1), bones) if bones else None
+    return DiscreteMap(faces, pattern, z, z.copy(), boundary, inside=kept, bound=True, rigid=rigid)
 
 
 def space_out(outline: Curve, spacing: float, points: Complex) -> Complex:

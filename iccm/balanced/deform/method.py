@@ -23,6 +23,8 @@ from ..model.discrete_map import DiscreteMap, folds
 from ..model.frames import UnitFrame
 from ..model.outline import manageable
 from ..model.settings import Settings
+from ..rigid.given import NO_REGIONS, Regions, aims_of
+from ..rigid.solve import Rigid, harden
 from ..search.final_mesh import excesses, meet_bounds_by
 from ..search.homotopy import brought
 from ..search.levels import EVENED
@@ -75,6 +77,7 @@ def solve(
     settings: Settings,
     start: TriangulatedMap | None = None,
     holes: Sequence[Curve] = (),
+    regions: Regions = NO_REGIONS,
 ) -> Deformation:
     """The deformation of a domain by pins and strokes, from an earlier one on if there is one.
 
@@ -84,15 +87,18 @@ def solve(
         settings: what is asked of the map.
         start: an earlier deformation.
         holes: outlines of its holes, clockwise.
+        regions: bones: rigid regions, which may turn; where one has two pins these say how, and its size.
 
     Raises:
         NoMapError: the shape cannot be meshed.
+        InputError: the pins in a region are moved by no similarity.
     """
     frame = UnitFrame.of(source, holes)
     given = pins.unit((frame, frame))
     outlines = _outlines([frame.curve(each) for each in (source, *holes)], given.outer[:, 0], settings)
     try:
-        levels = refine(outlines, given, settings, None if start is None else _in(frame, start))
+        bones = Regions(tuple(tuple(map(frame.unit_ring, rings)) for rings in regions.polygons))
+        levels = refine(outlines, given, settings, None if start is None else _in(frame, start), bones)
     except Stuck as error:
         raise NoMapError(f"deform: {error}") from None
     found = _deformation(levels, frame, pins)
@@ -112,7 +118,11 @@ def _outlines(curves: Sequence[Curve], points: Complex, settings: Settings) -> l
 
 
 def refine(
-    outlines: Sequence[Curve], pins: Pins, settings: Settings, start: Start | None
+    outlines: Sequence[Curve],
+    pins: Pins,
+    settings: Settings,
+    start: Start | None,
+    bones: Regions = NO_REGIONS,
 ) -> list[DiscreteMap]:
     """The deformation on one mesh after the other, the last one fine."""
     size, theta = np.sqrt(TRIANGLES_PER_AREA / settings.triangles), settings.theta
@@ -125,10 +135,19 @@ def refine(
         drawn = aim_feet(
             pins.strokes, start_from(mesh_of(outlines, pins, size), start), EVENED
         ).inside.matches
-    fine = start_from(mesh_of(outlines, pins, size, drawn), start)
+    fine = start_from(mesh_of(outlines, pins, size, drawn, bones.polygons), start)
     levels.append(relax(brought(fine, theta, MOVING_STEPS, SETTLED), theta, 1.0))
+    if bones.polygons:
+        levels.append(stiffened(levels[-1], bones, pins, theta))
     levels.append(meet_bounds_by(lambda state, q: relax(state, theta, q), levels[-1], settings, scale_of))
     return levels
+
+
+def stiffened(state: DiscreteMap, bones: Regions, pins: Pins, theta: float) -> DiscreteMap:
+    """The map with rigid bones."""
+    aims, said = aims_of(bones, pins, 1.0)
+    wanted = Rigid(bones.polygons, aims, ~said, np.zeros(said.size, bool))
+    return harden(state, wanted, theta, state.energy)
 
 
 def roughly(outlines: Sequence[Curve], pins: Pins, size: float, theta: float) -> DiscreteMap:

@@ -105,12 +105,10 @@ class DiscreteMap:
         outer, *inner = (loop.source.curve.at(pairs.s[loop.vertices]) for loop in boundary.loops)
         around = closed_links([rim.size for rim in filled])
         soft = np.append(around, linked_on([bay.size - 2 for bay in bays], around.size))
-        rings_rigid = [ring for region in regions for ring in region]
-        soft = np.append(soft, soft.size + closed_links([ring.size for ring in rings_rigid]))
-        seeds = np.array([middle_of(region) for region in regions], np.complex128)
-        soft = np.append(soft, np.full(seeds.size, -1))
+        kept, around_kept = kept_by(regions)
+        soft = np.append(soft, np.where(around_kept < 0, -1, soft.size + around_kept))
         links = np.append(inside.links, np.where(soft < 0, -1, inside.z.size + soft))
-        points = np.concatenate([inside.z, *filled, *(bay[1:-1] for bay in bays), *rings_rigid, seeds])
+        points = np.concatenate([inside.z, *filled, *(bay[1:-1] for bay in bays), kept])
         mouths = [mouth_of(outer, bay) for bay in bays]
         rays = np.concatenate([inside.rays(outer), bay_rays(bays, mouths, inside.z.size + around.size)])
         z, faces = triangulate(outer, sizes, points, links, inner, rays)
@@ -425,6 +423,14 @@ def weights_of(z: Complex, faces: Index, filled: Sequence[Complex], bays: Sequen
     for polygons, weight in ((filled, FILLED), (bays, BAY)):
         weights[inside_any(map(Curve, polygons), middles)] = weight
     return weights
+
+
+def kept_by(regions: Sequence[Sequence[Complex]]) -> tuple[Complex, Index]:
+    """(k,) points that a mesh has for regions: their rings' vertices and one inside each; and the next on its ring."""
+    rings = [ring for region in regions for ring in region]
+    seeds = np.array([middle_of(region) for region in regions], np.complex128)
+    links = np.append(closed_links([ring.size for ring in rings]), np.full(seeds.size, -1))
+    return np.concatenate([*rings, seeds]), links
 
 
 def middle_of(region: Sequence[Complex]) -> complex:

@@ -45,6 +45,9 @@ class Regions:
         return found
 
 
+NO_REGIONS = Regions(())
+
+
 def regions_of(
     given: Sequence[Complex],
     source: Curve,

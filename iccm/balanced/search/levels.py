@@ -213,7 +213,7 @@ class Level:
         sizes_of_filled = [(k, -1, rim.size) for k, rim in zip(alone, filled)]
         sizes_of_filled += [(-1, -1, bay.size - 2) for bay in self.bays]
         boundary = boundary.with_filled(loops_of(sizes_of_filled, boundary.size + kept.z.size))
-        rings = [[_spaced(ring, spacing) for ring in region] for region in self.regions]
+        rings = spaced(self.regions, spacing)
         return DiscreteMap.on(boundary, sizes, kept, filled, self.metrics, self.bays, self.upright, rings)
 
     def boundary(self, match: Match, fewest: int = FEWEST) -> MatchedBoundary:
@@ -274,11 +274,14 @@ class Level:
         return bool(self.strokes) or bool(len(self.pins))
 
 
-def _spaced(ring: Complex, spacing: float) -> Complex:
-    """A polygon with edges no longer than the spacing."""
-    curve = Curve(ring)
-    own, share = subdivide(curve.lengths, spacing)
-    return curve.at(curve.knots[own] + share * curve.lengths[own])
+def spaced(regions: Sequence[Sequence[Complex]], spacing: float) -> list[list[Complex]]:
+    """Regions with edges no longer than the spacing."""
+
+    def ring(z: Complex) -> Complex:
+        own, share = subdivide(Curve(z).lengths, spacing)
+        return Curve(z).at(Curve(z).knots[own] + share * Curve(z).lengths[own])
+
+    return [[ring(z) for z in region] for region in regions]
 
 
 def initial_maps(level: Level, matches: list[Match]) -> list[DiscreteMap]:

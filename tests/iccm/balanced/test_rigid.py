@@ -140,3 +140,28 @@ def test_the_density_of_regions_has_these_derivatives():
     alone = rest._replace(weights=rest.weights * (aims != 0))
     assert alone.energy((1.1 + 0.2j) * z + 5, objective) == pytest.approx(0, abs=1e-20)
     assert rest.energy(z.conj(), objective) == np.inf
+
+
+LEG = np.array([0, 6, 6 + 1j, 1j])
+BONE = np.array([0.2 + 0.1j, 2.4 + 0.1j, 2.4 + 0.9j, 0.2 + 0.9j])
+
+
+@pytest.mark.parametrize("held", [1, 2])
+def test_bones_of_a_leg_keep_their_form_and_the_knee_bends(held):
+    pins = np.array([[0.6 + 0.5j] * 2, [5.4 + 0.5j, 3.2 + 3j], [2 + 0.5j] * 2])[: 1 + held]
+    fit = iccm.deform(LEG, pins=pins, rigid=[BONE, BONE + 3.4])
+    assert fit.status is Status.MET and fit.certificate.share == 1
+    assert np.abs(fit.map(pins[:, 0]) - pins[:, 1]).max() < 1e-9
+    thigh, shin = (similarity_of(fit, BONE + shift + 0.02 * (1.3 + 0.5j - BONE)).factor for shift in (0, 3.4))
+    assert [abs(thigh), abs(shin)] == pytest.approx([1, 1], abs=0.02)
+    assert 60 < np.degrees(abs(np.angle(shin / thigh))) < 120
+    if held == 2:  # two pins in a bone
+        assert thigh == pytest.approx(1, abs=0.02)
+
+
+def test_what_bones_are_refused():
+    pins = [[0.6 + 0.5j] * 2]
+    with pytest.raises(iccm.InputError, match="rigid_size: bones"):
+        iccm.deform(LEG, pins=pins, rigid=[BONE], rigid_size=2.0)
+    with pytest.raises(iccm.InputError, match="rigid: regions are kept by the balanced method"):
+        iccm.deform(LEG, pins=pins, rigid=[BONE], method="paper")

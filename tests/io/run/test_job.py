@@ -74,7 +74,6 @@ MAP_ALONE = (
     "max_left_out",
     "max_uncovered",
     "starts",
-    "rigid",
     "rigid_size",
     "importance",
     "size_map",
