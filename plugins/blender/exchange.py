@@ -40,7 +40,8 @@ class Layout:
     Attributes:
         layer: the UV map's name.
         points: (c, 3) the place of each face corner.
-        corners: (c,) the vertex of each face corner.
+        normals: (c, 3) its normal, as it is shaded.
+        corners: (c,) its vertex.
         coordinates: (c, 2) its texture coordinates.
         starts: (f,) the first corner of each face; `sides`: how many it has.
         materials: (f,) the slot of its material.
@@ -51,6 +52,9 @@ class Layout:
 
     def __init__(self, owner, synced=True, layer=None):
         in_edit_mode = owner.mode == "EDIT"
+        if in_edit_mode:
+            owner.update_from_editmode()
+        self.normals = np.array([each.vector for each in owner.data.corner_normals]).reshape(-1, 3)
         self.layer = layer or owner.data.uv_layers.active.name
         with edited(owner) as made:
             uv = made.loops.layers.uv[self.layer]
@@ -110,7 +114,9 @@ class Layout:
         places, of_place = np.unique(keyed, axis=0, return_inverse=True)
         lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in self.points[corners[first]].tolist()]
         lines += [f"vt {u:.9g} {v:.9g}" for _, u, v in places.tolist()]
-        pairs = [f"{v}/{t}" for v, t in zip((of_vertex + 1).tolist(), (of_place.ravel() + 1).tolist())]
+        lines += [f"vn {x:.9g} {y:.9g} {z:.9g}" for x, y, z in self.normals[corners].tolist()]
+        numbers = zip((of_vertex + 1).tolist(), (of_place.ravel() + 1).tolist(), itertools.count(1))
+        pairs = [f"{v}/{t}/{n}" for v, t, n in numbers]
         ends = np.cumsum(self.sides[list(faces)])
         lines += ["f " + " ".join(pairs[end - n : end]) for end, n in zip(ends, self.sides[list(faces)])]
         Path(path).write_text("\n".join(lines) + "\n", encoding="ascii")

@@ -114,8 +114,8 @@ def picture(name, width, height, quarters, data=False):
     return image
 
 
-def material(colour, rough=None):
-    """A material that shows a picture, and another one as its roughness."""
+def material(colour, rough=None, normals=None):
+    """A material that shows a picture, and others as its roughness and normals."""
     made = bpy.data.materials.new(colour.name)
     if made.node_tree is None:
         made.use_nodes = True
@@ -128,6 +128,11 @@ def material(colour, rough=None):
             tree.links.new(node.outputs["Color"], shader.inputs[socket])
             if image == colour:
                 tree.nodes.active = node
+    if normals:
+        node, bent = tree.nodes.new("ShaderNodeTexImage"), tree.nodes.new("ShaderNodeNormalMap")
+        node.image = normals
+        tree.links.new(node.outputs["Color"], bent.inputs["Color"])
+        tree.links.new(bent.outputs["Normal"], shader.inputs["Normal"])
     bpy.context.object.data.materials.append(made)
 
 

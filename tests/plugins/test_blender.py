@@ -151,7 +151,8 @@ def test_textures_follow_to_the_active_uv_map(blender):
     found = blender("""
 grid("a", 8, lambda x, y: (x, y), maps={"new": turned(1.2, .5, .1, .4)})
 quarters, rough = picture("quarters", 64, 64, QUARTERS), picture("rough", 64, 64, GREYS, data=True)
-material(quarters, rough); material(picture("other", 64, 64, {place: QUARTERS[.25, .25] for place in QUARTERS}))
+bent = picture("bent", 64, 64, dict.fromkeys(QUARTERS, (.7, .5, .9582576, 1)), data=True)
+material(quarters, rough, bent); material(picture("other", 64, 64, {place: QUARTERS[.25, .25] for place in QUARTERS}))
 mesh = bpy.context.object.data
 for face in mesh.polygons: face.material_index = int(face.index >= 48)
 mesh.uv_layers.active = mesh.uv_layers["new"]
@@ -170,7 +171,8 @@ for number, face in enumerate(new):
         for k, before in pairs:
             a, b = at(images[k], *middle(face)), at(before, *middle(old[number]))
             found["far"] = max(found["far"], float(np.abs(np.subtract(a, b)).max()))
-found["other"] = [list(at(images[2], *middle(new[60])))]
+found["other"] = [list(at(images[3], *middle(new[60])))]
+found["normals"] = [list(at(images[2], *middle(new[k]))) for k in range(48) if inner(old[k])]
 found["twin"] = [node.image.name for slot in twin.material_slots for node in slot.material.node_tree.nodes
                  if node.type == "TEX_IMAGE"]
 undo_point("after")
@@ -179,10 +181,14 @@ found["undone"] = [node.image.name for node in nodes()]
 found["again"] = operator("relayout")
 """)
     assert found["said"] == ["FINISHED"] and found["rendered"] == ["new"]
-    assert found["names"] == ["quarters new", "rough new", "other new"]
-    assert found["spaces"] == ["sRGB", "Non-Color", "sRGB"]
+    assert found["names"] == ["quarters new", "rough new", "bent new", "other new"]
+    assert found["spaces"] == ["sRGB", "Non-Color", "Non-Color", "sRGB"]
     assert found["far"] < 0.02 and np.allclose(found["other"], [[1, 0, 0, 1]], atol=0.01)
-    assert found["twin"] == found["undone"] == ["quarters", "rough", "other"]
+    turned = (
+        np.mean(found["normals"], axis=0)[:2] * 2 - 1
+    )  # by as much as the layout is, on a nearly flat grid
+    assert np.allclose(turned, 0.4 * np.array([np.cos(1.2), np.sin(1.2)]), atol=0.03)
+    assert found["twin"] == found["undone"] == ["quarters", "rough", "bent", "other"]
     assert found["again"] == ["FINISHED"]
 
 
