@@ -29,7 +29,8 @@ Stamps = dict[str, tuple[int, int] | None]
 def command(**given: Any) -> int:
     """Map the shape SOURCE onto the shape TARGET and carry a texture through the map.
 
-    SOURCE and TARGET are files (SVG, a picture with a silhouette, OBJ) or file#id, an element of the file.
+    SOURCE and TARGET are files (SVG, a picture with a silhouette, OBJ, GeoJSON, DXF) or file#id, an element of the
+    file; font.ttf#text=Word is a word.
     Coordinates are in the files' own units. Without options the picture SOURCE-TARGET.png of a numbered
     checkerboard is written.
 

@@ -19,6 +19,7 @@ HOLDS = {
     "plot": "figures",
     "stmap": "STMaps",
     "map": "saved maps",
+    "outlines": "shapes (read)",
     "manifest": "jobs",
     "constraints": "pins and strokes",
 }

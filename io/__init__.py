@@ -15,6 +15,7 @@ memory         memory for pictures within a bound
 svg/           SVG as outlines
 pictures/      pictures in files
 meshes/        meshes in files
+outlines/      outlines in files of other kinds
 shapes/        files of every format as shapes
 materials/     materials of meshes, carried to new coordinates
 geometry/      points, lines and polygons in files

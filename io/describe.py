@@ -12,6 +12,7 @@ import numpy as np
 from ..errors import InputError
 from . import files, formats, limits
 from .meshes import size_limits
+from .outlines import polygons
 from .shapes import shape as shapes
 from .spec import Spec
 
@@ -32,8 +33,11 @@ def describe(path: Path, *, max_faces: int = limits.FACES) -> dict[str, Any]:
         "manifest": _manifest,
         "drawing": _shape,
         "map": _map,
+        "outlines": _shape,
     }
     for what, facts in kinds.items():
+        if what == "constraints" and polygons.holds(path):
+            continue
         if getattr(formats.of(path), what):
             return {"file": str(path), "bytes": path.stat().st_size, **facts(path)}
     known = sorted({suffix for what in kinds for suffix in formats.holding(what)})

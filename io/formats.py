@@ -50,6 +50,7 @@ class Format:
         manifest: jobs.
         constraints: pins and strokes.
         map: a map, exactly.
+        outlines: shapes, that are read alone.
     """
 
     picture: PictureFormat | None = None
@@ -62,6 +63,7 @@ class Format:
     manifest: bool = False
     constraints: bool = False
     map: bool = False
+    outlines: bool = False
 
 
 _JPEG = Format(PictureFormat("display", (8,), alpha=False, hidden=False, encoder="jpeg:95"))
@@ -92,7 +94,11 @@ FORMATS = {
     ".toml": Format(manifest=True),
     ".jsonl": Format(manifest=True),
     ".ndjson": Format(manifest=True),
-    ".json": Format(constraints=True),
+    ".json": Format(constraints=True, outlines=True),
+    ".geojson": Format(outlines=True),
+    ".ttf": Format(outlines=True),
+    ".otf": Format(outlines=True),
+    ".dxf": Format(outlines=True),
     ".npz": Format(map=True),
 }
 

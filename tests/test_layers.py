@@ -28,6 +28,7 @@ ORDER = (
     "io.materials",
     "io.shapes",
     "io.meshes",
+    "io.outlines",
     "io.pictures",
     "io.svg",
     "io.memory io.quiet_stderr io.names",

@@ -18,6 +18,7 @@ from ...errors import InputError
 from ...pixels.texture import REPEAT, Wrap
 from ...plane import bounding_box
 from .. import formats
+from ..outlines import dxf, lettering, polygons
 from ..point_syntax import Place, written
 from ..spec import Spec
 from ..svg import reader as svg
@@ -164,7 +165,13 @@ class Shape:
 
 
 THINNEST = 1e6  # square of the outline's length by the area: of a strip, four times its length by its width
-READERS = {".svg": svg.read, ".svgz": svg.read, ".obj": planar_obj.read}
+READERS = {
+    **dict.fromkeys((".svg", ".svgz"), svg.read),
+    ".obj": planar_obj.read,
+    **dict.fromkeys((".geojson", ".json"), polygons.read),
+    **dict.fromkeys((".ttf", ".otf"), lettering.read),
+    ".dxf": dxf.read,
+}
 SUFFIXES = (*READERS, *formats.holding("picture"))
 
 

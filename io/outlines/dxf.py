@@ -1,0 +1,92 @@
+"""Closed lines of DXF drawings (ezdxf): polylines with bulges, splines, circles, ellipses, lines and arcs that join.
+
+y points up; units are the file's. Loops of a layer inside each other are holes; layers are the names.
+"""
+
+from collections import defaultdict
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import shapely
+
+from ...arrays import Complex, complex_of, xy_of
+from ...errors import InputError
+from ...plane import diagonal
+from .. import files, limits
+from ..svg.drawing import Drawing
+from ..svg.fill import outlines
+
+JOINED = 1e-6  # of the drawing's diagonal: ends so close to each other meet
+DRAWN = {"LINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE", "LWPOLYLINE", "POLYLINE", "HATCH", "MPOLYGON", "SOLID"}
+
+
+def read(
+    path: Path, chosen: str | None = None, *, flatness: float = 1e-4, max_bytes: int = limits.DRAWING_BYTES
+) -> Drawing:
+    """The closed outlines of the drawing's model space, blocks included, or of the layer `chosen`.
+
+    Raises:
+        InputError: ezdxf is not installed, or the file is no DXF drawing.
+    """
+    try:
+        import ezdxf
+        from ezdxf import disassemble, recover
+        from ezdxf import path as paths
+    except ImportError:
+        raise InputError(f"{path}: DXF is read by ezdxf: pip install 'iccm[dxf]'") from None
+    files.open_input(path, max_bytes=max_bytes)
+    curves = defaultdict[str, list[Complex]](list)
+    try:
+        document, _ = recover.readfile(path)
+        found = []
+        entities: Any = disassemble.recursive_decompose(document.modelspace())
+        for entity in entities:
+            if entity.dxftype() in DRAWN:
+                kind = entity.dxftype() in ("HATCH", "MPOLYGON")
+                parts = list(paths.from_hatch(entity)) if kind else [paths.make_path(entity)]
+                found += [
+                    (str(entity.dxf.layer), part) for part in parts if part.has_lines or part.has_curves
+                ]
+        for layer, part in found:
+            ends = np.array([[v.x, v.y] for v in part.control_vertices()])
+            tolerance = max(flatness * float(np.linalg.norm(np.ptp(ends, axis=0))), 1e-300)
+            curves[layer].append(complex_of(np.array([[v.x, v.y] for v in part.flattening(tolerance)])))
+    except (ezdxf.DXFError, OSError, ValueError, TypeError, KeyError, IndexError, AttributeError) as error:
+        said = str(error).splitlines()[0][:120] if str(error) else type(error).__name__
+        raise InputError(f"{path}: is no DXF drawing that can be read: {said}") from None
+    if not curves:
+        raise InputError(f"{path}: draws no lines in its model space")
+    if not all((np.abs(z) <= limits.SVG_NUMBER).all() for each in curves.values() for z in each):
+        raise InputError(f"{path}: a coordinate is not finite, or too large")
+    drawing = Drawing([], None, flip=False, ids=dict.fromkeys(curves))
+    near = JOINED * diagonal(np.concatenate([z for each in curves.values() for z in each]))
+    for layer in curves if chosen is None else {chosen} & curves.keys():
+        _add(drawing, layer, curves[layer], near)
+    drawing.outlines.sort(key=lambda outline: -outline.area)
+    return drawing
+
+
+def _add(drawing: Drawing, layer: str, curves: list[Complex], near: float) -> None:
+    """Add a layer's closed loops, and say how many lines are open."""
+    closed = [z for z in curves if z.size > 2 and abs(z[0] - z[-1]) <= near]
+    rest = [z for z in curves if not (z.size > 2 and abs(z[0] - z[-1]) <= near)]
+    joined = shapely.set_precision([shapely.LineString(xy_of(z)) for z in rest], near, mode="pointwise")
+    chains = shapely.get_parts(shapely.line_merge(shapely.union_all(joined))) if rest else []
+    opened = 0
+    for chain in chains:
+        if chain.is_closed and not chain.is_empty:
+            closed.append(complex_of(shapely.get_coordinates(chain)))
+        else:
+            opened += not chain.is_empty
+    if opened:
+        drawing.notes.append(f"left out {opened} open lines of layer {layer!r}")
+    if not closed:
+        return
+    try:
+        found, refused = outlines(closed, "evenodd", repr(layer))
+        drawing.outlines.extend(replace(outline, names=(layer,)) for outline in found)
+        drawing.refused.extend(refused)
+    except InputError as error:
+        drawing.refused.append((0.0, error))

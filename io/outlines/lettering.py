@@ -1,0 +1,52 @@
+"""Words set in a font file: `font.ttf#text=Word`, 100 units to the em, y down, letters as parts, counters as holes."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from ...errors import InputError
+from .. import files, limits
+from ..svg.affine import Affine
+from ..svg.drawing import Drawing
+from ..svg.fill import outlines
+from ..svg.fonts import Font
+from ..svg.path_data import subpaths
+
+SIZE = 100.0  # units to the em
+TEXT = "text="
+LINE = 0.8, 1.0  # ems above the baseline, and in all, of the canvas where letters do not reach beyond it
+SAY = "say what is to be set in it, such as {}#text=Word"
+
+
+def read(
+    path: Path, chosen: str | None = None, *, flatness: float = 1e-4, max_bytes: int = limits.DRAWING_BYTES
+) -> Drawing:
+    """The outlines of a line of text, kerned, with the font's ligatures.
+
+    Raises:
+        InputError: no text is said, the file is no font, or has no such letters.
+    """
+    files.open_input(path, max_bytes=max_bytes)
+    if not (chosen or "").startswith(TEXT) or not (text := (chosen or "")[len(TEXT) :].strip()):
+        raise InputError(f"{path}: {SAY.format(path.name)}")
+    if len(text) > limits.SVG_LETTERS:
+        raise InputError(f"{path}: more than {limits.SVG_LETTERS} letters")
+    try:
+        font = Font(files.as_text(path))
+        sets, width = font.sets(text), font.width(text) * SIZE
+        data = font.draw(text, 0.0, LINE[0] * SIZE, SIZE) if sets else ""
+    except (OSError, RuntimeError, ValueError) as error:
+        raise InputError(f"{path}: is no font that can be read: {error}") from None
+    if not sets:
+        raise InputError(f"{path}: is no font, or lacks letters of {text[:40]!r}, or they run both ways")
+    rings = [run.z for run in subpaths(data, Affine(), flatness)] if data else []
+    if not rings:
+        raise InputError(f"{path}: {text[:40]!r} draws nothing")
+    found, refused = outlines(rings, "nonzero", repr(text[:40]))
+    found = [replace(outline, names=(chosen or "",)) for outline in found]
+    every = np.concatenate([outline.z for outline in found])
+    left, top = min(0.0, every.real.min()), min(0.0, every.imag.min())
+    right, bottom = max(width, every.real.max()), max(LINE[1] * SIZE, every.imag.max())
+    canvas = float(left), float(top), float(right - left), float(bottom - top)
+    return Drawing(found, canvas, flip=True, refused=refused, ids={chosen or "": None})

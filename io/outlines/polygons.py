@@ -1,0 +1,157 @@
+"""Polygons in JSON: GeoJSON features, y up, and annotations of pictures by labelme and COCO, in pixels."""
+
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...arrays import Complex
+from ...errors import InputError
+from .. import files, limits
+from ..svg.drawing import Drawing
+from ..svg.fill import outlines
+
+Found = tuple[tuple[str, ...], list[Complex], str]  # names, rings, and the rule that they are filled by
+DEEPEST = 50  # collections in each other
+NAMES = ("name", "id", "label", "title", "class")
+"""What a property whose value names a feature is called, or ends with."""
+POLYGONS = {"Polygon", "MultiPolygon"}
+
+
+def read(
+    path: Path, chosen: str | None = None, *, flatness: float = 1e-4, max_bytes: int = limits.GEOMETRY_BYTES
+) -> Drawing:
+    """The polygons of a file, or those of the feature, label, category, or picture that is called `chosen`.
+
+    Coordinates are taken as they are: no projection. `flatness` is not used: nothing is curved.
+
+    Raises:
+        InputError: no such JSON, or none of its polygons is one.
+    """
+    try:
+        content = json.loads(files.read_bytes(path, max_bytes=max_bytes).decode("utf-8-sig"))
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: is no JSON: {error}") from None
+    if not isinstance(content, dict):
+        raise InputError(f"{path}: is neither GeoJSON nor annotations by labelme or COCO")
+    try:
+        if isinstance(content.get("shapes"), list):
+            drawing, found = _canvas(content.get("imageWidth"), content.get("imageHeight")), _labelme(content)
+        elif isinstance(content.get("annotations"), list):
+            drawing, found = _coco(content, chosen)
+        elif isinstance(content.get("type"), str):
+            drawing, found = Drawing([], None, flip=False), _geojson(content)
+        else:
+            raise InputError("is neither GeoJSON nor annotations by labelme or COCO")
+        _fill(drawing, found, chosen)
+    except (KeyError, TypeError, ValueError, AttributeError, RecursionError, OverflowError) as error:
+        said = str(error) if isinstance(error, InputError) else "its polygons are not as its kind has them"
+        raise InputError(f"{path}: {said}") from None
+    return drawing
+
+
+def holds(path: Path) -> bool:
+    """Whether JSON holds polygons, and not constraints."""
+    try:
+        content = json.loads(files.read_bytes(path, max_bytes=limits.GEOMETRY_BYTES))
+    except (ValueError, RecursionError):
+        return False
+    return isinstance(content, dict) and bool({"shapes", "annotations", "type"} & content.keys())
+
+
+def _fill(drawing: Drawing, found: Iterator[Found], chosen: str | None) -> None:
+    """Add the outlines of what is chosen, or of all, the largest first."""
+    number = 0
+    for names, rings, rule in found:
+        number += 1
+        drawing.ids.update(dict.fromkeys(names))
+        if chosen is not None and chosen not in names:
+            continue
+        label = repr(names[0]) if names else f"polygon {number}"
+        try:
+            regions, refused = outlines(rings, rule, label)
+            drawing.outlines.extend(replace(region, names=names) for region in regions)
+            drawing.refused.extend(refused)
+        except InputError as error:
+            drawing.refused.append((0.0, error))
+    drawing.outlines.sort(key=lambda outline: -outline.area)
+    if not number:
+        raise InputError("holds no polygons")
+
+
+def _geojson(item: Any, names: tuple[str, ...] = (), depth: int = 0) -> Iterator[Found]:
+    """The polygons of features and geometries."""
+    if item is None or depth > DEEPEST:
+        return
+    kind = item["type"]
+    if kind == "FeatureCollection":
+        for feature in item["features"]:
+            yield from _geojson(feature, names, depth + 1)
+    elif kind == "Feature":
+        said = item.get("properties") or {}
+        own = [item.get("id"), *(value for key, value in said.items() if key.lower().endswith(NAMES))]
+        named = tuple(dict.fromkeys(str(value) for value in own if isinstance(value, str | int)))
+        yield from _geojson(item.get("geometry"), named, depth + 1)
+    elif kind == "GeometryCollection":
+        for geometry in item["geometries"]:
+            yield from _geojson(geometry, names, depth + 1)
+    elif kind in POLYGONS:
+        for rings in item["coordinates"] if kind == "MultiPolygon" else [item["coordinates"]]:
+            yield names, [_ring(ring) for ring in rings], "evenodd"
+
+
+def _labelme(content: dict[str, Any]) -> Iterator[Found]:
+    """The shapes that have an inside."""
+    for shape in content["shapes"]:
+        kind, points = shape.get("shape_type", "polygon"), _ring(shape["points"])
+        if kind == "rectangle":
+            a, c = points
+            points = np.array([a, complex(c.real, a.imag), c, complex(a.real, c.imag)])
+        elif kind == "circle":
+            middle, edge = points
+            points = middle + abs(edge - middle) * np.exp(2j * np.pi * np.arange(256) / 256)
+        elif kind != "polygon":
+            continue
+        yield (str(shape["label"]),), [points], "nonzero"
+
+
+def _coco(content: dict[str, Any], chosen: str | None) -> tuple[Drawing, Iterator[Found]]:
+    """The annotations of one picture, on its canvas."""
+    pictures = {each["id"]: each for each in content.get("images", [])}
+    kinds = {each["id"]: str(each["name"]) for each in content.get("categories", [])}
+    found: list[tuple[Any, Found]] = []
+    for each in content["annotations"]:
+        picture, parts = each.get("image_id"), each["segmentation"]
+        if not isinstance(parts, list):
+            continue  # a mask by runs
+        own = [str(each.get("id", "")), kinds.get(each.get("category_id"), "")]
+        own.append(str(pictures.get(picture, {}).get("file_name", "")))
+        rings = [np.asarray(part, float).reshape(-1, 2) @ [1, 1j] for part in parts]
+        found.append((picture, (tuple(filter(None, own)), [_sound(ring) for ring in rings], "nonzero")))
+    seen = {picture for picture, (names, _, _) in found if chosen is None or chosen in names}
+    if len(seen) > 1:
+        raise InputError(f"holds annotations of {len(seen)} pictures; name one, #{_name(pictures, seen)}")
+    size = pictures.get(next(iter(seen), None), {})
+    return _canvas(size.get("width"), size.get("height")), (each for _, each in found)
+
+
+def _name(pictures: dict[Any, Any], seen: set[Any]) -> str:
+    return str(pictures.get(min(seen, key=str), {}).get("file_name", "file_name"))
+
+
+def _canvas(width: Any, height: Any) -> Drawing:
+    known = all(isinstance(size, int | float) and 0 < size < limits.SVG_NUMBER for size in (width, height))
+    return Drawing([], (0.0, 0.0, float(width), float(height)) if known else None, flip=True)
+
+
+def _ring(points: Any) -> Complex:
+    return _sound(np.array([complex(float(point[0]), float(point[1])) for point in points]))
+
+
+def _sound(z: Complex) -> Complex:
+    if not (np.abs(z) <= limits.SVG_NUMBER).all():
+        raise InputError("a vertex is not finite, or too large")
+    return z
