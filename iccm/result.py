@@ -21,7 +21,7 @@ from .maps.approximation import AnyMap, triangulated
 from .maps.boundary_image import outline
 from .maps.distortion import Distortion
 from .maps.injectivity import Certificate
-from .maps.regions import Region, triangles_in
+from .maps.regions import Region, mean_scale, triangles_in
 from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
 from .meshes.surface_distortion import on_surfaces, surface_distances
@@ -246,7 +246,7 @@ class Fit:
             hole_partners=partners,
             passed_holes=(holes[2], holes[3]),
             filled=(filled[0], filled[1]) if filled else None,
-            rigid=_regions(held),
+            rigid=_regions(held, (holes[0], holes[1])),
         )
 
     def plot(
@@ -582,7 +582,7 @@ def load(path: str | PathLike) -> Fit:
         raise InputError(str(error) if str(error).startswith(str(path)) else f"{path}: {error}") from error
 
 
-def _regions(held: MapFile) -> list[Region]:
+def _regions(held: MapFile, holes: tuple[list[Curve], list[Curve]]) -> list[Region]:
     """The rigid regions of a saved map.
 
     Raises:
@@ -592,12 +592,14 @@ def _regions(held: MapFile) -> list[Region]:
     sound = isinstance(counts, list) and all(isinstance(n, int) and n > 0 for n in counts)
     if not sound or sum(counts) != len(rings) or (rings and not isinstance(held.map, TriangulatedMap)):
         raise InputError("rigid: its rings are those of no regions")
+    source, target = (None if plane.outline is None else Curve(plane.outline) for plane in held.planes)
+    mean = mean_scale(source, target, holes) if source else 1.0
     found = []
     for count in counts:
         region, rings = tuple(rings[:count]), rings[count:]
         if not isinstance(held.map, TriangulatedMap) or not triangles_in(held.map, region).size:
             raise InputError("rigid: a region without triangles")
-        found.append(Region.of(held.map, region))
+        found.append(Region.of(held.map, region, mean))
     return found
 
 

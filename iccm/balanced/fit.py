@@ -11,7 +11,7 @@ from ..curve import Curve
 from ..errors import InputError
 from ..maps import bounds
 from ..maps.distortion import Distortion
-from ..maps.regions import SIZE_OFF, Region, Rings, triangles_in
+from ..maps.regions import SIZE_OFF, Region, Rings, mean_scale, triangles_in
 from ..maps.triangulated.map import TriangulatedMap
 from ..maps.triangulated.patches import NO_FACES, bulges
 from ..problem import Options, Problem
@@ -184,7 +184,8 @@ def result_of(
     holes = all_holes if found.holes is None else all_holes.only(found.holes)
     passed = ((), ()) if found.holes is None else all_holes.others(found.holes)
     status = _status(found, drawn, settings)
-    rigid = [Region.of(map, rings) for rings in found.rigid]
+    mean = mean_scale(source, target, holes.sides)
+    rigid = [Region.of(map, rings, mean) for rings in found.rigid]
     if status.ok and not all(region.is_rigid for region in rigid):
         status = Status.BENT
     energies = [{"total": float(level["energy"])} for level in found.energies]
@@ -274,7 +275,7 @@ def check_sizes(fit: Fit, asked: float | str | None) -> None:
     """
     for k, region in enumerate(fit.rigid):
         wanted = asked if isinstance(asked, float | int) else 1.0
-        if asked == "free" or region.scale > (1 - SIZE_OFF) * wanted:
+        if asked == "free" or not region.is_rigid or region.scale > (1 - SIZE_OFF) * wanted:
             continue
         told = f"{region.scale:.2f} of the mean scale"
         if asked is not None:

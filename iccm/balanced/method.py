@@ -126,7 +126,7 @@ def _with_rigid(
     source, target, holes = curves
     if len(holes.target) > len(holes.source):
         raise InputError("rigid: the target has more holes than the source; fill or cut them")
-    journal.notes += regions.notes
+    journal.notes = [note for note in journal.notes if note != multilevel.SIMILAR] + list(regions.notes)
     upright = multilevel.cost_of_turning(pins, settings)
     unit = Regions(tuple(tuple(map(frames[0].unit_ring, rings)) for rings in regions.polygons))
     aims, said = aims_of(unit, pins.unit(frames), settings.rigid_size or 1.0)

@@ -1,5 +1,6 @@
 """Rigid regions of a map, and the figures that judge them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -7,6 +8,7 @@ import numpy as np
 import shapely
 
 from ..arrays import Complex, Index, xy_of
+from ..curve import Curve
 from ..plane import triangle_areas
 from .distortion import weighted_quantile
 from .triangulated.map import TriangulatedMap, inverted
@@ -27,7 +29,8 @@ class Region:
     Attributes:
         rings: its outline, counter-clockwise, then those of holes in it.
         dilatation: s1/s2 that 95 % of its area keep to.
-        sizes: linear scale relative to the mean scale of the map, which 5 %, half and 95 % of its area keep below.
+        sizes: linear scale relative to the mean scale of the map, which 5 %, half and 95 % of its area keep below; of a
+            deformation relative to the source.
         turn: degrees counter-clockwise by which it is turned.
     """
 
@@ -37,12 +40,10 @@ class Region:
     turn: float
 
     @classmethod
-    def of(cls, map: TriangulatedMap, rings: Rings) -> "Region":
-        """The region of a map whose mesh follows its outline."""
-        areas = triangle_areas(map.source[map.faces])
-        mean = np.sqrt(triangle_areas(map.image[map.faces]).sum() / areas.sum())
+    def of(cls, map: TriangulatedMap, rings: Rings, mean: float = 1.0) -> "Region":
+        """The region of a map whose mesh follows its outline, and whose mean scale is given."""
         inside = triangles_in(map, rings)
-        areas = areas[inside]
+        areas = triangle_areas(map.source[map.faces[inside]])
         a, b = inverted(*gradients(map.faces[inside], map.image, map.source))
         dilatations = (np.abs(a) + np.abs(b)) / np.maximum(np.abs(a) - np.abs(b), 1e-300)
         sizes = np.sqrt(np.maximum(np.abs(a) ** 2 - np.abs(b) ** 2, 0)) / mean
@@ -65,6 +66,16 @@ class Region:
         """The figures."""
         size = dict(zip(("p05", "p50", "p95"), self.sizes))
         return {"dilatation": self.dilatation, "size": size, "scale": self.scale, "turn": self.turn}
+
+
+def mean_scale(domain: Curve, target: Curve | None, holes: tuple[Sequence[Curve], Sequence[Curve]]) -> float:
+    """The root of the ratio of both areas, holes of both apart; 1 without a target."""
+    if target is None:
+        return 1.0
+    areas = [
+        outer.area - sum(abs(hole.area) for hole in inner) for outer, inner in zip((domain, target), holes)
+    ]
+    return float(np.sqrt(areas[1] / areas[0]))
 
 
 def triangles_in(map: TriangulatedMap, rings: Rings) -> Index:

@@ -43,7 +43,7 @@ def mesh_of(
     kept = inside(pins.strokes, drawn, SPACING * size, pins.inner)
     outer, *holes = (space_out(each, min(SPACING * size, each.length / FEWEST), kept.z) for each in outlines)
     bones = spaced(regions, SPACING * size)
-    points, around = kept_by(bones)
+    points, around = kept_by(bones, kept.z)
     links = np.append(kept.links, np.where(around < 0, -1, kept.z.size + around))
     points = np.append(kept.z, points)
     z, faces = triangulate(outer, Sizes.even(0.5 * size**2), points, links, holes, kept.rays(outer))

@@ -105,7 +105,7 @@ class DiscreteMap:
         outer, *inner = (loop.source.curve.at(pairs.s[loop.vertices]) for loop in boundary.loops)
         around = closed_links([rim.size for rim in filled])
         soft = np.append(around, linked_on([bay.size - 2 for bay in bays], around.size))
-        kept, around_kept = kept_by(regions)
+        kept, around_kept = kept_by(regions, inside.z)
         soft = np.append(soft, np.where(around_kept < 0, -1, soft.size + around_kept))
         links = np.append(inside.links, np.where(soft < 0, -1, inside.z.size + soft))
         points = np.concatenate([inside.z, *filled, *(bay[1:-1] for bay in bays), kept])
@@ -425,10 +425,13 @@ def weights_of(z: Complex, faces: Index, filled: Sequence[Complex], bays: Sequen
     return weights
 
 
-def kept_by(regions: Sequence[Sequence[Complex]]) -> tuple[Complex, Index]:
-    """(k,) points that a mesh has for regions: their rings' vertices and one inside each; and the next on its ring."""
+def kept_by(regions: Sequence[Sequence[Complex]], pins: Complex) -> tuple[Complex, Index]:
+    """(k,) points that a mesh has for regions: their rings' vertices, and one inside each that holds no pin; and the
+    next on its ring."""
     rings = [ring for region in regions for ring in region]
-    seeds = np.array([middle_of(region) for region in regions], np.complex128)
+    pinned = set(regions_of(pins, regions).tolist())
+    empty = [region for k, region in enumerate(regions) if k not in pinned]
+    seeds = np.array([middle_of(region) for region in empty], np.complex128)
     links = np.append(closed_links([ring.size for ring in rings]), np.full(seeds.size, -1))
     return np.concatenate([*rings, seeds]), links
 

@@ -52,6 +52,7 @@ STEEPEST = 8.0  # slope of a match, relative to the mean, that a coarse mesh fol
 SYMMETRIC_ENOUGH = 0.1  # of the tolerance: asymmetry that may be dropped
 SYMMETRY_WORTH = 1.03  # times the cost of the best map, up to which one that is its own mirror image is taken
 NO_MAP = "no map without folds was found: the shapes are too thin or too intricate for the mesh sizes tried"
+SIMILAR = "The shapes are similar: the map is the similarity."
 ASKEW = "The shapes are symmetric, the map is not: no symmetric one without folds costs as little energy."
 
 Found = tuple[UnitProblem, DiscreteMap]  # a problem, or its inverse, and a map of it
@@ -151,7 +152,7 @@ def free_map(
         problem = free_problem(source, target, holes, settings)
         same = similar_with_holes(problem, same)
     if same is not None:
-        journal.notes.append("The shapes are similar: the map is the similarity.")
+        journal.notes.append(SIMILAR)
         return similarity_map(problem, same, settings), False, problem.numbers
     given = [[c.z for c in side] for side in ((source, *holes.source), (target, *holes.target))]
     if not settings.bounded:  # else what is put back might exceed bounds again

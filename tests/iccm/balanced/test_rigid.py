@@ -159,6 +159,13 @@ def test_bones_of_a_leg_keep_their_form_and_the_knee_bends(held):
         assert thigh == pytest.approx(1, abs=0.02)
 
 
+def test_a_pin_in_its_middle_holds_it():
+    disc = 0.3 + 0.4 * np.exp(2j * np.pi * np.arange(24) / 24)
+    fit = iccm.fit(SQUARE, STAR, rigid=[disc], pins=[[0.3, 0.5 + 0.1j]])
+    assert fit.status.ok and fit.map(np.array([0.3 + 0j]))[0] == pytest.approx(0.5 + 0.1j, abs=1e-9)
+    assert similarity_of(fit, 0.3 + 0.9 * (disc[::3] - 0.3)).factor == pytest.approx(MEAN, rel=0.02)
+
+
 def test_what_bones_are_refused():
     pins = [[0.6 + 0.5j] * 2]
     with pytest.raises(iccm.InputError, match="rigid_size: bones"):
