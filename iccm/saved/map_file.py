@@ -32,6 +32,7 @@ RINGS = (
     *("passed_source_holes", "passed_target_holes", "filled", "rigid"),
 )
 """What a result holds beside the map: type, dimensions and columns of arrays, and lists of points (see `Fit`)."""
+LATER = ("rigid",)  # that files of this format need not have
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,7 +173,12 @@ class _Archive:
         if planes[0].outline is None:
             raise InputError("source: it has no vertices")
         arrays = {name: self.array(name, *form) for name, form in ARRAYS.items()}
-        return MapFile(map, (planes[0], planes[1]), arrays, {name: self.rings(name) for name in RINGS}, about)
+        rings = {name: [] if self.lacks(name) else self.rings(name) for name in RINGS}
+        return MapFile(map, (planes[0], planes[1]), arrays, rings, about)
+
+    def lacks(self, name: str) -> bool:
+        """Whether the file is from before there was such a thing."""
+        return name in LATER and name not in self.arrays
 
     def triangulated(self) -> TriangulatedMap:
         source, image = (self.array(name, "complex128") for name in ("vertices", "images"))

@@ -119,3 +119,8 @@ def test_other_files_are_no_maps(saved, tmp_path):
     for name in ("array.npy", "missing.npz"):
         with pytest.raises(InputError, match=re.escape(name)):
             iccm.load(tmp_path / name)
+
+
+def test_files_from_before_there_were_rigid_regions_are_read(saved):
+    changed(saved, rigid=None, rigid_ends=None)
+    assert iccm.load(saved).status.ok and not iccm.load(saved).rigid
