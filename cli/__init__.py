@@ -2,6 +2,7 @@
 
 map       `iccm map`
 deform    `iccm deform`
+morph     `iccm morph`
 apply     `iccm apply`
 edit      `iccm edit`
 flatten   `iccm flatten`
@@ -37,6 +38,7 @@ from .failures import INPUT, Unread, explain
 COMMANDS = {
     "map": "Map one shape onto another and carry a texture through the map.",
     "deform": "Deform a shape and its texture by pins and strokes alone.",
+    "morph": "Show a shape on its way to another, frame by frame.",
     "apply": "Carry pictures, drawings, points, lines and polygons through a saved map.",
     "edit": "Place pins and strokes in the browser, and see the map follow.",
     "flatten": "Flatten a mesh patch into the plane.",

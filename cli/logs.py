@@ -105,7 +105,7 @@ def debug() -> bool:
 
 def tell(remark: str) -> None:
     """Show a remark: on the inputs as a note, on the result itself so that no --quiet hides it."""
-    from ..io.run.doubt import Doubt
+    from ..io.run.phases import Doubt
 
     log.log(POOR if isinstance(remark, Doubt) else logging.WARNING, remark)
 

@@ -196,6 +196,7 @@ def _pins() -> Any:
 
 EVERY = ("map", "deform", "apply")
 EDITED = ("map", "deform", "edit")  # what is seen on the page
+MORPHED = (*EDITED, "morph")
 
 
 @_table("apply")
@@ -244,6 +245,21 @@ class FlattenOptions:
     plot: str | None = _option(
         "The flat mesh and the surface with a checkerboard (.png .svg .pdf).", "FILE.png"
     )
+
+
+@_table("morph")
+class MorphOptions:
+    """Those of `iccm morph` beside the job's."""
+
+    frames: int = _option(
+        "How many, the first and the last shape among them.", "N", default=24, least=2, most=10_000
+    )
+    fps: float = _option("Frames a second of animations.", default=12.0, above=0, most=1000)
+    output: tuple[str, ...] = _option(
+        "An animation (.webp .png .gif), or with {number} in the name a file a frame: a picture, or artwork (.svg). "
+        "May be repeated.", "FILE", default=(), parse=many, required=True, short="-o",
+    )  # fmt: skip
+    target_texture: str | None = _option("What TARGET shows: the texture fades to it on the way.", "IMAGE")
 
 
 @_table("relayout")
@@ -363,7 +379,7 @@ class JobOptions:
     """What can be said about a run, in the order in which help shows it."""
 
     texture: str | None = _option(
-        "Picture to carry along.  [default: a numbered checkerboard]", "IMAGE", commands=EDITED
+        "Picture to carry along.  [default: a numbered checkerboard]", "IMAGE", commands=MORPHED
     )
     normal: tuple[str, ...] = _option(
         "A tangent-space normal map, y up, to carry through the same map. Each picture of this option and the next two "
@@ -385,7 +401,9 @@ class JobOptions:
     )
     stmap: str | None = _option("The map itself, for `iccm apply` and compositors.", "FILE.exr")
     force: bool = _option(
-        "Replace files that exist.", default=False, commands=(*EVERY, "flatten", "relayout", "batch", "info")
+        "Replace files that exist.",
+        default=False,
+        commands=(*EVERY, "morph", "flatten", "relayout", "batch", "info"),
     )
 
     parts: Literal["largest", "all", "each"] = _option(
@@ -395,7 +413,7 @@ class JobOptions:
     )  # fmt: skip
     trace: Literal["auto", "dark", "light", "inside"] = _option(
         "What of a picture is the shape: auto, by its alpha, else what stands out, or the inside of a line; dark, "
-        "light: what is so against its background; inside: what a line encloses.", default="auto", commands=EDITED,
+        "light: what is so against its background; inside: what a line encloses.", default="auto", commands=MORPHED,
     )  # fmt: skip
     plane: Literal["flat", "uv"] = _option(
         "The plane that meshes are mapped in: flat, flattened; uv, their own texture coordinates, as #uv does.",
@@ -404,14 +422,14 @@ class JobOptions:
     holes: Literal["auto", "keep", "cut", "fill"] = _option(
         "keep: holes go onto holes and stay transparent in pictures; cut: the map passes over them, and pictures leave "
         "the target's transparent; fill: they are ignored and painted over; auto: kept or cut, whichever costs "
-        "less, and filled in shapes drawn by lines alone.", default="auto", commands=EDITED,
+        "less, and filled in shapes drawn by lines alone.", default="auto", commands=MORPHED,
     )  # fmt: skip
     pin: tuple[Any, ...] = _option(
         "A point of the source and where it goes, in the files' units. May be repeated.", "SX,SY:TX,TY",
-        default=(), parse=many, validated=_pins, commands=EDITED,
+        default=(), parse=many, validated=_pins, commands=MORPHED,
     )  # fmt: skip
     constraints: str | None = _option(
-        "Pins and strokes from a file; - for stdin.", "FILE.json", commands=EDITED
+        "Pins and strokes from a file; - for stdin.", "FILE.json", commands=MORPHED
     )
     rigid: tuple[str, ...] = _option(
         "A region of the source that keeps its form and moves as a whole: #id, an element of its drawing, or a mask, "
@@ -457,11 +475,11 @@ class JobOptions:
     )  # fmt: skip
     balance: float = _option(
         "0 keeps angles only, 1 is even, more keeps areas (balanced).", "THETA",
-        default=1.0, least=0, most=limits.BALANCE, solver=True, commands=EDITED,
+        default=1.0, least=0, most=limits.BALANCE, solver=True, commands=MORPHED,
     )  # fmt: skip
     turn: float | Literal["any"] | None = _option(
         "Degrees by which to turn the picture; any: as suits the shapes best (balanced).  [default: 0, or as pins say]",
-        "DEGREES|any", parse=turn, solver=True, commands=("map", "edit"),
+        "DEGREES|any", parse=turn, solver=True, commands=("map", "morph", "edit"),
     )  # fmt: skip
     fit: Literal["auto", "whole", "contain", "cover"] | None = _option(
         "whole: limbs, bays and all onto each other; contain: all of the source is shown, and the target stays "
@@ -479,7 +497,7 @@ class JobOptions:
     )  # fmt: skip
     starts: int | None = _option(
         "Try N times as many starts: slower, and sometimes a better map.  [default: 1]", "N",
-        least=1, most=16, solver=True, commands=("map",),
+        least=1, most=16, solver=True, commands=("map", "morph"),
     )  # fmt: skip
     max_dilatation: float | None = _option(
         "Largest dilatation allowed (balanced).",
@@ -518,7 +536,7 @@ class JobOptions:
         default=1e-3,
         above=0,
         solver=True,
-        commands=EDITED,
+        commands=MORPHED,
     )
     require_injective: float | None = _option(
         "Exit code 1 unless the map is certified one-to-one on this share of the source's area.  [0.99]", "[SHARE]",
@@ -526,22 +544,25 @@ class JobOptions:
     )  # fmt: skip
 
     size: tuple[int] | tuple[int, int] | None = _option(
-        "Pixels of the picture, or its longer side.  [default: 1024]", "WxH|N", parse=size, commands=EVERY
+        "Pixels of the picture, or its longer side.  [default: 1024]",
+        "WxH|N",
+        parse=size,
+        commands=(*EVERY, "morph"),
     )
     texture_box: Literal["viewbox", "bbox"] | None = _option(
         "What of the source the texture covers: its canvas, or its outline's bounding box.  "
         "[default: viewbox; of the checkerboard bbox]",
-        commands=(*EDITED, "apply"),
+        commands=(*MORPHED, "apply"),
     )
     target_box: Literal["viewbox", "bbox"] | None = _option(
         "What pictures show: the target's canvas, or its outline's bounding box.  "
         "[default: viewbox; bbox of a shape that takes little of its canvas]",
-        commands=(*EDITED, "apply"),
+        commands=(*MORPHED, "apply"),
     )
     filter: Literal["auto", "nearest", "linear", "cubic", "lanczos", "spline"] = _option(
         "Sampling of the texture; nearest for label maps and masks.",
         default="auto",
-        commands=(*EVERY, "edit", "relayout"),
+        commands=(*EVERY, "morph", "edit", "relayout"),
     )
     kind: Literal["colour", "normal", "normal-down", "data"] = _option(
         "What the --texture's channels are; normals (y up or down) turn with the map.",
@@ -571,14 +592,17 @@ class JobOptions:
     fill: Literal["push-pull", "nearest"] = _option("How padding is filled.", default="push-pull")
     max_pixel_error: float = _option("Error that fast evaluation may make, in texels.", default=0.05, above=0)
     max_pixels: int = _option(
-        "Refuse larger pictures.", default=limits.PIXELS, least=1, commands=(*EVERY, "edit", "relayout")
+        "Refuse larger pictures.",
+        default=limits.PIXELS,
+        least=1,
+        commands=(*EVERY, "morph", "edit", "relayout"),
     )
     memory: int | None = _option(
         "Bound on the process, such as 2G: pictures that do not fit go through a scratch file.", "SIZE",
         least=1, most=limits.MEMORY, parse=memory, commands=EVERY,
     )  # fmt: skip
     max_segments: int = _option(
-        "Refuse SVGs that draw more lines and curves.", default=limits.SEGMENTS, least=1, commands=EDITED
+        "Refuse SVGs that draw more lines and curves.", default=limits.SEGMENTS, least=1, commands=MORPHED
     )
 
     bake: bool = _option(
@@ -603,7 +627,7 @@ class JobOptions:
     )  # fmt: skip
 
 
-@_table(*EVERY, "edit", "relayout")
+@_table(*EVERY, "morph", "edit", "relayout")
 class CommonOptions:
     """Of the run, not of the job."""
 
@@ -634,6 +658,7 @@ TABLE: tuple[type, ...] = (
     *(
         ApplyOptions,
         FlattenOptions,
+        MorphOptions,
         RelayoutOptions,
         BatchOptions,
         CheckOptions,

@@ -18,7 +18,7 @@ blank_picture  pictures that show nothing
 outputs/       what a run writes
 plots          what `--plot` draws
 report         the report
-doubt          remarks that are told to those who want quiet
+morph          `iccm morph`
 flatten        `iccm flatten`
 flat_files     a flattening as a file
 relayout       `iccm relayout`

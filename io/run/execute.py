@@ -83,7 +83,7 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases, dry: bool) -
             ahead.compile_ahead(threads)
     if any(output.samples for output in wanted):
         run.begin("sampler")
-    _solve(run)
+    solve_pairs(run)
     run.begin("fit_report")
     with ExitStack() as stack:
         for output in wanted:
@@ -99,7 +99,7 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases, dry: bool) -
     return Outcome(ok, message, figures, written, tuple(run.notes))
 
 
-def _solve(run: Run) -> None:
+def solve_pairs(run: Run) -> None:
     """The map of each pair of shapes."""
     job, count, given = run.job, len(run.pairs), run.constraints | run.job.solver
     if job.target and job.exact:

@@ -10,8 +10,8 @@ import numpy as np
 from ...arrays import Complex, Real
 from ...errors import InputError
 from .. import limits
-from .doubt import Doubt
 from .job import Job
+from .phases import Doubt
 
 if TYPE_CHECKING:
     from ...pixels.composed import Several

@@ -1,4 +1,4 @@
-"""The phases of a job: what each took, what is under way, and compiling as one of its own."""
+"""The phases of a job: what each took, what is under way, and compiling as one of its own; remarks that are doubts."""
 
 from __future__ import annotations
 
@@ -12,6 +12,12 @@ from ...progress import Listener
 
 USUAL = ("solve", "evaluate", "resample")
 COMPILES = "compiling, which is done once; this may take a minute"
+
+
+class Doubt(str):
+    """A remark on the result itself, not on how it was made: whoever wants quiet wants to know it."""
+
+    __slots__ = ()
 
 
 class Phases:

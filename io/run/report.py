@@ -13,8 +13,8 @@ import numpy as np
 from ... import __version__
 from ...result import Status
 from .. import files
-from .doubt import Doubt
 from .parts import label
+from .phases import Doubt
 
 if TYPE_CHECKING:
     from .state import Run

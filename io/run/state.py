@@ -120,6 +120,12 @@ class Run:
             self._other[map] = replace(self, job=job, _begun={}, _other={})
         return self._other[map]
 
+    def towards(self, target: Shape, fit: Fit) -> Run:
+        """The same source and texture, mapped onto another target."""
+        made = replace(self, pairs=[(self.source, target)], fits=[fit], _begun={}, _other={})
+        vars(made).update({name: getattr(self, name) for name in ("image", "box", "sampler")})
+        return made
+
     @property
     def source(self) -> Shape:
         """The source, or the largest part's."""

@@ -1,0 +1,41 @@
+"""`iccm morph`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from . import logs, options, status
+from .options import FILE
+
+
+@click.command(cls=options.Command)
+@click.argument("source", type=FILE)
+@click.argument("target", type=FILE)
+@options.of("morph")
+@logs.options
+def command(source: str, target: str, **given: Any) -> int:
+    """Show SOURCE on its way to TARGET, frame by frame, with its texture.
+
+    The first frame is the source, on the target's canvas, the last one the target. In between no frame folds or
+    overlaps itself, and sizes and angles change evenly. Pins and --turn say what goes where.
+
+    \b
+    iccm morph rose.svg leaf.svg -o rose-leaf.webp
+    iccm morph rose.svg leaf.svg --frames 48 --texture petals.png --target-texture veins.png -o 'm-{number}.png'
+    iccm morph rose.svg leaf.svg -o 'm-{number}.svg'
+
+    Exit code: 0 done, 1 the last frame is not the target, 2 an input is wrong.
+    """
+    from ..io.run.job import make
+    from ..io.run.morph import Way, run
+
+    way = Way(*(given.pop(name) for name in ("frames", "target_texture", "fps")))
+    threads = given.pop("threads")
+    with status.show_status() as listener:
+        job = make(options.values({"source": source, "target": target, "fit": "whole", **given}))
+        ok, message, written = run(job, way, threads=threads, tell=logs.tell, listener=listener)
+    logs.log.info(f"wrote {written[0]}" + (f" to {written[-1]}" if len(written) > 1 else ""))
+    (logs.log.info if ok else logs.log.error)(message)
+    return int(not ok)

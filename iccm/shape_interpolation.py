@@ -1,0 +1,99 @@
+"""Shapes between two: the metric of a map interpolated, and laid out in the plane.
+
+After Chen, Weber, Keren and Ben-Chen, *Planar shape interpolation with bounded distortion*, SIGGRAPH 2013. Where the
+map's derivative is J = RS, theirs are convex combinations of I and S²; these are the powers S²ᵗ, the geodesic between
+both among metrics (Bhatia, *Positive Definite Matrices*, 2007, ch. 6): stretch changes by one factor in each frame, is
+at most the map's to the power of t, and on the way back the shapes are the same. The metric is flat at both ends only;
+what lies between is laid out with the least symmetric energy (Smith and Schaefer 2015), in which no triangle folds,
+each shape from the one before.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from .arrays import Complex, Index, Real
+from .balanced.model.measures import turn_of
+from .errors import InputError
+from .flattening.free import Elastic
+from .flattening.scaffold import relax_with_scaffold
+from .maps.triangulated.map import TriangulatedMap
+from .maps.triangulated.simple import fault
+from .meshes.stretch import Linear, linear
+from .plane import triangle_areas
+from .result import Fit
+
+STEPS, TOLERANCE = 60, 1e-6  # of Newton's method, and the relative decrease that ends it
+SCAFFOLDED = 100  # steps where a shape would come to overlap itself
+
+
+def morph(
+    fit: Fit, shares: Sequence[float], *, placed: tuple[complex, complex] = (1, 0)
+) -> Iterator[TriangulatedMap]:
+    """Maps of the source onto the shapes between it and the target, without folds, whose outlines do not overlap.
+
+    Args:
+        fit: a balanced map of the whole outlines.
+        shares: of the way from the source (0) to the target (1), increasing.
+        placed: (a, b) of the similarity a z + b that puts the source where the way begins.
+
+    Raises:
+        InputError: the map is partial, of another method, or a deformation.
+
+    >>> import iccm
+    >>> square = np.array([0, 1, 1 + 1j, 1j])
+    >>> middle = next(iccm.morph(iccm.fit(square, 3 * square), [0.5]))
+    >>> round(float(np.ptp(middle.image.real)), 6)  # the geometric mean
+    1.732051
+    """
+    map = fit.map
+    if not isinstance(map, TriangulatedMap) or fit.target is None:
+        raise InputError("morph: needs a balanced map between two shapes")
+    if fit.is_partial:
+        raise InputError("morph: the map is partial; take one with fit='whole' of shapes with as many holes")
+    return _between(map, placed[0] * map.source + placed[1], shares)
+
+
+def _between(map: TriangulatedMap, begin: Complex, shares: Sequence[float]) -> Iterator[TriangulatedMap]:
+    corners = begin[map.faces]
+    jacobian = linear(corners, map.image[map.faces])
+    corners = corners - corners[:, :1]
+    u = begin
+    for share in shares:
+        if share >= 1:
+            yield map
+            continue
+        if share <= 0:
+            u = begin
+            yield replace(map, image=u, bulge=np.zeros(len(map.edges.ends), complex))
+            continue
+        p, q = _power(jacobian, share)
+        shapes = p[:, None] * corners + q[:, None] * corners.conj()
+        size = np.sqrt(triangle_areas(shapes).sum())
+        sheet = Elastic.of(map.faces, shapes / size)
+        start = u / np.sqrt(triangle_areas(u[map.faces]).sum())
+        laid = sheet.relaxed(start, 1.0, STEPS, TOLERANCE)
+        if fault([laid[loop] for loop in map.loops]):
+            laid = relax_with_scaffold(sheet, start, list(map.loops), 1.0, range(SCAFFOLDED), TOLERANCE)
+        u = _amid(laid * size, begin, map.image, map.faces, share)
+        yield replace(map, image=u, bulge=None)
+
+
+def _power(jacobian: Linear, share: float) -> tuple[Real, Complex]:
+    """p (m,) and q (m,) of S to the power of t, which takes w to p w + q w̄, where J = RS takes it to a w + b w̄."""
+    a, b = np.abs(jacobian.a), np.abs(jacobian.b)
+    most, least = (a + b) ** share, (a - b) ** share
+    along = jacobian.a.conj() * jacobian.b
+    along = np.divide(along, a * b, out=np.zeros_like(along), where=a * b > 0)
+    return 0.5 * (most + least), 0.5 * (most - least) * along
+
+
+def _amid(u: Complex, a: Complex, b: Complex, faces: Index, share: float) -> Complex:
+    """A shape u (n,) as it is turned on average: as the blend of both ends, each turned by its share of the whole turn,
+    and in the middle."""
+    turn = turn_of(a, b, faces)
+    goal = (1 - share) * (a - a.mean()) * np.exp(1j * share * turn)
+    goal += share * (b - b.mean()) * np.exp(-1j * (1 - share) * turn)
+    middle = (1 - share) * a.mean() + share * b.mean()
+    return (u - u.mean()) * np.exp(1j * turn_of(u, goal, faces)) + middle
