@@ -14,9 +14,8 @@ doctor    `iccm doctor`
 completion  `iccm completion`
 plugins   `iccm plugins`
 options   arguments and options of a command, made from `iccm.io.options`
-logs      messages on stderr
+logs      messages on stderr; failures as one line and an exit code
 status    the line that tells what is under way
-failures  failures as one line and an exit code
 process   streams it is started with; stopping within two seconds of a signal
 """
 
@@ -33,7 +32,7 @@ import click
 
 from .. import __version__
 from . import logs, process
-from .failures import INPUT, Unread, explain
+from .logs import INPUT, Unread, explain
 
 COMMANDS = {
     "map": "Map one shape onto another and carry a texture through the map.",

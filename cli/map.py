@@ -14,7 +14,7 @@ import click
 
 from ..errors import IccmError, InputError
 from . import logs, options, status
-from .failures import explain
+from .logs import explain
 from .options import FILE
 
 EVERY = 0.3  # seconds from one look at the inputs to the next

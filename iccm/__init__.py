@@ -10,7 +10,6 @@ solve             `fit` and `deform`: which method solves a problem
 texture_transfer  `transfer`, `warp` and STMaps: arrays in, arrays out
 problem           the domains, constraints and options of a solve
 result            `Fit`: the map, how the solver ended, figures that judge it
-shape_interpolation  `morph`: shapes between two
 transform         maps as scikit-image has transforms: called, turned round, composed
 balanced/         the default method: outline held, nothing folded, sizes even
 conformal/        the conformal method, to a tolerance
@@ -46,13 +45,13 @@ if TYPE_CHECKING:
     from .curve import Curve as Curve
     from .errors import IccmError as IccmError
     from .errors import InputError as InputError
+    from .flattening.interpolation import morph as morph
     from .maps.harmonic import HarmonicMap as HarmonicMap
     from .maps.triangulated.map import TriangulatedMap as TriangulatedMap
     from .pixels.checkerboard import checkerboard as checkerboard
     from .result import Fit as Fit
     from .result import Status as Status
     from .result import load as load
-    from .shape_interpolation import morph as morph
     from .solve import deform as deform
     from .solve import fit as fit
     from .texture_transfer import Transfer as Transfer
@@ -79,7 +78,7 @@ _HOME = {
     "fit": "solve",
     "from_stmap": "texture_transfer",
     "load": "result",
-    "morph": "shape_interpolation",
+    "morph": "flattening.interpolation",
     "stmap": "texture_transfer",
     "transfer": "texture_transfer",
     "warp": "texture_transfer",

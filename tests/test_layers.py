@@ -34,7 +34,7 @@ ORDER = (
     "io.memory io.quiet_stderr io.names",
     "io.options io.option_groups io.page io.spec io.formats io.point_syntax io.references",
     "io.files io.limits",
-    "texture_transfer ahead shape_interpolation",
+    "texture_transfer ahead",
     "solve",
     "surfaces",
     "flattening",

@@ -44,7 +44,7 @@ def test_mypy_sees_an_error_in_every_layer(tmp_path):
     package = staged(tmp_path)
     command = [sys.executable, "-m", "mypy", "--config-file", str(ROOT / "pyproject.toml"), "-p", "iccm"]
     assert subprocess.run(command, cwd=tmp_path, capture_output=True).returncode == 0
-    for name in ("errors.py", "io/files.py", "cli/failures.py"):
+    for name in ("errors.py", "io/files.py", "cli/logs.py"):
         original = (package / name).read_text()
         (package / name).write_text(original + "\nplanted: int = 'text'\n")
         done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)

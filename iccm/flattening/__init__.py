@@ -6,6 +6,7 @@ free      Newton on the balanced energy of a surface with a free boundary
 scaffold  triangles around a layout, and in its holes, that keep it from overlapping
 seams     where a cut is lengthened
 opening   triangles and polygons of a layout set right by moving single vertices
+interpolation  `morph`: shapes between two, by the metric of a map between them
 charts    the charts of a mesh's own texture coordinates, as flattenings
 """
 

@@ -13,11 +13,11 @@ from PIL import Image
 from ...arrays import Box, Real
 from ...curve import Curve
 from ...errors import InputError
+from ...flattening.interpolation import morph
 from ...maps.triangulated.map import TriangulatedMap
 from ...pixels.warp import Warp, whole
 from ...plane import bounding_box
 from ...progress import Listener
-from ...shape_interpolation import morph
 from .. import files, formats, references
 from ..pictures.image import prepare
 from . import framing

@@ -13,16 +13,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from .arrays import Complex, Index, Real
-from .balanced.model.measures import turn_of
-from .errors import InputError
-from .flattening.free import Elastic
-from .flattening.scaffold import relax_with_scaffold
-from .maps.triangulated.map import TriangulatedMap
-from .maps.triangulated.simple import fault
-from .meshes.stretch import Linear, linear
-from .plane import triangle_areas
-from .result import Fit
+from ..arrays import Complex, Index, Real
+from ..balanced.model.measures import turn_of
+from ..errors import InputError
+from ..maps.triangulated.map import TriangulatedMap
+from ..maps.triangulated.simple import fault
+from ..meshes.stretch import Linear, linear
+from ..plane import triangle_areas
+from ..result import Fit
+from .free import Elastic
+from .scaffold import relax_with_scaffold
 
 STEPS, TOLERANCE = 60, 1e-6  # of Newton's method, and the relative decrease that ends it
 SCAFFOLDED = 100  # steps where a shape would come to overlap itself
