@@ -198,9 +198,9 @@ def _frames(begun: Run, way: Way) -> Iterator[Frame]:
         found = replace(fit, map=map, target=curve, target_holes=holes)
         returned = None
         if back is not None:
-            again = TriangulatedMap(fit.map.image, map.image, map.faces, map.loops)
-            again = replace(found, map=again, source=fit.target, source_holes=fit.target_holes)
-            returned = back.towards(shape, again)
+            onward = TriangulatedMap(maps[-1].image, map.image, map.faces, map.loops)
+            own = {"source": target.curve, "source_holes": fit.target_holes}
+            returned = back.towards(shape, replace(found, map=onward, **own))
         yield Frame(share, ahead.towards(shape, found), returned)
 
 
