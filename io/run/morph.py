@@ -199,8 +199,8 @@ def _frames(begun: Run, way: Way) -> Iterator[Frame]:
         returned = None
         if back is not None:
             onward = TriangulatedMap(maps[-1].image, map.image, map.faces, map.loops)
-            own = {"source": target.curve, "source_holes": fit.target_holes}
-            returned = back.towards(shape, replace(found, map=onward, **own))
+            on = replace(found, map=onward, source=target.curve, source_holes=fit.target_holes)
+            returned = back.towards(shape, on)
         yield Frame(share, ahead.towards(shape, found), returned)
 
 
