@@ -34,7 +34,7 @@ def staged(folder: Path) -> Path:
         home = package if part == "iccm" else package / part
         home.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / name, home / file)
-    for name in ("logs.py", "failures.py", "process.py"):
+    for name in ("logs.py", "process.py"):
         shutil.copy(ROOT / "cli" / name, package / "cli" / name)
     return package
 
