@@ -123,10 +123,12 @@ def _coco(content: dict[str, Any], chosen: str | None) -> tuple[Drawing, Iterato
     pictures = {each["id"]: each for each in content.get("images", [])}
     kinds = {each["id"]: str(each["name"]) for each in content.get("categories", [])}
     found: list[tuple[Any, Found]] = []
+    runs = 0
     for each in content["annotations"]:
         picture, parts = each.get("image_id"), each["segmentation"]
         if not isinstance(parts, list):
-            continue  # a mask by runs
+            runs += 1
+            continue
         own = [str(each.get("id", "")), kinds.get(each.get("category_id"), "")]
         own.append(str(pictures.get(picture, {}).get("file_name", "")))
         rings = [np.asarray(part, float).reshape(-1, 2) @ [1, 1j] for part in parts]
@@ -135,7 +137,10 @@ def _coco(content: dict[str, Any], chosen: str | None) -> tuple[Drawing, Iterato
     if len(seen) > 1:
         raise InputError(f"holds annotations of {len(seen)} pictures; name one, #{_name(pictures, seen)}")
     size = pictures.get(next(iter(seen), None), {})
-    return _canvas(size.get("width"), size.get("height")), (each for _, each in found)
+    drawing = _canvas(size.get("width"), size.get("height"))
+    if runs:
+        drawing.notes.append(f"left out {runs} mask{'s' * (runs > 1)} by runs (RLE); polygons are read")
+    return drawing, (each for _, each in found)
 
 
 def _name(pictures: dict[Any, Any], seen: set[Any]) -> str:
