@@ -70,6 +70,11 @@ def test_what_is_wrong_is_one_line(drawn, iccm, typed, told):
     assert len(done.err.strip().splitlines()) <= 2
 
 
+def test_what_is_called_rigid_in_a_target_is_told(drawn, iccm):
+    done = iccm("map", "square.svg", "rigid-logo.svg", "--size", "32", "-o", "o.png")
+    assert done.code == 0 and "rigid-logo.svg: what is called rigid here is left out" in done.err
+
+
 def test_brighter_parts_become_larger_and_what_matters_stays(drawn, iccm):
     ramp = np.repeat(np.linspace(0, 255, 64).astype(np.uint8)[None, :, None], 64, axis=0)
     image_files.write("ramp.png", image_files.Image(np.repeat(ramp, 3, axis=2)))
