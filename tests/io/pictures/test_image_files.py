@@ -446,7 +446,7 @@ REFUSED = {
 @pytest.mark.parametrize("which", REFUSED)
 def test_what_cannot_be_written_is_refused_before_the_solving(circles, monkeypatch, which):
     change, message = REFUSED[which]
-    monkeypatch.setattr("iccm.io.run.execute._solve", lambda state: pytest.fail("solved"))
+    monkeypatch.setattr("iccm.io.run.execute.solve_pairs", lambda state: pytest.fail("solved"))
     monkeypatch.setattr("iccm.io.memory.resident", lambda: 100 << 20)  # whatever ran before in this process
     with pytest.raises(InputError, match=message):
         run(circles.model_copy(update=change))
