@@ -110,6 +110,7 @@ def test_every_bench_of_the_list_is_a_module():
     assert set(missing) <= {"meshes"}
 
 
+@pytest.mark.slow
 def test_a_bench_that_hangs_is_given_up_and_every_goal_is_listed(tmp_path, monkeypatch, capsys):
     from tests.bench import __main__ as bench
     from tests.bench.goals import GOALS

@@ -69,6 +69,7 @@ def at(picture, u, v):
     return picture[int((1 - v) * height), int(u * width)]
 
 
+@pytest.mark.slow
 def test_a_picture_goes_onto_a_chart_which_may_be_mirrored(sheets, iccm):
     """On the mirrored chart the picture of the layout is mirrored, so that it reads right on the surface."""
     words = ["--texture", "ramp.png", "--size", "200"]
@@ -83,6 +84,7 @@ def test_a_picture_goes_onto_a_chart_which_may_be_mirrored(sheets, iccm):
             assert (red, green) == pytest.approx(tuple(expected), abs=6)
 
 
+@pytest.mark.slow
 def test_a_mirrored_chart_gives_its_texture_the_right_way_round(sheets, iccm):
     """Through the layout and through the flattening the same is seen; so it is through the STMap."""
     words = ["square.svg", "--texture", "ramp.png", "--size", "64"]

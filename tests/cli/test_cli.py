@@ -129,6 +129,7 @@ def test_constraints_from_a_file(shapes, iccm):
     assert typed.code == 2 and "c.json: pens: unknown key" in typed.err
 
 
+@pytest.mark.slow
 def test_constraints_from_stdin(shapes, shell):
     line = """echo '{"pins": [{"source": [50, 50], "target": [52, 50]}]}' | """
     options = "--method paper --quasi 0.01 --report - -q | tail -n 1"
@@ -386,6 +387,7 @@ def test_a_reader_that_goes_away_is_no_error(shapes, shell):
     assert done.stderr == "" and done.returncode in (0, logs.PIPE)
 
 
+@pytest.mark.slow
 def test_sigterm_leaves_no_temporary_file(shapes, shell):
     line = "iccm map square.svg blob.svg --method paper --size 9000 & sleep 2; kill -TERM $!; wait $!"
     done = shell(line)

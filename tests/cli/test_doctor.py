@@ -54,6 +54,7 @@ def test_what_is_missing_or_too_old_is_said(findings, monkeypatch):
     assert said["tqdm"][0] is True
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("module", ["numpy", "tinycss2", "packaging"])
 def test_it_runs_without_the_library_that_is_missing(module):
     code = f"import sys; sys.modules[{module!r}] = None\nfrom iccm import cli; sys.exit(cli.run(['doctor']))"

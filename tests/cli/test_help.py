@@ -71,6 +71,7 @@ def test_a_dry_run_checks_and_writes_nothing(shapes, iccm):
     assert typed.code == 2 and "out.png: the file exists" in typed.err
 
 
+@pytest.mark.slow
 def test_an_input_that_changes_is_mapped_again_until_ctrl_c(shapes):
     command = [sys.executable, "-c", "from iccm.cli import main; main()", "map", "square.svg", "disk.svg"]
     command += ["--size", "32", "-o", "out.png", "--watch"]

@@ -63,6 +63,7 @@ def script(verbosity=0, form="text", silent=False):
     return typed([sys.executable, "-c", text])
 
 
+@pytest.mark.slow
 def test_work_is_shown_with_its_seconds_between_messages(monkeypatch):
     monkeypatch.setenv("NO_COLOR", "1")
     shown, code = script()

@@ -7,6 +7,7 @@ import pytest
 MAP = "iccm map square.svg blob.svg --method paper --vertices 40 --size 32 -o out.png --report r.json"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("closed", [">&-", "2>&-", "<&-", "<&- >&- 2>&-"])
 def test_streams_may_be_closed(shapes, shell, closed):
     done = shell(f"{MAP} {closed}")

@@ -114,6 +114,7 @@ def test_bash_completes(shapes, typed, wanted):
     assert wanted in typed_in_bash(typed, wanted)
 
 
+@pytest.mark.slow
 def test_a_batch_ends_as_a_pipe_does(shapes, shell):
     job = {"source": "square.svg", "target": "blob.svg", "size": 16, "method": "paper", "vertices": 40}
     lines = "".join(json.dumps({**job, "output": f"o{k}.png"}) + "\n" for k in range(8))

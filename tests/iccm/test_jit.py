@@ -111,6 +111,7 @@ def test_a_call_by_a_kernel_leaves_python_its_own():
     assert square.entry.signatures
 
 
+@pytest.mark.slow
 def test_a_kernel_follows_the_kernels_that_it_calls(tmp_path):
     """Numba's own stamp is that of one file: what another file changes would not be seen. What is kept under a class
     that is gone is no longer readable."""
@@ -162,6 +163,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 def test_a_kernel_from_the_cache_works_without_what_compiling_needs(tmp_path):
     """Also where Numba's own functions in it raise, and where it does so with a number."""
     package = tmp_path / "package"

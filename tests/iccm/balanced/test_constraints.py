@@ -342,6 +342,7 @@ def test_weights_are_for_the_methods_that_weigh():
         iccm.fit(SQUARE, SQUARE, pins=pins, method="balanced", pin_weight=2)
 
 
+@pytest.mark.slow
 def test_a_stroke_that_would_have_to_pass_pins_is_told_as_not_met():
     square = shapes.square(8)
     pins = [(p, p) for p in (-0.5 + 0.1j, 0.1j, 0.5 + 0.1j, -0.1j)]

@@ -45,6 +45,7 @@ def as_rigid_as_possible(fit, pins):
     return igl.arap_solve(goals, data, first) @ np.array([1, 1j])
 
 
+@pytest.mark.slow
 def test_a_bar_bent_by_90_degrees_is_as_rigid_as_possible():
     pins = bent(90)
     fit = iccm.deform(BAR, pins=pins)
@@ -182,6 +183,7 @@ def _last_holding(corners, point):
     return holders[-1]
 
 
+@pytest.mark.slow
 def test_bounds_hold_for_what_is_drawn():
     pins = np.column_stack([np.append(CORNERS, 1 + 1j), np.append(CORNERS, 1.25 + 1.1j)])
     fit = iccm.deform(SQUARE, pins=pins, max_dilatation=3)
@@ -229,6 +231,7 @@ PUNCHED = [
 ]
 
 
+@pytest.mark.slow
 def test_a_bar_with_holes_bends_as_rigidly_as_possible_holes_left_free():
     pins = bent(90)
     fit = iccm.deform(BAR, pins=pins, source_holes=PUNCHED)

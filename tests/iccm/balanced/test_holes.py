@@ -100,6 +100,7 @@ def test_the_inverse_has_the_same_energy():
     assert there.energy == pytest.approx(energy_of(there.image, there.source, there.faces), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_partners_are_the_closest_unless_told():
     assert solved(FACE, MASK).partners == ((2, 0), (0, 1), (1, 2))
     told = solved(FACE, MASK, partners=((0, 2),))

@@ -125,6 +125,7 @@ def test_auto_takes_what_costs_the_least_and_whole_is_as_it_was():
     assert plain.report()["stretch"]["p95"] < GOOD
 
 
+@pytest.mark.slow
 def test_whole_outlines_name_the_partial_map_that_is_much_better():
     bend = np.exp(1j * np.linspace(0.3, 6, 30))
     arc = Curve.domain(np.concatenate([2 * bend, 1.4 * bend[::-1]]))
@@ -148,6 +149,7 @@ def test_symmetric_pairs_stay_symmetric():
     assert np.abs((w - middle) + (mirrored - middle).conj())[known].max() < 1e-6
 
 
+@pytest.mark.slow
 def test_what_may_be_lost_is_bounded():
     free = iccm.fit(U, SQUARE)
     assert free.uncovered > 0.01
@@ -155,6 +157,7 @@ def test_what_may_be_lost_is_bounded():
     assert iccm.fit(U, SQUARE, max_left_out=0.0).uncovered == pytest.approx(free.uncovered)
 
 
+@pytest.mark.slow
 def test_pins_are_met_by_partial_maps():
     pins = np.array([[-2.5 + 4j, 0.5 + 3j], [2.5 + 4j, 3.5 + 2.5j]])
     assert not iccm.fit(U, SQUARE, pins=pins).is_partial  # unless it is asked for

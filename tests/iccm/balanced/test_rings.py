@@ -58,6 +58,7 @@ def test_an_arc_goes_onto_a_ring_that_opens_where_the_arc_does(back):
     assert np.abs(ends - 2).min() < 2 * OUTER.length / 32  # the arc is open to the right
 
 
+@pytest.mark.slow
 def test_a_ring_stays_closed_where_its_hole_costs_little():
     fit = iccm.fit(OUTER, OUTER, source_holes=[0.8 + HOLE.z])
     assert fit.voids.any() and not any("seam" in note for note in fit.notes)

@@ -58,6 +58,7 @@ def test_derivatives_by_differences():
     assert 2 * slope * (gradient.conj() * step).real.sum() == pytest.approx(change, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_another_gradient_is_eliminated_as_the_first_one():
     _, faces, _ = mesh()
     n, rng = faces.max() + 1, np.random.default_rng(1)

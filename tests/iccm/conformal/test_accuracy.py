@@ -12,6 +12,7 @@ def test_the_exact_maps_have_the_right_corners():
         assert np.abs([f.corner(k) - c for k, c in enumerate(polygon)]).max() < 1e-10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("c", "last"), [(0.2, 3e-6), (0.45, 3e-5)])
 def test_the_disc_onto_an_ellipse_like_shape_and_nearly_a_cardioid(c, last):
     ns = (30, 60, 120)
@@ -20,6 +21,7 @@ def test_the_disc_onto_an_ellipse_like_shape_and_nearly_a_cardioid(c, last):
     assert order(errors, ns) > 2.5, errors
 
 
+@pytest.mark.slow
 def test_the_square_onto_the_disc():
     ns = (60, 120, 240)
     errors, rims = zip(*(square_error(n) for n in ns))

@@ -35,6 +35,7 @@ def test_what_is_turned_turns_steadily():
         assert triangle_areas(map.image[map.faces]) == pytest.approx(triangle_areas(map.source[map.faces]))
 
 
+@pytest.mark.slow
 def test_the_ends_are_those_shapes_and_nothing_folds_between():
     fit = iccm.fit(U, 2 * STEPS, fit="whole")
     maps = list(iccm.morph(fit, np.linspace(0, 1, 9)))
@@ -45,6 +46,7 @@ def test_the_ends_are_those_shapes_and_nothing_folds_between():
     assert max(moves) < 2.5 * np.median(moves)
 
 
+@pytest.mark.slow
 def test_back_again_the_shapes_are_the_same():
     fit = iccm.fit(U, 2 * STEPS, fit="whole")
     inverse = iccm.TriangulatedMap(fit.map.image, fit.map.source, fit.map.faces, fit.map.loops)

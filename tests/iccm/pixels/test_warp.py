@@ -78,6 +78,7 @@ def test_a_turn_by_90_degrees_is_a_turn_by_90_degrees():
     assert np.array_equal(out.pixels[1:-1, 1:-1, :3], np.rot90(picture)[1:-1, 1:-1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "map",
     [

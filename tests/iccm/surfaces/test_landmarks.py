@@ -189,6 +189,7 @@ def test_ways_between_points_on_edges_are_nearly_geodesic(n):
     assert (found - exact).mean() < 0.003 * exact.mean() and (found < 1.015 * exact + 1e-12).all()
 
 
+@pytest.mark.slow
 def test_horns_go_onto_horns_without_landmarks_on_them():
     here, there = (flatten(disk_patch(horned(*how))) for how in ((500, 1), (900, 2)))
     rims = [on_rim(even_layout(each), 20) for each in (here, there)]

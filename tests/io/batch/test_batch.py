@@ -318,6 +318,7 @@ def rows(text):
     return {row["name"]: row for row in map(json.loads, text.splitlines())}
 
 
+@pytest.mark.slow
 def test_a_batch_from_end_to_end(shapes, shell):
     """Two workers and one give the same bytes; --resume skips what is unchanged, and only that."""
     (shapes / "jobs.toml").write_text(MANIFEST)

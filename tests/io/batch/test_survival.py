@@ -124,6 +124,7 @@ def resumed(start, folder):
     return sum(json.loads(line)["resumed"] for line in out.splitlines())
 
 
+@pytest.mark.slow
 def test_a_killed_worker_loses_only_its_own_job(folder, start):
     process = start("-j", "2")
     until(lambda: writing(folder))
@@ -149,6 +150,7 @@ def test_a_killed_parent_leaves_no_orphan_and_resumes(folder, start):
     assert resumed(start, folder) >= 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_stops_cleanly_with_a_summary(folder, start, number):
     (folder / "jobs.jsonl").write_text(manifest(size=2500))
@@ -168,6 +170,7 @@ def test_a_signal_stops_cleanly_with_a_summary(folder, start, number):
     assert whole(folder / "out")
 
 
+@pytest.mark.slow
 def test_a_reader_that_goes_away_ends_the_batch_and_its_workers(folder, start):
     """At once, not with the next line, which a job of half a minute is about to write."""
     (folder / "jobs.jsonl").write_text(
@@ -183,6 +186,7 @@ def test_a_reader_that_goes_away_ends_the_batch_and_its_workers(folder, start):
     process.stdout, process.stderr = None, None
 
 
+@pytest.mark.slow
 def test_a_time_limit_kills_the_worker_and_the_rest_go_on(folder, start):
     (folder / "jobs.jsonl").write_text(
         manifest(size=40) + '\n{"source": "d.svg", "target": "blob.svg", "size": 16000, "output": "huge.png"}'

@@ -214,6 +214,7 @@ def started(shapes, *options):
                             cwd=shapes, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")
 @pytest.mark.parametrize(("number", "code"), [(2, 130), (15, 143)])
 def test_the_command_serves_this_machine_alone_until_a_signal(shapes, number, code):

@@ -112,6 +112,7 @@ def test_what_cannot_be_is_told_and_the_map_stays(shapes, how, pins, wrong, said
     assert edited.follow(scene(PIN)).ok
 
 
+@pytest.mark.slow
 def test_what_is_not_met_is_told_and_the_map_stays(shapes):
     edited = session(target="square.svg")
     edited.solve(scene())
@@ -123,6 +124,7 @@ def test_what_is_not_met_is_told_and_the_map_stays(shapes):
     assert found.wrong["strokes"] == [0] and "could be met" in found.message
 
 
+@pytest.mark.slow
 def test_saved_constraints_repeat_the_map(shapes, shell):
     edited = session(balance=1.5)
     wanted = scene(PIN, OTHER, strokes=[STROKE], balance=2.0, turn=10.0)

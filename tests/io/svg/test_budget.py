@@ -196,6 +196,7 @@ def test_comparing_long_attributes_is_counted(condition):
     assert time.process_time() - began < 3 * SECONDS
 
 
+@pytest.mark.slow
 def test_selectors_are_counted():
     began = time.process_time()
     with pytest.raises(InputError, match="more than 50000 selectors"):
