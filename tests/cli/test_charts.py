@@ -109,6 +109,7 @@ def test_pins_on_a_chart_are_coordinates_or_vertices(sheets, iccm):
     assert done.code == 2 and "pair.obj#uv: pin 1: (0.1, 0.1) is outside the shape" in done.lines[-1]
 
 
+@pytest.mark.slow
 def test_all_charts_by_name_into_one_picture_as_baking_them(sheets, iccm):
     words = ["--parts", "all", "--texture", "ramp.png", "--size", "200"]
     report = ["--report", "r.json"]

@@ -109,6 +109,7 @@ def test_holes_go_along():
     sound(live.moved(pins), pins)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("more", ["source_holes", "target_holes"])
 def test_a_hole_without_partner_is_followed_too(more):
     fit = iccm.fit(shapes.pear(), shapes.blob(), **{more: [0.25 * shapes.circle(40)]})

@@ -110,6 +110,7 @@ def test_all_of_the_source_is_shown_and_the_map_is_less_stretched(name):
     assert report["boundary"]["hausdorff"] < 5e-4  # of the outline with bays filled
 
 
+@pytest.mark.slow
 def test_covering_is_the_other_way_round():
     there, back = iccm.fit(HOOK, SQUARE, fit="contain"), iccm.fit(SQUARE, HOOK, fit="cover")
     assert back.uncovered == pytest.approx(0, abs=1e-3)

@@ -233,6 +233,7 @@ def test_the_gradient_in_space_is_that_of_the_energy(shaken):
         assert abs(complex(*found) - gradient[v]) < scale
 
 
+@pytest.mark.slow
 def test_newtons_method_in_space_lowers_the_energy_and_folds_nothing(shaken):
     def energy(state):
         rest, surface = state._in_space(state.ground, 1.0)
@@ -336,6 +337,7 @@ def sheet(width, n=9):
     return Mesh.triangles("sheet", np.column_stack([xy, 0 * x]), Delaunay(xy).simplices)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("width", "status"), [(1.2, "REACHED"), (40, "TWISTED")])
 def test_a_surface_that_is_squeezed_onto_another_is_not_reached(width, status):
     here, there = (flatten(disk_patch(sheet(each))) for each in (1, width))

@@ -62,6 +62,7 @@ def test_a_click_where_the_map_goes_moves_nothing_that_is_seen(dragged):
     assert same(before, edited._map)
 
 
+@pytest.mark.slow
 def test_what_is_saved_gives_the_map_that_is_seen(dragged, shapes, shell):
     edited, last, _ = dragged
     edited.solve(last)
@@ -131,6 +132,7 @@ def test_without_pins_and_when_turned_it_is_made_from_scratch(dragged):
         assert edited.solve(other).ok and edited.start(other) is None
 
 
+@pytest.mark.slow
 def test_copies_of_drawings_hold_pins_and_a_file_beside_them_the_start(shapes, shell):
     for name, place in (("square.svg", "40 45"), ("blob.svg", "45 50")):
         x, y = place.split()

@@ -152,6 +152,7 @@ def test_constraints_of_other_sizes_are_refused(shapes, iccm):
     assert typed.code == 2 and "square.svg of 100 x 100, and square.svg is 200 x 100" in typed.err
 
 
+@pytest.mark.slow
 def test_copies_repeat_the_map_too(shapes, shell):
     edited = session()
     wanted = scene(PIN, OTHER, strokes=[STROKE])

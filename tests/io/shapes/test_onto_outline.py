@@ -87,6 +87,7 @@ def test_new_texture_coordinates_of_ears_are_sound(folder):
     assert code == 0 and report["uv"] == {"flipped": 0, "degenerate": 0}
 
 
+@pytest.mark.slow
 def test_landmarks_open_closed_meshes_alike(folder):
     fine, coarse = ball(900), ball(500)
     write(folder / "fine.obj", *fine)
