@@ -41,7 +41,16 @@ class Elastic:
     @classmethod
     def of(cls, faces: Index, shapes: Complex, weights: Real | None = None, held: int = 0) -> "Elastic":
         """From (m, 3) rest shapes, which weigh as much as their areas unless weights are given."""
-        pattern = system_of(faces, np.arange(held), int(faces.max()) + 1)
+        return cls._on(system_of(faces, np.arange(held), int(faces.max()) + 1), faces, shapes, weights, held)
+
+    def with_shapes(self, shapes: Complex) -> "Elastic":
+        """The same triangles with other rest shapes (m, 3), which weigh as much as their areas."""
+        return self._on(self.pattern, self.faces, shapes, None, self.held)
+
+    @classmethod
+    def _on(
+        cls, pattern: BlockPattern, faces: Index, shapes: Complex, weights: Real | None, held: int
+    ) -> "Elastic":
         order = np.argsort(pattern.position[faces], axis=1)
         corners = np.ascontiguousarray(np.take_along_axis(shapes, order, axis=1)).ravel()
         gradients, areas = geometry(corners, np.arange(corners.size).reshape(-1, 3))

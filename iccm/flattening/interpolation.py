@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import Complex, Index, Real
+from ..arrays import Complex, Real
 from ..balanced.model.measures import turn_of
 from ..errors import InputError
 from ..maps.triangulated.map import TriangulatedMap
@@ -59,7 +59,8 @@ def _between(map: TriangulatedMap, begin: Complex, shares: Sequence[float]) -> I
     corners = begin[map.faces]
     jacobian = linear(corners, map.image[map.faces])
     corners = corners - corners[:, :1]
-    u = begin
+    turn = turn_of(begin, map.image, map.faces)
+    sheet, u = Elastic.of(map.faces, corners), begin
     for share in shares:
         if share >= 1:
             yield map
@@ -71,12 +72,14 @@ def _between(map: TriangulatedMap, begin: Complex, shares: Sequence[float]) -> I
         p, q = _power(jacobian, share)
         shapes = p[:, None] * corners + q[:, None] * corners.conj()
         size = np.sqrt(triangle_areas(shapes).sum())
-        sheet = Elastic.of(map.faces, shapes / size)
+        sheet = sheet.with_shapes(shapes / size)
         start = u / np.sqrt(triangle_areas(u[map.faces]).sum())
         laid = sheet.relaxed(start, 1.0, STEPS, TOLERANCE)
         if fault([laid[loop] for loop in map.loops]):
             laid = relax_with_scaffold(sheet, start, list(map.loops), 1.0, range(SCAFFOLDED), TOLERANCE)
-        u = _amid(laid * size, begin, map.image, map.faces, share)
+        goal = _blend(begin, map.image, share, turn)
+        laid = (laid - laid.mean()) * size * np.exp(1j * turn_of(laid, goal, map.faces))
+        u = laid + (1 - share) * begin.mean() + share * map.image.mean()
         yield replace(map, image=u, bulge=None)
 
 
@@ -89,11 +92,6 @@ def _power(jacobian: Linear, share: float) -> tuple[Real, Complex]:
     return 0.5 * (most + least), 0.5 * (most - least) * along
 
 
-def _amid(u: Complex, a: Complex, b: Complex, faces: Index, share: float) -> Complex:
-    """A shape u (n,) as it is turned on average: as the blend of both ends, each turned by its share of the whole turn,
-    and in the middle."""
-    turn = turn_of(a, b, faces)
-    goal = (1 - share) * (a - a.mean()) * np.exp(1j * share * turn)
-    goal += share * (b - b.mean()) * np.exp(-1j * (1 - share) * turn)
-    middle = (1 - share) * a.mean() + share * b.mean()
-    return (u - u.mean()) * np.exp(1j * turn_of(u, goal, faces)) + middle
+def _blend(a: Complex, b: Complex, share: float, turn: float) -> Complex:
+    """(n,) the blend of both ends, each turned by its share of the whole turn, by which shapes between are turned."""
+    return (1 - share) * a * np.exp(1j * share * turn) + share * b * np.exp(-1j * (1 - share) * turn)

@@ -15,18 +15,16 @@ from ...curve import Curve
 from ...errors import InputError
 from ...flattening.interpolation import morph
 from ...maps.triangulated.map import TriangulatedMap
-from ...pixels.warp import Warp, whole
 from ...plane import bounding_box
 from ...progress import Listener
 from .. import files, formats, references
-from ..pictures.image import prepare
 from . import framing
 from .execute import solve_pairs
 from .inputs import Inputs
 from .job import Job
 from .outputs.artwork import Artwork
 from .outputs.output import Output
-from .outputs.picture import Picture
+from .outputs.picture import Picture, displayed
 from .phases import Phases
 from .state import Run, Tell
 
@@ -144,28 +142,31 @@ def _output(name: str, job: Job, way: Way) -> Output | None:
 
 
 def _holes(begun: Run) -> str:
-    """What becomes of holes: by default they are kept where both have as many."""
-    many = [len(shape.mappable_holes) for shape in begun.pairs[0]]
-    if begun.job.holes == "auto" and many[0] != many[1]:
-        text = f"{many[0]} and {many[1]} holes cannot go onto each other: they are filled"
-        begun.note(f"{begun.source.spec}, {begun.target.spec}: {text}")
-        return "fill"
-    return "keep" if begun.job.holes == "auto" else begun.job.holes
+    """What becomes of holes: by default they are kept where both have as many.
+
+    Raises:
+        InputError: they are to be kept, and have no partners.
+    """
+    asked, (source, target) = begun.job.holes, begun.pairs[0]
+    many = len(source.mappable_holes), len(target.mappable_holes)
+    if asked in ("cut", "fill") or many[0] == many[1]:
+        return "keep" if asked == "auto" else asked
+    text = f"{source.spec}, {target.spec}: {many[0]} and {many[1]} holes cannot go onto each other"
+    if asked == "keep":
+        raise InputError(f"{text}; --holes fill ignores them")
+    begun.note(f"{text}: they are filled")
+    return "fill"
 
 
 def _check(begun: Run, outputs: Sequence[Output | None], frames: int) -> None:
     """Refuse before the solving what cannot be morphed or written.
 
     Raises:
-        InputError: a mesh, holes without partners, more pixels than an animation may have; as the outputs say.
+        InputError: a mesh, more pixels than an animation may have; as the outputs say.
     """
     for shape in (begun.source, begun.target):
         if shape.is_mesh or shape.is_layout:
             raise InputError(f"{shape.spec}: a morph is between shapes of the plane, and this is a mesh")
-    many = [len(shape.mappable_holes) for shape in (begun.source, begun.target)]
-    if begun.job.holed and many[0] != many[1]:
-        text = f"{many[0]} and {many[1]} holes cannot go onto each other; --holes fill ignores them"
-        raise InputError(f"{begun.source.spec}, {begun.target.spec}: {text}")
     for output in filter(None, outputs):
         output.check(begun)
     begun.image.covered()
@@ -210,13 +211,7 @@ def _size(box: Box) -> complex:
 
 def _seen(run: Run) -> Real:
     """(height, width, 4) the picture in sRGB from 0 to 1, times its alpha."""
-    warped = whole(
-        Warp(run.mapping, run.sampler, run.canvas, placing=run.placing, max_error=run.job.max_pixel_error),
-        threads=run.threads,
-    )
-    shown = (
-        prepare(run.image.with_pixels(warped.pixels, warped.alpha), formats.picture(".webp")).pixels / 255.0
-    )
+    shown = displayed(run, run.canvas) / 255.0
     colours, alpha = (
         (shown[..., :-1], shown[..., -1:])
         if shown.shape[2] in (2, 4)

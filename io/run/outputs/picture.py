@@ -9,11 +9,11 @@ from pathlib import Path
 from numpy.typing import NDArray
 
 from ....errors import InputError
-from ....pixels.canvas import Diagnostics
+from ....pixels.canvas import Canvas, Diagnostics
 from ....pixels.warp import Warp, band_bytes, padded, whole, whole_bytes
 from ... import formats
 from ...pictures import image_files
-from ...pictures.image import Image, unassociate
+from ...pictures.image import Image, prepare, unassociate
 from ..blank_picture import Colours
 from ..job import Job
 from ..state import Run
@@ -119,6 +119,12 @@ class Picture(Output):
             like = replace(run.image, alpha=work.alpha)
             image_files.write_bands(path, like, run.canvas.height, run.canvas.width, blocks())
         _report_pixels(run, colours, work.diagnostics)
+
+
+def displayed(run: Run, canvas: Canvas) -> NDArray:
+    """(height, width, channels) the texture carried to a canvas as screens show it, 8 bits a channel in sRGB."""
+    warped = whole(Warp(run.mapping, run.sampler, canvas, placing=run.placing), threads=run.threads)
+    return prepare(run.image.with_pixels(warped.pixels, warped.alpha), formats.picture(".webp")).pixels
 
 
 def _report_pixels(run: Run, colours: Colours, seen: Diagnostics) -> None:

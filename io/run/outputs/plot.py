@@ -10,13 +10,12 @@ from numpy.typing import NDArray
 from ....arrays import Box
 from ....maps.summary import in_words
 from ....pixels.canvas import Canvas, proportional
-from ....pixels.warp import Warp, whole
 from ... import formats
-from ...pictures.image import prepare
 from .. import report
 from ..job import Job
 from ..state import Run
 from .output import Output
+from .picture import displayed
 
 PIXELS = 900  # of the picture, on its longer side
 
@@ -54,9 +53,7 @@ def _carried(run: Run) -> tuple[NDArray, Box]:
     """The picture as screens show it, and its box in the target's plane."""
     canvas = run.canvas_of(None)
     canvas = Canvas.about(*proportional(PIXELS, canvas.box[1] - canvas.box[0]), canvas.box)
-    warped = whole(Warp(run.mapping, run.sampler, canvas, placing=run.placing), threads=run.threads)
-    shown = prepare(run.image.with_pixels(warped.pixels, warped.alpha), formats.picture(".webp"))
-    return shown.pixels, canvas.box
+    return displayed(run, canvas), canvas.box
 
 
 def _names(job: Job) -> tuple[str, str]:
