@@ -22,7 +22,12 @@ if TYPE_CHECKING:
 
 MODULES = {"libigl": "igl", "opencv-python-headless": "cv2", "pillow": "PIL", "scikit-image": "skimage"}
 """What is imported of a requirement, where that is not its name."""
-EXTRAS = {"dask": "iccm batch --dask", "draco": "glTF files compressed by Draco", "edit": "iccm edit"}
+EXTRAS = {
+    "dask": "iccm batch --dask",
+    "draco": "glTF files compressed by Draco",
+    "dxf": "shapes from DXF files",
+    "edit": "iccm edit",
+}
 """What the requirements of an extra are needed for."""
 
 
