@@ -133,6 +133,13 @@ class Run:
         self._folder.cleanup()
 
 
+def onto_islands(source, mesh, faces, turn):
+    """The command that maps a shape onto islands of a layout, each by itself, turned by what was typed."""
+    parts = ["--parts", "each"] if mesh.count(faces) > 1 else []
+    turned = [f"--turn={turn.strip()}"] if turn.strip() else []
+    return ["map", source, "islands.obj", "--plane", "uv", *parts, *turned]
+
+
 class ICCM_OT_fit_island(Run, bpy.types.Operator):
     """Fit the selected UV islands into an outline, evenly and without folds"""
 
@@ -194,10 +201,8 @@ class ICCM_OT_fit_island(Run, bpy.types.Operator):
             raise exchange.Unfit("select faces of the islands to fit")
         self._faces, self._layer, self._mirrored = faces, mesh.layer, mesh.mirrored()
         mesh.write(folder / "islands.obj", faces, self._mirrored)
-        parts = ["--parts", "each"] if mesh.count(faces) > 1 else []
-        turn = [f"--turn={self.turn.strip()}"] if self.turn.strip() else []
-        fit = ["--fit", self.fit, "--balance", f"{self.balance:g}", *turn]
-        return [["map", outline, "islands.obj", "--plane", "uv", *parts, *fit, "-o", "fitted.obj"]]
+        fit = ["--fit", self.fit, "--balance", f"{self.balance:g}"]
+        return [[*onto_islands(outline, mesh, faces, self.turn), *fit, "-o", "fitted.obj"]]
 
     def take(self, context, folder):
         """The islands' new coordinates."""
@@ -254,11 +259,9 @@ class ICCM_OT_transfer(Run, bpy.types.Operator):
         elif self.source == "file":
             source = bpy.path.abspath(self.filepath)
         width, height = self._under.size if self._under else (self.size, self.size)
-        parts = ["--parts", "each"] if mesh.count(faces) > 1 else []
-        turn = [f"--turn={self.turn.strip()}"] if self.turn.strip() else []
-        fit = [*(["--fit", self.fit] if self.fit != "auto" else []), *turn]
+        fit = ["--fit", self.fit] if self.fit != "auto" else []
         made = ["--texture", texture, "--size", f"{width}x{height}", "--padding", "16", "-o", "layer.png"]
-        return [["map", source, "islands.obj", "--plane", "uv", *parts, *fit, *made]]
+        return [[*onto_islands(source, mesh, faces, self.turn), *fit, *made]]
 
     def take(self, context, folder):
         """A new picture, shown in the editor and by the material; Object Mode, where Undo knows of both."""
