@@ -17,7 +17,7 @@ from ..linalg.cholesky import BlockPattern, system_of
 from ..meshes.stretch import laid_flat
 from ..plane import triangle_areas
 
-FEW, LARGE = 8, 20_000  # steps at a time, and vertices from which there are two: one takes seconds then
+FEW, LARGE = 8, 20_000  # steps at a time, and vertices from which there is one, which takes seconds then
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,18 +58,24 @@ class Elastic:
         return cls(faces, shapes, pattern, rest, held)
 
     def relaxed(self, u: Complex, theta: float, steps: int, tolerance: float) -> Complex:
-        """(n,) positions of less energy, from some without folds; see `newton.descend`.
+        """(n,) positions of less energy, from some without folds, until a step gains less than `tolerance` of it; see
+        `newton.descend`.
 
         A few steps at a time, so that a signal is heard in between.
         """
-        u, tau, energy = u.copy(), np.zeros(self.held), np.inf
-        system = System.of(self.pattern, self.faces, self.rest, Constraints.held(u[: self.held].copy()))
-        at_once = min(FEW if u.size < LARGE else 2, steps)
+        u, tau, energy, before = u.copy(), np.zeros(self.held), self.energy(u, theta), 0.0
+        system = System.of(
+            self.pattern, self.faces, self.rest, Constraints.held(u, np.arange(u.size) < self.held)
+        )
+        at_once = min(FEW if u.size < LARGE else 1, steps)
         for _ in range(-(-steps // at_once)):
             below, made, _ = descend(system, _objective(theta), None, u, tau, at_once, tolerance)
-            if made < at_once or energy - below < at_once * tolerance * below:
+            gain = energy - below
+            slowing = gain / before if 0 < before < np.inf else 1.0
+            left = gain * min(1, slowing)  # to be gained yet, if gains go on to fall as fast
+            if made < at_once or left < at_once * tolerance * below:
                 break
-            energy = below
+            energy, before = below, gain
         return u
 
     def energy(self, u: Complex, theta: float) -> float:

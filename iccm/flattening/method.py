@@ -74,11 +74,12 @@ def flatten(
     # a cut leaves a choice of many layouts without distortion of angles: one is taken whose areas are even
     growing = grow and (len(patch.seam) > 0 or fault is not None or _spread(plain) > EVEN)
     joins = growing and (chart or joins)
+    sound = plain if fault is None else None
     if method == "balanced":
-        return _check(_even_with_seam(plain, growing, joins)[0])
+        return _check(_even_with_seam(plain, growing, joins, sound=sound)[0])
     if fault is None and not growing:
         return plain
-    found = _conformal(*_even_with_seam(plain, growing, joins))
+    found = _conformal(*_even_with_seam(plain, growing, joins, sound=sound))
     found = _check(_lengthen_seam(found) if growing and chart else found)
     return replace(found, notes=() if fault is None else (f"LSCM gave {fault}: laid out without",))
 
@@ -115,7 +116,11 @@ def _least_squares(patch: Patch, loop: int, growing: bool) -> Flattening:
 
 
 def _even_with_seam(
-    layout: Flattening, growing: bool = False, joins: bool = False, steps: Iterable[int] = range(APART)
+    layout: Flattening,
+    growing: bool = False,
+    joins: bool = False,
+    steps: Iterable[int] = range(APART),
+    sound: Flattening | None = None,
 ) -> tuple[Flattening, Elastic]:
     """The layout of least symmetric Dirichlet energy, its seam long enough, and the surface as it was found on.
 
@@ -124,12 +129,19 @@ def _even_with_seam(
         growing: whether the seam may be lengthened.
         joins: whether it may run into holes.
         steps: an item for each step with a scaffold that may be taken.
+        sound: a layout of this patch without folds or overlaps, from which it is sought where that is near.
     """
     patch, outline = layout.patch, layout.loop
     for _ in range(ROUNDS + 1):
-        sheet, start = surface(patch.points, patch.faces), _start(patch, outline)
-        result = _place(start, sheet.relaxed(_unit(start), 1, FEW if growing else STEPS, ROUGH))
-        if not growing or result.strained(95) < STRETCHED:
+        sheet = surface(patch.points, patch.faces)
+        near = sound is not None and sound.strained(95) < STRETCHED
+        start = replace(sound, method="balanced") if sound and near else _start(patch, outline)
+        sound = None
+        result = start
+        if not growing:
+            break
+        result = _place(start, sheet.relaxed(_unit(start), 1, FEW, ROUGH))
+        if result.strained(95) < STRETCHED:
             break
         patch, before = seams.longer(result, joins), patch
         if patch is before:

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from ..arrays import Complex, Index, Real, complex_of
+from ..arrays import Complex, Flags, Index, Real, complex_of
 from ..meshes.patch import Patch
 from ..meshes.topology import Triangles, labels
-from ..plane import cross, orientation, triangle_areas
+from ..plane import cross, orientation, triangle_areas, triangle_heights
 from .tutte import settled
 
 HEIGHTS = (0.1, 0.01, 1e-4)  # of triangles, of their bases, as high as there is room for (by hand)
@@ -47,28 +47,63 @@ def open_up(flat: Complex, patch: Patch, held: Index) -> Complex:
     return moved
 
 
-def tuck_in(flat: Complex, patch: Patch) -> Complex:
+def tuck_in(flat: Complex, patch: Patch, room: float, least: float = 0.0) -> Complex:
     """Positions (n,) in which what an edge between two vertices of the boundary cuts off lies beyond that edge.
 
-    Where triangles there face down, the inner vertices go to the means of their neighbours, which folds nothing where
-    the outline is convex; others stay as they are.
+    Where triangles there face down, the vertices of the boundary between its ends are drawn out into an arc, by as
+    little as gives room, and the inner vertices go to the means of their neighbours, which folds nothing in a convex
+    region; others stay as they are.
+
+    Args:
+        flat: positions, most triangles counter-clockwise.
+        patch: the surface.
+        room: how far vertices of the boundary may be drawn out.
+        least: the least height that triangles are to have; where not all can, they only face up.
     """
     faces, shape = patch.faces, patch.triangles
-    down = triangle_areas(flat[faces]) <= 0
-    if not down.any():
+    if not (triangle_heights(flat[faces]) <= least).any():
         return flat
     rim = np.zeros(flat.size, bool)
     rim[np.concatenate(patch.loops)] = True
-    on = np.flatnonzero((shape.twin >= 0) & ~(rim[shape.tail] & rim[shape.head]))
+    chord = (shape.twin >= 0) & rim[shape.tail] & rim[shape.head]
+    on = np.flatnonzero((shape.twin >= 0) & ~chord)
     label = labels(on // 3, shape.twin[on] // 3, len(faces))
-    moved = flat.copy()
-    for k in np.setdiff1d(label[down], np.bincount(label).argmax()):
-        vertices, local = np.unique(faces[label == k], return_inverse=True)
-        local = local.reshape(-1, 3)
-        found = settled(Triangles(local, vertices.size), flat[vertices], np.flatnonzero(~rim[vertices]))
-        if (triangle_areas(found[local]) > 0).all():
-            moved[vertices] = found
+    moved, tucked, largest = flat.copy(), {int(np.bincount(label).argmax())}, -1
+    while largest != len(tucked):  # what lies behind another such region comes after it
+        largest = len(tucked)
+        sides = np.flatnonzero(chord)
+        inward = label[shape.twin[sides] // 3]
+        for side in sides[np.isin(inward, list(tucked)) & ~np.isin(label[sides // 3], list(tucked))]:
+            part = faces[label == label[side // 3]]
+            tucked.add(int(label[side // 3]))
+            if (triangle_heights(moved[part]) <= least).any():
+                _tuck(moved, flat, part, int(shape.tail[side]), int(shape.head[side]), rim, room, least)
     return moved
+
+
+def _tuck(
+    moved: Complex, flat: Complex, part: Index, tail: int, head: int, rim: Flags, room: float, least: float
+) -> None:
+    """Move the vertices of triangles (m, 3) beyond an edge from tail to head, to the left of which they belong."""
+    vertices, local = np.unique(part, return_inverse=True)
+    local, z = local.reshape(-1, 3), moved[vertices]
+    base = moved[head] - moved[tail]
+    place = (z - moved[tail]) / base
+    arc = rim[vertices] & (vertices != tail) & (vertices != head)
+    inner = np.flatnonzero(~rim[vertices])
+    for height in (0.0, *reversed(HEIGHTS)):
+        new = z.copy()
+        if height:
+            above = 4 * height * place.real * (1 - place.real)
+            new[arc] += 1j * base * np.maximum(above - place.imag, 0)[arc]
+        if np.abs(new - flat[vertices])[arc].max(initial=0) > room:
+            return
+        found = settled(Triangles(local, vertices.size), new, inner) if inner.size else new
+        lowest = triangle_heights(found[local]).min()
+        if lowest > max(0, triangle_heights(moved[part]).min()):
+            moved[vertices] = found
+        if lowest > least:
+            return
 
 
 def concave(uv: Real, patch: Patch) -> int:

@@ -110,7 +110,8 @@ def _by_quotient_graph(faces: Index, count: int) -> Elimination:
     while True:
         order, marked = np.zeros((2, count), np.int64)
         members = np.append(corners, np.zeros(room, np.int64))
-        copies = [array.copy() for array in (around, degree, degree, rings, rings)]
+        near = np.minimum(degree, count)  # triangles that overlap may be more than there are vertices
+        copies = [array.copy() for array in (around, degree, near, rings, rings)]
         if _eliminate(starts, *copies, members, first, size.copy(), marked, order):
             return Elimination(order, first[m:] - first[m], members[first[m] : first[-1]])
         room *= 2
@@ -137,7 +138,7 @@ def _eliminate(starts, around, count, degree, after, before, members, first, siz
         starts: (n + 1,) where the elements of each vertex begin in `around`.
         around: (3m,) elements of the vertices, at first the triangles.
         count: (n,) how many elements each vertex has.
-        degree: (n,) of the vertices, at first the number of triangles.
+        degree: (n,) of the vertices, at first the number of triangles, n at most.
         after: (2n + 1,) the next in a ring of vertices of one degree d and of n + d; at first itself.
         before: the one before.
         members: vertices of the elements, at first of the triangles; the columns of the factor are appended.

@@ -3,6 +3,7 @@
 Nothing here trusts its input. libigl does (an index out of range ends the process), so `check` comes before it.
 """
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -155,8 +156,9 @@ def check(mesh: Mesh) -> Mesh:
 def triangulate(mesh: Mesh) -> Index:
     """(m, 3) corners (indices into mesh.corners) of the triangles of a checked mesh, face after face.
 
-    Quads take the diagonal whose two triangles agree with the quad's own normal, the shorter one if both do; larger
-    polygons a fan where that has no turned triangle, ears otherwise. Triangles that name a vertex twice are left out.
+    Quads take the diagonal whose two triangles agree with the quad's own normal, the shorter one if both do, and the
+    other one where that is an edge already, which would have more than two faces; larger polygons a fan where that has
+    no turned triangle, ears otherwise. Triangles that name a vertex twice are left out.
 
     Raises:
         InputError: a polygon that cannot be cut into triangles.
@@ -167,7 +169,8 @@ def triangulate(mesh: Mesh) -> Index:
     parts = [first[faces[0], None] + np.arange(3)]
     owners = [faces[0]]
     if faces[1].size:
-        quads = _split_quads(points[mesh.corners[first[faces[1], None] + np.arange(4)]])
+        named = mesh.corners[first[faces[1], None] + np.arange(4)]
+        quads = _split_quads(points[named], named, _sides(mesh))
         parts.append((first[faces[1], None, None] + quads).reshape(-1, 3))
         owners.append(np.repeat(faces[1], 2))
     for face in np.flatnonzero(sizes > 4):
@@ -244,15 +247,43 @@ def _refuse_corner(mesh: Mesh, corners: NDArray[np.bool_], what: str) -> None:
         )
 
 
-def _split_quads(quad: Real) -> Index:
-    """(q, 2, 3) local corners of the two triangles of (q, 4, 3) quads."""
+def _split_quads(quad: Real, vertices: Index, sides: Index) -> Index:
+    """(q, 2, 3) local corners of the two triangles of (q, 4, 3) quads with these vertices (q, 4), in a mesh with these
+    sides (see `_edges`)."""
     diagonals = np.array([[[0, 1, 2], [0, 2, 3]], [[0, 1, 3], [1, 2, 3]]])
     normal = np.cross(quad[:, 2] - quad[:, 0], quad[:, 3] - quad[:, 1])
     agree = [_agreement(quad[:, way], normal).min(axis=1) for way in diagonals]
     length = [np.linalg.norm(quad[:, a] - quad[:, b], axis=1) for a, b in ((0, 2), (1, 3))]
     both = (agree[0] > 0) & (agree[1] > 0)
     other = np.where(both, length[1] < length[0] * (1 - 1e-9), agree[1] > agree[0])
+    edges = np.column_stack([_edges(vertices[:, 0], vertices[:, 2]), _edges(vertices[:, 1], vertices[:, 3])])
+    used = Counter(np.where(other, edges[:, 1], edges[:, 0]).tolist())
+    taken = np.isin(edges, sides)
+    for k in np.flatnonzero(taken.any(axis=1) | _repeated(np.where(other, edges[:, 1], edges[:, 0]))):
+        now, new = int(other[k]), 1 - int(other[k])
+        if (taken[k, now] or used[edges[k, now]] > 1) and not (taken[k, new] or used[edges[k, new]]):
+            other[k] = new
+            used[edges[k, now]] -= 1
+            used[edges[k, new]] += 1
     return diagonals[other.astype(int)]
+
+
+def _edges(tails: Index, heads: Index) -> Index:
+    """A number for each edge between two vertices, whichever way it runs."""
+    return np.minimum(tails, heads) << 32 | np.maximum(tails, heads)
+
+
+def _sides(mesh: Mesh) -> Index:
+    """Those between neighbouring corners of all faces."""
+    following = np.arange(1, mesh.corners.size + 1)
+    following[mesh.starts[1:] - 1] = mesh.starts[:-1]
+    return _edges(mesh.corners, mesh.corners[following])
+
+
+def _repeated(values: Index) -> NDArray[np.bool_]:
+    """Which of some values are there more than once."""
+    _, place, count = np.unique(values, return_inverse=True, return_counts=True)
+    return count[place] > 1
 
 
 def _agreement(triangles: Real, normal: Real) -> Real:

@@ -6,6 +6,7 @@ from ..arrays import Complex, Index
 from ..flattening.opening import open_up, tuck_in
 from ..meshes.flatten import Flattening
 from ..plane import cross
+from .unfolding import unfold_on
 
 ROUNDS = 20  # of lifting; one does unless such triangles lie behind one another
 RIM = 1e-3  # of the outline's diagonal, the default tolerance: how far a vertex may be moved out of it
@@ -19,8 +20,15 @@ def with_room(image: Complex, layout: Flattening, diagonal: float) -> Complex:
     `diagonal` is the outline's; see `lift`, `open_up` and `tuck_in`.
     """
     patch = layout.patch
-    lifted = lift(image, np.concatenate([patch.faces, patch.fans[0]]), layout.loop, diagonal)
-    return tuck_in(open_up(lifted, patch, np.concatenate(patch.loops)), patch)
+    every = np.concatenate([patch.faces, patch.fans[0]])
+    lifted = lift(image, every, layout.loop, diagonal)
+    least, rim = LEAST * diagonal, np.concatenate(patch.loops)
+    opened = tuck_in(open_up(lifted, patch, rim), patch, RIM * diagonal, least)
+    held = np.zeros(image.size, bool)
+    held[rim] = True
+    for faces in (every, patch.faces):
+        opened = unfold_on(opened, faces, held, patch.points, least)
+    return opened
 
 
 def lift(flat: Complex, faces: Index, loop: Index, diagonal: float) -> Complex:

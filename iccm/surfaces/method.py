@@ -9,11 +9,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..arrays import Complex
+from ..arrays import Complex, Flags
 from ..balanced import fit, method
 from ..balanced.constraints.validate import Pins, check
 from ..balanced.errors import NoMapError, Stuck
 from ..balanced.holes.given import Holes, named_partners, unequal
+from ..balanced.injectivity import refuse_folds
 from ..balanced.model.discrete_map import DiscreteMap
 from ..balanced.model.frames import UnitFrame, frames_of
 from ..balanced.model.metric import LaidMetric, Metrics
@@ -69,8 +70,10 @@ def solve(problem: Problem, options: Options, layouts: Layouts, start: Triangula
         NoMapError: no map without folds was found.
         InputError: pins or strokes that no one-to-one map meets; a surface without an even layout.
     """
-    if options.fit in ("contain", "cover"):
-        raise InputError(f"fit: {options.fit} is for outlines of the plane; a surface is mapped whole")
+    if options.fit == "contain" and layouts[1] is not None:
+        raise InputError(
+            "fit: contain leaves parts of a target mesh without coordinates; cover gives all of it"
+        )
     source, target = problem.given
     strokes = problem.given_strokes
     given = Holes(problem.source_holes, problem.target_holes, problem.hole_partners)
@@ -80,6 +83,12 @@ def solve(problem: Problem, options: Options, layouts: Layouts, start: Triangula
     checked_pins = check(source, target, pins, strokes, numbers)
     journal.notes += checked_pins.notes
     sides = Side.of((source, *holes.source), layouts[0]), Side.of((target, *holes.target), layouts[1])
+    if options.fit in ("contain", "cover"):
+        found = _partial(sides, checked_pins, holes, settings)
+        map = TriangulatedMap(found.source, found.image, found.faces, found.loops)
+        result = fit.result_of(problem, found, map, (holes, pins), settings, drawn=True)
+        result.notes.extend(fit.parts_lost(result))
+        return replace(result, layouts=layouts)
     before = None if start is None or holes.source or holes.target or len(start.loops) > 1 else start
     try:
         ready = _prepare(sides, holes, checked_pins, settings)
@@ -97,6 +106,21 @@ def solve(problem: Problem, options: Options, layouts: Layouts, start: Triangula
     if not (len(pins) or len(strokes)) or all(layouts):
         result.notes.extend(fit.strain(result.distortion))
     return result
+
+
+def _partial(sides: tuple[Side, Side], pins: Pins, holes: Holes, settings: Settings) -> Solution:
+    """A partial map, of the outlines of even layouts: bays have no surface whose metric would be theirs."""
+    curves = [side.solved for side in sides]
+    inner = Holes(tuple(curves[0][1:]), tuple(curves[1][1:]), holes.partners)
+    moved = _inward(pins, sides)
+    points = np.concatenate([moved.inner, moved.outer])
+    strokes = [(stroke.source, stroke.target) for stroke in moved.strokes]
+    found = method.solve(curves[0][0], curves[1][0], settings, points, strokes, inner)
+    z, u = (side.outward(w, side.is_on(w)) for side, w in zip(sides, (found.source, found.image)))
+    for name, w in (("source", z), ("image", u)):
+        refuse_folds(name, w, found.faces)
+    filled = found.filled and (sides[0].loop_outward(found.filled[0]), sides[1].loop_outward(found.filled[1]))
+    return replace(found, source=z, image=u, filled=filled)
 
 
 def _prepare(sides: tuple[Side, Side], holes: Holes, pins: Pins, settings: Settings) -> _Prepared:
@@ -178,10 +202,17 @@ def _solve(
     last = final_mesh.finish(used, state, settings, journal)
     last = multilevel.invert(last) if used.inverted else last
     z, u = (
-        side.outward(frame.world(w), last.outer)
+        side.outward(frame.world(w), _among(w, last.outer))
         for side, frame, w in zip(ready.sides, ready.frames, (last.z, last.u))
     )
     return replace(_solution(ready, last, z, u, pins, settings, journal), met=met), False
+
+
+def _among(w: Complex, outer: slice) -> Flags:
+    """(n,) which of a map's vertices are on its outer outline."""
+    on = np.zeros(w.size, bool)
+    on[outer] = True
+    return on
 
 
 def _solution(
@@ -203,7 +234,9 @@ def _of_own(ready: _Prepared, own: OwnMap, pins: Pins, settings: Settings, journ
     onto, other, frame = ready.onto, ready.sides[not ready.onto], ready.frames[not ready.onto]
     here = own.of_layout(ready.sides[onto].given.flat)
     there = _repair(
-        own.state, other.outward(frame.world(own.state.u), own.state.outer), mirrored=frame.mirrored
+        own.state,
+        other.outward(frame.world(own.state.u), _among(own.state.u, own.state.outer)),
+        mirrored=frame.mirrored,
     )
     if onto:
         return _solution(ready, multilevel.invert(own.state), there, here, pins, settings, journal)

@@ -76,14 +76,22 @@ class Side:
         """Points (p,) of the user's plane, where the problem is solved; those close to the outline come onto it."""
         if self.layout is None:
             return z
-        outline = Curve(self.layout.flat[self.loops[0]])
-        on = np.abs(outline.at(outline.closest(z)) - z) < ON_OUTLINE * outline.diagonal
+        on = _is_near(Curve(self.layout.flat[self.loops[0]]), z)
         return _transfer(self.layout, self.own, self.loops[0], z, on)
 
-    def outward(self, z: Complex, outer: slice) -> Complex:
+    def is_on(self, z: Complex) -> Flags:
+        """(n,) which points of where the problem is solved are on the outer outline."""
+        return _is_near(self.solved[0], z)
+
+    def loop_outward(self, z: Complex) -> Complex:
+        """A closed polyline (n,) from there in the user's plane, straight where it leaves the surface."""
+        if self.even is None:
+            return z
+        z = z[self.solved[0].contains(z) | self.is_on(z)]
+        return self.outward(z, self.is_on(z))
+
+    def outward(self, z: Complex, on: Flags) -> Complex:
         """And back again, for vertices (n,) of a map, some of which are on the outer outline."""
-        on = np.zeros(z.size, bool)
-        on[outer] = True
         return z if self.layout is None else _transfer(self.own, self.layout, self.loops[0], z, on)
 
     def curve_inward(self, stroke: Curve, points: int = 64) -> Curve:
@@ -92,6 +100,10 @@ class Side:
             return stroke
         s = np.union1d(stroke.knots, np.linspace(0, stroke.length, points))
         return Curve(self.inward(stroke.at(s)), stroke.closed)
+
+
+def _is_near(outline: Curve, z: Complex) -> Flags:
+    return np.abs(outline.at(outline.closest(z)) - z) < ON_OUTLINE * outline.diagonal
 
 
 def _transfer(here: Flattening, there: Flattening, loop: Index, z: Complex, on: Flags) -> Complex:

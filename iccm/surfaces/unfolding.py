@@ -9,7 +9,9 @@ from ..balanced.minimise.untangle import untangle
 from ..balanced.model.discrete_map import DiscreteMap
 from ..balanced.model.metric import rest_geometry
 from ..linalg.cholesky import system_of
-from ..plane import triangle_areas
+from ..meshes.stretch import laid_flat
+from ..meshes.topology import labels
+from ..plane import triangle_areas, triangle_heights
 
 RINGS = (
     2,
@@ -53,6 +55,41 @@ def unfold_in(u: Complex, faces: Index, held: int, rest: Complex) -> Complex:
     return _unfold(u, faces, held, image * areas.sum() < BARE * areas * image.sum(), gradients, areas)
 
 
+def unfold_on(u: Complex, faces: Index, held: Flags, points: Real, least: float) -> Complex:
+    """(n,) places in a plane of a surface's vertices, moved beside triangles that are folded there, group by group of
+    those that are near each other; groups in which folds would remain stay as they are.
+
+    Args:
+        u: places, most triangles counter-clockwise.
+        faces: (m, 3) triangles.
+        held: (n,) vertices that stay.
+        points: (n, 3) places in space, whose shapes are kept as far as may be.
+        least: height up to which triangles count as folded.
+    """
+    if not (triangle_heights(u[faces]) <= least).any():
+        return u
+    shapes = laid_flat(points[faces])
+    gradients, areas = geometry(shapes.ravel(), np.arange(shapes.size).reshape(-1, 3))
+    areas = np.maximum(areas, BARE * areas.mean())
+    for rings in RINGS:
+        folded = triangle_heights(u[faces]) <= least
+        near = np.zeros(u.size, bool)
+        near[faces[folded]] = True
+        for _ in range(rings):
+            near[faces[near[faces].any(axis=1)]] = True
+        free = near & ~held
+        hit = free[faces].any(axis=1)
+        corner, face = np.nonzero(hit)[0][:, None] + np.zeros(3, int), faces[hit]
+        inside = free[face]
+        group = labels(face[inside], u.size + corner[inside], u.size + len(faces))
+        for k in np.unique(group[u.size :][folded & hit]):
+            own = faces[hit & (group[u.size :] == k)]
+            new = _move(u, faces, free & (group[: u.size] == k), gradients, areas)
+            if triangle_heights(new[own]).min() > max(0, triangle_heights(u[own]).min()):
+                u = new
+    return u
+
+
 def _unfold(u: Complex, faces: Index, held: int, folded: Flags, gradients: Complex, areas: Real) -> Complex:
     near, grown = np.zeros(u.size, bool), 0
     near[faces[folded]] = True
@@ -84,7 +121,7 @@ def _move(u: Complex, faces: Index, free: Flags, gradients: Complex, areas: Real
     own = np.ascontiguousarray(np.take_along_axis(gradients[hit], order, axis=1)) / scale
     moved, here = u.copy(), u[vertices]
     rest = RestShapes.of(pattern, own, areas[hit] / areas[hit].sum())
-    untangle(pattern, rest, here, border, False, STEPS, POLISHING)
+    untangle(pattern, rest, here, np.arange(here.size) < border, False, STEPS, POLISHING)
     moved[vertices] = here
     return moved
 

@@ -40,21 +40,25 @@ def is_binary_off(data: bytes) -> bool:
 
 
 def binary_off(data: bytes) -> tuple[Real, Index, Index]:
-    """Points (n, 3), corners (c,) and starts (f + 1,) of a binary OFF file (Geomview's manual: big-endian integers and
-    floats of 32 bits; after each face's corners the number of its colour's components, and these).
+    """Points (n, 3), corners (c,) and starts (f + 1,) of a binary OFF file: integers and floats of 32 bits, big-endian
+    with the number of a colour's components, and these, after each face's corners (Geomview's manual), or little-endian
+    without (as PMP writes them).
 
     Raises:
         ValueError: the numbers don't add up.
     """
     rest = data.partition(b"\n")[2]
-    words = np.frombuffer(rest[: len(rest) // 4 * 4], ">i4")
-    if words.size < 3 or min(words[:2]) < 0 or words.size < 3 + 3 * int(words[0]):
-        raise ValueError("it ends within its points")
-    end = 3 + 3 * int(words[0])
-    found = _faces(words[end:].astype(np.int64), int(words[1]), coloured=True)
-    if found is None:
-        raise ValueError("its faces are not as many numbers as it has")
-    return words[3:end].view(">f4").reshape(-1, 3).astype(float), *found
+    for order, coloured in ((">", True), ("<", False)):
+        words = np.frombuffer(rest[: len(rest) // 4 * 4], f"{order}i4")
+        if words.size < 3 or min(words[:2]) < 0 or words.size < 3 + 3 * int(words[0]):
+            wrong = "it ends within its points"
+            continue
+        end = 3 + 3 * int(words[0])
+        found = _faces(words[end:].astype(np.int64), int(words[1]), coloured=coloured)
+        if found is not None:
+            return words[3:end].view(f"{order}f4").reshape(-1, 3).astype(float), *found
+        wrong = "its faces are not as many numbers as it has"
+    raise ValueError(wrong)
 
 
 def _faces(numbers: Index, count: int, *, coloured: bool) -> tuple[Index, Index] | None:

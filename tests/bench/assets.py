@@ -272,7 +272,10 @@ def carried(path: Path, folder: Path) -> dict[str, Any]:
 
 
 def textured(path: Path) -> bool:
-    """Whether a GLB file has pictures and coordinates for them."""
+    """Whether a GLB file has pictures and coordinates for them; what only has such a name is none."""
+    with path.open("rb") as file:
+        if file.read(8) != b"glTF\2\0\0\0":
+            return False
     tree = gl.GLTF2().load_binary(str(path))
     return bool(tree.images) and any(
         p.attributes.TEXCOORD_0 is not None for mesh in tree.meshes for p in mesh.primitives

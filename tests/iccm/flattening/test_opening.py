@@ -3,6 +3,7 @@
 from itertools import combinations
 
 import numpy as np
+import pytest
 from scipy.spatial import Delaunay
 
 from iccm.flattening.opening import concave, open_up, tuck_in
@@ -48,8 +49,11 @@ def test_fans_are_those_of_quads_and_of_polygons_that_are_convex_in_space():
     assert len(fans(Mesh.triangles("t", ring, [[0, 1, 2]]))[0]) == 0
 
 
-def test_what_a_chord_cuts_off_is_tucked_in_beyond_it():
-    """A cap on a square, whose outline leaves it a thousandth of its height: two inner vertices are beyond it."""
+@pytest.mark.parametrize(
+    "height, room, moved", [(1e-3, 0, [7, 8]), (0, 1e-3, [1, 2, 3, 4, 5, 7, 8]), (0, 1e-5, [])]
+)
+def test_what_a_chord_cuts_off_is_tucked_in_beyond_it(height, room, moved):
+    """A cap on a square, whose outline leaves it a thousandth of its height, or none: it is drawn out by that."""
     arc = np.exp(1j * np.linspace(0, np.pi, 7))
     cap = np.concatenate([arc, [0.2 + 0.4j, -0.2 + 0.4j]])
     below = np.array([1, -1, -1 - 2j, 1 - 2j, -0.5 - 1j, 0.5 - 1j, 0.1 - 0.4j, -0.1 - 1.5j])
@@ -60,11 +64,11 @@ def test_what_a_chord_cuts_off_is_tucked_in_beyond_it():
     mesh = Mesh.triangles("cap", np.column_stack([z.real, z.imag, 0 * z.real]), faces)
     patch = disk_patch(mesh)
     flat = z[patch.vertex]
-    flat = np.where(patch.vertex < 7, flat.real + 1e-3j * flat.imag, flat)
+    flat = np.where(patch.vertex < 7, flat.real + 1j * height * flat.imag, flat)
     assert (up(flat, patch.faces) <= 0).any()
-    found = tuck_in(flat, patch)
-    assert (up(found, patch.faces) > 0).all()
-    assert sorted(patch.vertex[found != flat]) == [7, 8]
+    found = tuck_in(flat, patch, room)
+    assert (up(found, patch.faces) > 0).all() == bool(moved)
+    assert sorted(patch.vertex[found != flat]) == moved
 
 
 def up(z, faces):

@@ -1,5 +1,7 @@
 """The minimum degree ordering, against elimination done on sets."""
 
+import itertools
+
 import numpy as np
 import pytest
 from scipy.spatial import Delaunay
@@ -64,3 +66,11 @@ def test_a_long_factor_gets_more_room(monkeypatch):
     monkeypatch.setattr(ordering, "ROOM", 1)
     again = ordering._by_quotient_graph(faces, 400)
     assert all(np.array_equal(a, b) for a, b in zip(found, again))
+
+
+def test_triangles_may_overlap_and_be_more_than_there_are_vertices():
+    """Every three of eight vertices: 21 triangles at each, where a surface has seven at most."""
+    faces = np.array(list(itertools.combinations(range(8), 3)))
+    found = ordering.minimum_degree(faces, 8)
+    assert sorted(found.order) == list(range(8))
+    assert np.diff(found.ends).tolist() == list(range(7, -1, -1))

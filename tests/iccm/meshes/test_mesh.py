@@ -25,6 +25,10 @@ BINARY_OFF = (
     + struct.pack(">5i", 3, 0, 1, 2, 0) + struct.pack(">5i4f", 3, 0, 2, 3, 4, 1, 0, 0, 1)
 )  # fmt: skip
 
+LITTLE_OFF = b"OFF BINARY\n" + struct.pack(
+    "<3i12f8i", 4, 2, 0, *(0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0), *(3, 0, 1, 2, 3, 0, 2, 3)
+)
+
 
 def moebius(n=12):
     t = 2 * np.pi * np.arange(n) / n
@@ -163,6 +167,7 @@ def test_what_could_not_be_flattened_whole_stays_apart():
     assert alone.sizes == [len(faces)] and not alone.notes
 
 
+@pytest.mark.slow
 def test_boxes_that_share_an_edge_are_what_each_is_alone():
     import trimesh
 
@@ -313,6 +318,14 @@ GARBAGE = {
 GARBAGE |= {"m.glb": b"glTF\2\0\0\0\xff\0\0\0\x40\0\0\0JSON{", "m.stl": b"nothing", "m.gltf": b"{}"}
 
 
+def test_binary_off_is_read_in_either_order_of_bytes(tmp_path):
+    for name, content in (("big.off", BINARY_OFF), ("little.off", LITTLE_OFF)):
+        (tmp_path / name).write_bytes(content)
+        mesh = mesh_files.read(str(tmp_path / name)).mesh
+        assert mesh.points.tolist() == [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+        assert mesh.corners.tolist() == [0, 1, 2, 0, 2, 3]
+
+
 SHORT = {
     "no points": BINARY_OFF[:25],
     "no faces": BINARY_OFF[:-40],
@@ -461,3 +474,12 @@ def test_an_odd_form_of_a_format_is_read(case, tmp_path):
     assert shape.curve.area == pytest.approx(1)
     assert len(shape.flattening.patch.faces) == 2
     assert not [note for note in shape.notes if "turned" in note]
+
+
+def test_two_quads_take_no_diagonal_twice():
+    """Two quads around a vertex that only they have: the shorter diagonals of both are one edge."""
+    points = np.array([[0, 0, 0.5], [0, -1, 0], [0, 1, 0], [3, 0, 0], [-3, 0, 0]])
+    mesh = Mesh("ridge", points, np.array([0, 1, 3, 2, 4, 1, 0, 2]), np.array([0, 4, 8]))
+    faces = mesh.corners[triangulate(mesh)]
+    sides = np.sort(np.concatenate([faces[:, [k, (k + 1) % 3]] for k in range(3)]), axis=1)
+    assert len(faces) == 4 and np.unique(sides, axis=0, return_counts=True)[1].max() == 2

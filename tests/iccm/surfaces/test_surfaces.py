@@ -286,6 +286,7 @@ def test_a_hole_of_a_surface_goes_onto_the_target_s():
     np.testing.assert_allclose(np.abs(fit.map(layout.flat[hole])), 0.3, atol=2e-3)
 
 
+@pytest.mark.slow
 def test_remeshed_copies_go_onto_each_other():
     one, other = (flatten(disk_patch(grid(n, n, hill, f"hill {n}"))) for n in (16, 23))
     places = [(3, 3), (12, 3), (12, 12), (3, 12), (8, 8), (6, 10)]
@@ -390,3 +391,18 @@ def test_linear_maps_compose_and_invert():
     np.testing.assert_allclose(both.a, linear(z, v).a, rtol=1e-8)
     np.testing.assert_allclose(both.b, linear(z, v).b, rtol=1e-8)
     np.testing.assert_allclose(first.inverse().a, back.a, rtol=1e-8)
+
+
+@pytest.mark.slow
+def test_a_surface_covers_a_shape_with_bays_as_its_outline_would():
+    u = np.array([0, 3, 3 + 3j, 2 + 3j, 2 + 1j, 1 + 1j, 1 + 3j, 3j])
+    plain = iccm.fit(rectangle(1, 1), u, fit="cover")
+    flat = flatten(disk_patch(grid(15, 15, lambda x, y: (x, y, 0 * x))))
+    for layout in (flat, warped(flat)):  # wherever it lies in the plane, it is the same surface
+        fit = iccm.fit(layout, u, fit="cover")
+        assert fit.status.ok and fit.report()["injective"]["certified"] and fit.filled is not None
+        assert fit.uncovered == pytest.approx(0, abs=1e-3)
+        assert stretch_of(fit)["p95"] == pytest.approx(stretch_of(plain)["p95"], rel=0.1)
+    assert stretch_of(iccm.fit(flat, u))["p95"] > 1.2 * stretch_of(plain)["p95"]
+    with pytest.raises(InputError, match="cover gives all of it"):
+        iccm.fit(u, flat, fit="contain")

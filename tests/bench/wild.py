@@ -1,0 +1,189 @@
+"""Public meshes: a heart carried onto each, judged by the coordinates in the file that was written.
+
+python -m tests.bench.wild FOLDER [NAME …] [--faces 200000]
+
+For each mesh of a folder: the exit code, triangles turned over in any cut of its polygons, the shares of its surface
+whose size is within 2 and 4 times the common one, the 95th percentile of the dilatation, processor seconds and memory.
+Signs are those of rational numbers; reading and counting share no code with iccm.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+import threading
+from fractions import Fraction
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .assets import COMMAND
+
+HEART = (
+    '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">'
+    '<path d="M50 90C10 60 5 30 25 15S50 25 50 30 60 0 80 15 90 60 50 90Z"/></svg>'
+)
+SUFFIXES = (".obj", ".off", ".ply", ".stl")
+SLOW, LIMIT = 60, 300  # processor seconds that a mesh may take, and after which it is ended
+
+
+class Figures(NamedTuple):
+    """Of a file with coordinates.
+
+    Attributes:
+        turned: polygons, some cut of which into triangles is turned over or has no area.
+        within: shares of the surface whose size is within 2 and 4 times the common one.
+        k95: 95th percentile of the dilatation.
+    """
+
+    turned: int
+    within: tuple[float, float]
+    k95: float
+
+
+def judged(path: Path, before: Path | None = None) -> Figures:
+    """The figures of an OBJ file; faces that have the coordinates of the one `before` are left out."""
+    points, texts, polygons = _read(path)
+    if before and before.suffix.lower() == ".obj":
+        _, old, same = _read(before)
+        kept = [[old[t] for _, t in polygon] for polygon in same] if len(same) == len(polygons) else []
+        shown = [[texts[t] for _, t in polygon] for polygon in polygons]
+        polygons = [polygon for k, polygon in enumerate(polygons) if kept[k : k + 1] != [shown[k]]]
+    space, plane = np.array(points), np.array(texts, float)
+    owner, cuts, fan = [], [], []
+    for number, polygon in enumerate(polygons):
+        n = len(polygon)
+        fan += [(polygon[0], polygon[k], polygon[k + 1]) for k in range(1, n - 1)]
+        if n <= 4 or _convex(space[[v for v, _ in polygon]]):  # others whoever cuts them looks at
+            cuts += [(polygon[k - 1], polygon[k], polygon[(k + 1) % n]) for k in range(n)]
+            owner += [number] * n
+    signs = _signs(plane, texts, np.array(cuts)[:, :, 1])
+    common = 1 if signs.sum() > 0 else -1
+    turned = len(set(np.array(owner)[signs != common].tolist()))
+    triangles = np.array(fan)
+    return Figures(turned, *_sizes(space[triangles[:, :, 0]], plane[triangles[:, :, 1]]))
+
+
+def _read(path: Path) -> tuple[list[list[float]], list[list[str]], list[list[tuple[int, int]]]]:
+    """Points, texture coordinates, and the polygons that have some."""
+    points, texts, polygons = [], [], []
+    for words in map(str.split, path.read_text(errors="replace").splitlines()):
+        if words[:1] == ["v"]:
+            points.append([float(word) for word in words[1:4]])
+        elif words[:1] == ["vt"]:
+            texts.append(words[1:3])
+        elif words[:1] == ["f"]:
+            corners = [word.split("/") for word in words[1:]]
+            if all(len(corner) > 1 and corner[1] for corner in corners):
+                polygons.append([(int(corner[0]) - 1, int(corner[1]) - 1) for corner in corners])
+    return points, texts, polygons
+
+
+def _convex(corners: NDArray) -> bool:
+    ahead, behind = np.roll(corners, -1, axis=0) - corners, corners - np.roll(corners, 1, axis=0)
+    turns = np.cross(behind, ahead)
+    return bool((turns @ turns.sum(axis=0) > 0).all())
+
+
+def _signs(plane: NDArray, texts: list[list[str]], triangles: NDArray) -> NDArray:
+    """-1, 0 or 1 of each; in rational numbers where rounding could decide."""
+    a, b, c = (plane[triangles[:, k]] for k in range(3))
+    p, q = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]), (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+    found = np.sign(p - q)
+    unsure = np.abs(p - q) <= 1e-12 * (np.abs(plane).max() ** 2 + np.abs(p) + np.abs(q))
+    for number in np.flatnonzero(unsure):
+        (ax, ay), (bx, by), (cx, cy) = ([Fraction(word) for word in texts[v]] for v in triangles[number])
+        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+        found[number] = (area > 0) - (area < 0)
+    return found
+
+
+def _sizes(space: NDArray, plane: NDArray) -> tuple[tuple[float, float], float]:
+    along, other = space[:, 1] - space[:, 0], space[:, 2] - space[:, 0]
+    length = np.linalg.norm(along, axis=1)
+    area = np.linalg.norm(np.cross(along, other), axis=1)
+    good = area > 0
+    along, other, length, area, plane = along[good], other[good], length[good], area[good], plane[good]
+    flat = np.zeros((len(area), 2, 2))  # columns are the edges
+    flat[:, 0, 0], flat[:, 0, 1] = length, (along * other).sum(axis=1) / length
+    flat[:, 1, 1] = area / length
+    laid = np.stack([plane[:, 1] - plane[:, 0], plane[:, 2] - plane[:, 0]], axis=2)
+    values = np.linalg.svd(laid @ np.linalg.inv(flat), compute_uv=False)
+    scale = values[:, 0] * values[:, 1] / ((values[:, 0] * values[:, 1] * area).sum() / area.sum())
+    with np.errstate(divide="ignore"):
+        dilatation, away = values[:, 0] / values[:, 1], np.abs(np.log(scale))
+    order = np.argsort(dilatation)
+    share = np.cumsum(area[order]) / area.sum()
+    within = [float(area[away <= np.log(n)].sum() / area.sum()) for n in (2, 4)]
+    return (within[0], within[1]), float(dilatation[order][min(np.searchsorted(share, 0.95), len(order) - 1)])
+
+
+class Done(NamedTuple):
+    """How a command ended: code (124: took too long), what it said, processor seconds, GB at most."""
+
+    code: int
+    said: list[str]
+    seconds: float
+    memory: float
+
+
+def command(*words: object) -> Done:
+    """Run iccm."""
+    with tempfile.TemporaryFile("w+", errors="replace") as said:
+        process = subprocess.Popen([COMMAND, *map(str, words)], stdout=said, stderr=said)
+        clock = threading.Timer(LIMIT, process.kill)
+        clock.start()
+        _, status, usage = os.wait4(process.pid, 0)
+        clock.cancel()
+        process.returncode = code = os.waitstatus_to_exitcode(status)
+        said.seek(0)
+        lines = said.read().splitlines()
+    return Done(124 if code == -9 else code, lines, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1e6)
+
+
+def row(path: Path, folder: Path) -> tuple[str, bool, bool]:
+    """The line of a mesh; whether a map came of it, and whether all is as it should be."""
+    drawing, out = folder / "heart.svg", folder / "out.obj"
+    drawing.write_text(HEART)
+    out.unlink(missing_ok=True)
+    done = command("map", drawing, path, "--cut", "-o", out, "--force")
+    told = next((line for line in done.said if line.startswith("error")), "")
+    start = f"{path.name[:32]:32} {done.code:3} {done.seconds:6.1f} CPU-s {done.memory:5.2f} GB"
+    if not out.exists():
+        return f"{start}  {(told or ' '.join(done.said[-1:]))[:150]}", False, done.code == 2
+    found = judged(out, path)
+    told = told or next((line for line in done.said if "convex" in line), "")
+    good = done.code == 0 and not found.turned and done.seconds <= SLOW
+    untold = "  UNTOLD" if found.turned and not told else ""
+    figures = (
+        f"turned {found.turned:4}  2x {found.within[0]:6.1%}  4x {found.within[1]:6.1%}  K95 {found.k95:6.2f}"
+    )
+    return f"{start}  {figures}{untold}  {told[-90:]}", True, good
+
+
+def main() -> None:
+    """Every mesh of a folder, or those named; the sums at the end."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("names", nargs="*")
+    given = parser.parse_args()
+    paths = [path for path in sorted(given.folder.rglob("*")) if path.suffix.lower() in SUFFIXES]
+    surfaces = fine = 0
+    with tempfile.TemporaryDirectory() as folder:
+        for path in paths:
+            if not given.names or path.name in given.names:
+                line, surface, good = row(path, Path(folder))
+                surfaces, fine = surfaces + surface, fine + (surface and good)
+                print(line, flush=True)
+    print(f"{fine} of {surfaces} maps: exit code 0, nothing turned over, within {SLOW} CPU-s")
+
+
+if __name__ == "__main__":
+    sys.exit(main())
