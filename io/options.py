@@ -229,7 +229,7 @@ class FlattenOptions:
     """Those of `iccm flatten`."""
 
     output: tuple[str, ...] = _option(
-        "The outline (.svg) or the flat mesh (.obj).", "FILE", default=(), short="-o"
+        "The outline (.svg) or the flat mesh (.obj).", "FILE", default=(), parse=many, short="-o"
     )
     uv: str | None = _option("The mesh with its flattening as texture coordinates (.obj .glb .ply).", "FILE")
     method: str = _option(
@@ -267,17 +267,22 @@ class RelayoutOptions:
     """Those of `iccm relayout`."""
 
     texture: tuple[str, ...] = _option(
-        "A picture of colours to carry over; may be repeated, as the next three.", "IMAGE", default=()
+        "A picture of colours to carry over; may be repeated, as the next three.",
+        "IMAGE",
+        default=(),
+        parse=many,
     )
     normal: tuple[str, ...] = _option(
-        "A tangent-space normal map, y up (OpenGL, glTF, Blender).", "IMAGE", default=()
+        "A tangent-space normal map, y up (OpenGL, glTF, Blender).", "IMAGE", default=(), parse=many
     )
-    normal_down: tuple[str, ...] = _option("One with y down (DirectX).", "IMAGE", default=())
-    data: tuple[str, ...] = _option("A picture of numbers: roughness, height, masks.", "IMAGE", default=())
+    normal_down: tuple[str, ...] = _option("One with y down (DirectX).", "IMAGE", default=(), parse=many)
+    data: tuple[str, ...] = _option(
+        "A picture of numbers: roughness, height, masks.", "IMAGE", default=(), parse=many
+    )
     output: tuple[str, ...] = _option(
         "What to write: NEW as .glb or .obj with all maps of OLD's materials; or pictures, one for each given, or "
         "one name with {stem} in it, the picture's own. May be repeated.",
-        "FILE", default=(), required=True, short="-o",
+        "FILE", default=(), parse=many, required=True, short="-o",
     )  # fmt: skip
     size: tuple[int] | tuple[int, int] | None = _option(
         "Of the pictures made; one number: square.  [default: as dense on the surface as the old ones]",
@@ -678,9 +683,9 @@ def options_of(table: type = JobOptions) -> dict[str, tuple[Any, Option]]:
     return {name: (hint.__origin__, hint.__metadata__[0]) for name, hint in hints.items()}
 
 
-def of_command(command: str) -> dict[str, tuple[Any, Option]]:
-    """The type and the description of each option of a command, by name."""
-    rows = (row for table in TABLE for row in options_of(table).items())
+def of_command(command: str, *tables: type) -> dict[str, tuple[Any, Option]]:
+    """The type and the description of each option of a command, by name; of these tables alone, if any are named."""
+    rows = (row for table in tables or TABLE for row in options_of(table).items())
     return {name: row for name, row in rows if command in row[1].commands}
 
 

@@ -5,6 +5,7 @@ globs     the files that globs match, inside the root and bounded
 dispatch  tasks run on a pool, one result for each
 pools     processes of this machine, or a Dask cluster
 worker    what runs in a worker
+commands  the commands that a batch runs
 journal   what was begun and finished, to resume from
 overview  the results on one page of HTML
 """

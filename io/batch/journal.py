@@ -18,8 +18,8 @@ from typing import Any
 
 from ... import __version__
 from .. import files
-from ..run.inputs import Inputs
-from ..run.job import Job
+from ..run.inputs import Files
+from ..run.job import Described
 from .manifest import JOURNAL
 
 NAME = JOURNAL
@@ -57,7 +57,7 @@ class Journal:
         """Whether an earlier run began to write this output: then --resume may replace it."""
         return self._relative(path) in self._begun
 
-    def begin(self, key: str, job: Job) -> None:
+    def begin(self, key: str, job: Described) -> None:
         """Note that a job is about to write its outputs."""
         self._append(
             {
@@ -121,12 +121,12 @@ class Journal:
             os.close(handle)
 
 
-def key(job: Job) -> str:
+def key(job: Described) -> str:
     """The identity of a job's result: version, options, and the contents of its inputs."""
-    options = job.model_dump(mode="json", exclude={"force"})
+    options = {"command": job.command, **job.model_dump(mode="json", exclude={"force"})}
     inputs = {
         path: _hash(path, os.stat(path).st_mtime_ns, os.stat(path).st_size)
-        for path in Inputs(job, keep=False).named
+        for path in Files(job, keep=False).named
     }
     text = json.dumps([__version__, options, inputs], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()

@@ -18,15 +18,13 @@ from ...errors import InputError, JobError
 from .. import files, formats, limits, names
 from ..options import many
 from ..pictures.tiles import MARK, files_of
-from ..run.job import STEM, WRITTEN, Job
+from ..run.job import KINDS, STEM, WRITTEN, Described, Job
 from ..spec import Spec, path_of
+from . import commands
 from .globs import Globs
 
 LONGEST = 500  # characters of a mistake that are shown
 JOURNAL = ".iccm-journal.jsonl"
-GLOBBED = ("source", "target", "texture")
-FURTHER = ("normal", "normal_down", "data")  # textures, relative to the manifest
-TEMPLATED = ("output", *WRITTEN, "constraints")
 
 
 class ManifestError(InputError):
@@ -42,7 +40,7 @@ class ManifestError(InputError):
 class Task:
     """A job of a manifest: its number from 1, its name, where it stands, and of a frame the number of the one before.
 
-    What differs from the defaults is kept as JSON: a `Job` takes ten times the memory, of which a hundred thousand
+    What differs from the defaults is kept as JSON: a job takes ten times the memory, of which a hundred thousand
     would take most of a gigabyte.
     """
 
@@ -53,21 +51,22 @@ class Task:
     after: int = 0
 
     @classmethod
-    def of(cls, number: int, name: str, place: str, job: Job, after: int = 0) -> Task:
+    def of(cls, number: int, name: str, place: str, job: Described, after: int = 0) -> Task:
         """Of a job."""
-        return cls(number, name, place, job.model_dump_json(exclude_defaults=True), after)
+        values = {"command": job.command, **job.model_dump(exclude_defaults=True)}
+        return cls(number, name, place, json.dumps(values, ensure_ascii=False), after)
 
     @property
-    def job(self) -> Job:
+    def job(self) -> Described:
         """The job."""
-        return Job.model_validate_json(self.packed)
+        return commands.job_of(self.values)
 
     @property
     def values(self) -> dict[str, Any]:
-        """What differs from the defaults, as JSON has it."""
+        """What differs from the defaults, as JSON has it, and the `command`."""
         return json.loads(self.packed)
 
-    def with_job(self, job: Job) -> Task:
+    def with_job(self, job: Described) -> Task:
         """The same with another job."""
         return Task.of(self.number, self.name, self.place, job, self.after)
 
@@ -82,9 +81,21 @@ class Entry:
     defaults_place: str = ""
 
     @property
+    def command(self) -> Any:
+        """Of `iccm`, as it was written."""
+        return self.values.get("command", self.defaults.get("command", "map"))
+
+    @property
+    def kind(self) -> type[Described]:
+        """What its command makes of it."""
+        return KINDS[self.command]
+
+    @property
     def whole(self) -> dict[str, Any]:
-        """All of its values."""
-        return {**self.defaults, **self.values}
+        """All of its values but the command, of the defaults none that only other commands know."""
+        others = {key for kind in KINDS.values() for key in kind.rows} - self.kind.rows.keys()
+        given = {key: value for key, value in self.defaults.items() if key not in others} | self.values
+        return {key: value for key, value in given.items() if key != "command"}
 
     def at(self, key: str) -> str:
         """Where a key was written."""
@@ -125,6 +136,9 @@ def _tasks(
     tasks: list[Task] = []
     globs = Globs(None if outside else (base, str(root)))
     for entry in entries:
+        if not isinstance(entry.command, str) or entry.command not in KINDS:
+            found.append(f"{entry.at('command')}: command: must be one of {', '.join(KINDS)}")
+            continue
         before = 0
         for values in _expand(entry, base, globs, found):
             if len(tasks) >= limits.JOBS:
@@ -242,7 +256,8 @@ def _expand(entry: Entry, base: str, globs: Globs, found: list[str]) -> Iterator
     """One set of values for each combination of the files that the globs match."""
     choices: list[list[Any]] = []
     whole = entry.whole
-    for key in GLOBBED:
+    keys = entry.kind.globbed
+    for key in keys:
         value = whole.get(key)
         try:
             matches = [value] if not isinstance(value, str) else _matches(value, base, globs)
@@ -252,7 +267,7 @@ def _expand(entry: Entry, base: str, globs: Globs, found: list[str]) -> Iterator
         if not matches:
             found.append(f"{entry.at(key)}: {key}: no file matches {value!r}")
         choices.append(matches)
-    if whole.get("sequence"):
+    if whole.get("sequence") and entry.kind is Job:
         yield from _frames(entry, choices, base, found)
         return
     count = math.prod(map(len, choices))
@@ -260,7 +275,7 @@ def _expand(entry: Entry, base: str, globs: Globs, found: list[str]) -> Iterator
         found.append(f"{entry.place}: its globs make {count} jobs, more than {limits.JOBS}; split them")
         return
     for combination in itertools.product(*choices):
-        yield {**whole, **{k: v for k, v in zip(GLOBBED, combination) if v is not None}, "": base}
+        yield {**whole, **{k: v for k, v in zip(keys, combination) if v is not None}, "": base}
 
 
 def _frames(entry: Entry, choices: list[list[Any]], base: str, found: list[str]) -> Iterator[dict[str, Any]]:
@@ -272,7 +287,7 @@ def _frames(entry: Entry, choices: list[list[Any]], base: str, found: list[str])
     whole = {"fit": "whole", "holes": "keep", **said}
     counts = {len(each) for each in choices} - {1}
     if len(counts) > 1:
-        listed = ", ".join(f"{key} {len(each)}" for key, each in zip(GLOBBED, choices) if len(each) != 1)
+        listed = ", ".join(f"{key} {len(each)}" for key, each in zip(Job.globbed, choices) if len(each) != 1)
         found.append(f"{entry.place}: the frames do not pair: {listed} files")
         return
     if wrong := _why_no_sequence(whole):
@@ -281,7 +296,7 @@ def _frames(entry: Entry, choices: list[list[Any]], base: str, found: list[str])
     count = max(counts, default=1)
     ordered = [sorted(each, key=_by_numbers) if len(each) > 1 else each * count for each in choices]
     for combination in zip(*ordered):
-        yield {**whole, **{k: v for k, v in zip(GLOBBED, combination) if v is not None}, "": base}
+        yield {**whole, **{k: v for k, v in zip(Job.globbed, combination) if v is not None}, "": base}
 
 
 def _why_no_sequence(values: dict[str, Any]) -> str:
@@ -311,39 +326,33 @@ def _matches(spec: str, base: str, globs: Globs) -> list[str]:
 
 def _task(number: int, entry: Entry, values: dict[str, Any], found: list[str]) -> Task | None:
     """The validated job of an entry, its templates filled in; None after noting what is wrong."""
-    base, name = values.pop(""), values.pop("name", None)
-    fields = _fields(values, number)
-    if not any(values.get(key) for key in ("output", *WRITTEN)):
-        goal = "{target.stem}" if values.get("target") else "deformed"
-        each = "-" + STEM if any(values.get(key) for key in FURTHER) else ""
-        values["output"] = f"{{source.stem}}-{goal}{each}.png"
+    base, name, kind = values.pop(""), values.pop("name", None), entry.kind
     wrong = [f"{entry.at('name')}: name: must be text"] if not isinstance(name, str | None) else []
-    streams = [key for key in GLOBBED if entry.whole.get(key) == "-"]
+    given = entry.whole
+    streams = [key for key in (*kind.globbed, *kind.read) if given.get(key) in ("-", ["-"])]
     wrong += [f"{entry.at(key)}: {key}: `-` is no file; a batch reads files only" for key in streams]
-    filled = {}
+    filled: dict[str, Any] = {}
+    fields = {
+        "number": str(number),
+        "stem": STEM,
+    }  # the last is filled in by the job, for each of its textures
+    for key in kind.globbed:
+        if key in values and key in kind.templated:
+            values[key] = _fill(values[key], fields, f"{entry.at(key)}: {key}", wrong)
+        fields |= _fields(key, values.get(key))
+    if not any(values.get(key) for key in ("output", *kind.written)):
+        values["output"] = _default_output(kind, values)
     for key, value in values.items():
-        filled[key] = _fill(value, fields, f"{entry.at(key)}: {key}", wrong) if key in TEMPLATED else value
-    for key in FURTHER:
-        given = filled.get(key)
-        if isinstance(given, str | list):
-            filled[key] = [
-                os.path.join(base, each) if isinstance(each, str) else each for each in many(given)
-            ]
-    for key in ("importance", "size_map"):
-        if isinstance(filled.get(key), str):
-            filled[key] = os.path.join(base, filled[key])
-    if isinstance(regions := filled.get("rigid"), str | list):
-        filled["rigid"] = [
-            each if not isinstance(each, str) or each.startswith("#") else os.path.join(base, each)
-            for each in many(regions)
-        ]
-    if isinstance(filled.get("constraints"), str) and filled["constraints"] != "-":
-        filled["constraints"] = os.path.join(base, filled["constraints"])
-    if filled.get("sequence"):
+        templated = key in kind.templated and key not in kind.globbed
+        filled[key] = _fill(value, fields, f"{entry.at(key)}: {key}", wrong) if templated else value
+        if key in kind.read:
+            filled[key] = _placed(kind, key, filled[key], base)
+    if filled.get("sequence") and kind is Job:
         filled["output"] = _with_map(filled)
-    label = _fill(name or "{source.stem}-{target.stem}", fields, f"{entry.at('name')}: name", wrong)
+    usual = "-".join(f"{{{key}.stem}}" for key in kind.globbed if kind.rows[key][1] is None)
+    label = _fill(name or usual, fields, f"{entry.at('name')}: name", wrong)
     try:
-        job = Job(**filled)
+        job = kind(**filled)
     except (JobError, TypeError) as error:
         listed = error.mistakes if isinstance(error, JobError) else [("", "keys must be text")]
         wrong += [
@@ -374,36 +383,35 @@ def _exists(path: str) -> bool:
     return bool(files_of(path)) if MARK in path else os.path.isfile(path)
 
 
-def _check_kinds(job: Job) -> Iterator[str]:
-    """What is wrong with the kinds of the inputs and outputs."""
-    from ..run import outputs
-    from ..run.inputs import Inputs
-    from ..shapes import shape
-
-    inputs = Inputs(job, keep=False)
+def _check_kinds(job: Described) -> Iterator[str]:
+    """What is wrong with the kinds of the inputs and outputs, of which those that exist are told later."""
     try:
-        for spec in filter(None, (job.source, job.target)):
-            _ = inputs.is_mesh(spec) or shape.known(Spec.of(spec).path)
-        outputs.of(job, inputs)
+        commands.check(job.model_copy(update={"force": True}))
     except InputError as error:
         yield str(error)
 
 
-def _fields(values: dict[str, Any], number: int) -> dict[str, str]:
-    """What templates may name: {number}, {source.stem}, {source.name}, {source.id}, and so for target and texture."""
-    fields = {
-        "number": str(number),
-        "stem": STEM,
-    }  # the last is filled in by the job, for each of its textures
-    for key in GLOBBED:
-        spec = values.get(key)
-        named = Spec.of(spec if isinstance(spec, str) else "")
-        fields |= {
-            f"{key}.stem": named.path.stem,
-            f"{key}.name": named.path.name,
-            f"{key}.id": re.sub(r"[^\w.-]", "_", named.chosen or ""),
-        }
-    return fields
+def _fields(key: str, spec: Any) -> dict[str, str]:
+    """What templates may name of an input: {source.stem}, {source.name}, {source.id}."""
+    named = Spec.of(spec if isinstance(spec, str) else "")
+    chosen = re.sub(r"[^\w.-]", "_", named.chosen or "")
+    return {f"{key}.stem": named.path.stem, f"{key}.name": named.path.name, f"{key}.id": chosen}
+
+
+def _default_output(kind: type[Described], values: dict[str, Any]) -> Any:
+    """What is written where nothing is named."""
+    if kind is not Job:
+        return "{mesh.stem}-flat.svg" if "mesh" in kind.rows else ()
+    goal = "{target.stem}" if values.get("target") else "deformed"
+    each = "-" + STEM if any(values.get(key) for key in ("normal", "normal_down", "data")) else ""
+    return f"{{source.stem}}-{goal}{each}.png"
+
+
+def _placed(kind: type[Described], key: str, value: Any, base: str) -> Any:
+    """The value of an input, its files relative to the manifest's folder."""
+    if isinstance(value, list | tuple):
+        return [_placed(kind, key, each, base) for each in value]
+    return os.path.join(base, value) if isinstance(value, str) and kind.names_file(key, value) else value
 
 
 def _fill(value: Any, fields: dict[str, str], place: str, wrong: list[str]) -> Any:
@@ -423,8 +431,6 @@ def _fill(value: Any, fields: dict[str, str], place: str, wrong: list[str]) -> A
 def _place(task: Task, root: Path, outside: bool, found: list[str]) -> Task:
     """The task with its outputs under the root, after checking that they stay there and are no folders."""
     job = task.job
-    if job.constraints == "-":
-        found.append(f"{task.place}: constraints: `-` is no file; a batch has no stdin to spare")
     if "-" in (*job.output, job.report):
         found.append(f"{task.place}: output: `-` is taken by the results of the batch; name a file")
     real = Path(os.path.realpath(root))
@@ -436,7 +442,7 @@ def _place(task: Task, root: Path, outside: bool, found: list[str]) -> Task:
             found.append(
                 f"{task.place}: output: {name} leaves {root}; choose --root or allow it with --outside"
             )
-    values: dict[str, Any] = {field: moved.get(getattr(job, field) or "") for field in WRITTEN}
+    values: dict[str, Any] = {field: moved.get(getattr(job, field) or "") for field in job.written}
     values["output"] = tuple(moved.get(name, name) for name in job.output)
     return task.with_job(job.model_copy(update=values))
 

@@ -21,6 +21,7 @@ THREADS = (
 )
 GRACE = 5.0  # seconds in which a worker that has lost its parent tidies up (by hand)
 SPAN = 1.0  # seconds after which the jobs that came with one that took longer than expected go back (by hand)
+FIGURES = ("boundary", "dilatation", "log10_area", "injective", "uv", "distance", "same_triangles")
 NOTES = 5  # of a job that its line in the journal keeps (by hand)
 
 
@@ -74,19 +75,14 @@ def run_job(payload: dict[str, Any]) -> dict[str, Any]:
 
 def _run(payload: dict[str, Any]) -> dict[str, Any]:
     from .. import files
-    from ..run.execute import run
-    from ..run.job import Job
+    from . import commands
 
-    outcome = run(Job(**payload["job"]), threads=payload["threads"])
+    outcome = commands.run(commands.job_of(payload["job"]), payload["threads"])
     return {
         "status": "done" if outcome.ok else "poor",
         "message": outcome.message,
         "outputs": [{"path": path, "sha256": files.sha256(path)} for path in outcome.written],
-        "figures": {
-            k: v
-            for k, v in outcome.report.items()
-            if k in ("boundary", "dilatation", "log10_area", "injective")
-        },
+        "figures": {k: v for k, v in outcome.report.items() if k in FIGURES},
         "notes": _first_notes(outcome.notes),
     }
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
-from dataclasses import dataclass
 from typing import Any
 
 from ... import ahead, progress
@@ -13,28 +12,9 @@ from .. import files, formats, references
 from . import outputs, parts, report
 from .constraints import add_names, go_on, solve
 from .inputs import Inputs
-from .job import Job
+from .job import Job, Outcome
 from .phases import Phases
 from .state import Run, Tell
-
-
-@dataclass(frozen=True, eq=False)
-class Outcome:
-    """What came of a job.
-
-    Attributes:
-        ok: whether the result is as good as was asked for; exit code 0 or 1.
-        message: one sentence.
-        report: the figures, see `report.build`.
-        written: the files.
-        notes: remarks on the inputs and on the solving.
-    """
-
-    ok: bool
-    message: str
-    report: dict[str, Any]
-    written: tuple[str, ...]
-    notes: tuple[str, ...]
 
 
 def run(

@@ -11,14 +11,15 @@ from ...flattening import METHODS
 from ...flattening.opening import concave, not_convex
 from ...meshes import layout
 from ...meshes.flatten import overlap
-from .. import files, formats
+from .. import files, formats, references
 from ..materials import carried_maps
-from ..meshes import mesh_files
+from ..meshes import mesh_files, size_limits
 from ..shapes import mesh_shape, onto_outline
 from ..shapes import shape as planar
 from ..shapes.mesh_shape import MeshShape
 from ..spec import Spec
 from . import flat_files, report
+from .job import FlattenJob, Outcome
 
 SCHEMA = "iccm.flatten/1"
 
@@ -35,6 +36,52 @@ class Layout(NamedTuple):
     shape: MeshShape
     figures: dict[str, Any]
     outline: Path | None = None
+
+
+def check(job: FlattenJob) -> None:
+    """Refuse outputs of another kind, and such as may not be written.
+
+    Raises:
+        InputError: naming one.
+    """
+    for name in job.output:
+        flat_files.check(name)
+    if job.uv:
+        mesh_files.check_output(job.uv)
+    if job.plot:
+        formats.check(job.plot, "plot", "--plot")
+    formats.check_report(job.report)
+    files.check_outputs(job.outputs, job.inputs, force=job.force)
+
+
+def run(job: FlattenJob, *, tell: Callable[[str], None] = lambda note: None) -> Outcome:
+    """Lay a mesh out and write what is asked for.
+
+    Args:
+        job: what to do.
+        tell: is given each remark as it is made.
+
+    Raises:
+        InputError: an input or output is wrong. Nothing has been written then.
+    """
+    from ...blas import one_thread
+
+    told = list[str]()
+
+    def note(text: str) -> None:
+        told.append(text)
+        tell(text)
+
+    with one_thread(), references.outside(job.outside), ExitStack() as stack:
+        check(job)
+        size_limits.faces(Spec.of(job.mesh).path, job.max_faces)
+        laid = lay_out(job.mesh, job.method, cut=job.cut, tell=lambda remark: note(f"{job.mesh}: {remark}"))
+        found = write_all(laid, job, stack)
+        for remark in found["notes"][len(laid.shape.notes) :]:
+            note(remark)
+    message = doubt(found)
+    names = (*job.outputs, *found.get("also_written", []))
+    return Outcome(message is None, message or summary(found)[1], found, names, tuple(told))
 
 
 def lay_out(mesh: str, method: str, *, cut: bool, tell: Callable[[str], None]) -> Layout:
@@ -111,37 +158,28 @@ def doubt(found: dict[str, Any]) -> str | None:
     return found["overlap"]
 
 
-def write_all(
-    laid: Layout,
-    output: tuple[str, ...],
-    uv: str | None,
-    plot: str | None,
-    to: str | None,
-    stack: ExitStack,
-    *,
-    force: bool,
-    carry_maps: bool = False,
-) -> dict[str, Any]:
+def write_all(laid: Layout, job: FlattenJob, stack: ExitStack) -> dict[str, Any]:
     """Write every output; the files appear when the stack is left. What is returned are the figures."""
+    uv, force = job.uv, job.force
     shape = laid.shape
-    if carry_maps:
+    if job.carry_maps:
         carried_maps.check(shape.file, uv or "--uv")
         for name in carried_maps.beside(shape.file, uv or "", shown=False):
             files.check_output(name, force=force)
     found = figures(laid, uv)
-    for name in output:
+    for name in job.output:
         flat_files.write(shape, stack.enter_context(files.replacing(name, force=force)))
     if uv:
         path = stack.enter_context(files.replacing(uv, force=force))
-        beside, notes = flat_files.write_uvs(shape, path, Path(uv), carry_maps, force)
+        beside, notes = flat_files.write_uvs(shape, path, Path(uv), job.carry_maps, force)
         found |= {"notes": found["notes"] + notes} | ({"also_written": beside} if beside else {})
-    if plot:
+    if job.plot:
         from . import plots
 
         words = [*summary(found), "", *(f"note: {note}" for note in found["notes"])]
-        plots.draw(shape, stack.enter_context(files.replacing(plot, force=force)), words)
-    if to:
-        report.write(found, to, stack, force=force)
+        plots.draw(shape, stack.enter_context(files.replacing(job.plot, force=force)), words)
+    if job.report:
+        report.write(found, job.report, stack, force=force)
     return found
 
 

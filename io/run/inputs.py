@@ -19,7 +19,7 @@ from ..point_syntax import Place, vertex_of
 from ..shapes import shape
 from ..shapes.shape import Shape
 from ..spec import Spec
-from .job import Job, is_mesh
+from .job import Described, Job, is_mesh
 
 if TYPE_CHECKING:
     from ...surfaces.inserted import Opening
@@ -28,10 +28,10 @@ if TYPE_CHECKING:
 _MAP = re.compile(rb"^[ \t]*(?:map_\w+|bump|norm|disp|decal)[ \t]+([^\r\n]+)", re.MULTILINE | re.IGNORECASE)
 
 
-class Inputs:
-    """What a job reads; an OBJ file is opened once, whatever is asked of it."""
+class Files:
+    """The files of any job, and what they name."""
 
-    def __init__(self, job: Job, *, keep: bool = True) -> None:
+    def __init__(self, job: Described, *, keep: bool = True) -> None:
         """Nothing is opened yet; `keep` says whether shapes will be made of what is read."""
         self.job = job
         self._keep = job.max_faces if keep else -1
@@ -41,6 +41,36 @@ class Inputs:
         if path not in self._objs:
             self._objs[path] = ObjSource(path, self._keep)
         return self._objs[path]
+
+    @cached_property
+    def named(self) -> tuple[str, ...]:
+        """Every file that the job reads, those that its meshes name included; only those that exist."""
+        found = expand_tiles(self.job.inputs)
+        with references.outside(self.job.outside):
+            for name in self.job.inputs:
+                folder = Path(name).parent
+                named = [
+                    path for path in self._named(Path(name)) if references.may_be_read(Path(path), folder)
+                ]
+                found += [path for path in expand_tiles(named) if os.path.isfile(path)]
+        return tuple(dict.fromkeys(found))
+
+    def _named(self, path: Path) -> list[str]:
+        suffix = formats.suffix_of(path)
+        try:
+            if suffix == ".obj":
+                libraries = [_path_beside(path, line) for line in self._obj(path).libraries]
+                libraries = [name for name in libraries if references.may_be_read(Path(name), path.parent)]
+                return [name for library in libraries for name in (library, *_pictures(Path(library)))]
+            return _of_gltf(path) if suffix == ".gltf" else []
+        except (OSError, files.InputError):
+            return []
+
+
+class Inputs(Files):
+    """What a job reads; an OBJ file is opened once, whatever is asked of it."""
+
+    job: Job
 
     def is_mesh(self, text: str) -> bool:
         """Whether a spec names a mesh: by its suffix; an OBJ of one face as a target whose coordinates are wanted.
@@ -179,34 +209,10 @@ class Inputs:
         joins = source is not None and not source.holes
         return {"cut": job.cut, "layout": job.plane == "uv", "aspect": aspect, "joins": joins}
 
-    @cached_property
-    def named(self) -> tuple[str, ...]:
-        """Every file that the job reads, those that its meshes name included; only those that exist."""
-        found = expand_tiles(self.job.inputs)
-        with references.outside(self.job.outside):
-            for name in self.job.inputs:
-                folder = Path(name).parent
-                named = [
-                    path for path in self._named(Path(name)) if references.may_be_read(Path(path), folder)
-                ]
-                found += [path for path in expand_tiles(named) if os.path.isfile(path)]
-        return tuple(dict.fromkeys(found))
-
     def sha256(self, name: str) -> str:
         """The hash of an input: of an OBJ that was read, as it was then."""
         source = self._objs.get(Path(name))
         return source.sha256 if source else files.sha256(name)
-
-    def _named(self, path: Path) -> list[str]:
-        suffix = formats.suffix_of(path)
-        try:
-            if suffix == ".obj":
-                libraries = [_path_beside(path, line) for line in self._obj(path).libraries]
-                libraries = [name for name in libraries if references.may_be_read(Path(name), path.parent)]
-                return [name for library in libraries for name in (library, *_pictures(Path(library)))]
-            return _of_gltf(path) if suffix == ".gltf" else []
-        except (OSError, files.InputError):
-            return []
 
 
 def _first_proportions(pictures: Sequence[Path | bytes]) -> float | None:

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Collection, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from types import UnionType
-from typing import Any, Literal, Union, get_args, get_origin
+from typing import Any, ClassVar, Literal, Self, TypeVar, Union, get_args, get_origin
 
 from ...errors import InputError, JobError
 from .. import formats
-from ..options import SOLVER, JobOptions, Option, options_of
+from ..options import SOLVER, FlattenOptions, JobOptions, Option, RelayoutOptions, of_command, options_of
 from ..spec import path_of
 
 WRITTEN = ("report", "plot", "stmap")
@@ -20,29 +20,173 @@ STEM = "{stem}"
 """In the name of a picture: that of the texture it is made of."""
 
 
-class Job(JobOptions):
-    """What to map onto what, how, and what to write. Paths are as the user gave them; coordinates in file units.
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What came of a job.
 
-    `target` None means a deformation of the source by its constraints alone. It never changes; what is asked of it
-    goes by pydantic's names, which checks its values unless they are plain (see `validate`).
+    Attributes:
+        ok: whether the result is as good as was asked for; exit code 0 or 1.
+        message: one sentence.
+        report: the figures, see `report.build`.
+        written: the files.
+        notes: remarks on the inputs and on the solving.
+    """
+
+    ok: bool
+    message: str
+    report: dict[str, Any]
+    written: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+class Described:
+    """The values of a command: its arguments and options. They never change; what is asked of them goes by pydantic's
+    names, which checks them unless they are plain (see `validate`).
+
+    Attributes:
+        command: of `iccm`.
+        rows: the type of each value, and the description of each option, by name.
+        globbed: values that name one file to read, or in a manifest several by a pattern.
+        read: others that name files to read.
+        written: values that name a file to write, beside `output`.
+        templated: values in which a manifest's templates are filled in.
 
     Raises:
         JobError: a value, or what it comes to with others, is wrong.
     """
 
+    command: ClassVar[str]
+    rows: ClassVar[dict[str, tuple[Any, Option | None]]]
+    globbed: ClassVar[tuple[str, ...]]
+    read: ClassVar[tuple[str, ...]]
+    written: ClassVar[tuple[str, ...]]
+    templated: ClassVar[tuple[str, ...]]
+    output: tuple[str, ...]
+    report: str | None
+    force: bool
+    outside: bool
+    max_faces: int
+
+    def __init__(self, **values: Any):
+        plain = self.parse(values)
+        if plain is None:
+            from .validate import validate
+
+            plain = validate(type(self), values)
+        vars(self).update(self.defaults(), **plain)
+        if lacking := [name for name in self.required() if not getattr(self, name)]:
+            raise JobError([(name, "must be given") for name in lacking])
+        if [*self.output, self.report].count("-") > 1:
+            raise JobError([("", "only one output can be `-`: stdout is one stream")])
+
+    @classmethod
+    def defaults(cls) -> dict[str, Any]:
+        """The default of each value; None of an argument."""
+        return {name: option.default if option else None for name, (_, option) in cls.rows.items()}
+
+    @classmethod
+    def required(cls) -> list[str]:
+        """The values that must be given."""
+        return [
+            name for name, (hint, option) in cls.rows.items() if (option.required if option else hint is str)
+        ]
+
+    @classmethod
+    def parse(cls, values: dict[str, Any]) -> dict[str, Any] | None:
+        """The values as they are kept, if they are beyond doubt; None where a closer look is needed, which is slow."""
+        if not all(map(values.get, cls.required())) or not values.keys() <= cls.rows.keys():
+            return None
+        found = dict[str, Any]()
+        for name, value in values.items():
+            hint, option = cls.rows[name]
+            try:
+                parsed = option.parse(value) if option and option.parse else value
+            except ValueError:
+                return None
+            found[name] = tuple(parsed) if isinstance(parsed, list) else parsed
+            if not _fits(found[name], hint) or (option and not _in_bounds(found[name], option)):
+                return None
+        return found
+
+    @classmethod
+    def names_file(cls, key: str, value: str) -> bool:
+        """Whether a value of one of `read` names a file."""
+        return value != "-"
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError(f"{name}: a job does not change; see model_copy")
+
+    def __eq__(self, other: object) -> bool:
+        return type(other) is type(self) and vars(self) == vars(other)
+
+    def __repr__(self) -> str:
+        values = ", ".join(
+            f"{key}={value!r}" for key, value in self.model_dump(exclude_defaults=True).items()
+        )
+        return f"{type(self).__name__}({values})"
+
+    def model_copy(self, *, update: dict[str, Any]) -> Self:
+        """The same with other values, which are not checked."""
+        found = object.__new__(type(self))
+        vars(found).update(vars(self), **update)
+        return found
+
+    def model_dump(
+        self, *, mode: str = "python", exclude_defaults: bool = False, exclude: Collection[str] = ()
+    ) -> dict[str, Any]:
+        """The values by name, in the order of help; with mode "json" as JSON has them."""
+        defaults = self.defaults()
+        found = {name: getattr(self, name) for name in defaults if name not in exclude}
+        if exclude_defaults:
+            found = {name: value for name, value in found.items() if value != defaults[name]}
+        return {name: _as_lists(value) for name, value in found.items()} if mode == "json" else found
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Every file that is written, in no particular order; stdout is not a file."""
+        names = [*self.output, *(getattr(self, field) for field in self.written)]
+        return tuple(name for name in names if name and name != "-")
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Every file that is read, as a path without its `#id`; stdin is not a file."""
+        found = [path_of(value) for key in self.globbed for value in _each(getattr(self, key))]
+        found += [
+            value for key in self.read for value in _each(getattr(self, key)) if self.names_file(key, value)
+        ]
+        return tuple(dict.fromkeys(name for name in found if name and name != "-"))
+
+
+def _each(value: str | Sequence[str] | None) -> Sequence[str]:
+    return [value] if isinstance(value, str) else value or []
+
+
+class Job(Described, JobOptions):
+    """What to map onto what, how, and what to write. Paths are as the user gave them; coordinates in file units.
+
+    `target` None means a deformation of the source by its constraints alone.
+
+    Raises:
+        JobError: a value, or what it comes to with others, is wrong.
+    """
+
+    command = "map"
+    rows: ClassVar = {"source": (str, None), "target": (str | None, None), **options_of()}
+    globbed = ("source", "target", "texture")
+    read = ("normal", "normal_down", "data", "constraints", "rigid", "importance", "size_map", "start")
+    written = WRITTEN
+    templated = ("output", *WRITTEN, "constraints")
     source: str
     target: str | None
 
     def __init__(self, **values: Any):
-        plain = _parse(values)
-        if plain is None:
-            from .validate import validate
-
-            plain = validate(values)
-        vars(self).update(DEFAULTS, **plain)
-        if [*self.output, self.report].count("-") > 1:
-            raise JobError([("", "only one output can be `-`: stdout is one stream")])
+        super().__init__(**values)
         self._give_a_picture_each()
+
+    @classmethod
+    def names_file(cls, key: str, value: str) -> bool:
+        """Whether a value of one of `read` names a file; a region may be an element of the drawing."""
+        return super().names_file(key, value) and not (key == "rigid" and value.startswith("#"))
 
     def _give_a_picture_each(self) -> None:
         """Every texture gets a picture; the first of them is `texture`."""
@@ -55,39 +199,6 @@ class Job(JobOptions):
                 vars(self)["output"] = pair_outputs(self.output, self.maps)
             except ValueError as error:
                 raise JobError([("", str(error))]) from None
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        raise AttributeError(f"{name}: a job does not change; see model_copy")
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Job) and vars(self) == vars(other)
-
-    def __repr__(self) -> str:
-        return f"Job({', '.join(f'{key}={value!r}' for key, value in self.model_dump(exclude_defaults=True).items())})"
-
-    def model_copy(self, *, update: dict[str, Any]) -> Job:
-        """The job with other values, which are not checked."""
-        found = object.__new__(Job)
-        vars(found).update(vars(self), **update)
-        return found
-
-    def model_dump(
-        self, *, mode: str = "python", exclude_defaults: bool = False, exclude: Collection[str] = ()
-    ) -> dict[str, Any]:
-        """The values by name, in the order of help; with mode "json" as JSON has them."""
-        found = {name: getattr(self, name) for name in DEFAULTS if name not in exclude}
-        if exclude_defaults:
-            found = {name: value for name, value in found.items() if value != DEFAULTS[name]}
-        return {name: _as_lists(value) for name, value in found.items()} if mode == "json" else found
-
-    def model_dump_json(self, *, exclude_defaults: bool = False) -> str:
-        """The values as JSON."""
-        return json.dumps(self.model_dump(exclude_defaults=exclude_defaults), ensure_ascii=False)
-
-    @classmethod
-    def model_validate_json(cls, text: str) -> Job:
-        """The job that JSON describes."""
-        return cls(**json.loads(text))
 
     @property
     def maps(self) -> list[tuple[str, str]]:
@@ -113,47 +224,58 @@ class Job(JobOptions):
         """Whether the map knows of holes: the balanced method's does, unless they are to be cut or filled."""
         return self.holes in ("auto", "keep") and self.exact
 
-    @property
-    def outputs(self) -> tuple[str, ...]:
-        """Every file that the job writes, in no particular order; stdout is not a file."""
-        names = [*self.output, *(getattr(self, field) for field in WRITTEN)]
-        return tuple(name for name in names if name and name != "-")
+
+class FlattenJob(Described, FlattenOptions):
+    """A mesh to lay out in the plane, how, and what to write."""
+
+    command = "flatten"
+    rows: ClassVar = {"mesh": (str, None), **of_command("flatten", FlattenOptions, JobOptions)}
+    globbed = ("mesh",)
+    read = ("method",)
+    written = ("uv", "report", "plot")
+    templated = ("output", *written, "method")
+    mesh: str
+
+    @classmethod
+    def names_file(cls, key: str, value: str) -> bool:
+        """Whether the method is an outline's file."""
+        from ...flattening import METHODS
+
+        return value not in METHODS
+
+
+class RelayoutJob(Described, RelayoutOptions):
+    """A mesh whose textures are carried to another layout of it, and what to write."""
+
+    command = "relayout"
+    rows: ClassVar = {
+        "old": (str, None),
+        "new": (str, None),
+        **of_command("relayout", RelayoutOptions, JobOptions),
+    }
+    globbed = ("old", "new")
+    read = ("texture", "normal", "normal_down", "data")
+    written = ("report",)
+    templated = ("new", "output", *written, *read)
+    old: str
+    new: str
+    filter: str
+    max_pixels: int
 
     @property
-    def inputs(self) -> tuple[str, ...]:
-        """Every file that the job reads, as a path without its `#id`; stdin is not a file."""
-        textures = [path for path, _ in self.maps]
-        masks = [each for each in self.rigid if not each.startswith("#")]
-        specs = [path_of(self.source), path_of(self.target or ""), *textures, self.constraints, *masks]
-        specs += [self.importance, self.size_map, self.start]
-        return tuple(dict.fromkeys(name for name in specs if name and name != "-"))
+    def given(self) -> dict[str, tuple[str, ...]]:
+        """The pictures to carry, by what their channels are."""
+        return {
+            "colour": self.texture,
+            "normal": self.normal,
+            "normal-down": self.normal_down,
+            "data": self.data,
+        }
 
 
-HINTS: dict[str, Any] = {"source": str, "target": str | None} | {
-    name: hint for name, (hint, _) in options_of().items()
-}
-OPTIONS = {name: option for name, (_, option) in options_of().items()}
-DEFAULTS: dict[str, Any] = {name: option.default for name, option in OPTIONS.items()} | {
-    "source": None,
-    "target": None,
-}
-
-
-def _parse(values: dict[str, Any]) -> dict[str, Any] | None:
-    """The values as a job has them, if they are beyond doubt; None where a closer look is needed, which is slow."""
-    if not values.get("source") or not values.keys() <= DEFAULTS.keys():
-        return None
-    found = dict[str, Any]()
-    for name, value in values.items():
-        option = OPTIONS.get(name)
-        try:
-            parsed = option.parse(value) if option and option.parse else value
-        except ValueError:
-            return None
-        found[name] = tuple(parsed) if isinstance(parsed, list) else parsed
-        if not _fits(found[name], HINTS[name]) or (option and not _in_bounds(found[name], option)):
-            return None
-    return found
+Kind = TypeVar("Kind", bound=Described)
+KINDS: dict[str, type[Described]] = {kind.command: kind for kind in (Job, FlattenJob, RelayoutJob)}
+"""The jobs of a batch, by their commands."""
 
 
 def _fits(value: Any, hint: Any) -> bool:
@@ -224,20 +346,25 @@ def pair_outputs(outputs: Sequence[str], maps: Sequence[tuple[str, str]]) -> tup
 
 
 def make(values: dict[str, Any]) -> Job:
-    """A job from the options of the command line.
+    """A job from the options of the command line; see `described`."""
+    return described(Job, values)
+
+
+def described(kind: type[Kind], values: dict[str, Any]) -> Kind:
+    """A job of a kind from the options of the command line.
 
     Raises:
-        InputError: the first mistake, by the name of its option.
+        InputError: its mistakes, by the names of their options.
     """
     try:
-        return Job(**values)
+        return kind(**values)
     except JobError as error:
         raise InputError("; ".join(_of_option(key, text) for key, text in error.mistakes)) from None
 
 
 def _of_option(key: str, text: str) -> str:
     """A mistake in the words of the command line, which counts from 1; one that concerns no option as it is."""
-    if key in ("source", "target"):
+    if any(key in kind.rows and kind.rows[key][1] is None for kind in KINDS.values()):
         return f"{key.upper()}: {text}"
     option, _, rest = key.partition(".")
     number = f" {int(rest.split('.')[0]) + 1}" if rest[:1].isdecimal() else ""

@@ -1,6 +1,6 @@
 """The run of `iccm relayout`: what it reads, writes and reports."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -27,10 +27,10 @@ from ...meshes.relayout import (
 from ...pixels.sampler import Sampler
 from ...pixels.texture import check_kind
 from ...surfaces.matching import cut_alike, matched
-from .. import files, formats
+from .. import files, formats, references
 from ..materials import relaid, written
 from ..materials.carried import How
-from ..meshes import mesh_files
+from ..meshes import mesh_files, size_limits
 from ..meshes.mesh_files import MeshFile
 from ..pictures import image_files, tiles
 from ..pictures.image import Image
@@ -38,7 +38,7 @@ from ..spec import Spec
 from . import report
 from .framing import size_within
 from .inputs import expand_tiles
-from .job import STEM
+from .job import STEM, Outcome, RelayoutJob
 
 SCHEMA = "iccm.relayout/1"
 TEXELS = ("overlapping_texels", "covered_texels")  # of a layout, counted in each tile
@@ -65,34 +65,32 @@ class Plan:
     """What is to be made.
 
     Attributes:
-        given: textures that the user names, by kind.
         pictures: those to write as pictures, and where.
         mesh: the mesh to write with all that the old one's materials show, and the textures given; None: none.
     """
 
-    given: dict[str, Sequence[str]]
     pictures: list[CarriedPicture]
     mesh: str | None
 
 
-def plan(given: dict[str, Sequence[str]], outputs: Sequence[str], meshes: Sequence[str], force: bool) -> Plan:
+def plan(job: RelayoutJob) -> Plan:
     """What outputs ask for: a mesh; and pictures, one for each texture in order, or one name with `{stem}` in it.
 
     Raises:
         InputError: no texture for a picture, an output too many or too few, named twice, or an input.
     """
-    whole = [name for name in outputs if formats.of(name).mesh]
+    formats.check_report(job.report)
+    whole = [name for name in job.output if formats.of(name).mesh]
     if len(whole) > 1:
         raise InputError(f"{whole[1]}: one mesh is written at a time; name one")
-    rest = [name for name in outputs if name not in whole]
-    pictures = _pictures(given, rest) if rest else []
-    inputs = [str(Spec.of(mesh).path) for mesh in meshes]
-    inputs += [path for paths in given.values() for path in paths]
-    files.check_outputs([*whole, *(each.output for each in pictures)], expand_tiles(inputs), force=force)
-    return Plan(given, pictures, whole[0] if whole else None)
+    rest = [name for name in job.output if name not in whole]
+    pictures = _pictures(job.given, rest) if rest else []
+    named = [*whole, *(each.output for each in pictures)]
+    files.check_outputs(named, expand_tiles(job.inputs), force=job.force)
+    return Plan(pictures, whole[0] if whole else None)
 
 
-def _pictures(given: dict[str, Sequence[str]], outputs: Sequence[str]) -> list[CarriedPicture]:
+def _pictures(given: Mapping[str, Sequence[str]], outputs: Sequence[str]) -> list[CarriedPicture]:
     all_of = [(path, kind) for kind, paths in given.items() for path in paths]
     if not all_of:
         cure = "name one with --texture, --normal or --data, or a .glb or .obj for all that materials show"
@@ -110,15 +108,14 @@ def _pictures(given: dict[str, Sequence[str]], outputs: Sequence[str]) -> list[C
 class _Mesh:
     """The new mesh with the old one's materials, about to be written; all of it is checked when it is made."""
 
-    def __init__(self, wanted: Plan, before: _Read, after: _Read, how: How, force: bool) -> None:
-        assert wanted.mesh is not None
+    def __init__(self, name: str, job: RelayoutJob, before: _Read, after: _Read, how: How) -> None:
         material_set = relaid.material_set_of(before, plain=True)
-        material_set = material_set.instead(relaid.given_maps(wanted.given, material_set.dialect))
-        self.name, self.force = wanted.mesh, force
-        self.relaid = relaid.Relaid(material_set, after, Path(wanted.mesh), how)
+        material_set = material_set.instead(relaid.given_maps(job.given, material_set.dialect))
+        self.name, self.force = name, job.force
+        self.relaid = relaid.Relaid(material_set, after, Path(name), how)
         self.relaid.check()
         for path in written.beside(self.relaid):
-            files.check_output(path, force=force)
+            files.check_output(path, force=job.force)
 
     @property
     def notes(self) -> list[str]:
@@ -194,70 +191,63 @@ class _Pictures:
         return [name for names in self.files for name in names.values()], list(origins.values())
 
 
-def run(
-    old: str,
-    new: str,
-    wanted: Plan,
-    *,
-    size: tuple[int, ...] | None,
-    filter: str,
-    limit: float,
-    match: str,
-    padding: int | None,
-    max_pixels: int,
-    threads: int | None,
-    report_to: str | None,
-    force: bool,
-) -> dict[str, Any]:
-    """Carry textures from one layout to another; the report.
+def run(job: RelayoutJob, *, threads: int | None = None) -> Outcome:
+    """Carry textures from one layout to another.
 
     Args:
-        old: the mesh with the layout that the textures have.
-        new: the mesh with the layout to make them for.
-        wanted: what to make.
-        size: of the new pictures, or their side; by default that which keeps the details of the textures.
-        filter: how textures are sampled.
-        limit: the largest distance between the surfaces, of the new mesh's diagonal.
-        match: how the meshes are brought together; see `surfaces.matching`.
-        padding: texels to spread past the charts.
-        max_pixels: the largest picture read.
+        job: what to do.
         threads: never change the result.
-        report_to: where the report is written.
-        force: whether files are replaced.
 
     Raises:
         InputError: a mesh without texture coordinates, a picture that cannot be read or written.
     """
     from ...blas import one_thread
 
-    with one_thread(), ExitStack() as stack:
-        before, after = sources = [mesh_files.read_all(name) for name in (old, new)]
-        for file in (*before, *after):
-            check(file.mesh)
-        notes = [f"{each.mesh.name}: {note}" for read in sources for each in read for note in each.notes]
-        diagonal = _diagonal(before)
-        fixed = size_within(size, 1 + 1j, max_pixels) if size else None
-        how = How(fixed, filter, limit * diagonal, padding, max_pixels, match, threads)
-        if len(before) == len(after) == 1:
-            after = [replace(after[0], mesh=cut_alike(before[0].mesh, after[0].mesh))]
-        work: list[_Mesh | _Pictures] = []
-        if wanted.mesh:
-            work.append(_Mesh(wanted, before, after, how, force))
-        if wanted.pictures:
-            work.append(_Pictures(wanted.pictures, before, after, how, force))
-        names, origins = list[str](), list[Origin]()
-        for each in work:
-            made, where = each.write(stack)
-            names, origins, notes = names + made, origins + where, notes + each.notes
-        _demand_partners(origins, old, new, how)
-        inputs = [str(Spec.of(name).path) for name in (old, new)]
-        inputs += [path for paths in wanted.given.values() for path in paths]
-        figures = _figures(origins, limit, diagonal, expand_tiles(inputs))
-        notes += _blank(origins, new)
-        figures |= {"notes": list(dict.fromkeys(notes)), "written": names}
-        if report_to:
-            report.write(figures, report_to, stack, force=force)
-    return figures
+    with one_thread(), references.outside(job.outside), ExitStack() as stack:
+        wanted = plan(job)
+        for name in (job.old, job.new):
+            size_limits.faces(Spec.of(name).path, job.max_faces)
+        found = write_all(job, wanted, threads, stack)
+        if job.report:
+            report.write(found, job.report, stack, force=job.force)
+    message = _doubt(found, job)
+    names = [*found["written"], *([job.report] if job.report not in (None, "-") else [])]
+    return Outcome(message is None, message or remarks(found)[0], found, tuple(names), tuple(found["notes"]))
+
+
+def write_all(job: RelayoutJob, wanted: Plan, threads: int | None, stack: ExitStack) -> dict[str, Any]:
+    """Write what is wanted; the files appear when the stack is left. What is returned is the report."""
+    before, after = sources = [mesh_files.read_all(name) for name in (job.old, job.new)]
+    for file in (*before, *after):
+        check(file.mesh)
+    notes = [f"{each.mesh.name}: {note}" for read in sources for each in read for note in each.notes]
+    diagonal = _diagonal(before)
+    fixed = size_within(job.size, 1 + 1j, job.max_pixels) if job.size else None
+    how = How(fixed, job.filter, job.limit * diagonal, job.padding, job.max_pixels, job.match, threads)
+    if len(before) == len(after) == 1:
+        after = [replace(after[0], mesh=cut_alike(before[0].mesh, after[0].mesh))]
+    work: list[_Mesh | _Pictures] = []
+    if wanted.mesh:
+        work.append(_Mesh(wanted.mesh, job, before, after, how))
+    if wanted.pictures:
+        work.append(_Pictures(wanted.pictures, before, after, how, job.force))
+    names, origins = list[str](), list[Origin]()
+    for each in work:
+        made, where = each.write(stack)
+        names, origins, notes = names + made, origins + where, notes + each.notes
+    _demand_partners(origins, job.old, job.new, how)
+    figures = _figures(origins, job.limit, diagonal, expand_tiles(job.inputs))
+    notes += _blank(origins, job.new)
+    return figures | {"notes": list(dict.fromkeys(notes)), "written": names}
+
+
+def _doubt(found: dict[str, Any], job: RelayoutJob) -> str | None:
+    """What is wrong with the pictures, or None."""
+    if far := found["far_texels"]:
+        return f"{far} texels are farther from {job.old} than {job.limit:g} of the diagonal: left empty"
+    if found["status"] == "empty":
+        return "its texture coordinates cover no texel: there is nothing to carry anything to"
+    return None
 
 
 def _demand_partners(origins: Sequence[Origin], old: str, new: str, how: How) -> None:

@@ -3,34 +3,39 @@
 It is slow to import: a job of the command line that is plain does without.
 """
 
-from typing import Any
+from functools import cache
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
 from ...errors import JobError
 from .. import point_syntax
-from ..options import JobOptions
+
+STRICT = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
-class _Shapes(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+@cache
+def checked(kind: Any) -> type[BaseModel]:
+    """A model of the values of a kind of job, each checked for itself."""
+    needed = kind.required()
+    fields: dict[str, Any] = {
+        name: (
+            Annotated[hint, option or Field(min_length=1)],
+            ... if name in needed else option.default if option else None,
+        )
+        for name, (hint, option) in kind.rows.items()
+    }
+    return create_model(f"Checked{kind.__name__}", __config__=STRICT, **fields)
 
-    source: str = Field(min_length=1)
-    target: str | None = None
 
-
-class CheckedJob(JobOptions, _Shapes):
-    """The values of a `Job`, each checked for itself."""
-
-
-def validate(values: dict[str, Any]) -> dict[str, Any]:
-    """The values, defaults among them, as a job has them.
+def validate(kind: Any, values: dict[str, Any]) -> dict[str, Any]:
+    """The values of a job, defaults among them, as it keeps them.
 
     Raises:
         JobError: all that is wrong.
     """
     try:
-        return vars(CheckedJob(**values))
+        return vars(checked(kind)(**values))
     except ValidationError as error:
         raise JobError(mistakes(error)) from None
 

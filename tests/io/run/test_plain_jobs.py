@@ -10,8 +10,10 @@ from hypothesis import strategies as st
 
 from iccm import jit
 from iccm.errors import JobError
-from iccm.io.run.job import DEFAULTS, HINTS, Job, _parse
-from iccm.io.run.validate import CheckedJob, validate
+from iccm.io.run.job import KINDS, Job
+from iccm.io.run.validate import checked, validate
+
+HINTS = {name: hint for name, (hint, _) in Job.rows.items()}
 
 ODD = st.one_of(
     st.none(), st.booleans(), st.integers(-3, 200_000), st.floats(), st.sampled_from([1e200, -0.0, 0.5, 1.0]),
@@ -39,9 +41,9 @@ VALUES = st.fixed_dictionaries(
 def test_what_is_plain_is_what_pydantic_makes_of_it(data):
     names = data.draw(st.lists(st.sampled_from(sorted(HINTS)), max_size=4, unique=True))
     values = {name: data.draw(likely(HINTS[name])) for name in names} | {"source": "a.svg"}
-    plain = _parse(values)
+    plain = Job.parse(values)
     if plain is not None:
-        assert repr(DEFAULTS | plain) == repr(DEFAULTS | validate(values))
+        assert repr(Job.defaults() | plain) == repr(Job.defaults() | validate(Job, values))
 
 
 @pytest.mark.parametrize(
@@ -53,11 +55,15 @@ def test_what_is_plain_is_what_pydantic_makes_of_it(data):
     ],
 )
 def test_what_the_command_line_gives_is_plain(values):
-    assert _parse({"source": "a.svg", "target": "b.svg", **values}) is not None
+    assert Job.parse({"source": "a.svg", "target": "b.svg", **values}) is not None
 
 
 def test_every_value_has_the_default_that_pydantic_gives():
-    assert set(DEFAULTS) == set(CheckedJob.model_fields)
+    for kind in KINDS.values():
+        fields = checked(kind).model_fields
+        assert kind.defaults() == {name: field.get_default() for name, field in fields.items()} | {
+            name: kind.defaults()[name] for name in kind.required()
+        }
     assert vars(Job(source="a", pin=["1,2:3,4"])) == vars(Job(source="a")) | {
         "pin": (((1.0, 2.0), (3.0, 4.0)),)
     }
