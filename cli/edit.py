@@ -23,12 +23,14 @@ def command(**given: Any) -> int:
     """Place pins and strokes on SOURCE and TARGET in the browser, and see the map follow.
 
     The page's address is written to stdout; nobody but this machine reaches it. Files change only by Save. Ends with
-    Ctrl-C, or when the page is closed. Without SOURCE and TARGET they are chosen on the page.
+    Ctrl-C, or when the page is closed. Without SOURCE and TARGET they are chosen on the page; without TARGET the pins
+    deform SOURCE.
 
     \b
     iccm edit
     iccm edit rose.svg leaf.svg --texture petals.jpg
     iccm edit cat.svg round.svg --constraints pairs.json
+    iccm edit gingerbread.svg --texture icing.png
 
     Exit code: 0 the page was closed, 2 an input is wrong, 130 Ctrl-C.
     """

@@ -1,8 +1,8 @@
-"""A coarse balanced map that follows its pins and strokes while they are moved, each time from the map before.
+"""A balanced map that follows its pins and strokes while they are moved, each time from the map before.
 
-Where only the targets of pins inside have moved their goals move, and Newton's method follows; where only the sources
-have, so does that of the inverse. Everything else (a pin more or less, one on the outline, a stroke) takes a new mesh,
-to which the map is carried.
+Where only the targets of pins inside have moved their goals move, and Newton's method follows, on the mesh of the map
+at rest: nothing is to be seen when it comes to rest again. Where only the sources have, so does that of the inverse.
+Everything else (a pin more or less, one on the outline, a stroke) takes a new mesh at each step, a coarse one.
 """
 
 from collections.abc import Sequence
@@ -24,16 +24,18 @@ from .holes.given import Holes, named_partners
 from .method import sketch_of
 from .model.discrete_map import DiscreteMap
 from .model.frames import UnitFrame, frames_of
+from .model.mesh_sizes import graded
 from .model.settings import Settings
 from .model.sketch import Sketch
-from .search.final_mesh import FINE_EXACTNESS
+from .search.final_mesh import FINE_EXACTNESS, final_level
 from .search.homotopy import brought
-from .search.levels import POWER, Level, refine
-from .search.multilevel import STEEPEST, cost_of_turning, with_constraints
+from .search.levels import POWER, Level, UnitProblem, refine
+from .search.multilevel import STEEPEST, problem_of
 from .search.pin_continuation import move_on_new_meshes
+from .search.warm_start import on_its_mesh
 
 SIZE = 0.06
-"""Mesh size h of domains of area one, 1200 triangles: 4 ms follow a pin, 25 ms carry to a new mesh."""
+"""Mesh size h of coarse meshes of domains of area one, 1200 triangles: 25 ms carry a map there."""
 FORWARD, BACKWARD, DECREASE = 8, 3, 1e-3  # Newton steps on the map, then on its inverse
 SQUEEZED = 0.01
 """Of the smallest area on the mesh when it was new: smaller triangles are between corners of source and target that
@@ -58,20 +60,29 @@ class _Pair:
         _, pins, numbers = named_partners(self.holes, self.source, self.target, pins, strokes)
         return check(self.source, self.target, pins, strokes, numbers).unit(self.frames)
 
-    def carried(self, state: DiscreteMap | Sketch, given: Pins, settings: Settings) -> DiscreteMap:
-        """A map on a new coarse mesh, brought to constraints.
+    def problem(self, given: Pins, settings: Settings, start: Sketch | None = None) -> UnitProblem:
+        """The problem in unit coordinates; see `problem_of`."""
+        source, target = self.frames[0].curve(self.source), self.frames[1].curve(self.target)
+        return problem_of(source, target, self.holes.unit(self.frames), given, settings, start)
+
+    def carried(
+        self, state: DiscreteMap | Sketch, given: Pins, settings: Settings, *, coarse: bool
+    ) -> DiscreteMap:
+        """A map on a new mesh, a coarse one or one as fine as the last, brought to constraints.
 
         Raises:
             NoMapError: it folds there.
         """
-        source, target = self.frames[0].curve(self.source), self.frames[1].curve(self.target)
-        upright = cost_of_turning(given, settings)
-        problem = with_constraints(source, target, self.holes.unit(self.frames), given, settings, upright)
+        problem, sizes = self.problem(given, settings), None
         if isinstance(state, DiscreteMap):  # its constraints are others, of other vertices
             state = Sketch(state.z, state.u, state.faces, state.border, loops=state.loops)
         try:
-            level = Level.of(problem, SIZE, *FINE_EXACTNESS, STEEPEST)
-            new = brought(refine(level, state), settings.theta)
+            if coarse:
+                level = Level.of(problem, SIZE, *FINE_EXACTNESS, STEEPEST)
+            else:
+                level = final_level(problem, settings)
+                sizes = graded(state.z, state.u, state.faces, 0.5 * level.size**2)
+            new = brought(refine(level, state, sizes), settings.theta)
             if new.miss > 0 and not given.strokes:  # other triangles may let the pins pass
                 anew = move_on_new_meshes(level, new.held(), new.inside.goals, settings.theta)
                 new = min(anew, new, key=lambda each: each.miss)
@@ -79,10 +90,25 @@ class _Pair:
         except Stuck as error:
             raise NoMapError(f"the map cannot follow: {error}") from error
 
+    def carried_anyhow(
+        self, state: DiscreteMap | Sketch, given: Pins, settings: Settings, *, coarse: bool
+    ) -> tuple[DiscreteMap, bool]:
+        """The same, and whether it is on a coarse mesh: where a fine one does not meet the constraints, too, since that
+        takes long.
+
+        Raises:
+            NoMapError: it folds on either.
+        """
+        if not coarse:
+            with suppress(NoMapError):
+                new = self.carried(state, given, settings, coarse=False)
+                return new, new.miss > 0
+        return self.carried(state, given, settings, coarse=True), True
+
 
 @dataclass(frozen=True, eq=False)
 class Live:
-    """A coarse map with constraints in force.
+    """A map with constraints in force.
 
     Attributes:
         pair: the two domains.
@@ -90,6 +116,7 @@ class Live:
         given: pins and strokes in unit coordinates.
         state: the map in them.
         least: the smallest area of a triangle, or of its image, when its mesh was new.
+        coarse: whether its mesh is.
     """
 
     pair: "_Pair"
@@ -97,6 +124,7 @@ class Live:
     given: Pins
     state: DiscreteMap
     least: float
+    coarse: bool
 
     @classmethod
     def of(
@@ -111,7 +139,7 @@ class Live:
         Holes of the target that the source has not are passed over.
 
         Raises:
-            NoMapError: no coarse map without folds was found.
+            NoMapError: no map without folds was found.
             InputError: pins or strokes that no one-to-one map meets.
         """
         assert fit.target is not None and isinstance(fit.map, TriangulatedMap)
@@ -121,9 +149,16 @@ class Live:
         holes = Holes(tuple(fit.source_holes), goals, tuple((i, k) for _, i, k in own))
         frames = frames_of(fit.source, fit.target, settings.turn, holes.sides)
         pair = _Pair(fit.source, fit.target, holes, frames)
-        given = pair.checked(pins, strokes)
-        state = pair.carried(sketch_of(fit.map, frames, own), given, settings)
-        return cls(pair, settings, given, state, _least_area(state))
+        before, own_pins = sketch_of(fit.map, frames, own), pair.checked(fit.pins, fit.strokes)
+        level = final_level(pair.problem(own_pins, settings, before), settings)
+        state = on_its_mesh(level, before)
+        given = own_pins if state else pair.checked(pins, strokes)
+        coarse = False
+        if state is None:
+            coarse = bool(len(given.outer) or given.strokes)
+            state, coarse = pair.carried_anyhow(before, given, settings, coarse=coarse)
+        live = cls(pair, settings, given, state, _least_area(state), coarse)
+        return live if given is not own_pins else live.moved(pins, strokes)
 
     def moved(
         self, pins: Complex, strokes: Sequence[tuple[Curve, Curve]] = (), theta: float | None = None
@@ -136,24 +171,32 @@ class Live:
         """
         settings = self.settings if theta is None else replace(self.settings, theta=theta)
         given = self.pair.checked(pins, strokes)
+        coarse = self.coarse or self._changes_vertices(given)
         state, least = self._pulled(given), self.least
         if state is not None:
-            state = _relax(_towards(state, settings.theta), settings.theta)
+            state = _towards(state, settings.theta)
+            state = _relax(state, settings.theta) if coarse else state
         if state is None or state.miss > 0:
-            state = self.pair.carried(state or self.state, given, settings)
+            state, coarse = self.pair.carried_anyhow(state or self.state, given, settings, coarse=coarse)
             least = _least_area(state)
         if not _least_area(state) >= SQUEEZED * least:
             free = state.forward(settings.theta, POWER, FORWARD, DECREASE, corners=False)
             with suppress(NoMapError):
-                state = min(self.pair.carried(free, given, settings), state, key=lambda each: each.miss)
+                anew = self.pair.carried(free, given, settings, coarse=coarse)
+                state = min(anew, state, key=lambda each: each.miss)
                 least = _least_area(state)
-        return replace(self, settings=settings, given=given, state=state, least=least)
+        return replace(self, settings=settings, given=given, state=state, least=least, coarse=coarse)
+
+    def _changes_vertices(self, given: Pins) -> bool:
+        """Whether constraints need other vertices than those that the mesh has, which each step may do again."""
+        before = self.given
+        same = before.inner.shape == given.inner.shape and np.array_equal(before.outer, given.outer)
+        return not same or bool(before.strokes or given.strokes)
 
     def _pulled(self, given: Pins) -> DiscreteMap | None:
         """The map with new goals for the same vertices; None where other vertices are needed."""
         before, now, inside = self.given, given, self.state.inside
-        same = before.inner.shape == now.inner.shape and np.array_equal(before.outer, now.outer)
-        if not same or before.strokes or now.strokes:
+        if self._changes_vertices(given):
             return None
         sources, goals = np.ascontiguousarray(now.inner.T)
         if np.array_equal(sources, before.inner[:, 0]):

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import time
+from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -26,6 +29,7 @@ SAMPLES = {
     "A feather, by strokes": ("strokes", "straight.svg", "bent.svg", "barbs.jpg"),
 }
 """Pairs to try: folder, source, target and texture."""
+KEPT = 30  # days after which a file that was dropped on the page, and not opened since, is removed
 PARTS = 30  # of a drawing, from the largest, that are shown as thumbnails
 POINTS = 300  # about, of a thumbnail's outlines
 ROLES = ("source", "target", "texture")
@@ -40,7 +44,7 @@ class Desk:
     """
 
     def __init__(self, **given: Any) -> None:
-        """Opens the pair if both shapes are given, among the options of a job.
+        """Opens the pair, or the shape to deform, that is given among the options of a job.
 
         Raises:
             InputError: as `Session`.
@@ -48,7 +52,7 @@ class Desk:
         self._given = given
         self.chosen = {role: given[role] for role in ROLES if given.get(role)}
         self._known = {path_of(spec) for spec in self.chosen.values()}
-        self.session = Session(make(given)) if {"source", "target"} <= self.chosen.keys() else None
+        self.session = Session(make(given)) if "source" in self.chosen else None
 
     def describe(self) -> dict[str, Any]:
         """What the page must know to offer files."""
@@ -63,7 +67,7 @@ class Desk:
         local(name)
         path = Path(name)
         if not (path.is_file() and path.stat().st_size == len(content) and path.read_bytes() == content):
-            folder = autosave.folder() / "files" / sha256(content).hexdigest()[:16]
+            folder = _copies() / _name_of(content)
             path = folder / name
             try:
                 folder.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -72,6 +76,7 @@ class Desk:
             if not path.exists():
                 with files.replacing(str(path)) as written:
                     written.write_bytes(content)
+            os.utime(path)
         self._known.add(str(path))
         return str(path)
 
@@ -88,11 +93,11 @@ class Desk:
             if path_of(spec) not in self._known:
                 raise InputError(f"{spec}: choose the file once more")
         now = {role: spec for role, spec in (self.chosen | chosen).items() if role in ROLES and spec}
-        for role, what in (("source", "shape to map from"), ("target", "shape to map onto")):
-            if role not in now:
-                raise InputError(f"choose the {what}, too")
-        before, same = self.session, all(now[side] == self.chosen.get(side) for side in ("source", "target"))
-        given = self._given | now
+        if "source" not in now:
+            raise InputError("choose the shape to map from, too")
+        before = self.session
+        same = all(now.get(side) == self.chosen.get(side) for side in ("source", "target"))
+        given = self._given | {role: now.get(role) for role in ROLES}
         if not same:  # they belong to other shapes
             given = {name: value for name, value in given.items() if name not in ("constraints", "pin")}
         session = Session(make(given))
@@ -121,6 +126,29 @@ class Desk:
             InputError: the file is wrong.
         """
         return parts_of(path_of(self.chosen[role])) if role in self.chosen else []
+
+
+def _copies() -> Path:
+    """Where files of the browser are, each in a folder named after its content."""
+    return autosave.folder() / "files"
+
+
+def _name_of(content: bytes) -> str:
+    return sha256(content).hexdigest()[:16]
+
+
+def remove_old_copies(now: float | None = None) -> None:
+    """Remove files of the browser that were last opened more than KEPT days ago, `now` in seconds since 1970.
+
+    What was changed since it was put there, or is no such copy, is somebody's own and stays.
+    """
+    oldest = (time.time() if now is None else now) - KEPT * 86400
+    for path in _copies().glob("*/*"):
+        with suppress(OSError):
+            plain = path.is_file() and not (path.is_symlink() or path.parent.is_symlink())
+            if plain and path.stat().st_mtime < oldest and _name_of(path.read_bytes()) == path.parent.name:
+                path.unlink()
+                path.parent.rmdir()  # unless there is something else
 
 
 def samples_of(name: str) -> list[str]:

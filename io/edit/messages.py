@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError,
 from ...errors import InputError
 from .. import limits
 from ..point_syntax import Place as Spot
-from ..shapes.listing import Pin, Stroke
+from ..shapes.listing import Pin, Polygon, Stroke
 
 
 class _Message(BaseModel):
@@ -17,10 +17,12 @@ class _Message(BaseModel):
 
 
 class Scene(_Message):
-    """All that is edited: pins and strokes in the files' units, and how the map is to be."""
+    """All that is edited: pins, strokes and rigid regions in the files' units, as constraints files have them, and how
+    the map is to be."""
 
     pins: list[Pin] = Field(default=[], max_length=limits.PAGE_PINS)
     strokes: list[Stroke] = Field(default=[], max_length=limits.PAGE_STROKES)
+    rigid: list[str | Polygon] = Field(default=[], max_length=limits.PAGE_STROKES)
     balance: float = Field(default=1.0, gt=0, le=limits.BALANCE)
     turn: float | Literal["any"] = 0.0
     fit: Literal["whole", "contain", "cover", "auto"] = "whole"
@@ -28,14 +30,14 @@ class Scene(_Message):
     @model_validator(mode="after")
     def _short(self) -> Scene:
         lines = [line for stroke in self.strokes for line in (stroke.source, stroke.target)]
-        if any(len(line) > limits.PAGE_POINTS for line in lines):
-            raise ValueError(f"a stroke has more than {limits.PAGE_POINTS} points")
+        if any(len(line) > limits.PAGE_POINTS for line in (*lines, *self.rigid)):
+            raise ValueError(f"a stroke or region has more than {limits.PAGE_POINTS} points")
         return self
 
     @property
     def constrained(self) -> bool:
-        """Whether there are pins or strokes."""
-        return bool(self.pins or self.strokes)
+        """Whether there are pins, strokes or rigid regions."""
+        return bool(self.pins or self.strokes or self.rigid)
 
     @property
     def whole(self) -> bool:
@@ -135,14 +137,14 @@ def read(text: str) -> Message:
         raise InputError(f"not understood: {_first(error)}") from None
 
 
-def scene_of(pins: list[Pin], strokes: list[Stroke], **how: Any) -> Scene:
+def scene_of(pins: list[Pin], strokes: list[Stroke], rigid: list[str | Polygon], **how: Any) -> Scene:
     """A scene that was not made on the page; `how` the map is to be.
 
     Raises:
         InputError: it could not be.
     """
     try:
-        return Scene.model_validate({"pins": pins, "strokes": strokes, **how})
+        return Scene.model_validate({"pins": pins, "strokes": strokes, "rigid": rigid, **how})
     except ValidationError as error:
         raise InputError(f"iccm edit: {_first(error)}") from None
 

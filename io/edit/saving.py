@@ -57,12 +57,15 @@ def local(name: str) -> str:
 
 def constraints_json(session: Session, scene: Scene, kinds: tuple[str, ...] = ("pins", "strokes")) -> str:
     """The constraints as JSON, with the sizes of the shapes that they belong to, and the map to go on from."""
-    sides = {"source": session.source, "target": session.target}
+    sides = (
+        {"source": session.source} if session.deforming else dict(zip(("source", "target"), _sides(session)))
+    )
     files = {side: {"file": path_of(shape.spec), "size": _size(shape)} for side, shape in sides.items()}
-    entries = {
+    entries: dict[str, list[Any]] = {
         kind: [entry.model_dump(mode="json", exclude_defaults=True) for entry in getattr(scene, kind)]
         for kind in kinds
     }
+    entries |= {"rigid": scene.rigid} if scene.rigid else {}
     lines = [f'  "files": {json.dumps(files, ensure_ascii=False)}']
     for kind, found in entries.items():
         rows = ",".join(f"\n    {json.dumps(as_json(entry), ensure_ascii=False)}" for entry in found)
@@ -102,7 +105,9 @@ def copy_names(session: Session, ending: str) -> list[str]:
     Raises:
         InputError: one is no SVG, or both would be called the same.
     """
-    paths = [shape.path for shape in (session.source, session.target)]
+    if session.deforming:
+        raise InputError("pins of a shape that is deformed are kept as JSON; save the constraints")
+    paths = [shape.path for shape in _sides(session)]
     for path in paths:
         if formats.suffix_of(path) not in (".svg", ".svgz"):
             raise InputError(f"{path}: pins are drawn in SVG files only; save the constraints as JSON")
@@ -121,7 +126,7 @@ def copies(session: Session, scene: Scene, names: list[str], *, replace: bool) -
     Raises:
         InputError: a drawing cannot be changed so, a copy cannot be written, or exists without `replace`.
     """
-    start = constraints_json(session, scene, ()) if session.start(scene) else ""
+    start = constraints_json(session, scene, ()) if session.start(scene) or scene.rigid else ""
     scene = with_names(scene)
     specs = {}
     with ExitStack() as stack:  # all appear, or none
@@ -178,8 +183,9 @@ def job_of(session: Session, scene: Scene, **more: Any) -> Job:
     """
     given = session.job.model_dump(exclude_defaults=True, exclude=set(ANSWERED))
     plain = scene.fit == "auto" or (scene.constrained and scene.fit == "whole")  # as it is without the option
-    given |= {} if plain else {"fit": scene.fit}
-    return make({**given, "balance": scene.balance, "turn": scene.turn or None, **more})
+    if not session.deforming:
+        given |= {"turn": scene.turn or None} | ({} if plain else {"fit": scene.fit})
+    return make({**given, "balance": scene.balance, **more})
 
 
 def command(
@@ -195,13 +201,15 @@ def command(
         size: pixels of the picture's longer side; by default those of the session's job.
     """
     job = job_of(session, scene)
+    kind = "map" if job.target else "deform"
     named = {"source": job.source, "target": job.target or ""} | (fields or _fields_to_save(session, scene))
-    words = ["iccm", "map", named.pop("source"), named.pop("target")]
+    shapes = [named.pop("source"), named.pop("target")]
+    words = ["iccm", kind, *filter(None, shapes)]
     given = job.model_dump(exclude_defaults=True, exclude={"source", "target"})
     if size or session.job.size:
         given["size"] = size or session.job.size
     for name, (_, option) in options_of().items():
-        if name in given and "map" in option.commands:
+        if name in given and kind in option.commands:
             value = given[name]
             text = "x".join(map(str, value)) if isinstance(value, tuple) else f"{value}"
             words += [f"--{name.replace('_', '-')}", *([] if value is True else [text])]
@@ -213,12 +221,12 @@ def command(
 
 def _fields_to_save(session: Session, scene: Scene) -> dict[str, str]:
     if not session.drawn:
-        return {"constraints": constraints_file(session)} if scene.pins or scene.strokes else {}
+        return {"constraints": constraints_file(session)} if scene.constrained else {}
     names = copy_names(session, ENDING)
     specs = {
         side: _spec(name, shape) for side, name, shape in zip(("source", "target"), names, _sides(session))
     }
-    return specs | ({"constraints": names[2]} if session.start(scene) else {})
+    return specs | ({"constraints": names[2]} if session.start(scene) or scene.rigid else {})
 
 
 def _is_stmap(name: str) -> bool:
@@ -247,7 +255,7 @@ def _written_constraints(session: Session, scene: Scene) -> Iterator[dict[str, A
         if session.drawn:
             names = [str(Path(folder) / name) for name in copy_names(session, "")]
             yield copies(session, scene, names, replace=True)
-        elif scene.pins or scene.strokes:
+        elif scene.constrained:
             path = Path(folder) / "constraints.json"
             path.write_text(constraints_json(session, scene), encoding="utf-8")
             yield {"constraints": str(path)}

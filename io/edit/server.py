@@ -22,7 +22,7 @@ from starlette.websockets import WebSocket
 from ...errors import InputError
 from .. import limits
 from . import autosave
-from .desk import Desk, parts_of
+from .desk import Desk, parts_of, remove_old_copies
 from .guard import Guard
 from .link import Keep, Links
 from .session import Session
@@ -155,6 +155,7 @@ def serve(desk: Desk, *, port: int, browser: bool, show: Callable[[str], None]) 
         InputError: the port is taken.
         KeyboardInterrupt: Ctrl-C.
     """
+    remove_old_copies()
     left = autosave.read(desk.session.job) if desk.session else None
     if desk.session:
         autosave.offer(desk.session, left)

@@ -1,8 +1,12 @@
-"""An editing session: two shapes, a texture, the map at rest, and the map that follows while something is dragged."""
+"""An editing session: two shapes, a texture, the map at rest, and the map that follows while something is dragged.
+
+Without a target the shape is deformed: its other half of the page is the same shape as its pins move it.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -17,7 +21,7 @@ from ...balanced.model.settings import Settings
 from ...blas import one_thread
 from ...curve import Curve
 from ...errors import InputError
-from ...maps.distortion import of_triangles
+from ...maps.distortion import in_middles
 from ...maps.triangulated.map import TriangulatedMap
 from ...memory import Memory
 from ...result import Fit, Status
@@ -28,7 +32,7 @@ from ..run.inputs import Inputs
 from ..run.job import Job
 from ..run.outputs import suffix_for
 from ..run.report import as_json
-from ..shapes import constraints, listing
+from ..shapes import constraints, listing, regions
 from ..shapes.listing import Listed, Pin, Stroke
 from ..shapes.mesh_shape import MeshShape
 from ..shapes.shape import Shape
@@ -43,6 +47,7 @@ from .surface_view import SurfaceView, lay_out
 
 ON_OUTLINE = 2e-3
 """Of the diagonal: what is so close to an outline goes onto the other; twice what a pin's is."""
+LOST_ON_THE_WAY = (Status.PINS, Status.GAP, Status.SOURCE_GAP)  # what a map from scratch may not have
 DIGITS = 7  # to which places are rounded, of the shape's size: the page and the files say the same
 
 
@@ -56,7 +61,13 @@ class Session:
             InputError: a file is wrong, or constraints are not places of these files.
         """
         inputs = Inputs(job)
-        source, target = inputs.shape(job.source), inputs.shape(job.target or "")
+        source = inputs.shape(job.source)
+        self.deforming = not job.target
+        if self.deforming and source.is_mesh:
+            raise InputError(
+                f"{job.source}: a mesh needs a shape that goes onto it, or one that it goes onto"
+            )
+        target = source if self.deforming else inputs.shape(job.target or "")
         self.job, self.suffix = job, suffix_for(job, inputs)
         self.drawn = bool(source.pins or source.strokes)
         listed = listing.read(job.constraints) if job.constraints else Listed()
@@ -135,7 +146,7 @@ class Session:
             "holes": job.holed,
             "digits": DIGITS,
         }
-        how["mean"] = self._magnification
+        how |= {"mean": self._magnification, "deforming": self.deforming}
         return as_json({"source": sides[0], "target": sides[1], "notes": self.notes, **scenes, **how})
 
     @property
@@ -223,8 +234,13 @@ class Session:
             return None
 
     def _before(self, scene: Scene) -> TriangulatedMap | None:
-        """The map that follows, or the last one at rest. Without pins, turned, or of parts of the shapes, none."""
+        """The map that follows, or the last one at rest. Without pins, turned, of parts of the shapes, or with rigid
+        regions, none."""
         fit, last = self._fit, self._last[0]
+        if self.deforming:
+            return self._map if scene.constrained else None
+        if scene.rigid or last.rigid:
+            return None
         if fit is None or not (scene.constrained and scene.whole and last.whole) or scene.turn != last.turn:
             return None
         if self._live is None and scene.balance == last.balance:
@@ -233,27 +249,57 @@ class Session:
 
     def _solve(self, scene: Scene, chosen: Way) -> tuple[Fit, dict[str, Any], Way]:
         """The map, by the way chosen if that leads anywhere."""
+        gone_on = None
         if chosen.begins is not None:
-            try:
-                fit, report = self._fit_scene(scene, chosen.begins)
-                if fit.status is not Status.PINS:
-                    return fit, report, chosen
-            except InputError:
-                pass
+            with suppress(InputError):
+                gone_on = *self._fit_scene(scene, chosen.begins), chosen
+                if gone_on[0].status not in LOST_ON_THE_WAY:
+                    return gone_on
             chosen = Way()
-        return *self._fit_scene(scene, None), chosen
+        try:
+            fresh = *self._fit_scene(scene, None), chosen
+        except InputError:
+            if gone_on is None:
+                raise
+            return gone_on
+        return fresh if gone_on is None or fresh[0].status.ok else gone_on
 
     def _fit_scene(self, scene: Scene, start: TriangulatedMap | None) -> tuple[Fit, dict[str, Any]]:
         """The fit, as `iccm map` makes it, and its report."""
         pins, strokes = self.core(scene)
-        given = self.job.solver | {"balance": scene.balance, "turn": scene.turn or None, "fit": scene.fit}
+        given = self.job.solver | {"balance": scene.balance}
+        if self.deforming and not (scene.pins or scene.strokes):
+            pins = np.tile(self.source.curve.z[:1], (1, 2))  # one that stays where it is: so does everything
+        elif not self.deforming:
+            given |= {"turn": scene.turn or None, "fit": scene.fit}
         given |= {"pins": pins if len(pins) else None, "strokes": strokes or None}
         said: list[str] = []
         given |= {} if start is None else {"start": start}
-        fit = solve(self.source, self.target, given, holed=self.job.holed, tell=said.append)
+        if rigid := self._rigid(scene):
+            given |= {"rigid": rigid, **regions.greys(self.source, scene.rigid)}
+        target = None if self.deforming else self.target
+        fit = solve(self.source, target, given, holed=self.job.holed, tell=said.append)
         report = fit.report()
         report["notes"] += said
         return fit, report
+
+    def _rigid(self, scene: Scene) -> list[Complex]:
+        """The rigid regions of a scene, and those that the drawing has, in the core plane.
+
+        Raises:
+            InputError: one is none, or names what the session did not begin with.
+        """
+        if any(isinstance(each, str) and each not in self.first.rigid for each in scene.rigid):
+            raise InputError("rigid: only regions that were given or drawn here")
+        return regions.read(self.source, (), scene.rigid)
+
+    def _regions(self, fit: Fit, report: dict[str, Any]) -> dict[str, Any]:
+        """Figures of rigid regions, with their outlines on both sides as the page has them."""
+        found = []
+        for region, said in zip(fit.rigid, report.get("regions", ())):
+            images = [] if self.surfaces[1] else self.views[1].points(fit.map(region.rings[0]))
+            found.append({**said, "source": self.views[0].points(region.rings[0]), "target": images})
+        return {"regions": found}
 
     def _settle(self, scene: Scene, fit: Fit, report: dict[str, Any], chosen: Way) -> Shown:
         """What is shown of a map, which takes the place of the last one if it meets what it must."""
@@ -261,16 +307,18 @@ class Session:
         if any(wrong.values()) and self._map is not None:
             return Shown("error", False, fit.status.value, {}, wrong)
         drawn = self.image_of(fit.map)  # type: ignore[arg-type]
-        said = figures(report), wrong, drawn, chosen.alternative
+        said = figures(report) | self._regions(fit, report), wrong, drawn, chosen.alternative
         shown = Shown("full", fit.status.ok, verdict(fit, report), *said)
         self._ways[scene.key] = chosen
         if self.scene is scene:  # else something is being dragged again, from the map as it was then
             self._fit, self._map, self._live = fit, fit.map, None  # type: ignore[assignment]
-            self._last = scene, shown
+            self._last = scene, shown = scene, replace(shown, outlines=self._outlines)
         return shown
 
     def follow(self, scene: Scene) -> Shown:
         """The coarse map, continued from the last one; where only parts of the shapes correspond there is none."""
+        if self.deforming:
+            return self._bend(scene)
         if not (scene.whole and self._last[0].whole):
             return Shown("coarse", True, "The map follows when you let go: parts of the shapes are left out.")
         try:
@@ -278,7 +326,7 @@ class Session:
                 pins, strokes = self.core(scene)
                 self._live = live = self._continue(pins, strokes, scene)
                 map = live.map
-                found = Shown("coarse", live.met, "", of_triangles(map).report(), {}, self.image_of(map))
+                found = Shown("coarse", live.met, "", in_middles(map).report(), {}, self.image_of(map))
         except InputError as error:
             return refusal(error)
         self._map = map
@@ -288,6 +336,26 @@ class Session:
         wrong = {"pins": np.flatnonzero(~(gap <= MISSED * self.target.curve.diagonal)).tolist()}
         message = "Not there yet: the map follows as far as nothing folds. Let go to look for another way."
         return replace(found, wrong=wrong, message=message)
+
+    def _bend(self, scene: Scene) -> Shown:
+        """The deformation, continued from the one before."""
+        try:
+            with one_thread():
+                fit, report = self._fit_scene(scene, self._map)
+        except InputError as error:
+            return refusal(error)
+        self._map = map = fit.map  # type: ignore[assignment]
+        wrong, drawn = missed_constraints(report, scene), self.image_of(map)  # type: ignore[arg-type]
+        met = not any(wrong.values())
+        message = "" if met else "Not there yet: the shape follows as far as nothing folds."
+        return Shown("coarse", met, message, figures(report), wrong, drawn, outlines=self._outlines)
+
+    @property
+    def _outlines(self) -> list[list[list[float]]]:
+        """Of a shape that is deformed, the outer one first; none of one that is mapped onto a target."""
+        if not self.deforming or self._map is None:
+            return []
+        return [self.views[1].points(self._map.image[loop]) for loop in self._map.loops]
 
     def _continue(self, pins: Complex, strokes: list[tuple[Curve, Curve]], scene: Scene) -> Live:
         if self._live is not None:
@@ -308,8 +376,10 @@ class Session:
             raise InputError("there is no map yet")
         shape, other = (self.source, self.target) if side == "source" else (self.target, self.source)
         z = np.array([shape.at(point) for point in points])
-        check_inside(shape, "point", list(z))
-        if self.job.holed and any(Curve(hole).contains(z).any() for hole in shape.holes):
+        moving = self.deforming and side == "target"
+        if not moving:
+            check_inside(shape, "point", list(z))
+        if not moving and self.job.holed and any(Curve(hole).contains(z).any() for hole in shape.holes):
             raise InputError(
                 "that is in a hole; place a pin beside it, then drag both ends into holes that go together"
             )
@@ -317,7 +387,7 @@ class Session:
         if not np.isfinite(w).all():
             raise InputError("the map does not reach that point")
         s = shape.curve.closest(z)
-        rim = np.abs(shape.curve.at(s) - z) < ON_OUTLINE * shape.curve.diagonal
+        rim = (np.abs(shape.curve.at(s) - z) < ON_OUTLINE * shape.curve.diagonal) & (not self.deforming)
         w[rim] = other.curve.at(other.curve.closest(w[rim]))
         if surface := self.surfaces[side == "source"]:
             return surface.places(w, DIGITS)
@@ -332,6 +402,8 @@ class Session:
         """
         if self._map is None:
             raise InputError("there is no map yet")
+        if self.deforming:
+            return []
         pins = suggested(self._map, self.source, self.target, self.core(scene)[0])
         return [pin.model_dump(mode="json") for pin in pins]
 
@@ -343,7 +415,7 @@ class Session:
         """
         listed = Listed(pins=scene.pins, strokes=scene.strokes)
         pins, strokes = constraints.pair(self.source, self.target, listed)
-        for side, shape in enumerate((self.source, self.target)):
+        for side, shape in enumerate((self.source, self.target)[: 1 if self.deforming else 2]):
             check_inside(shape, "pin", list(pins[:, side]))
             for number, stroke in enumerate(strokes):
                 check_inside(shape, f"stroke {number + 1}: point", list(stroke[side].z))
@@ -379,7 +451,7 @@ def _scene(job: Job, source: Shape, target: Shape, listed: Listed) -> Scene:
     typed = [Pin(source=start, target=end) for start, end in job.pin]
     pins += [_on_surface(pin, source, target) for pin in [*listed.all_pins, *typed]]
     strokes += [_on_surface(stroke, source, target) for stroke in listed.strokes]
-    return scene_of(pins, strokes, balance=job.balance, turn=job.turn or 0.0)
+    return scene_of(pins, strokes, listed.rigid, balance=job.balance, turn=job.turn or 0.0)
 
 
 def _on_surface(entry: Any, source: Shape, target: Shape) -> Any:
@@ -408,5 +480,5 @@ def _place(shape: Shape, z: complex) -> tuple[float, float]:
 
 def stem(job: Job) -> str:
     """What files of this pair are called."""
-    names = [Path(spec.partition("#")[0]).stem for spec in (job.source, job.target or "")]
-    return "-".join(names)
+    names = [Path(spec.partition("#")[0]).stem for spec in (job.source, job.target) if spec]
+    return "-".join(names if job.target else [*names, "deformed"])

@@ -32,6 +32,7 @@ class Shown:
         figures: of the report, as far as they are known.
         wrong: numbers of the pins and strokes that are not met or cannot be.
         drawn: what the page draws of it, see `Session.drawn`; None where the map on the page stays.
+        outlines: of a shape that is deformed, rings of [x, y] in the page's coordinates.
         other: "fresh" where the map from scratch is another, "kept" where the one gone on from the last map is.
     """
 
@@ -42,17 +43,19 @@ class Shown:
     wrong: dict[str, list[int]] = field(default_factory=dict)
     drawn: NDArray[np.float32] | None = None
     other: str = ""
+    outlines: list[list[list[float]]] = field(default_factory=list)
 
     def head(self, seq: int) -> dict[str, Any]:
         """All but what is drawn, for the page; `seq` says to what this is the answer."""
-        head = {name: getattr(self, name) for name in ("kind", "ok", "message", "figures", "wrong", "other")}
+        names = ("kind", "ok", "message", "figures", "wrong", "other", "outlines")
+        head = {name: getattr(self, name) for name in names}
         return as_json({"type": "map", "seq": seq, **head})
 
 
 def figures(report: dict[str, Any]) -> dict[str, Any]:
     """What the page shows of a report."""
     names = ("status", "boundary", "stretch", "dilatation", "scale", "turn", "injective", "notes")
-    return {name: report[name] for name in (*names, *(n for n in LOST if n in report))}
+    return {name: report[name] for name in (*names, *LOST) if name in report}
 
 
 def verdict(fit: Fit, report: dict[str, Any]) -> str:
@@ -62,6 +65,8 @@ def verdict(fit: Fit, report: dict[str, Any]) -> str:
     most, certified = report["stretch"]["p95"], report["injective"]["certified"]
     even = f"it is stretched: {most:.2g} times and more on 5 % of it"
     folds = "nothing folds" if certified else "that nothing folds is not certified"
+    if fit.target is None:
+        return f"Pins and strokes are met, {folds}."
     return f"Good fit: sizes are even, {folds}." if most <= GOOD else f"It fits, {folds}, but {even}."
 
 

@@ -8,12 +8,9 @@ from ...arrays import Complex, Real
 from ...balanced.model.outline import kept_vertices
 from ...balanced.search.symmetry import SYMMETRIC, asymmetry
 from ...curve import Curve
-from ...errors import InputError
 from ...maps.triangulated.map import TriangulatedMap
-from ...plane import polygon_area
-from ..shapes import shape as shapes
+from ..shapes import parts
 from ..shapes.listing import Pin
-from ..shapes.parts import words_of
 from ..shapes.shape import Shape
 
 ROUGHLY, SHARP = (
@@ -51,7 +48,9 @@ def suggested(map: TriangulatedMap, source: Shape, target: Shape, taken: Complex
     if source.is_mesh or target.is_mesh:
         return []
     found: list[Pin] = []
-    for name, z, w in (*_named(source, target), *_corners(map, source, target)):
+    names, places, _ = parts.namesakes(source, target)
+    named = [(name, *pair) for name, pair in zip(names, places.tolist())]
+    for name, z, w in (*named, *_corners(map, source, target)):
         beside = np.abs(taken - [z, w]) < APART * np.array([source.curve.diagonal, target.curve.diagonal])
         if not beside.any():
             taken = np.append(taken, [[z, w]], axis=0)
@@ -86,29 +85,3 @@ def _turning_once(s: Real, tau: Real) -> bool:
 
 def _closest(z: Complex, among: Complex) -> np.ndarray:
     return np.abs(z[:, None] - among).argmin(axis=1)
-
-
-def _named(source: Shape, target: Shape) -> list[tuple[str, complex, complex]]:
-    """The middles of what is drawn inside both shapes under one name."""
-    ours, theirs = (_middles(shape) for shape in (source, target))
-    return [(name, ours[name], theirs[name]) for name in ours if name in theirs]
-
-
-def _middles(shape: Shape) -> dict[str, complex]:
-    """The centroids of the parts of a drawing inside a shape, by name; parts of one name are one."""
-    parts: dict[str, list[Curve]] = {}
-    try:
-        for each in shapes.read_all(str(shape.path)):
-            for name in sorted(words_of(each.names) - words_of(shape.names)):
-                parts.setdefault(name, []).append(each.curve)
-    except InputError:
-        return {}
-    middles = {name: _middle(curves) for name, curves in parts.items()}
-    inside = shape.curve.contains(np.array(list(middles.values()), complex))
-    return {name: z for (name, z), within in zip(middles.items(), inside) if within}
-
-
-def _middle(curves: list[Curve]) -> complex:
-    areas = [abs(polygon_area(curve.z)) for curve in curves]
-    low, high = zip(*(curve.box for curve in curves))
-    return complex(np.average(0.5 * (np.array(low) + np.array(high)), weights=areas))

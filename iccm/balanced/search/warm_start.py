@@ -1,36 +1,48 @@
 """Going on from an earlier map: on its own mesh where the pins are its vertices, else on a new one."""
 
 from dataclasses import replace
+from itertools import permutations
 
 import numpy as np
 
 from ...arrays import Complex, Index, Real
 from ...curve import Curve
 from ...linalg.cholesky import system_of
+from ..holes.given import Holes
 from ..meshing.mesh import closed_links
 from ..model import mesh_sizes
 from ..model.boundary import MatchedBoundary, MeshHoles
 from ..model.boundary_pairs import Pairs
 from ..model.discrete_map import DiscreteMap, folds
 from ..model.inner_constraints import InnerConstraints
-from ..model.outline import Outline
+from ..model.outline import Outline, simplify
 from ..model.sketch import Sketch
+from .final_mesh import TRIANGLES_PER_AREA
 from .homotopy import brought
-from .levels import EVENED, Level, UnitProblem, refine
+from .levels import EVENED, Level, UnitProblem, refine, relax_stretched
 from .pin_continuation import aim_feet, lead_one_by_one
 
 SAME = 1e-8  # of the root of the area: a vertex this close to a pin, or to an outline, is on it
+CLOSE = 0.5  # of the tolerance: an earlier map's outlines that are so close to those given are gone on with
+FEWER = 0.5  # of the triangles that the last mesh is to have: an earlier map's mesh with fewer is made anew
 
 
 def continue_from(level: Level, start: Sketch, problem: UnitProblem) -> DiscreteMap:
-    """The earlier map with the problem's constraints met, or as close as they got.
+    """The earlier map with the problem's constraints met, or as close as they got; itself where it meets them.
 
     Raises:
         Stuck: no map without folds follows these outlines.
     """
-    state = on_its_mesh(level, start) or refine(
+    state = on_its_mesh(level, start)
+    if state is not None and state.miss == 0:
+        return state
+    state = state or refine(
         level, start, mesh_sizes.graded(start.z, start.u, start.faces, 0.5 * level.size**2)
     )
+    return relax_stretched(_constrained(level, state, problem), problem.theta)
+
+
+def _constrained(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteMap:
     if not state.inside.z.size:
         return state
     if level.strokes:  # corners of theirs get vertices where the earlier map has them
@@ -42,8 +54,43 @@ def continue_from(level: Level, start: Sketch, problem: UnitProblem) -> Discrete
     return replace(state, bound=False) if problem.strokes else new.held()
 
 
+def outlines_followed(
+    start: Sketch, source: Curve, target: Curve, holes: Holes, tolerance: float
+) -> tuple[Curve, Curve, Holes] | None:
+    """The outlines as an earlier map follows them; None where it does not. Simplified anew they would have other
+    corners, at which its mesh has no vertices."""
+    sides = (start.z, source, holes.source), (start.u, target, holes.target)
+    found: list[list[Curve]] = []
+    for side, (w, outer, inner) in enumerate(sides):
+        own = {(loop.source, loop.target)[side]: w[loop.vertices] for loop in start.loops}
+        near = CLOSE * tolerance * outer.diagonal
+        curves = [
+            _followed(w[start.outer], outer, near),
+            *(_followed(own[k], rim, near) for k, rim in enumerate(inner) if k in own),
+        ]
+        kept = [curve for curve in curves if curve is not None]
+        if len(kept) < 1 + len(inner):
+            return None
+        found.append(kept)
+    (source, *rims), (target, *goals) = found
+    return source, target, Holes(tuple(rims), tuple(goals), holes.partners)
+
+
+def _followed(rim: Complex, given: Curve, near: float) -> Curve | None:
+    """The polygon of vertices on an outline; None where it is not close to the one given."""
+    curve = Curve(rim)
+    curve = simplify(curve, SAME / curve.diagonal)
+    away = max(
+        np.abs(one.at(one.closest(other.z)) - other.z).max() for one, other in permutations((curve, given))
+    )
+    return curve if away <= near else None
+
+
 def on_its_mesh(level: Level, start: Sketch) -> DiscreteMap | None:
-    """The earlier map itself, if its outlines are the level's and all pins are among its vertices; None if not."""
+    """The earlier map itself, if its outlines are the level's, all pins are among its vertices, and it has enough
+    triangles; None if not."""
+    if len(start.faces) < FEWER * TRIANGLES_PER_AREA / level.size**2:
+        return None
     if folds(start.faces, start.u) or folds(start.faces, start.z):  # as outlines that move may leave it
         return None
     if level.strokes or level.regions or len(start.loops) < max(map(len, level.holes)):
@@ -74,6 +121,7 @@ def on_its_mesh(level: Level, start: Sketch) -> DiscreteMap | None:
         *(faces, system_of(faces, following, order.size), start.z[order], start.u[order]),
         MatchedBoundary(level.source, level.target, pairs, anchored, holes=holes),
         inside=InnerConstraints.of_pins(level.pins),
+        bound=True,
         metrics=level.metrics,
         upright=level.upright,
     )

@@ -13,7 +13,7 @@ const panes = {};
 let scene = null, saved = '', names = {}, chosen = null, wrong = {};
 let history = [], present = 0;
 let kept = '', letter = 'B';
-let suggested = [];
+let suggested = [], regions = [];
 const selected = new Set(), locks = new Set();  // numbers of pins; places of those that stay
 let seq = 0, shown = 0, kind = '', blinking = 0;
 let resting = 0, solving = 0;
@@ -22,7 +22,7 @@ const REST = 250;   // milliseconds after which what is held still is solved for
 
 // ---------------------------------------------------------------- history
 
-const content = ({pins, strokes}) => JSON.stringify([pins, strokes]);
+const content = ({pins, strokes, rigid}) => JSON.stringify([pins, strokes, rigid]);
 const dirty = () => scene !== null && content(scene) !== saved;
 
 /** What was changed becomes a step that can be undone, and the map is made anew. */
@@ -87,11 +87,13 @@ function hear(message, floats) {
   wrong = message.wrong;
   if (kind !== 'coarse') document.body.classList.remove('busy');
   panes.target.hurry(kind === 'coarse');
+  if (message.outlines?.length) panes.target.reshape(message.outlines);
   if (floats) {
     panes.target.painter.map(floats);
     panes.target.redraw();
   }
   if (kind !== 'error') figures($('figures').tBodies[0], kind, message.figures);
+  if (kind !== 'error') regions = message.figures.regions ?? [];
   if (kind === 'full') notes(message.figures.notes);
   $('other').hidden = !message.other;
   $('other').dataset.way = message.other;
@@ -139,14 +141,15 @@ async function begin(hello) {
     look(hello);
     $('own').disabled = $('blink').disabled = !panes.source.own && !panes.target.own;
     own($('own').value);
-    $('how').disabled = hello.source.mesh || hello.target.mesh;
+    $('how').disabled = hello.source.mesh || hello.target.mesh || hello.deforming;
+    for (const id of ['any', 'suggest', 'draw']) $(id).disabled = hello.deforming;
     notes([]);
     Object.assign($('file'), {value: hello.constraints});
     Object.assign($('picture'), {value: hello.picture});
     Object.assign($('ending'), {value: hello.ending});
     for (const id of ['file', 'save-as']) $(id).disabled = hello.drawn;
-    $('title').textContent = `${hello.source.name} → ${hello.target.name}`;
-    document.title = `${hello.source.name} → ${hello.target.name} · iccm edit`;
+    $('title').textContent = hello.deforming ? `${hello.source.name}, deformed` : `${hello.source.name} → ${hello.target.name}`;
+    document.title = `${$('title').textContent} · iccm edit`;
     globalThis.iccm = {panes, get scene() { return scene; }, get kind() { return kind; }, get seq() { return [seq, shown]; }};
   }
   document.body.classList.remove('ended');
@@ -177,17 +180,18 @@ async function look(hello) {
 function refresh() {
   if (!panes.target) return;
   for (const pane of Object.values(panes)) {
-    pane.scene = {...scene, wrong, suggested, selected, locked};
+    pane.scene = {...scene, wrong, suggested, selected, locked, regions};
     pane.redraw(false);
   }
-  list($('list'), {...scene, locked}, wrong, does);
+  list($('list'), {...scene, locked, regions}, wrong, does);
   $('accept').hidden = $('dismiss').hidden = suggested.length === 0;
-  $('none').hidden = scene.pins.length + scene.strokes.length > 0;
+  $('none').hidden = scene.pins.length + scene.strokes.length + scene.rigid.length > 0;
   $('undo').disabled = present === 0;
   $('redo').disabled = present === history.length - 1;
   $('balance').value = Math.log10(scene.balance);
   $('balance-value').value = scene.balance.toFixed(2);
-  $('any').checked = $('turn').disabled = scene.turn === 'any';
+  $('any').checked = scene.turn === 'any';
+  $('turn').disabled = scene.turn === 'any' || names.deforming;
   if (scene.turn !== 'any') $('turn').value = scene.turn;
   $('turn-value').value = scene.turn === 'any' ? 'any' : `${scene.turn}°`;
   $('how').value = scene.fit;
@@ -232,8 +236,13 @@ const does = {
     scene.pins.push({name: '', weight: 1, ...ends});
     return commit();
   },
-  async stroke(side, points) {
+  async stroke(side, points, closed) {
     pen(false);
+    if (closed && side === 'target') return say('Rigid regions are drawn in the source: close the stroke there.', true);
+    if (closed) {
+      scene.rigid.push(points);
+      return commit();
+    }
     const other = side === 'source' ? panes.target : panes.source;
     const answer = await link.ask({type: 'place', side, points: finer(points)});
     if (answer.error) return say(answer.error, true);
@@ -260,9 +269,10 @@ const does = {
   remove({kind: group, number, point}, whole = false) {
     const entry = scene[group][number];
     if (!entry) return;
-    if (locked(entry)) return say('It is locked: press L on it, or Lock in the list, to move or remove it.', true);
+    if (group !== 'rigid' && locked(entry)) return say('It is locked: press L on it, or Lock in the list, to move or remove it.', true);
     const few = group === 'strokes' && Math.min(entry.source.length, entry.target.length) <= 2;
-    if (group === 'pins' && !whole) for (const k of together(number).sort((a, b) => b - a)) scene.pins.splice(k, 1);
+    if (group === 'rigid') scene.rigid.splice(number, 1);
+    else if (group === 'pins' && !whole) for (const k of together(number).sort((a, b) => b - a)) scene.pins.splice(k, 1);
     else if (whole || few) scene[group].splice(number, 1);
     else for (const side of ['source', 'target']) if (entry[side].length > point) entry[side].splice(point, 1);
     selected.clear();

@@ -101,7 +101,7 @@ export class Painter {
     this.software = SOFTWARE.test(gl.getParameter(told ? told.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
     this.#shape = shape;
     for (const [name, sources] of Object.entries(SHADERS)) this.#programs[name] = program(gl, ...sources);
-    this.#fans = [shape.outline, ...shape.holes].map((ring) => this.#points(ring.flat()));
+    this.outlines([shape.outline, ...shape.holes]);
     this.#arrays.patches = gl.createVertexArray();
     this.#buffers.patches = gl.createBuffer();
     gl.bindVertexArray(this.#arrays.patches);
@@ -114,15 +114,25 @@ export class Painter {
     });
   }
 
+  /** Those of the shape, the outer one first; of one that is deformed they move. */
+  outlines(rings) {
+    const gl = this.#gl;
+    for (const {array, buffer} of this.#fans.splice(0)) {
+      gl.deleteVertexArray(array);
+      gl.deleteBuffer(buffer);
+    }
+    this.#fans.push(...rings.map((ring) => this.#points(ring.flat())));
+  }
+
   #points(floats) {
-    const gl = this.#gl, array = gl.createVertexArray();
+    const gl = this.#gl, array = gl.createVertexArray(), buffer = gl.createBuffer();
     gl.bindVertexArray(array);
-    gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
+    gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
     gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(floats), gl.STATIC_DRAW);
     const at = gl.getAttribLocation(this.#programs.plane.handle, 'a0');
     gl.enableVertexAttribArray(at);
     gl.vertexAttribPointer(at, 2, gl.FLOAT, false, 0, 0);
-    return {array, count: floats.length / 2};
+    return {array, buffer, count: floats.length / 2};
   }
 
   /** @param surface its triangles; `source`, if it is known by now, their places in the texture's plane */

@@ -35,9 +35,11 @@ export async function choose(empty, leaving = leave) {
 /** What has been chosen for a role, and thumbnails of what else is in its file. */
 function named(role, parts) {
   const element = box(role), file = chosen[role]?.split(/[\\/]/).at(-1) ?? '';
-  element.querySelector('.name').textContent = file || (role === 'texture' ? 'none: a grid, or a mesh’s own' : 'none yet');
+  const none = {texture: 'none: a grid, or a mesh’s own', target: 'none: the source is deformed by its pins'}[role] ?? 'none yet';
+  element.querySelector('.name').textContent = file || none;
   element.querySelector('.parts').replaceChildren(...(parts.length > 1 ? parts.map((part) => thumbnail(role, part, parts)) : []));
-  dialog.querySelector('#files-open').disabled = !(chosen.source && chosen.target);
+  dialog.querySelector('#files-open').disabled = !chosen.source;
+  dialog.querySelector('#no-target').hidden = !chosen.target;
 }
 
 function thumbnail(role, part, parts) {
@@ -79,7 +81,7 @@ async function open(what) {
   const answer = await fetch('desk', {method: 'POST', body: JSON.stringify(what)});
   const {error} = await answer.json();
   if (error) return told(error);
-  const same = !what.sample && ['source', 'target'].every((role) => chosen[role] === before[role]);
+  const same = !what.sample && ['source', 'target'].every((role) => (chosen[role] ?? '') === (before[role] ?? ''));
   if (!same) sessionStorage.removeItem(location.pathname);  // the history is of other shapes
   leave();
   return location.reload();
@@ -91,6 +93,7 @@ for (const element of drops) {
   const {role} = element.dataset, input = element.querySelector('input');
   input.onchange = () => { if (input.files[0]) put(role, input.files[0]); };
 }
+dialog.querySelector('#no-target').onclick = () => { chosen.target = ''; named('target', []); };
 dialog.querySelector('#files-open').onclick = () => open(chosen);
 dialog.querySelector('#files-close').onclick = () => dialog.close();
 dialog.oncancel = (event) => { if (dialog.dataset.empty === 'true') event.preventDefault(); };

@@ -21,6 +21,7 @@ export class Pane {
   /** @param does {place, drag, drop, remove, stroke, choose, hover}: what happens on it */
   constructor(side, element, shape, hello, does) {
     Object.assign(this, {side, element, shape, does, units: new Units(shape, hello.digits)});
+    this.free = hello.deforming && side === 'target';  // its outline is where pins move it
     this.canvas = element.appendChild(document.createElement('canvas'));
     this.canvas.setAttribute('aria-hidden', 'true');
     this.lines = element.appendChild(document.createElementNS(SVG, 'svg'));
@@ -31,13 +32,13 @@ export class Pane {
     this.handles = element.appendChild(document.createElement('div'));
     this.handles.className = 'handles';
     this.caption = element.appendChild(document.createElement('p'));
-    this.caption.textContent = `${side}: ${shape.name}`;
+    this.caption.textContent = `${this.free ? 'deformed' : side}: ${shape.name}`;
     this.caption.className = 'caption';
     this.rings = [shape.outline, ...shape.holes];
     this.painter = new Painter(this.canvas, shape);
     this.view = {x: 0, y: 0, zoom: 1, width: 1, height: 1};
     this.overlay = {grid: false, stretch: false, own: 0, mapped: side === 'target', holes: hello.holes, mean: hello.mean, step: 0.1};
-    this.scene = {pins: [], strokes: [], wrong: {}, suggested: [], selected: new Set(), locked: () => false};
+    this.scene = {pins: [], strokes: [], regions: [], wrong: {}, suggested: [], selected: new Set(), locked: () => false};
     this.#listen();
   }
 
@@ -57,6 +58,12 @@ export class Pane {
       this.painter.mesh(this.surface);
     }
     new ResizeObserver(() => this.resized()).observe(this.element);
+  }
+
+  /** Where the pins of a shape that is deformed have moved its outlines. */
+  reshape(rings) {
+    [this.shape.outline, ...this.shape.holes] = this.rings = rings;
+    this.painter.outlines(rings);
   }
 
   resized() {
@@ -192,6 +199,7 @@ export class Pane {
     const path = (points, closed) =>
       'M' + points.map((p) => this.pixel(p).map((v) => v.toFixed(1)).join(' ')).join('L') + (closed ? 'Z' : '');
     const drawn = [{d: this.rings.map((ring) => path(ring, true)).join(''), class: 'outline'}];
+    for (const region of this.scene.regions) drawn.push({d: path(region[this.side], true), class: 'region'});
     this.scene.strokes.forEach((stroke, k) => {
       const wrong = this.scene.wrong.strokes?.includes(k) ? ' wrong' : '';
       drawn.push({d: path(stroke[this.side].map((p) => this.page(p))), class: `stroke${wrong}`, hue: hue(k + 3)});
@@ -298,7 +306,7 @@ export class Pane {
 
   /** Whether a pin of the outline: it stays there. */
   #onRim(item) {
-    return item.kind === 'pins' && closest(this.shape.outline, this.page(this.#place(item))).away < ON_RIM;
+    return !this.free && item.kind === 'pins' && closest(this.shape.outline, this.page(this.#place(item))).away < ON_RIM;
   }
 
   /** Gives the pixel where it came to, null where it cannot be. */
@@ -312,6 +320,7 @@ export class Pane {
 
   /** What attracts pin `number` at a pixel: on the outline a corner, else mirror images of other pins and the axis. */
   #attraction(pixel, rim, number = -1) {
+    if (this.free) return null;
     const {corners = [], axis, outline} = this.shape, mirrored = typeof axis === 'number';
     const near = (points, most) => points.map((p) => ({p, away: distance(this.pixel(p), pixel)}))
       .reduce((best, each) => (each.away < best.away ? each : best), {p: null, away: most}).p;
@@ -325,7 +334,7 @@ export class Pane {
   /** A place of the file moved by [x, y] of the page; on the outline it stays there. */
   moved(place, by) {
     const from = this.page(place), to = from.map((value, k) => value + by[k]), {outline} = this.shape;
-    return this.units.file(closest(outline, from).away < ON_RIM ? closest(outline, to).point : to);
+    return this.units.file(!this.free && closest(outline, from).away < ON_RIM ? closest(outline, to).point : to);
   }
 
   #key(event, item) {
@@ -396,12 +405,13 @@ export class Pane {
     this.drawing = null;
     this.redraw();
     const long = line.reduce((sum, p, k) => sum + (k ? distance(p, line[k - 1]) : 0), 0) * this.view.zoom;
-    if (long > 2 * RIM) this.does.stroke(this.side, line.map((p) => this.units.file(p)));
+    const closed = line.length > 3 && !this.surface && distance(line[0], line.at(-1)) * this.view.zoom < Math.min(2 * RIM, long / 4);
+    if (long > 2 * RIM) this.does.stroke(this.side, (closed ? line.slice(0, -1) : line).map((p) => this.units.file(p)), closed);
   }
 
   /** A pin at a pixel, if the shape is there; with the pen a point of a stroke. */
   click(pixel = [this.view.width / 2, this.view.height / 2]) {
-    const rim = this.pen ? null : this.rim(pixel), free = rim ?? this.hit(pixel);
+    const rim = this.pen || this.free ? null : this.rim(pixel), free = rim ?? this.hit(pixel);
     const point = (!this.pen && free && this.#attraction(this.pixel(free), Boolean(rim))) || free;
     if (!point) return;
     if (this.pen) (this.drawing ??= []).push(point);

@@ -20,6 +20,7 @@ export function list(element, scene, wrong, does) {
       mark.textContent = row.classList.contains('wrong') ? '!' : kind === 'pins' ? '●' : '∿';
       if (document.activeElement !== name) name.value = entry.name;
       name.placeholder = `${word} ${k + 1}`;
+      name.readOnly = false;
       name.setAttribute('aria-label', `name of ${word} ${k + 1}`);
       name.onchange = () => does.rename(item, name.value.trim());
       const numbers = kind === 'pins' && [entry.source, entry.target].flat().every((v) => typeof v === 'number');
@@ -41,6 +42,24 @@ export function list(element, scene, wrong, does) {
       rows.push(row);
     });
   }
+  scene.rigid.forEach((region, k) => {
+    const row = element.children[rows.length] ?? element.appendChild(blank()), item = {kind: 'rigid', number: k};
+    const [mark, name, place, lock, remove] = row.children;
+    row.className = 'region';
+    mark.textContent = '▨';
+    Object.assign(name, {value: '', placeholder: `rigid ${k + 1}`, readOnly: true, onchange: null});
+    const found = scene.regions.length === scene.rigid.length && scene.regions[k];  // else some are joined
+    const text = typeof region === 'string' ? region : `${region.length} points`;
+    const kept = found ? `, K ${found.dilatation.toFixed(3)}, size ${number(found.scale)}` : '';
+    Object.assign(place, {value: text + kept, readOnly: true, onchange: null, onblur: null});
+    name.setAttribute('aria-label', `rigid region ${k + 1}`);
+    place.setAttribute('aria-label', `what rigid region ${k + 1} is`);
+    lock.hidden = true;
+    remove.setAttribute('aria-label', `remove rigid region ${k + 1}`);
+    remove.onclick = () => does.remove(item, true);
+    row.onpointerenter = row.onpointerleave = null;
+    rows.push(row);
+  });
   while (element.childElementCount > rows.length) element.lastChild.remove();
 }
 
@@ -60,7 +79,7 @@ function blank() {
 
 /** The figures of a map; those of a coarse one are not the last word. */
 export function figures(body, kind, found) {
-  const {stretch, dilatation, scale, boundary, injective, turn, left_out: lost, uncovered} = found;
+  const {stretch, dilatation, scale, boundary, injective, turn, left_out: lost, uncovered, regions = []} = found;
   const percent = (share) => `${(100 * share).toFixed(1)} %`;
   const rows = [
     ['stretch', 'half, 95 %, largest', stretch && [stretch.p50, stretch.p95, stretch.max].map(number).join('   ')],
@@ -71,6 +90,7 @@ export function figures(body, kind, found) {
     ['one-to-one', 'certified share', injective ? (injective.certified ? `${(100 * injective.share).toFixed(2)} %` : 'not certified') : null],
   ];
   if (lost !== undefined) rows.push(['left out', 'of the source', percent(lost)], ['uncovered', 'of the target', percent(uncovered)]);
+  regions.forEach(({dilatation: bent, scale: size}, k) => rows.push([`rigid ${k + 1}`, 'dilatation of 95 % of it, and its size by the mean scale', `${bent.toFixed(3)}   × ${number(size)}`]));
   body.replaceChildren(...rows.map(([name, hint, value]) => {
     const row = document.createElement('tr'), head = document.createElement('th'), cell = document.createElement('td');
     head.textContent = name;

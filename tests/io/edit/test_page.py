@@ -79,7 +79,10 @@ class Page:
             time.sleep(0.05)
 
     def settled(self):
-        self.wait("!document.body.classList.contains('busy') && iccm.kind !== 'coarse'")
+        """The kind of the map at rest, once it is there and both halves are drawn: handles come with a frame."""
+        still = "iccm.kind !== 'coarse' && iccm.seq[0] === iccm.seq[1]"
+        drawn = "Object.values(iccm.panes).every((pane) => !pane.waiting)"
+        self.wait(f"!document.body.classList.contains('busy') && {still} && {drawn}")
         return self.js("iccm.kind")
 
     @property
@@ -202,6 +205,33 @@ def test_three_pins_a_drag_undo_a_stroke_save_and_the_same_picture(page, tmp_pat
     assert similarity(edited, tmp_path / "rose-leaf.png") >= 0.98, similarity(
         edited, tmp_path / "rose-leaf.png"
     )
+
+
+def test_a_closed_stroke_is_a_rigid_region(page, tmp_path, shell):
+    edited = page("rose-leaf", "rose.svg", "leaf.svg", "--texture", "petals.jpg")
+    edited.key("s")
+    around = [(260 + 45 * np.cos(t), 250 + 45 * np.sin(t)) for t in np.linspace(0, 2 * np.pi, 25)]
+    ring = [edited.at("source", *place) for place in around]
+    edited.mouse("mousePressed", ring[0], 1)
+    for place in ring:
+        edited.mouse("mouseMoved", place, 1)
+    edited.mouse("mouseReleased", ring[-1])
+    edited.wait("iccm.scene.rigid.length === 1")
+    assert edited.settled() == "full" and not edited.scene["strokes"]
+    for side in ("source", "target"):
+        assert edited.js(f"document.querySelectorAll('#{side} .region').length") == 1
+    assert edited.js("document.getElementById('figures').textContent").count("rigid 1") == 1
+    edited.key("s", ctrl=True)
+    edited.wait("!document.body.classList.contains('dirty')")
+    line = edited.js("document.getElementById('command').textContent")
+    assert "--constraints rose-leaf.json" in line
+    done = shell(f"cd {tmp_path} && {line} --size 500")
+    assert done.returncode == 0, done.stderr
+    assert similarity(edited, tmp_path / "rose-leaf.png") >= 0.98
+    edited.driver.save_screenshot(str(tmp_path / "regions.png"))
+    edited.js("document.querySelector('#list .region button:last-child').click()")
+    edited.wait("iccm.scene.rigid.length === 0")
+    assert edited.settled() == "full" and not edited.js("document.querySelectorAll('path.region').length")
 
 
 def test_what_cannot_be_is_red_and_the_map_stays(page, tmp_path):
@@ -695,7 +725,7 @@ def test_files_are_dropped_on_the_page_and_wrong_ones_told(page, tmp_path):
     edited.js(drop, [["broken.svg", "<svg"]])
     edited.wait("document.getElementById('files-said').textContent.includes('broken.svg')")
     edited.js(drop, [[name, (tmp_path / name).read_text()] for name in ("rose.svg", "leaf.svg")])
-    edited.wait("!document.getElementById('files-open').disabled")
+    edited.wait("document.querySelector('[data-role=target] .name').textContent === 'leaf.svg'")
     edited.js("document.getElementById('files-open').click()")
     edited.wait("globalThis.iccm")
     assert edited.settled() == "full" and edited.js("iccm.panes.source.shape.name") == "rose.svg"
@@ -715,3 +745,21 @@ def test_what_is_held_still_settles_and_nothing_moves_when_it_is_let_go_of(page)
     assert (
         edited.settled() == "full" and edited.scene["pins"][0]["target"] == [x, y] and not edited.js(history)
     )
+
+
+def test_without_a_target_pins_deform_the_shape_as_the_command_does(page, tmp_path, shell):
+    edited = page("limbs", "gingerbread.svg", "--texture", "icing.png")
+    for x, y in ((256, 256), (256, 110)):
+        edited.click("source", x, y)
+    begun = edited.js("iccm.panes.target.shape.outline")
+    edited.drag("target", (256, 110), (330, 120))
+    assert edited.settled() == "full"
+    moved = np.abs(np.ptp(edited.js("iccm.panes.target.shape.outline"), axis=0) - np.ptp(begun, axis=0))
+    assert moved.max() > 0.01 and np.allclose(edited.scene["pins"][1]["target"], [330, 120], atol=2)
+    edited.key("s", ctrl=True)
+    edited.wait("document.getElementById('status').textContent.includes('Wrote gingerbread-deformed.json')")
+    line = edited.js("document.getElementById('command').textContent")
+    assert line.startswith("iccm deform gingerbread.svg ")
+    done = shell(f"{line} --size 400", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert similarity(edited, tmp_path / "gingerbread-deformed.png") > 0.97

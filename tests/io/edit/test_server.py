@@ -1,12 +1,15 @@
 """The server: who is answered, what with, and when it ends."""
 
 import json
+import os
 import struct
 import subprocess
 import sys
 import threading
+import time
 import urllib.error
 import urllib.request
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +17,7 @@ from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
 from iccm.io.edit import server
-from iccm.io.edit.desk import Desk
+from iccm.io.edit.desk import KEPT, Desk, remove_old_copies
 
 PORT, TOKEN = 4321, "a-token"
 HERE = {"origin": f"http://127.0.0.1:{PORT}"}
@@ -280,7 +283,7 @@ def test_files_that_were_chosen_are_opened_and_no_others(shapes, state):
         )  # the one in this folder as it is
         opened = client.post(f"/{TOKEN}/desk", json=names | {"target": str(shapes / "blob.svg")}).json()
         assert "choose the file once more" in opened["error"] and desk.session is None
-        assert "too" in client.post(f"/{TOKEN}/desk", json={"source": "square.svg"}).json()["error"]
+        assert "too" in client.post(f"/{TOKEN}/desk", json={"target": "square.svg"}).json()["error"]
         assert client.post(f"/{TOKEN}/desk", json=names).json() == {}
         with linked(client) as socket:
             assert socket.receive_json()["source"]["name"] == "square.svg"
@@ -295,3 +298,20 @@ def test_files_that_were_chosen_are_opened_and_no_others(shapes, state):
             ).status_code
             == 403
         )
+
+
+def test_copies_of_files_are_removed_when_they_are_old_and_never_what_is_the_users(shapes, state):
+    old = Path(Desk().put("old.svg", b"old"))
+    opened, changed = (Path(Desk().put(name, name.encode())) for name in ("opened.svg", "changed.svg"))
+    changed.write_bytes(b"drawn on")
+    beside, own = old.parent / "notes.txt", shapes / "old.svg"
+    for path in (beside, own):
+        path.write_bytes(b"old" if path is own else b"mine")
+    past = time.time() - (KEPT + 1) * 86400
+    for path in (old, opened, changed, beside, own):
+        os.utime(path, (past, past))
+    assert Desk().put("opened.svg", b"opened.svg") == str(opened)
+    remove_old_copies()
+    assert not old.exists() and all(path.exists() for path in (opened, changed, beside, own))
+    remove_old_copies(time.time() + (KEPT + 1) * 86400)
+    assert not opened.parent.exists() and changed.exists()

@@ -20,6 +20,9 @@ OTHER = {"source": [65, 60], "target": [60, 62]}
 STROKE = {"name": "arm", "source": [[30, 30], [60, 32]], "target": [[32, 32], [45, 35], [60, 33]]}
 
 
+REGION = [[40.0, 40.0], [60.0, 40.0], [60.0, 55.0], [40.0, 55.0]]
+
+
 def session(**job):
     return Session(make({"source": "square.svg", "target": "blob.svg", **job}))
 
@@ -164,6 +167,7 @@ def test_copies_repeat_the_map_too(shapes, shell):
     assert (shapes / "shown.png").read_bytes() == (shapes / "square-blob.png").read_bytes()
 
 
+@pytest.mark.slow
 def test_drawn_pins_are_edited_in_copies(shapes, shell):
     for name, place in (("square.svg", "40 45"), ("blob.svg", "45 50")):
         x, y = place.split()
@@ -314,3 +318,43 @@ def test_corners_and_what_both_drawings_name_are_suggested(tmp_path, monkeypatch
     assert edited.suggest(scene(*found)) == []
     sides = edited.describe()
     assert len(sides["source"]["corners"]) == 4 and sides["source"]["axis"] == pytest.approx(0, abs=1e-6)
+
+
+def test_rigid_regions_are_shown_saved_and_taken_up_again(shapes):
+    (shapes / "c.json").write_text(json.dumps({"rigid": [REGION]}))
+    edited = session(constraints="c.json")
+    shown = edited.solve(edited.scene)
+    (region,) = shown.figures["regions"]
+    assert shown.ok and region["dilatation"] <= 1.02 and region["scale"] == pytest.approx(1, abs=0.02)
+    assert len(region["source"]) == len(region["target"]) > 3
+    more = scene(rigid=[REGION, "mask.png"])
+    refused = edited.solve(more)
+    assert refused.kind == "error" and "only regions that were given" in refused.message
+    assert saving.save(edited, edited.first, "c.json", replace=True) == "c.json"
+    assert json.loads((shapes / "c.json").read_text())["rigid"] == [REGION]
+    assert "--constraints c.json" in saving.command(edited, edited.first)
+
+
+@pytest.mark.slow
+def test_without_a_target_the_shape_is_deformed_and_nothing_jumps(shapes, shell):
+    edited = Session(make({"source": "square.svg"}))
+    assert edited.solve(scene()).ok and np.allclose(edited.transfer("source", [(40, 45)]), [[40, 45]])
+    held = {"source": [30, 50], "target": [30, 50]}
+    edited.solve(scene(held, {"source": [70, 50], "target": [70, 50]}))
+    for step in range(1, 6):
+        bent = scene(held, {"source": [70, 50], "target": [70 + step, 50 + 5 * step]})
+        shown = edited.follow(bent)
+        assert shown.kind == "coarse" and shown.ok and len(shown.outlines) == 1
+    seen = edited._map
+    hardly = 1e-5 * edited.source.curve.diagonal
+    assert edited.solve(bent).ok and np.abs(edited._map.image - seen.image).max() < hardly
+    assert edited.transfer("target", [(75, 75)])[0] == pytest.approx([70, 50], abs=1e-3)
+    name = saving.save(edited, bent, "square-deformed.json", replace=False)
+    saving.export(edited, bent, "shown.png", 100, replace=False)
+    line = saving.command(edited, bent)
+    assert line == f"iccm deform square.svg --constraints {name} -o square-deformed.png"
+    done = shell(f"{line} --size 100")
+    assert done.returncode == 0, done.stderr
+    assert (shapes / "shown.png").read_bytes() == (shapes / "square-deformed.png").read_bytes()
+    with pytest.raises(InputError, match="JSON"):
+        saving.copy_names(edited, saving.ENDING)

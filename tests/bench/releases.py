@@ -1,0 +1,155 @@
+"""How far the map of `iccm edit` jumps when a pin is let go of.
+
+python -m tests.bench.releases [--pairs 20] [--drags 10] [--steps 60] [--seed 1]
+
+Random pairs of emoji (fetched by npm), as silhouettes, pinned eye to eye: an emoji's eyes are here its two largest
+parts that are each other's mirror image. Each drag takes one end of one of both pins in equal steps to a random place,
+from the map eye to eye. A jump is what 95 % of the points move when it is let go of, in per cent of the target's
+diagonal; `failed` are releases that end in an error, or in a map that is not as good as asked for, though the one
+that followed had met its pins; `missed` drags that do not end at their place. Milliseconds of an update, at 95 %, and
+seconds of a release, in the mean, are those of processors.
+"""
+
+import argparse
+import random
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from iccm.errors import InputError
+from iccm.io.edit.messages import Scene
+from iccm.io.edit.scene import frame
+from iccm.io.edit.session import Session
+from iccm.io.run.job import make
+from iccm.io.shapes import shape as files
+
+from . import shapes
+from .live import place, scene
+
+EYES = (0.003, 0.08)  # of the silhouette's area: each eye
+ALIKE = 1.2  # times the smaller eye's area: the other one
+LEVEL, APART = 0.02, (0.15, 0.5)  # of the diagonal: how much higher one eye may be, and how far apart
+DEEP = 0.02  # of the diagonal: as close to the outline drags may end
+
+
+def eyes(path: str) -> list[complex]:
+    """Both eyes of an emoji, the left one first; none where it has no two parts like eyes."""
+    try:
+        whole, parts = files.read(f"{path}#silhouette").curve, files.read_all(path)
+    except InputError:
+        return []
+    size, best = whole.diagonal, (0.0, list[complex]())
+    for k, one in enumerate(parts):
+        for other in parts[k + 1 :]:
+            small, large = sorted((one.curve.area, other.curve.area))
+            a, b = (sum(each.curve.box) / 2 for each in (one, other))
+            if (
+                max(EYES[0] * whole.area, large / ALIKE, best[0]) < small
+                and large < EYES[1] * whole.area
+                and abs((a - b).imag) < LEVEL * size
+                and APART[0] * size < abs((a - b).real) < APART[1] * size
+                and whole.contains(np.array([a, b])).all()
+            ):
+                best = small, sorted((a, b), key=lambda z: z.real)
+    return best[1]
+
+
+def pairs(count: int, seed: int) -> Iterator[tuple[str, str, list[list[complex]]]]:
+    """Two drawings, and the pins [eye, eye] of both."""
+    choice = random.Random(seed)
+    names = [name for name in shapes.drawings("noto") if "skin-tone" not in name]
+    for _ in range(count):
+        found: list[tuple[str, list[complex]]] = []
+        while len(found) < 2:
+            name = choice.choice(names)
+            if both := eyes(name):
+                found.append((f"{name}#silhouette", both))
+        (a, here), (b, there) = found
+        yield a, b, [list(ends) for ends in zip(here, there)]
+
+
+def inside(session: Session, side: int, rng: np.random.Generator) -> complex:
+    """A random place of a shape."""
+    curve = (session.source, session.target)[side].curve
+    low, high = curve.box
+    while True:
+        z = complex(rng.uniform(low.real, high.real), rng.uniform(low.imag, high.imag))
+        near = curve.at(curve.closest(np.array([z])))[0]
+        if curve.contains(np.array([z]))[0] and abs(near - z) > DEEP * curve.diagonal:
+            return z
+
+
+def measure(
+    session: Session, begin: list[list[complex]], drags: int, steps: int, rng: np.random.Generator
+) -> tuple[list[float], list[float], list[float], list[str], int]:
+    """Jumps, seconds of updates and of releases, what failed, and how many drags were not met."""
+    jumps, updates, releases, failed, missed = [], [], [], [], 0
+
+    def sent(ends: list[list[complex]]) -> Scene:
+        return scene([[place(session, side, z) for side, z in enumerate(pin)] for pin in ends])
+
+    for _ in range(drags):
+        session.solve(sent(begin))
+        pin, side = (int(n) for n in rng.integers(2, size=2))
+        start, goal = begin[pin][side], inside(session, side, rng)
+        for share in np.arange(1, steps + 1) / steps:
+            ends = [list(each) for each in begin]
+            ends[pin][side] = start + share * (goal - start)
+            session.scene = last = sent(ends)
+            begun = time.process_time()
+            shown = session.follow(last)
+            if shown.drawn is not None:
+                frame(shown.head(0), shown.drawn)
+            updates.append(time.process_time() - begun)
+        seen, begun = session._map, time.process_time()
+        let_go = session.solve(last)
+        releases.append(time.process_time() - begun)
+        missed += not shown.ok
+        if shown.ok and not let_go.ok:
+            failed.append(f"pin {pin} end {side} to {goal:.4g}: {let_go.message}")
+        elif shown.ok:
+            z = seen.source[seen.loops[0].size :]
+            moved = np.abs(session._map(z) - seen(z)) / session.target.curve.diagonal
+            jumps.append(100 * float(np.nanquantile(moved, 0.95)))
+    return jumps, updates, releases, failed, missed
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--pairs", type=int, default=20)
+    parser.add_argument("--drags", type=int, default=10)
+    parser.add_argument("--steps", type=int, default=60)
+    parser.add_argument("--seed", type=int, default=1)
+    options = parser.parse_args()
+    rng = np.random.default_rng(options.seed)
+    every = [list[float]() for _ in range(3)]
+    lost = [0, 0]
+    head = f"{'median':>7} {'95 %':>6} {'worst':>6}  {'update':>6} {'release':>7}  failed missed"
+    print(f"{'jump, % of the diagonal':58}  {head}", flush=True)
+
+    def line(name: str, found: list[list[float]], failed: int, missed: int) -> None:
+        jumps, updates, releases = (np.array(each or [np.nan]) for each in found)
+        middle, most = np.quantile(jumps, [0.5, 0.95])
+        figures = f"{middle:7.2f} {most:6.2f} {jumps.max():6.2f}  {1000 * np.quantile(updates, 0.95):6.0f}"
+        print(f"{name[:58]:58}  {figures} {releases.mean():7.2f}  {failed:6d} {missed:6d}", flush=True)
+
+    for a, b, begin in pairs(options.pairs, options.seed):
+        name = " -> ".join(Path(spec.partition("#")[0]).stem for spec in (a, b))
+        session = Session(make({"source": a, "target": b}))
+        *found, failed, missed = measure(session, begin, options.drags, options.steps, rng)
+        line(name, found, len(failed), missed)
+        for text in failed:
+            print(f"    {text}", flush=True)
+        for each, more in zip(every, found):
+            each.extend(more)
+        lost = [lost[0] + len(failed), lost[1] + missed]
+    line(f"all {len(every[0])} releases that were met", every, *lost)
+
+
+if __name__ == "__main__":
+    main()
