@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 MARK = "#"  # what an element of the source's drawing begins with
 WHITER = 0.1  # of white: what is darker counts as this
 WHITE = 0.5  # brightness from which a mask says rigid
+GREY = 0.1  # of what is not black in a mask: less grey is the edge of what is white
 
 
 def read(source: Shape, given: Sequence[str], listed: Sequence[str | list[Place]] = ()) -> list[Complex]:
@@ -68,6 +69,24 @@ def fields(source: Shape, importance: str | None, size_map: str | None) -> dict[
         bright = _brightness(Path(path), option)
         found[name] = Field.of(least + bright, source.box, WHITER, f"{option} {path}")
     return found
+
+
+def greys(source: Shape, given: Sequence[str | list[Place]]) -> dict[str, Field]:
+    """The importance of places that masks among rigid regions paint grey: they are partly rigid; none without grey.
+
+    Raises:
+        InputError: no such picture; several with grey that are not of one size.
+    """
+    masks = [each for each in given if isinstance(each, str) and not each.startswith(MARK)]
+    found = [_brightness(Path(path), "--rigid") for path in masks]
+    found = [
+        bright
+        for bright in found
+        if ((bright > WHITER) & (bright < WHITE)).sum() > GREY * (bright > WHITER).sum()
+    ]
+    if len({bright.shape for bright in found}) > 1:
+        raise InputError("--rigid: masks with grey have different sizes; make them of one size")
+    return {"importance": Field.of(np.max(found, axis=0), source.box, WHITER, "--rigid")} if found else {}
 
 
 def _element(source: Shape, name: str) -> list[Complex]:

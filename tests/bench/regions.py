@@ -1,10 +1,11 @@
 """Rigid regions on random pairs: whether they are kept, and what that costs.
 
-python -m tests.bench.regions [--pairs 60] [--seed 1] [--sheet FILE.png]
+python -m tests.bench.regions [--pairs 60] [--seed 1] [--sheet FILE.png] [--cartograms]
 
 Each source has a disc, a rectangle or a letter of 3 to 20 % of its area at a random place inside (less, where so much
 does not fit in there). A row a pair: figures with the region, and how they compare with those of the whole map without.
-The sheet shows each target with a checkerboard, the region's image outlined.
+The sheet shows each target with a checkerboard, the region's image outlined. Cartograms are of countries of ten parts
+each, wished areas per area in ratios up to 4, onto the country itself.
 """
 
 import argparse
@@ -17,7 +18,9 @@ from shapely import affinity
 
 import iccm
 from iccm.arrays import complex_of, xy_of
+from iccm.balanced.model.metric import PLACES
 from iccm.maps.distortion import Distortion, of_triangles
+from iccm.plane import triangle_areas
 from tests.bench import shapes
 
 SHARES = 0.03, 0.2  # of the source's area
@@ -29,6 +32,7 @@ KINDS = {
 }
 OFF = 0.012  # of the root of the area, from the outline
 TRIES = 40  # places for one size
+PARTS, MOST_PEOPLE, SIDE = 10, 4, 400  # of a cartogram: regions, people of one by those of another, pixels
 
 
 def main(words: list[str] | None = None) -> None:
@@ -37,7 +41,11 @@ def main(words: list[str] | None = None) -> None:
     parser.add_argument("--pairs", type=int, default=60)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--sheet")
+    parser.add_argument("--cartograms", action="store_true")
     asked = parser.parse_args(words)
+    if asked.cartograms:
+        cartograms(asked.pairs, asked.seed)
+        return
     choice, rows, cells = random.Random(asked.seed), [], []
     pairs = shapes.drawn_pairs(asked.pairs, asked.seed, [], tuple(shapes.WILD))
     iccm.fit(pairs[0][0].curve, pairs[0][1].curve, rigid=[placed(pairs[0][0].curve, choice)[1]])  # compiles
@@ -97,6 +105,51 @@ def measured(
         flush=True,
     )
     return (fit.status.ok, found.is_rigid, sound, found.scale, stretch, cpu), fit
+
+
+def cartograms(count: int, seed: int) -> None:
+    """Whether ten parts of each of some countries have the areas that are wished, printed."""
+    choice = np.random.default_rng(seed)
+    print(f"seed {seed}; country: farthest off its area, certified, K of 95 %, CPU seconds")
+    lands = shapes.countries()
+    for name in random.Random(seed).sample(sorted(lands), count):
+        curve = lands[name]
+        seats = seats_in(curve, PARTS, choice)
+        people = np.exp(choice.uniform(0, np.log(MOST_PEOPLE), PARTS))
+        low, high = curve.box
+        x = np.linspace(low.real, high.real, SIDE + 1)[:-1] + 0.5 * (high - low).real / SIDE
+        y = np.linspace(high.imag, low.imag, SIDE + 1)[:-1] - 0.5 * (high - low).imag / SIDE
+        started = time.process_time()
+        sizes = np.sqrt(people)[nearest(seats, x[None, :] + 1j * y[:, None])]
+        fit = iccm.fit(curve, curve, size_map=sizes, balance=8)
+        cpu = time.process_time() - started
+        places = fit.map.source[fit.map.faces] @ PLACES.T
+        own = nearest(seats, places).ravel()
+        before, after = (
+            np.bincount(own, np.repeat(np.abs(triangle_areas(w[fit.map.faces])), places.shape[1]), PARTS)
+            for w in (fit.map.source, fit.map.image)
+        )
+        off = np.abs(after / after.sum() / (people * before / (people * before).sum()) - 1).max()
+        bent = fit.distortion.quantile(fit.distortion.dilatations, 0.95)
+        certified = fit.certificate.report()["certified"]
+        print(f"{name}: {off:.1%}, {certified}, {bent:.1f}, {cpu:.1f}", flush=True)
+
+
+def nearest(seats: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """The seat nearest to each place."""
+    return np.abs(z[..., None] - seats).argmin(axis=-1)
+
+
+def seats_in(curve: iccm.Curve, count: int, choice: np.random.Generator) -> np.ndarray:
+    """The middles of parts of a shape of about one size (Lloyd's algorithm)."""
+    low, high = curve.box
+    z = low + choice.random(20_000) * (high - low).real + 1j * choice.random(20_000) * (high - low).imag
+    z = z[curve.contains(z)]
+    seats = z[:count]
+    for _ in range(6):
+        own = nearest(seats, z)
+        seats = np.array([z[own == k].mean() for k in range(count)])
+    return seats
 
 
 def p95(found: Distortion) -> float:

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from iccm import load
 from iccm.io.pictures import image_files
 
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">{}</svg>'
@@ -111,3 +112,23 @@ def test_a_drawn_bone_stays_straight_while_an_arm_bends(shapes, iccm):
     (region,) = json.loads((shapes / "r.json").read_text())["regions"]
     assert done.code == 0 and region["dilatation"] <= 1.02
     assert 40 < region["turn"] < 110 and region["size"]["p95"] < 1.02 * region["size"]["p05"] * 1.02
+
+
+def test_grey_in_a_mask_is_partly_rigid(drawn, iccm):
+    y, x = np.mgrid[:200, :200]
+    away = np.hypot(x - 80, y - 100) / 70
+    white = away < 0.3
+    worst = []
+    for name, grey in (("plain.png", 0), ("grey.png", 115)):
+        mask = np.where(white, 255, np.where(away < 1, grey, 0)).astype(np.uint8)
+        image_files.write(name, image_files.Image(np.repeat(mask[..., None], 3, axis=2)))
+        done = iccm("map", "square.svg", "blob.svg", "--rigid", name, "-o", name.replace("png", "npz"))
+        assert done.code == 0, done.err
+        fit = load(name.replace("png", "npz"))
+        middles = fit.map.source[fit.map.faces].mean(axis=1)
+        low, high = fit.source.box
+        scale = (high - low).real / 80  # the square is drawn from 10 to 90
+        near = np.abs(middles - (low + scale * (30 + 40j))) / scale
+        worst.append(np.quantile(fit.triangles.dilatations[(near > 12) & (near < 30)], 0.95) - 1)
+        assert fit.rigid[0].is_rigid
+    assert worst[1] < 0.9 * worst[0]

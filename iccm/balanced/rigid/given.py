@@ -104,16 +104,18 @@ def regions_of(
     return Regions(polygons, tuple(notes))
 
 
-def aims_of(regions: Regions, pins: Pins, size: float) -> tuple[Complex, Flags]:
-    """(k,) derivatives that regions are to have, and which ones their pins say; in unit coordinates.
+def aims_of(regions: Regions, pins: Pins, size: float) -> tuple[Complex, Flags, Complex]:
+    """(k,) derivatives that regions are to have, and which ones their pins say; (k, 2) the middles of their pins and
+    where these are to be, NaN where there are none; in unit coordinates.
 
     Raises:
         InputError: the pins in a region are moved by no similarity.
     """
     aims, said = np.full(len(regions.polygons), size, complex), np.zeros(len(regions.polygons), bool)
-    own = regions.holding(pins.inner[:, 0])
+    own, held = regions.holding(pins.inner[:, 0]), np.full((len(regions.polygons), 2), np.nan + 0j)
     for k in np.unique(own[own >= 0]):
         here, there = pins.inner[own == k].T
+        held[k] = here.mean(), there.mean()
         if here.size < 2:
             continue
         found = Similarity.fit(here, there)
@@ -123,7 +125,7 @@ def aims_of(regions: Regions, pins: Pins, size: float) -> tuple[Complex, Flags]:
                 f"rigid region {k + 1}: its {here.size} pins are moved by no similarity; leave two of them, or one"
             )
         aims[k], said[k] = found.factor, True
-    return aims, said
+    return aims, said, held
 
 
 def _polygon(rings: Rings) -> shapely.Polygon:

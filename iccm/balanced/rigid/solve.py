@@ -1,47 +1,58 @@
 """Rigid regions: parts of the source that a map moves as a whole, by a similarity each.
 
-The map without them is carried to a mesh that has the regions' outlines as edges. There the triangles of a region
-follow a similarity c z + t, of which c is given, or what the region has on average, and t is free. Their density is
-quadratic and counts more and more (a penalty method: Nocedal and Wright, *Numerical Optimization*, 17.1) until what is
-left of their distortion is below what anyone sees. What surrounds them gives way by the balanced energy, so that
-nothing folds on the way. Where a region gets stuck it begins as small as the map has it there, and grows to its size,
-or as far as there is room.
+The triangles of a region follow a similarity c z + t, of which c is given, or what the region has on average, and t is
+free: their density is quadratic and counts more and more (a penalty method: Nocedal and Wright, *Numerical
+Optimization*, 17.1) until what is left of their distortion is below what anyone sees. What surrounds them gives way by
+the balanced energy, so that nothing folds on the way.
+
+First the map without regions is carried to a mesh that has the regions' outlines as edges; the regions are put into
+their places, and what surrounds them is unfolded and comes to rest. Where a region has no room for its size, because
+the map takes it into a limb, or where folds remain, it is cut out and put where there is: the map of the domains with
+holes, a region's outline going to its image point by point, is found from scratch, and the regions are put into it.
+Where that does not work either they begin small in the map without them, and go as far as they come.
 """
 
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
+import shapely
 
 from ... import progress
-from ...arrays import Complex, Flags, Real
+from ...arrays import Complex, Flags, Real, xy_of
+from ...curve import Curve
 from ...maps.distortion import weighted_quantile
+from ...plane import Similarity
 from ..errors import NoMapError, Stuck
+from ..meshing.transfer import interpolate
 from ..model import mesh_sizes
-from ..model.discrete_map import DiscreteMap
+from ..model.discrete_map import DiscreteMap, regions_of
 from ..model.measures import derivatives
 from ..model.outline_split import split_at_vertices
 from ..model.settings import Settings, SolveLog
 from ..model.sketch import Sketch
-from ..search import warm_start
+from ..search import multilevel, warm_start
 from ..search.final_mesh import LAST_DECREASE, LAST_STEPS, Meshed, final_level, meet_bounds_by
-from ..search.levels import POWER, Level, UnitProblem, refine
+from ..search.levels import POWER, Level, UnitProblem, match_on, relax_stretched
+from .room import room_for
 
 KEPT = 5e-3  # strain of a region that no eye sees: a pixel in 200
 STIFF, STIFFER, SOFTEST = 10.0, 10.0, 1e4
 """Weights of regions, times the energy without them: the first one, the factor to the next, and the one from which a
 region that gives way no more is stuck."""
+FIRM = 1e3  # weight of regions that are put in place, times the least energy of a map, 1
 STUCK = 0.8  # of the strain, that is left for ten times the weight
 STEPS, DECREASE = 12, 1e-3  # of Newton for a weight, and the relative decrease that ends them
-SMALL, SMALLER, SHRINKS = 0.05, 0.5, 4
-"""Share of a region's area that is squeezed more than by the size it begins to grow from, and by which factor and how
-often that is halved where it is too large still."""
-FIRST, NEXT, LEAST, FRESH = 0.25, 1.5, 0.02, 0.1  # shares of growing: as in `homotopy`, and on a new mesh
-CROWDED = 1e2
-"""Times the energy without regions, at which there is no room left for larger ones: at q = 3 what surrounds them is
-distorted ten times as much."""
-MESHES = 3  # new ones, on which regions may go on to grow
-HARDENINGS = 5  # of regions that give way when the rest has settled
+SMALL = 0.05  # share of a region's area that is squeezed more than by the size it begins to grow from
+NEXT, LEAST = 1.5, 0.02  # shares of growing: as in `homotopy`
+SMALLEST = 0.01  # of its size, at which a region begins that has no room anywhere
+HARDENINGS = 6  # of regions that give way when the rest comes to rest
+STEPS_AROUND, UNFOLDING = (
+    40,
+    200,
+)  # of unfolding what surrounds regions: on their way, and where they are put anew
+LARGE = 0.98  # of what was asked: a region that large is not sent elsewhere
 VARIANTS = ((True, False), (True, True), (False, False))
 """Whether the outlines' kinks come last, and if so, whether before the regions are rigid."""
 
@@ -55,20 +66,41 @@ class Rigid:
         aims: (k,) complex, the derivative of each one's similarity, as far as it is known.
         turns: (k,) whether regions may turn.
         sizes: (k,) whether they may have any size.
+        held: (k, 2) a point of each one and its image, where pins say; NaN elsewhere.
     """
 
     regions: tuple[tuple[Complex, ...], ...]
     aims: Complex
     turns: Flags
     sizes: Flags
+    held: Complex
 
-    def aims_beside(self, own: Complex, share: Real | float = 1.0, begun: Complex | None = None) -> Complex:
-        """(k,) a share of the way from `begun` to the aims, what is free being as regions have it."""
-        way = np.zeros(own.size, complex) if begun is None else (1 - share) * np.log(begun / self.aims)
-        wanted = self.aims * np.exp(way)
-        size = np.where(self.sizes, np.abs(own), np.abs(wanted))
-        turn = np.where(self.turns, own, wanted)
+    def aims_beside(self, own: Complex) -> Complex:
+        """(k,) the aims, what is free being as regions have it."""
+        size = np.where(self.sizes, np.abs(own), np.abs(self.aims))
+        turn = np.where(self.turns, own, self.aims)
         return np.asarray(size * turn / np.abs(turn), np.complex128)
+
+
+@dataclass(frozen=True, eq=False)
+class Placing:
+    """Similarities of regions: z goes to image + factor (z - middle); (k,) each."""
+
+    factors: Complex
+    middles: Complex
+    images: Complex
+
+    def towards(self, goal: "Placing", share: float) -> "Placing":
+        """A share of the way to another one, evenly in size and turn."""
+        factors = self.factors * np.exp(share * np.log(goal.factors / self.factors))
+        return replace(self, factors=factors, images=self.images + share * (goal.images - self.images))
+
+    def only(self, which: Flags, others: "Placing") -> "Placing":
+        """That of some regions, and others'."""
+        factors, images = (
+            np.where(which, a, b) for a, b in ((self.factors, others.factors), (self.images, others.images))
+        )
+        return replace(self, factors=factors, images=images)
 
 
 def keep_rigid(
@@ -80,47 +112,213 @@ def keep_rigid(
         NoMapError: none without folds follows the regions' outlines.
     """
     progress.tell("rigid regions")
-    problem = problem._replace(regions=rigid.regions)
     sketch = Sketch(start.z, start.u, start.faces, start.border, loops=start.loops, weights=start.weights)
-    found = []
-    for smooth, split in VARIANTS:
-        with suppress(Stuck):
-            level = final_level(problem, settings, smooth=smooth)
-            state = warm_start.continue_from(level, sketch, problem)
-            if split:  # later meshes have all kinks, too
-                state, level = split_at_vertices(state), final_level(problem, settings)
-            state = stiffen(level, state, rigid, problem.theta)
-            state = split_at_vertices(state) if smooth and not split else state
-            found.append(settle(state, problem.theta, settings))
-            if is_rigid(found[-1]):
-                break
+    places, sent_away = places_of(problem, sketch, rigid)
+    found: list[DiscreteMap] = []
+    ways = [around_places, from_map] if sent_away else [from_map, around_places]
+    for way in (*ways, growing):
+        with suppress(Stuck, NoMapError):
+            begin = way(problem, sketch, rigid, places)
+            for smooth, split in VARIANTS:
+                with suppress(Stuck):
+                    level = final_level(problem._replace(regions=rigid.regions), settings, smooth=smooth)
+                    state = begin(level, split_at_vertices if split else lambda state: state)
+                    state = split_at_vertices(state) if smooth and not split else state
+                    found.append(settle(state, problem.theta, settings))
+                    if is_rigid(found[-1]):
+                        break
+        if found and shortfall(found[-1], np.abs(places.factors)) <= 1 - LARGE:
+            break
     if not found:
         raise NoMapError("rigid: no map without folds follows the outlines of the regions")
-    best = min(found, key=lambda state: strains(state).max())
+    best = min(found, key=lambda state: shortfall(state, np.abs(places.factors)))
     journal.level("rigid", best, POWER)
     return best
 
 
-def stiffen(level: Level, state: DiscreteMap, rigid: Rigid, theta: float) -> DiscreteMap:
-    """The map with its regions rigid: at their sizes, or as large as there is room."""
-    begun = replace(state, aims=np.empty(0, complex)).forward(theta, POWER, STEPS, DECREASE)
-    found = harden(begun, rigid, theta, begun.energy)
-    if is_rigid(found):
-        return found
-    own, size = mean_derivatives(begun), np.minimum(squeezed(begun), np.abs(rigid.aims))
-    for _ in range(SHRINKS):
-        for way in (rigid.aims, own):  # turned as they should be, or else as they are
-            small, turned = (
-                replace(rigid, aims=size * aims / np.abs(aims), sizes=np.zeros(own.size, bool))
-                for aims in (way, rigid.aims)
-            )
-            found = harden(begun, small, theta, begun.energy)
-            if is_rigid(found):  # to its turn first, while it is small
-                for leg in (turned, rigid):
-                    found = grow(level, found, leg, theta, CROWDED * begun.energy)
+Begin = Callable[[Level, Callable[[DiscreteMap], DiscreteMap]], DiscreteMap]
+"""What gives a map with rigid regions on a level, by what its mesh is changed by before."""
+
+
+def from_map(problem: UnitProblem, sketch: Sketch, rigid: Rigid, places: Placing) -> Begin:
+    """The map without regions, in which they are put in their places; those that may turn, or have any size, become
+    stiff where they are."""
+    theta = problem.theta
+
+    def begin(level: Level, changed: Callable[[DiscreteMap], DiscreteMap]) -> DiscreteMap:
+        begun = changed(carried(level, problem, sketch, rigid))
+        if (rigid.turns | rigid.sizes).any():
+            found = harden(begun, rigid, theta, begun.energy)
+            if is_rigid(found):
                 return found
-        size = SMALLER * size
-    return found
+        return at_rest(placed(begun, places), theta)
+
+    return begin
+
+
+def growing(problem: UnitProblem, sketch: Sketch, rigid: Rigid, places: Placing) -> Begin:
+    """The map without regions, in which they begin small, each in its place, and go as far as they come."""
+
+    def begin(level: Level, changed: Callable[[DiscreteMap], DiscreteMap]) -> DiscreteMap:
+        begun = changed(carried(level, problem, sketch, rigid))
+        here = placing_of(begun, rigid)
+        size = np.minimum(squeezed(begun), np.abs(places.factors)) / np.abs(here.factors)
+        return brought(begun, replace(here, factors=size * here.factors), places, rigid, problem.theta)
+
+    return begin
+
+
+def carried(level: Level, problem: UnitProblem, sketch: Sketch, rigid: Rigid) -> DiscreteMap:
+    """The map without regions, at rest on a mesh that has their outlines as edges."""
+    state = warm_start.continue_from(level, sketch, problem._replace(regions=rigid.regions))
+    return state.forward(problem.theta, POWER, STEPS, DECREASE)
+
+
+def around_places(problem: UnitProblem, sketch: Sketch, rigid: Rigid, places: Placing) -> Begin:
+    """The map around regions, which are cut out and put in their places.
+
+    Raises:
+        Stuck: a region has a hole; there are strokes.
+        NoMapError: none was found.
+    """
+    if problem.strokes or any(len(rings) > 1 for rings in rigid.regions):
+        raise Stuck("only what surrounds regions without holes is mapped by itself")
+    cut = [Curve(rings[0][::-1]) for rings in rigid.regions]
+    filled = zip(cut, places.factors, places.middles, places.images)
+    put = [Curve(image + factor * (ring.z - middle)) for ring, factor, middle, image in filled]
+    sides = tuple((*own, *more) for own, more in zip(problem.holes, (cut, put)))
+    first = tuple(map(len, problem.holes))
+    free = problem.pins[regions_of(problem.pins[:, 0], rigid.regions) < 0]
+    used, found = multilevel.coarse_to_fine(
+        problem._replace(
+            holes=(sides[0], sides[1]),
+            partners=(*problem.partners, *((first[0] + k, first[1] + k) for k in range(len(cut)))),
+            numbers=(tuple(range(len(sides[0]))), tuple(range(len(sides[1])))),
+            pins=free,
+            cut_out=len(cut),
+        ),
+        SolveLog(),
+    )
+    whole: Meshed = multilevel.invert(found) if used.inverted else found
+    kept = tuple(loop for loop in whole.loops if loop.source < first[0])
+    around = Sketch(whole.z, whole.u, whole.faces, whole.loops[len(kept)].first, loops=kept)
+    theta = problem.theta
+
+    def begin(level: Level, changed: Callable[[DiscreteMap], DiscreteMap]) -> DiscreteMap:
+        sizes = mesh_sizes.graded(around.z, around.u, around.faces, 0.5 * level.size**2)
+        fine = level.mapped(match_on(level, around), sizes)
+        fine = replace(fine, bound=bool(fine.inside.z.size))
+        fine = changed(fine.moved_to_border(interpolate(around.z, around.faces, around.u, fine.z)))
+        return at_rest(placed(fine, places, UNFOLDING), theta)
+
+    return begin
+
+
+def places_of(problem: UnitProblem, sketch: Sketch, rigid: Rigid) -> tuple[Placing, bool]:
+    """Where regions find room for as much of their size as they can have, close to where a map has them; and whether
+    that is elsewhere."""
+    domain = shapely.Polygon(xy_of(problem.target.z), [xy_of(hole.z) for hole in problem.holes[1]])
+    goals = [interpolate(sketch.z, sketch.faces, sketch.u, rings[0]) for rings in rigid.regions]
+    own = [Similarity.fit(rings[0], goal).factor for rings, goal in zip(rigid.regions, goals)]
+    aims = rigid.aims_beside(np.array(own))
+    middles, images, factors, away = [], [], [], False
+    for rings, aim, (here, there) in zip(rigid.regions, aims, rigid.held):
+        corners = shapely.Polygon(xy_of(rings[0])).centroid
+        middle = complex(corners.x, corners.y) if np.isnan(here) else here
+        (near,) = interpolate(sketch.z, sketch.faces, sketch.u, np.array([middle]))
+        shape, share, image = aim * (rings[0] - middle), 1.0, complex(there)
+        if np.isnan(there):
+            share, image = room_for(shape, domain, complex(near))
+            away |= abs(image - near) > share * np.abs(shape).max()
+        share = max(share, SMALLEST)
+        middles.append(middle)
+        images.append(image)
+        factors.append(share * aim)
+        domain = domain.difference(shapely.Polygon(xy_of(image + share * shape)))
+        domain = max(shapely.get_parts(domain), key=lambda part: part.area)
+    return Placing(np.array(factors), np.array(middles), np.array(images)), bool(away)
+
+
+def placing_of(state: DiscreteMap, rigid: Rigid) -> Placing:
+    """The similarities that regions follow on average."""
+    factors = mean_derivatives(state)
+    (_, _, areas), own = _inside(state)
+    assert state.rigid is not None
+    corners = state.faces[state.rigid >= 0]
+    middles, images = (
+        _mean(own, areas, w.real) + 1j * _mean(own, areas, w.imag)
+        for w in (state.z[corners].mean(axis=1), state.u[corners].mean(axis=1))
+    )
+    pinned = ~np.isnan(rigid.held[:, 0])
+    middles, images = (np.where(pinned, held, w) for held, w in zip(rigid.held.T, (middles, images)))
+    return Placing(factors, middles, images)
+
+
+def placed(state: DiscreteMap, places: Placing, steps: int = STEPS_AROUND) -> DiscreteMap:
+    """The map with regions in their places, what surrounds them unfolded.
+
+    Raises:
+        Stuck: folds remain.
+    """
+    assert state.rigid is not None
+    inside, own = state.rigid >= 0, np.full(state.z.size, -1)
+    own[state.faces[inside]] = state.rigid[inside, None]
+    still, k = np.flatnonzero(own >= 0), own[own >= 0]
+    u = state.u.copy()
+    u[still] = places.images[k] + places.factors[k] * (state.z[still] - places.middles[k])
+    moved = replace(state, u=u, aims=places.factors, stiffness=max(FIRM, state.stiffness))
+    try:
+        return moved.unfolded(harmonic=False, steps=steps, still=still)
+    except Stuck:
+        return moved.unfolded(steps=steps, still=still)
+
+
+def brought(state: DiscreteMap, begun: Placing, goal: Placing, rigid: Rigid, theta: float) -> DiscreteMap:
+    """The map with rigid regions brought from one placing to another, together and then each by itself, as far as they
+    go.
+
+    Raises:
+        Stuck: not even a little.
+    """
+    every, going = np.ones(rigid.aims.size, bool), False
+    for which in [every, *(np.eye(rigid.aims.size, dtype=bool) if rigid.aims.size > 1 else ())]:
+        share, step = 0.0, 1.0
+        while share < 1 and step >= LEAST:
+            new = min(1.0, share + step)
+            try:
+                way = begun.towards(goal.only(which, begun), (new - share) / (1 - share))
+                tried = at_rest(placed(state, way), theta)
+            except Stuck:
+                tried = None
+            if tried is None or not is_rigid(tried):
+                step *= 0.5
+                continue
+            state, share, step, going = tried, new, NEXT * step, True
+            begun = placing_of(state, rigid)
+        if share == 1 and which is every:
+            break
+    if not going:
+        raise Stuck("regions find no room")
+    return state
+
+
+def at_rest(state: DiscreteMap, theta: float) -> DiscreteMap:
+    """The map at rest with its regions, which weigh more as long as they give way."""
+    state = relax_stretched(state, theta)
+    for _ in range(HARDENINGS):
+        state = state.forward(theta, POWER, STEPS, DECREASE)
+        if not is_rigid(state):
+            state = replace(state, stiffness=STIFFER * state.stiffness)
+        elif state.settled:
+            break
+    return state
+
+
+def shortfall(state: DiscreteMap, sizes: Real) -> float:
+    """How much smaller a region is at most than sizes (k,), relative to these; over 1 where one is not rigid."""
+    if not is_rigid(state):
+        return 1 + float(strains(state).max())
+    return float(np.max(1 - np.abs(mean_derivatives(state)) / sizes))
 
 
 def harden(state: DiscreteMap, rigid: Rigid, theta: float, energy: float) -> DiscreteMap:
@@ -133,47 +331,6 @@ def harden(state: DiscreteMap, rigid: Rigid, theta: float, energy: float) -> Dis
         if strain <= KEPT or (weight >= SOFTEST * energy and strain > STUCK * before):
             return state
         weight, before = STIFFER * weight, strain
-
-
-def grow(level: Level, state: DiscreteMap, rigid: Rigid, theta: float, most: float) -> DiscreteMap:
-    """The map with rigid regions as large as they should be, or as there is room for up to an energy; on a new mesh
-    where they get stuck."""
-    begun, share = state.aims, np.where(np.abs(state.aims - rigid.aims) > KEPT * np.abs(rigid.aims), 0.0, 1.0)
-    growing, step, fresh_at, meshes = share < 1, FIRST, -1.0, MESHES
-    while growing.any():
-        new = np.where(growing, np.minimum(1, share + step), share)
-        aims = rigid.aims_beside(mean_derivatives(state), new, begun)
-        tried = replace(state, aims=aims).forward(theta, POWER, STEPS, DECREASE)
-        if not is_rigid(tried) and tried.energy <= most:
-            tried = replace(tried, stiffness=STIFFER * tried.stiffness)
-            tried = tried.forward(theta, POWER, STEPS, DECREASE)
-        if is_rigid(tried) and tried.energy <= most:
-            state, share, step = tried, new, NEXT * step
-            growing = share < 1
-            continue
-        step *= 0.5
-        if step >= LEAST:
-            continue
-        gone_on = share.mean() > fresh_at + FRESH  # since the last new mesh
-        fresh = on_new_mesh(level, state, rigid, theta) if meshes and gone_on else None
-        if fresh is not None:
-            state, step, fresh_at, meshes = fresh, FRESH, float(share.mean()), meshes - 1
-            continue
-        tight = growing & (strains(tried) > KEPT)
-        growing, step = growing & ~(tight if tight.any() else growing), FIRST
-    return state
-
-
-def on_new_mesh(level: Level, state: DiscreteMap, rigid: Rigid, theta: float) -> DiscreteMap | None:
-    """The map with its regions rigid on a mesh that is finer where it magnifies; None where that does not work."""
-    sizes = mesh_sizes.graded(state.z, state.u, state.faces, 0.5 * level.size**2)
-    try:
-        fresh = refine(level, state, sizes)
-    except Stuck:
-        return None
-    held = replace(rigid, aims=state.aims, sizes=np.zeros(state.aims.size, bool))
-    fresh = harden(fresh, held, theta, fresh.forward(theta, POWER, 1, DECREASE).energy)
-    return fresh if is_rigid(fresh) else None
 
 
 def settle(state: DiscreteMap, theta: float, settings: Settings) -> DiscreteMap:

@@ -12,6 +12,7 @@ from iccm.balanced.meshing.mesh import Sizes, triangulate
 from iccm.balanced.minimise import energy
 from iccm.balanced.minimise.energy import Objective, RestShapes
 from iccm.balanced.rigid.given import regions_of
+from iccm.balanced.rigid.room import room_for
 from iccm.curve import Curve
 from iccm.io.shapes import shape
 from iccm.linalg.cholesky import system_of
@@ -172,3 +173,25 @@ def test_what_bones_are_refused():
         iccm.deform(LEG, pins=pins, rigid=[BONE], rigid_size=2.0)
     with pytest.raises(iccm.InputError, match="rigid: regions are kept by the balanced method"):
         iccm.deform(LEG, pins=pins, rigid=[BONE], method="paper")
+
+
+def test_a_region_goes_where_there_is_room_for_it():
+    # a bar onto a ball with a handle: the map without the disc has it in the handle, which is too narrow for it
+    bar = np.array([0, 8, 8 + 1.2j, 1.2j])
+    ball = 1.6 * np.exp(1j * np.linspace(np.pi - 0.2, -np.pi + 0.2, 40)[::-1])
+    handle = np.array([-8 + 0.32j, -8 - 0.32j])
+    disc = 3.2 + 0.6j + 0.5 * np.exp(2j * np.pi * np.arange(24) / 24)
+    fit = iccm.fit(bar, np.concatenate([ball, handle]), rigid=[disc])
+    (region,) = fit.rigid
+    assert fit.status.ok and region.is_rigid and region.scale == pytest.approx(1, abs=0.02)
+    assert fit.certificate.share == 1 and abs(fit.map(np.array([3.2 + 0.6j]))[0]) < 1.2
+    assert not any("finds room up to" in note for note in fit.notes)
+
+
+def test_room_is_found_where_a_shape_fits_and_nearest():
+    domain = shapely.Polygon([(0, 0), (10, 0), (10, 1), (4, 1), (4, 4), (0, 4)])
+    square = np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j])
+    share, place = room_for(square, domain, 9 + 0.5j)
+    assert share == 1 and abs(place - (2.9 + 1.1j)) < 0.1
+    share, place = room_for(4 * square, domain, 0j)
+    assert 0.45 < share < 0.5 and abs(place - (2 + 2j)) < 0.1

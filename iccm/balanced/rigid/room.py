@@ -1,0 +1,55 @@
+"""Where a target has room for rigid regions."""
+
+import numpy as np
+import shapely
+
+from ...arrays import Complex, xy_of
+from ...plane import bounding_box, longer_side
+
+CELLS = 200  # of the grid along the target's longer side
+CLEAR = 1.1  # of a region's size, that has to fit: what surrounds it needs room, too
+SNUG = 0.97  # of the largest size that fits, where that is less
+HALVINGS = 8  # of the interval of sizes
+
+
+def room_for(shape: Complex, domain: shapely.Polygon, near: complex) -> tuple[float, complex]:
+    """As how much of its size, at most all of it, a shape fits into a domain without being turned, and where it does
+    closest to a place.
+
+    Args:
+        shape: (n,) a polygon around 0.
+        domain: the polygon.
+        near: where 0 should come to be.
+    """
+    low, high = bounding_box(shapely.get_coordinates(domain.exterior) @ [1, 1j])
+    cell = longer_side(low, high) / CELLS
+    x, y = (np.arange(int(size / cell) + 2) * cell for size in ((high - low).real, (high - low).imag))
+    places = low + x[None, :] + 1j * y[:, None]
+    shapely.prepare(domain)
+    outside = np.ones((places.shape[0] + CELLS, places.shape[1] + CELLS))
+    outside[: y.size, : x.size] = ~shapely.contains_xy(domain, places.real, places.imag)
+    waves = np.fft.rfft2(outside)
+
+    def where(size: float) -> Complex:
+        """The places at which it fits."""
+        reach = int(np.ceil(size * np.abs(shape).max() / cell)) + 1
+        if 2 * reach + 1 > CELLS:  # it is larger than the domain
+            return places[:0, 0]
+        steps = cell * np.arange(-reach, reach + 1)
+        grown = shapely.Polygon(xy_of(size * shape)).buffer(0.5 * cell)
+        shapely.prepare(grown)
+        mask = np.zeros(outside.shape)
+        mask[: steps.size, : steps.size] = shapely.contains_xy(grown, -steps[None, :], -steps[:, None])
+        covered = np.fft.irfft2(waves * np.fft.rfft2(mask), outside.shape)
+        return places[np.roll(covered, (-reach, -reach), (0, 1))[: y.size, : x.size] < 0.5]
+
+    size, found, least, most = CLEAR, where(CLEAR), 0.0, CLEAR
+    for _ in range(0 if found.size else HALVINGS):
+        size = 0.5 * (least + most)
+        fitting = where(size)
+        least, most = (size, most) if fitting.size else (least, size)
+        found = fitting if fitting.size else found
+    if not found.size:
+        return 0.0, near
+    share = 1.0 if least == 0 else min(1.0, SNUG * least)
+    return share, complex(found[np.abs(found - near).argmin()])
