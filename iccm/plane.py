@@ -31,6 +31,12 @@ def triangle_areas(corners: Complex) -> Real:
     return 0.5 * cross(b - a, c - a)
 
 
+def triangle_heights(corners: Complex) -> Real:
+    """(m,) heights of (m, 3) triangles over their longest sides, below 0 where they are clockwise."""
+    longest = np.abs(corners - np.roll(corners, 1, axis=-1)).max(axis=-1)
+    return 2 * triangle_areas(corners) / np.maximum(longest, 1e-300)
+
+
 def polygon_area(z: Complex) -> float:
     """The signed area of a closed polyline (n,), positive where it is counter-clockwise."""
     w = z - z[0]  # far from the origin digits would cancel

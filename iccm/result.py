@@ -1,6 +1,6 @@
 """The result of solving: a map, how the solver ended, and figures that judge it."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
@@ -25,7 +25,6 @@ from .maps.regions import Region, mean_scale, triangles_in
 from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
 from .meshes.surface_distortion import on_surfaces, surface_distances
-from .plane import polygon_area, triangle_areas
 from .problem import ON_OUTLINE
 from .saved.map_file import RINGS, MapFile, Plane, read
 from .transform import Transform
@@ -352,20 +351,19 @@ class Fit:
         slits = isinstance(self.map, TriangulatedMap) and bool(self.voids.any())
         return slits or self.filled is not None or any(self.passed_holes)
 
-    @cached_property
+    @property
     def left_out(self) -> float:
         """The share of the source's area that the map leaves out, or takes into holes of the target."""
-        void = self._void_area(lambda map: map.source)
-        openings = [*self.openings[0], *self._rings_passed[0]]
-        return self._missing(self.map.polygon, openings, void, self.source, self.source_holes)
+        return self._share_without_partner(0, self.source, self.source_holes)
 
-    @cached_property
+    @property
     def uncovered(self) -> float:
         """The share of the target's area that the map does not cover, or takes holes of the source to."""
         assert self.target is not None
-        void = self._void_area(lambda map: map.image)
-        openings = [*self.openings[1], *self._rings_passed[1]]
-        return self._missing(self.image, openings, void, self.target, self.target_holes)
+        return self._share_without_partner(1, self.target, self.target_holes)
+
+    def _share_without_partner(self, side: int, outer: Curve, holes: Sequence[Curve]) -> float:
+        return self.without_partner[side].area / abs(outer.area + sum(hole.area for hole in holes))
 
     @cached_property
     def _rings_passed(self) -> tuple[list[Complex], list[Complex]]:
@@ -386,24 +384,13 @@ class Fit:
         target = self.target, self.target_holes, self.image, self.map.image
         found = []
         for side, (goal, holes, outer, points) in enumerate((source, target)):
-            without = [*points[self.map.faces[self.voids]], *self._rings_passed[side]]
-            shown = region(outer, self.openings[side]).difference(
-                shapely.union_all([region(ring) for ring in without])
-            )
+            voids = shapely.coverage_union_all(shapely.polygons(xy_of(points[self.map.faces[self.voids]])))
+            passed = [region(ring) for ring in self._rings_passed[side]]
+            shown = region(outer, self.openings[side]).difference(shapely.union_all([voids, *passed]))
             parts = shapely.get_parts(region(goal.z, [hole.z for hole in holes]).difference(shown))
             wide = shapely.area(parts) > ROUNDED * goal.diagonal * shapely.length(parts)
             found.append(shapely.union_all(parts[wide]))
         return found[0], found[1]
-
-    def _missing(
-        self, outline: Complex, openings: list[Complex], void: float, goal: Curve, holes: Sequence[Curve]
-    ) -> float:
-        """The share of a domain's area not in an outline less openings and a void area; 0 for maps of all of it."""
-        if not self.is_partial:
-            return 0.0
-        whole = goal.area + sum(hole.area for hole in holes)
-        shown = abs(polygon_area(outline)) - sum(abs(polygon_area(hole)) for hole in openings) - void
-        return float(max(0.0, 1 - shown / abs(whole)))
 
     @property
     def _source_gap(self) -> float:
@@ -467,12 +454,6 @@ class Fit:
         if not isinstance(self.map, TriangulatedMap):
             return self._samples
         return distortion.of_triangles(self.map, np.flatnonzero(~self.voids))
-
-    def _void_area(self, plane: Callable[[TriangulatedMap], Complex]) -> float:
-        """Of the triangles that fill holes of the source without a partner, in one of the planes."""
-        if not isinstance(self.map, TriangulatedMap):
-            return 0.0
-        return float(np.abs(triangle_areas(plane(self.map)[self.map.faces[self.voids]])).sum())
 
     @cached_property
     def voids(self) -> Flags:
@@ -616,7 +597,10 @@ def rings_within(holes: Sequence[Curve], outline: Curve) -> list[Complex]:
     domain = shapely.Polygon(xy_of(outline.z))
     parts = [domain.intersection(shapely.Polygon(xy_of(hole.z))) for hole in holes]
     rings = [
-        part.exterior for each in parts for part in shapely.get_parts(each) if part.geom_type == "Polygon"
+        part.exterior
+        for each in parts
+        for part in shapely.get_parts(each)
+        if part.geom_type == "Polygon" and not part.is_empty
     ]
     return [complex_of(shapely.get_coordinates(ring)[:-1]) for ring in rings]
 

@@ -48,7 +48,7 @@ def reports_are_valid(monkeypatch):
     for home, name, schema in (
         (report, "build", "report-1"),
         (flatten, "write_all", "flatten-1"),
-        (relayout, "run", "relayout-1"),
+        (relayout, "write_all", "relayout-1"),
     ):
         monkeypatch.setattr(home, name, checked(getattr(home, name), schema))
 

@@ -16,7 +16,7 @@ from ..maps.triangulated.map import TriangulatedMap
 from ..maps.triangulated.patches import NO_FACES, bulges
 from ..problem import Options, Problem
 from ..result import Fit, Status
-from . import rings
+from . import cartogram, rings
 from .constraints.validate import check_free
 from .errors import NoMapError
 from .holes.given import Holes, named_partners, open_holes
@@ -46,6 +46,13 @@ def solve(problem: Problem, options: Options, start: TriangulatedMap | None = No
         InputError: pins or strokes that no one-to-one map meets.
     """
     fit = map_of(problem, options, start)
+    if problem.size_map and options.balance >= cartogram.MET_FROM:
+        whole = replace(options, fit="whole")
+        fit = cartogram.met(
+            problem.size_map,
+            fit,
+            lambda sizes, before: map_of(replace(problem, size_map=sizes), whole, before),
+        )
     free = not (len(problem.given_pins) or problem.given_strokes or problem.rigid) and start is None
     free = free and not (problem.importance or problem.size_map)
     if free and fit.distortion.strain is not None and {"whole", "keep"} & {options.fit, options.holes}:
@@ -81,6 +88,7 @@ def map_of(problem: Problem, options: Options, start: TriangulatedMap | None = N
         NoMapError: no map without folds was found.
         InputError: pins or strokes that no one-to-one map meets.
     """
+    given_start = start
     if start is None and options.balance > EVEN and options.fit not in ("contain", "cover"):
         options = replace(options, fit="whole")
         before = replace(options, balance=max(EVEN, options.balance / 2), rigid_size=None)
@@ -96,7 +104,10 @@ def map_of(problem: Problem, options: Options, start: TriangulatedMap | None = N
     constrained = len(pins) or strokes or problem.rigid or any(fields)
     if settings.fit == "auto" and (constrained or start is not None or settings.bounded):
         settings = replace(settings, fit="whole")
-    found = solved(source, target, settings, pins, strokes, holes, numbers, start, problem.rigid, fields)
+    moved = start is not given_start
+    found = solved(
+        source, target, settings, pins, strokes, holes, numbers, start, problem.rigid, fields, moved=moved
+    )
     map = TriangulatedMap(found.source, found.image, found.faces, found.loops)
     map = straighten_lines(map, found.lines, in_regions(map, found.rigid))
     map = bounds.straighten_beyond_bounds(map, settings.max_dilatation, settings.max_stretch)

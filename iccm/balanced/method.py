@@ -46,6 +46,8 @@ def solve(
     start: TriangulatedMap | None = None,
     rigid: Sequence[Complex] = (),
     fields: tuple[Field | None, Field | None] = (None, None),
+    *,
+    moved: bool = False,
 ) -> Solution:
     """The balanced map of two domains.
 
@@ -61,6 +63,7 @@ def solve(
         start: an earlier map of these domains to go on from.
         rigid: polygons in the source that are to move as wholes.
         fields: how large the source's parts are to be, relative to each other, and how much distortion hurts there.
+        moved: whether the start's outlines, or what was asked of it, were others, so that it needs a new mesh.
 
     Raises:
         NoMapError: no map without folds was found.
@@ -79,7 +82,9 @@ def solve(
         given = check(source, target, pins, strokes, numbers)
         journal.notes += [*unequal(holes), *given.notes]
         before = None if start is None else sketch_of(start, frames, holes_of(start, holes))
-        state, met = multilevel.constrained_map(*curves, given.unit(frames), settings, journal, before)
+        state, met = multilevel.constrained_map(
+            *curves, given.unit(frames), settings, journal, before, moved=moved
+        )
         regions = NO_REGIONS
         if rigid:
             regions = regions_of(rigid, source, holes.source, pins, strokes)
@@ -129,9 +134,9 @@ def _with_rigid(
     journal.notes = [note for note in journal.notes if note != multilevel.SIMILAR] + list(regions.notes)
     upright = multilevel.cost_of_turning(pins, settings)
     unit = Regions(tuple(tuple(map(frames[0].unit_ring, rings)) for rings in regions.polygons))
-    aims, said = aims_of(unit, pins.unit(frames), settings.rigid_size or 1.0)
+    aims, said, held = aims_of(unit, pins.unit(frames), settings.rigid_size or 1.0)
     free = ~said & (settings.rigid_size is None)
-    wanted = Rigid(unit.polygons, aims, ~said & (upright == 0), free)
+    wanted = Rigid(unit.polygons, aims, ~said & (upright == 0), free, held)
     problem = multilevel.with_constraints(source, target, holes, pins.unit(frames), settings, upright)
     return keep_rigid(problem, state, wanted, settings, journal)
 

@@ -24,6 +24,9 @@ POSITION = 20.0
 that turns over."""
 TURNS = 2  # matches: the second with the outline turned as the first one says
 SMOOTHED = 0.02  # of the length, over which the steps of a match are evened: five samples
+FARTHER = 2.0
+"""Times as far as outlines are from each other that their match goes where limbs merge or part: a crotch that drops to
+the feet goes a leg's length, though the outlines are a gap's width apart."""
 HOLES = "start: is a map of shapes with other holes"
 
 
@@ -99,6 +102,14 @@ def matched(before: Curve, now: Curve) -> Real:
     s = np.mod(before.knots[:-1] / before.length - i / SAMPLES, 1)
     share = s + np.interp(s, np.append(grid, 1), np.append(off, off[0]))
     return (share + j / SAMPLES) * now.length
+
+
+def is_reshaped(before: Curve, now: Curve) -> bool:
+    """Whether an outline did not only move: limbs merged or came apart, so that a map that goes on has to jump."""
+    ways = ((before, now), (now, before))
+    apart = max(np.abs(b.at(b.closest(a.z)) - a.z).max() for a, b in ways)
+    along = max(np.abs(b.at(matched(a, b)) - a.z).max() for a, b in ways)
+    return bool(along > FARTHER * max(apart, NEAR * now.diagonal))
 
 
 def _path(here: Complex, there: Complex) -> tuple[int, int, Index, Index]:

@@ -19,14 +19,13 @@ from .holes.given import NONE
 from .model.frames import frames_of
 from .model.settings import Settings, SolveLog
 from .search import multilevel
+from .search.candidates import PROMISING
 from .search.partial import cost
 
 THIN = 1e-6  # of the diagonal, the width of a seam: a thousandth of a pixel of 1024
 OVERLAP = 10  # widths by which it is longer than the ring is wide, so that it cuts slanting outlines
-SEAMS, HALVINGS = (
-    8,
-    2,
-)  # places tried all around, and how often the two halfway to the neighbours of the best are
+SEAMS, HALVINGS = 4, 3
+"""Places tried all around, and how often the two halfway to the neighbours of the best are."""
 
 
 def open_ring(outer: Curve, hole: Curve, s: float) -> Curve | None:
@@ -50,7 +49,7 @@ def best_seam(
     outer: Curve, hole: Curve, price: Callable[[Curve], float], most: float = np.inf
 ) -> Curve | None:
     """The ring opened where a map costs the least by `price`, which is infinite where there is none; None if none costs
-    less than `most`."""
+    less than `most`, or none tried all around is `PROMISING` beside it."""
     found: dict[float, tuple[float, Curve]] = {}
 
     def attempt(share: float) -> None:
@@ -61,19 +60,20 @@ def best_seam(
     for k in range(SEAMS):
         attempt(k / SEAMS)
     for halving in range(1, HALVINGS + 1):
-        if found:
-            best = min(found, key=lambda share: found[share][0])
-            for step in (-1, 1):
-                attempt((best + step / (SEAMS * 2**halving)) % 1.0)
-    least, ring = min(found.values(), key=lambda each: each[0], default=(np.inf, None))
+        best = min(found, key=lambda share: found[share][0], default=0.0)
+        if not found or found[best][0] > PROMISING * most:
+            return None
+        for step in (-1, 1):
+            attempt((best + step / (SEAMS * 2**halving)) % 1.0)
+    least, ring = min(found.values(), key=lambda each: each[0])
     return ring if least < most else None
 
 
 def coarse_cost(source: Curve, target: Curve, settings: Settings) -> float:
-    """What the best coarse map of two whole outlines costs; infinite where there is none."""
+    """What the best coarse map of two whole outlines costs, of elastic matches; infinite where there is none."""
     frames = frames_of(source, target, settings.turn, ((), ()))
     problem = multilevel.free_problem(frames[0].curve(source), frames[1].curve(target), NONE, settings)
     used = multilevel.directions(problem)[0]
     with suppress(Stuck, InputError):
-        return cost(used, multilevel.coarse_map(used, multilevel.coarse_size(used), SolveLog()))
+        return cost(used, multilevel.coarse_map(used, multilevel.coarse_size(used), SolveLog(), elastic=True))
     return np.inf

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...arrays import Flags
 from ...balanced.errors import NoMapError
+from ...balanced.motion import is_reshaped
 from ...curve import Curve
 from ...errors import ConstraintError, InputError
+from ...maps.triangulated.map import TriangulatedMap
 from .. import files
+from ..shapes import parts
 from .job import Job
 
 if TYPE_CHECKING:
@@ -49,9 +54,11 @@ def constrain(
     given: dict[str, Any] = {"pins": pins if len(pins) else None, "strokes": found.strokes or None}
     regions = job.rigid or (listed and listed.rigid) or source.rigid
     if regions:
-        from ..shapes.regions import read
+        from ..shapes.regions import greys, read
 
-        given["rigid"] = read(source, job.rigid, listed.rigid if listed else ())
+        more = listed.rigid if listed else []
+        given["rigid"] = read(source, job.rigid, more)
+        given |= greys(source, [*job.rigid, *more]) if job.target else {}
     if job.importance or job.size_map:
         from ..shapes.regions import fields
 
@@ -97,8 +104,39 @@ def solve(
     if target is None:
         return deform_with_holes(source, **given) if holed else iccm.deform(source.curve, **given)
     if holed:
-        return fit_with_holes(source, target, tell, **given)
-    return iccm.fit(source.domain, target.domain, **given)
+        return by_names(source, target, partial(fit_with_holes, source, target, tell), given, tell)
+    return by_names(source, target, partial(iccm.fit, source.domain, target.domain), given, tell)
+
+
+def by_names(
+    source: Shape, target: Shape, fit: Callable[..., Fit], given: dict[str, Any], tell: Callable[[str], None]
+) -> Fit:
+    """The map of two shapes; where it takes what is drawn in them elsewhere than onto what has the same name, that
+    which starts from these as pins, unless it costs more than `MORE` times as much."""
+    from ...balanced.search.partial import price
+
+    found = fit(**given)
+    names, places, radii = parts.namesakes(source, target)
+    constrained = any(given.get(name) is not None for name in (*CONSTRAINTS, "start"))
+    if constrained or not names or not isinstance(found.map, TriangulatedMap):
+        return found
+
+    def missed(other: Fit) -> Flags:
+        return ~(np.abs(other.map(places[:, 0]) - places[:, 1]) <= radii)
+
+    before = missed(found)
+    if not before.any():
+        return found
+    with suppress(NoMapError, InputError):
+        pinned = fit(**given | {"pins": places, "fit": "whole"})
+        says = given.get("turn") is None and len(names) > 1  # as pins do
+        free = fit(**given | {"start": pinned.map, "fit": "whole"} | ({"turn": "any"} if says else {}))
+        costs = [price(_cost(each), (each.left_out, each.uncovered), 1.0) for each in (found, free)]
+        gained = [name for name, lost, is_lost in zip(names, before, missed(free)) if lost and not is_lost]
+        if free.status.ok and missed(free).sum() < before.sum() and costs[1] <= MORE * costs[0]:
+            tell(f"{target.spec}: starts from what both drawings name alike: {', '.join(gained)} (names)")
+            return free
+    return found
 
 
 def read_start(job: Job) -> Fit:
@@ -131,7 +169,7 @@ def go_on(
     holed: bool,
     tell: Callable[[str], None],
 ) -> Fit:
-    """As `solve`, from an earlier map on; anew, and a remark, where that fails or costs much more.
+    """As `solve`, from an earlier map on; anew, and a remark, where that is `better`.
 
     A map of the very same shapes is taken as it is.
     """
@@ -147,15 +185,32 @@ def go_on(
     with suppress(NoMapError, InputError):
         if start.filled is None and (not holed or _have_holes(start, source, target)):
             found = solve(source, target, given | {"start": start.map}, holed=holed, tell=tell)
-    if found is not None and found.status.ok and _cost(found) <= MORE * _cost(start):
+    best = better(start, found, lambda: solve(source, target, given, holed=holed, tell=tell))
+    if best is not found:
+        tell(
+            f"{(target or source).spec}: the shapes differ too much from those of the map before: it starts anew"
+        )
+    return best
+
+
+def better(start: Fit, found: Fit | None, anew: Callable[[], Fit]) -> Fit:
+    """The map that went on from another, or one made anew where that is better.
+
+    Args:
+        start: the map before.
+        found: what went on from it; None where nothing did.
+        anew: makes the map of the same shapes that knows of no other. It is asked for where going on costs more than
+            `MORE` times as much as the map before, or where limbs merged or parted; it is taken where it then costs
+            less, by as much or at all.
+    """
+    if found is None or not found.status.ok:
+        return anew()
+    outlines = (start.source, found.source), (start.target, found.target)
+    more = 1.0 if any(a and b and is_reshaped(a, b) for a, b in outlines) else MORE
+    if more > 1 and _cost(found) <= more * _cost(start):
         return found
-    anew = solve(source, target, given, holed=holed, tell=tell)
-    if found is not None and found.status.ok and not (anew.status.ok and _cost(found) > MORE * _cost(anew)):
-        return found
-    tell(
-        f"{(target or source).spec}: the shapes differ too much from those of the map before: it starts anew"
-    )
-    return anew
+    other = anew()
+    return other if other.status.ok and _cost(found) > more * _cost(other) else found
 
 
 def _have_holes(start: Fit, source: Shape, target: Shape | None) -> bool:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...arrays import Real, complex_of, xy_of
+from ...arrays import Complex, Real, complex_of, xy_of
 from .shape import Shape
 
 # Costs of a pair: the square of the distance in half diagonals of the drawing is 1 each, the square of the natural
@@ -44,6 +44,18 @@ def _fit_to_unit(shapes: Sequence[Shape], spatial: bool) -> tuple[Real, Real]:
     low, high = lows.min(axis=0), highs.max(axis=0)
     areas = np.array([shape.curve.area for shape in shapes])
     return (middles - (low + high) / 2) / (np.linalg.norm(high - low) / 2), areas / areas.sum()
+
+
+def namesakes(source: Shape, target: Shape) -> tuple[list[str], Complex, Real]:
+    """What both drawings show inside under one name: the names, where they are drawn in both (k, 2), and the radii of
+    circles as large as the target's (k,)."""
+    sides = [
+        {name.casefold(): place for name, place in shape.elements.items() if words_of([name])}
+        for shape in (source, target)
+    ]
+    names = [name for name in sides[0] if name in sides[1]]
+    places = np.array([[side[name][0] for side in sides] for name in names], dtype=complex).reshape(-1, 2)
+    return names, places, np.array([sides[1][name][1] for name in names])
 
 
 def words_of(names: Sequence[str]) -> set[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -89,6 +90,23 @@ class Shape:
             InputError: it is not on the shape.
         """
         return [self.at(place)]
+
+    @cached_property
+    def elements(self) -> dict[str, tuple[complex, float]]:
+        """What its file draws inside of it, by id or label: the centroid, and the radius of a circle as large."""
+        named: dict[str, list[shapely.Polygon]] = {}
+        if not self.is_mesh and READERS.get(formats.suffix_of(self.path)) is svg.read:
+            with suppress(InputError):
+                for other in drawn(Spec(self.path)).outlines:
+                    for name in set(other.names) - set(self.names):
+                        named.setdefault(name, []).append(shapely.Polygon(xy_of(_core(other.z, self.flip))))
+        found = {}
+        for name, pieces in named.items():
+            whole = shapely.MultiPolygon(pieces)
+            middle = complex(whole.centroid.x, whole.centroid.y)
+            if self.curve.contains(np.array([middle]))[0]:
+                found[name] = middle, float(np.sqrt(whole.area / np.pi))
+        return found
 
     @property
     def domain(self) -> Curve | Flattening:

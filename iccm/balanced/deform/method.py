@@ -145,8 +145,8 @@ def refine(
 
 def stiffened(state: DiscreteMap, bones: Regions, pins: Pins, theta: float) -> DiscreteMap:
     """The map with rigid bones."""
-    aims, said = aims_of(bones, pins, 1.0)
-    wanted = Rigid(bones.polygons, aims, ~said, np.zeros(said.size, bool))
+    aims, said, held = aims_of(bones, pins, 1.0)
+    wanted = Rigid(bones.polygons, aims, ~said, np.zeros(said.size, bool), held)
     return harden(state, wanted, theta, state.energy)
 
 

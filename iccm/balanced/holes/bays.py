@@ -13,11 +13,12 @@ import shapely
 
 from ...arrays import Complex, Flags, Index, complex_of, xy_of
 from ...curve import Curve
-from ...plane import polygon_area
+from ...plane import cross, polygon_area
 from ..model.boundary_pairs import subdivide
 from ..model.outline import Outline
 
 SHALLOW = 0.02  # of the root of the area: vertices this close to the hull are on it
+ROUNDED = 1e-9  # of a mouth's length, at its ends, where it meets the outline
 LEAST = 0.01  # of the shape's area, which is one: smaller bays stay part of the outline
 
 
@@ -39,7 +40,8 @@ def fill_hull(curve: Curve, kept: Sequence[complex] = ()) -> Filled:
     to be kept on the outline are in."""
     ends = np.flatnonzero(_on_hull(curve.z))
     rolled = np.roll(curve.z, -ends[0])
-    outline, bays = _mouths(np.append(rolled, rolled[0]), np.append(ends - ends[0], curve.z.size), kept)
+    path, places = np.append(rolled, rolled[0]), np.append(ends - ends[0], curve.z.size)
+    outline, bays = _mouths(shapely.Polygon(xy_of(curve.z)), path, places, kept)
     return Filled(Curve(outline[:-1]), bays)
 
 
@@ -48,7 +50,8 @@ def fill_half_hull(curve: Curve, top: int) -> tuple[Filled, complex]:
     the lower end is the first vertex. `curve` goes from one end up to the vertex `top` and down the axis."""
     path = curve.z[: top + 1]
     ends = np.flatnonzero(_on_hull(np.append(path, -path[-2:0:-1].conj()))[: path.size])
-    outline, bays = _mouths(path[ends[0] : ends[-1] + 1], ends - ends[0])
+    shape = shapely.Polygon(xy_of(curve.z))
+    outline, bays = _mouths(shape, path[ends[0] : ends[-1] + 1], ends - ends[0])
     axis = path[:0]
     if ends[-1] < top:  # a bay that the axis cuts in two
         outline, axis = np.append(outline, 1j * path[ends[-1]].imag), path[top:]
@@ -66,17 +69,35 @@ def _on_hull(z: Complex) -> Flags:
     return away <= SHALLOW * np.sqrt(polygon.area)
 
 
-def _mouths(path: Complex, ends: Index, kept: Sequence[complex] = ()) -> tuple[Complex, tuple[Complex, ...]]:
-    """A polyline that skips the bays between vertices `ends` (k,), all ends among them, and the bays; those with
-    vertices inside that are kept stay part of it."""
-    outline, bays = [path[:1]], []
-    for start, stop in pairwise(ends.tolist()):
+def _mouths(
+    shape: shapely.Polygon, path: Complex, ends: Index, kept: Sequence[complex] = ()
+) -> tuple[Complex, tuple[Complex, ...]]:
+    """A polyline that skips the bays of a shape's outline between vertices `ends` (k,), all ends among them, and the
+    bays; those whose mouth is not outside, or with vertices inside that are kept, stay part of it."""
+    outline, bays, stack = [path[:1]], [], list(pairwise(ends.tolist()))[::-1]
+    while stack:
+        start, stop = stack.pop()
         bay = path[start : stop + 1]
-        if bay.size > 2 and -polygon_area(bay) > LEAST and not np.isin(bay[1:-1], kept).any():
+        beyond = -cross(bay[-1] - bay[0], bay - bay[0])
+        if beyond[1:-1].max(initial=0) > 0:  # behind a spit: what sticks out of the mouth parts it
+            middle = start + int(beyond.argmax())
+            stack += [(middle, stop), (start, middle)]
+            continue
+        if (
+            bay.size > 2
+            and -polygon_area(bay) > LEAST
+            and not np.isin(bay[1:-1], kept).any()
+            and not shape.intersects(_within(bay[0], bay[-1]))
+        ):
             bays.append(bay)
             bay = bay[[0, -1]]
         outline.append(bay[1:])
     return np.concatenate(outline), tuple(bays)
+
+
+def _within(start: complex, end: complex) -> shapely.LineString:
+    """A segment without its ends."""
+    return shapely.LineString(xy_of(start + (end - start) * np.array([ROUNDED, 1 - ROUNDED])))
 
 
 def bays_within(

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import Complex, Index, Real
+from ...arrays import Complex, Flags, Index, Real
 from ...jit import in_place
 from ..kernels import dot, located, move
 
@@ -110,10 +110,11 @@ class Constraints(NamedTuple):
     border: Border
 
     @classmethod
-    def held(cls, goals: Complex) -> "Constraints":
-        """The first vertices held at goals (c,)."""
-        those = np.arange(goals.size)
-        return cls(np.full(those.size, HELD), goals, Rails.of([NO_RAIL], 0 * those), Border.still(those))
+    def held(cls, u: Complex, held: Flags) -> "Constraints":
+        """Some vertices (n,) held where they are."""
+        those = np.arange(1 + np.flatnonzero(held).max(initial=-1))
+        kinds = np.where(held[those], HELD, FREE)
+        return cls(kinds, u[those], Rails.of([NO_RAIL], 0 * those), Border.still(those))
 
 
 @in_place

@@ -6,7 +6,7 @@ close to it else); then folds are undone with the outline held, by Newton on an 
 
 import numpy as np
 
-from ...arrays import Complex, Real
+from ...arrays import Complex, Flags, Real
 from ...linalg.cholesky import BlockPattern
 from .energy import Objective, RestShapes, least_determinant
 from .newton import System, Workspace, descend
@@ -57,31 +57,32 @@ def untangle(
     pattern: BlockPattern,
     rest: RestShapes,
     u: Complex,
-    border: int,
+    held: Flags,
     harmonic: bool,
     steps: int,
     polish: int,
 ) -> float:
-    """Fills in the inside of u, given on the outline, so that no triangle is folded; the least determinant.
+    """Fills in what is not held of u so that no triangle is folded; the least determinant.
 
     Args:
         pattern: of the mesh.
         rest: its triangles in the source.
-        u: (n,) images, changed in place but for the first `border` ones.
-        border: how many vertices stay where they are, those of the outline first.
+        u: (n,) images, changed in place but for those that are held.
+        held: (n,) vertices that stay where they are.
         harmonic: whether the inside begins as the harmonic one instead of as given.
         steps: the most there may be.
         polish: how many of them may be made once nothing is folded.
     """
-    system = System.of(pattern, rest.corners, rest, Constraints.held(u[:border].copy()))
+    constraints = Constraints.held(u, held)
+    system = System.of(pattern, rest.corners, rest, constraints)
 
     def stepped(objective: Objective) -> tuple[int, bool]:
-        """A step with the outline held: how many there were, and whether it gained little."""
-        _, made, slow = descend(system, objective, None, u, np.zeros(border), 1, SLOW)
+        """A step with the held ones where they are: how many there were, and whether it gained little."""
+        _, made, slow = descend(system, objective, None, u, np.zeros(constraints.kinds.size), 1, SLOW)
         return made, slow > 0
 
     if harmonic:
-        u[border:] = 0
+        u[~held] = 0
         _pull(pattern, springs(rest.gradients, rest.weights), u, system.workspace)
         stepped(HARMONIC)
     epsilon, shrink, kept, best = -1.0, 1.0, u.copy(), 0.0

@@ -78,6 +78,10 @@ def turn_derivatives(upright, u, q, turning):
         The first derivative, and the second one where it is positive, else 0.
     """
     moment = _moment(upright, u)
+    if moment == 0:  # a map so squeezed that rounding leaves it no turn
+        for v in range(u.size):
+            turning[v] = 0j
+        return 0.0, 0.0
     inverse = 1 / moment
     for v in range(u.size):
         share = upright.moments[v] * inverse

@@ -258,10 +258,16 @@ class DiscreteMap:
         return replace(self, u=u)
 
     def unfolded(
-        self, *, harmonic: bool = True, polish: int = 0, steps: int = STEPS, weighed: bool = False
+        self,
+        *,
+        harmonic: bool = True,
+        polish: int = 0,
+        steps: int = STEPS,
+        weighed: bool = False,
+        still: Index | None = None,
     ) -> "DiscreteMap":
-        """The inside moved so that no triangle is folded; bound vertices stay where they are. Those in holes count
-        less if `weighed`.
+        """The inside moved so that no triangle is folded; bound vertices, and those of `still` (k,), stay where they
+        are. Those in holes count less if `weighed`.
 
         Raises:
             Tangled: folds remain.
@@ -273,7 +279,10 @@ class DiscreteMap:
         if self.bound:
             u[self.inner] = self.inside.goals
         rest = RestShapes.of(self.pattern, gradients, areas)
-        least = untangle(self.pattern, rest, u, self.constrained, harmonic, steps, polish)
+        held = np.arange(u.size) < self.constrained
+        if still is not None:
+            held[still] = True
+        least = untangle(self.pattern, rest, u, held, harmonic, steps, polish)
         if not least > 0 or folds(self.faces, u):
             raise Tangled(u)
         return replace(self, u=u)

@@ -85,7 +85,7 @@ class LaidMetric(Metric):
 
         In holes, where there is no surface, that of the plane.
         """
-        points = self.frame.world(z @ _PLACES.T)
+        points = self.frame.world(z @ PLACES.T)
         triangle, place = self.locator(points.ravel(), 1)
         found = np.einsum("pk,pk->p", place, self.locator.flat[self.locator.faces[triangle]])
         off = (np.abs(found - points.ravel()) > NEAR / abs(self.frame.factor)).reshape(points.shape)
@@ -138,7 +138,7 @@ class FieldMetric(Metric):
 
     def _at(self, field: Field, z: Complex) -> Real:
         """(m, p) the field at points of triangles z (m, 3)."""
-        return field(self.frame.world(z @ _PLACES.T))
+        return field(self.frame.world(z @ PLACES.T))
 
 
 def _places(parts: int) -> Real:
@@ -151,7 +151,7 @@ def _places(parts: int) -> Real:
     return np.column_stack([both, 1 - both.sum(axis=1)])
 
 
-_PLACES = _places(PARTS)
+PLACES = _places(PARTS)
 
 
 def _through(jacobian: Linear, metric: Linear) -> Linear:

@@ -64,6 +64,15 @@ class Outline:
         return np.interp(s - laps * self._lap, self.origins, self.curve.knots) + laps * self.length
 
     @property
+    def shares(self) -> Real:
+        """(n,) of the vertices, by the length of the curve that was simplified, from 0 to 1."""
+        return np.mod(self.origins[:-1] / self._lap, 1)
+
+    def at_shares(self, shares: Real) -> Real:
+        """Arclengths at shares of the length of the curve that was simplified."""
+        return self.simplified_from(shares * self._lap)
+
+    @property
     def _lap(self) -> float:
         return float(self.origins[-1] - self.origins[0])
 

@@ -77,6 +77,8 @@ class UnitProblem(NamedTuple):
         starts: times as many correspondences are tried as usual.
         inverted: whether this is the inverse of what was given, so that the target's area is that of `source`.
         regions: of the source that are to be rigid, polygons each, the outer one first.
+        cut_out: how many of the last holes are similar to their partners and keep to that: each point of their outlines
+            goes to the one at the same share of the length.
     """
 
     source: Curve
@@ -96,6 +98,7 @@ class UnitProblem(NamedTuple):
     starts: int = 1
     inverted: bool = False
     regions: tuple[tuple[Complex, ...], ...] = ()
+    cut_out: int = 0
 
     @property
     def holed(self) -> bool:
@@ -164,6 +167,7 @@ class Level:
     bays: tuple[Complex, ...] = ()
     upright: float = 0.0
     regions: tuple[tuple[Complex, ...], ...] = ()
+    cut_out: int = 0
 
     @classmethod
     def of(
@@ -196,6 +200,7 @@ class Level:
             bays=bays_within(source, problem.bays, fineness if smooth else corner_fineness, SPACING * size),
             upright=problem.upright,
             regions=problem.regions,
+            cut_out=problem.cut_out,
         )
 
     def mapped(
@@ -234,7 +239,24 @@ class Level:
         holes = MeshHoles(outlines, loops_of(sizes, pairs[0].s.size))
         axis = self.anchors.s[-1] if self.anchors and self.halved else np.inf
         joined = Pairs.joined(pairs)
-        return MatchedBoundary.of(self.source, self.target, joined, self.anchors, holes, axis)
+        found = MatchedBoundary.of(self.source, self.target, joined, self.anchors, holes, axis)
+        for loop in holes.loops:
+            found.anchored[loop.vertices] = self.keeps(loop.source)
+        return found
+
+    def keeps(self, hole: int) -> bool:
+        """Whether a hole of the source is one of those that are cut out."""
+        return hole >= len(self.holes[0]) - self.cut_out
+
+    def with_cut_out(self, match: Match) -> Match:
+        """A match with holes that are cut out going to their partners by shares of the length."""
+        holes = []
+        for hole in match.holes:
+            pair = self.holes[0][hole.source], self.holes[1][hole.target]
+            shares = np.unique(np.round(np.concatenate([[0.0, 1.0], *(each.shares for each in pair)]), 12))
+            here, there = (each.at_shares(shares) for each in pair)
+            holes.append(hole._replace(match=Match(here, there)) if self.keeps(hole.source) else hole)
+        return match._replace(holes=tuple(holes))
 
     def outlines(self, loops: Sequence[Loop]) -> tuple[list[Outline], list[Outline]]:
         """The outer outlines, and those of holes, in the source and in the target."""

@@ -1,6 +1,7 @@
 """The stages of a solve, from two outlines in unit coordinates to a map on the last mesh."""
 
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 
@@ -32,7 +33,7 @@ from .final_mesh import (
     on_final_mesh,
 )
 from .hole_partners import Partners
-from .levels import Level, Numbers, UnitProblem, initial_maps, relax_stretched
+from .levels import Level, Numbers, UnitProblem, initial_maps
 from .partial import bay_choices, cost, hole_choices, is_good, is_within, with_bays, with_bays_like
 from .rounding import put_back, rounded, rounded_with_pins
 from .similarity import similar_with_holes, similarity
@@ -66,13 +67,15 @@ def constrained_map(
     settings: Settings,
     journal: SolveLog,
     start: Sketch | None = None,
+    *,
+    moved: bool = False,
 ) -> tuple[Meshed, bool]:
-    """The map in unit coordinates that meets pins, and whether it does; gone on to from an earlier one if given.
+    """The map in unit coordinates that meets pins, and whether it does; gone on to from an earlier one if given, on a
+    new mesh if `moved`.
 
     Raises:
         NoMapError: none without folds was found.
     """
-    upright = cost_of_turning(pins, settings)
     points = np.concatenate([pins.inner, pins.outer]).T
     given = [
         [outer.z, *(hole.z for hole in inner), side]
@@ -81,7 +84,7 @@ def constrained_map(
     if start is None and not settings.bounded:
         source, target = (with_points(c, side) for c, side in zip((source, target), pins.outer.T))
         source, target, holes, pins = rounded_with_pins(source, target, holes, pins)
-    problem = with_constraints(source, target, holes, pins, settings, upright)
+    problem = problem_of(source, target, holes, pins, settings, None if moved else start)
     if start is not None and len(problem.holes[0]) < len(problem.holes[1]):  # it is they that are filled
         back, met = warm_started(problem.inverse(), invert(start), settings, journal)
         if met:  # else from scratch: what fills the holes is not in the earlier map, and may be in the way
@@ -98,6 +101,20 @@ def constrained_map(
                 journal.add(log)
     state = whole_map(used, found, settings, journal)
     return put_back(state, *given), meets_constraints(used, found)
+
+
+def problem_of(
+    source: Curve, target: Curve, holes: Holes, pins: Pins, settings: Settings, start: Sketch | None = None
+) -> UnitProblem:
+    """The problem in unit coordinates, its outlines those of an earlier map where that follows them."""
+    own = (
+        None
+        if start is None
+        else warm_start.outlines_followed(start, source, target, holes, settings.tolerance)
+    )
+    if own is not None:
+        (source, target, holes), settings = own, replace(settings, tolerance=0.0)
+    return with_constraints(source, target, holes, pins, settings, cost_of_turning(pins, settings))
 
 
 def cost_of_turning(pins: Pins, settings: Settings) -> float:
@@ -128,14 +145,11 @@ def warm_started(
     Raises:
         NoMapError: the earlier one cannot be carried to these outlines without folds.
     """
-    level = final_level(problem, settings)
     try:
-        state = warm_start.continue_from(level, start, problem)
+        state = warm_start.continue_from(final_level(problem, settings), start, problem)
     except Stuck:
         raise NoMapError("start: cannot be gone on from without folds; do without it") from None
-    return meet_bounds(
-        relax_stretched(state, problem.theta), problem.theta, settings, journal
-    ), meets_constraints(problem, state)
+    return meet_bounds(state, problem.theta, settings, journal), meets_constraints(problem, state)
 
 
 def free_map(
@@ -401,18 +415,24 @@ def mirrored_half_map(
 
 
 def coarse_map(
-    problem: UnitProblem, size: float, journal: SolveLog, exactness: tuple[float, float] = COARSE_EXACTNESS
+    problem: UnitProblem,
+    size: float,
+    journal: SolveLog,
+    exactness: tuple[float, float] = COARSE_EXACTNESS,
+    *,
+    elastic: bool = False,
 ) -> DiscreteMap:
-    """The best map of all starts on coarse meshes, for outlines and corners of a certain fineness."""
+    """The best map of all starts on coarse meshes, for outlines and corners of a certain fineness; of elastic matches
+    alone if asked for."""
     level = Level.of(problem, size, *exactness, STEEPEST)
-    matches = correspondences(level, problem)
+    matches = correspondences(level, problem, elastic=elastic)
     if problem.constrained:
         return pin_continuation.coarse(level, matches, problem, journal)
     states = initial_maps(level, matches)
     journal.starts["tried"] += len(matches)
     journal.starts["failed"] += len(matches) - len(states)
     most = max(len(match.holes) for match in matches)
-    if (most > 1 or (most and not states)) and not level.bays:
+    if (most > 1 or (most and not states)) and not level.bays and not level.cut_out:
         states += circle_starts(level, matches, problem.theta)
     states = screen(states or through_disc(level, problem.theta), problem)
     best = best_of(level, states, problem)
@@ -420,7 +440,7 @@ def coarse_map(
     return best
 
 
-def correspondences(level: Level, problem: UnitProblem) -> list[Match]:
+def correspondences(level: Level, problem: UnitProblem, *, elastic: bool = False) -> list[Match]:
     """The correspondences of the outlines to start from."""
     curves = level.source.curve, level.target.curve
     free = problem.upright == 0 and level.anchors is None
@@ -430,6 +450,8 @@ def correspondences(level: Level, problem: UnitProblem) -> list[Match]:
         return with_partners(level, matches, problem)
     if problem.halved:  # whose ends leave arclengths no shift
         return matches[: 1 - problem.starts * initial_matches.ARCLENGTHS]
+    if elastic:
+        matches = matches[: -problem.starts * initial_matches.ARCLENGTHS]
     if problem.upright > 0 and not problem.constrained:
         return initial_matches.without_upside_down(matches, *curves) or matches
     return matches
@@ -439,7 +461,7 @@ def with_partners(level: Level, matches: list[Match], problem: UnitProblem) -> l
     """The matches with those of holes, and those by way of a ring where there is one hole."""
     partners = Partners(*level.domains, problem.partners)
     rings = ring_matches(level, problem.theta) if [len(side) for side in level.holes] == [1, 1] else []
-    return [partners.of(match) for match in matches] + rings
+    return [level.with_cut_out(match) for match in [*map(partners.of, matches), *rings]]
 
 
 def with_holes(problem: UnitProblem, holes: Holes, settings: Settings) -> UnitProblem:

@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...arrays import Complex, Flags
+from ...arrays import Complex, Flags, Index
 from ...curve import Curve, inside_any
+from ...plane import triangle_areas
 from ..constraints.validate import Pins
 from ..holes.given import Holes
 from ..holes.outlines import are_disjoint
@@ -59,8 +60,8 @@ def _loop_on_grid(z: Complex) -> Complex:
 
 
 def put_back(state: Meshed, source: Sequence[Complex], target: Sequence[Complex]) -> Meshed:
-    """The map with the vertices of both outlines where they were given, others of its boundary moved along; as it is
-    where a triangle would fold."""
+    """The map with the vertices of both outlines where they were given, others of its boundary moved along; those
+    of the boundary on whose account a triangle would fold, and all where that is not enough, stay where they are."""
     loops = [state.outer, *(loop.vertices for loop in (*state.loops, *state.filled))]
     moved = []
     for z, points in zip((state.z, state.u), (source, target)):
@@ -73,10 +74,24 @@ def put_back(state: Meshed, source: Sequence[Complex], target: Sequence[Complex]
         shift[known] = [place[key] for key in grid[known].tolist()] - z[known]
         for loop in loops:
             shift[loop] = _between(z[loop], shift[loop], known[loop])
-        moved.append(z + shift)
-    if any(folds(state.faces, z) for z in moved):
-        return state
+        moved.append(_without_folds(z, shift, state.faces, np.concatenate([np.r_[loop] for loop in loops])))
+        if folds(state.faces, moved[-1]):
+            return state
     return replace(state, z=moved[0], u=moved[1])
+
+
+def _without_folds(z: Complex, shift: Complex, faces: Index, rims: Index) -> Complex:
+    """Vertices (n,) moved by their shifts; those of outlines (b,) in triangles that would fold stay where they are:
+    pins get to where they belong whatever an outline is like."""
+    loose = np.zeros(z.size, bool)
+    loose[rims] = True
+    while True:
+        folded = faces[triangle_areas((z + shift)[faces]) <= 0].ravel()
+        held = folded[loose[folded] & (shift[folded] != 0)]
+        if not held.size:
+            return z + shift
+        shift = shift.copy()
+        shift[held] = 0
 
 
 def _between(z: Complex, shift: Complex, known: Flags) -> Complex:

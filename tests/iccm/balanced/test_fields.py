@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import iccm
+from iccm.balanced import cartogram
 from iccm.curve import Curve
 from iccm.maps.fields import Field
 from iccm.plane import triangle_areas
@@ -53,7 +54,17 @@ def test_halves_of_a_bar_come_to_have_the_areas_asked_for():
         areas = triangle_areas(fit.map.image[fit.map.faces])
         shares.append(areas[fit.map.source[fit.map.faces].mean(axis=1).real > 2].sum() / areas.sum())
         assert fit.status.ok and fit.certificate.share == 1
-    assert 0.6 < shares[0] < shares[1] and shares[1] == pytest.approx(0.75, abs=0.03)
+    assert 0.6 < shares[0] < shares[1] and shares[1] == pytest.approx(0.75, rel=0.02)
+    assert any("areas asked for are met to" in note for note in fit.notes)
+
+
+def test_parts_of_a_field_are_connected_and_of_one_size():
+    values = np.array([[1, 1, 2], [1, 2, 2], [3, 1, 1]], float)
+    parts = cartogram.parts_of(Field.of(values, (0j, 3 + 3j), 0.0, "field"))
+    assert parts.max() == 3 and parts[0, 0] == parts[1, 0] and parts[0, 2] == parts[1, 1]
+    assert len({parts[0, 0], parts[0, 2], parts[2, 0], parts[2, 1]}) == 4
+    ramp = Field.of(np.geomspace(1, 4, 1000)[None], (0j, 3 + 3j), 0.0, "field")
+    assert (np.unique(cartogram.parts_of(ramp)) == np.arange(cartogram.LEVELS)).all()
 
 
 def test_a_region_is_rigid_in_the_plane_beside_sizes():

@@ -8,7 +8,7 @@ import shapely
 
 import iccm
 from iccm.balanced.errors import NoMapError
-from iccm.balanced.motion import carried, harmonic, matched
+from iccm.balanced.motion import carried, harmonic, is_reshaped, matched
 from iccm.curve import Curve
 
 DISC = np.exp(2j * np.pi * np.arange(60) / 60)
@@ -70,3 +70,15 @@ def test_frames_follow_each_other_without_a_jump(moves):
     steps = np.abs(np.diff(images, axis=0))
     moved = np.array([np.abs(b.at(b.closest(a.z)) - a.z).max() for a, b in pairwise(frames)])
     assert (np.quantile(steps, 0.95, axis=1) < 1.5 * moved).all()
+
+
+def test_an_outline_is_reshaped_where_limbs_part_and_moved_where_they_swing():
+    def figure(gap):
+        legs = [shapely.box(side * gap - 0.2, 0, side * gap + 0.2, 2) for side in (-0.5, 0.5)]
+        whole = shapely.union_all([shapely.box(-1, 2, 1, 3), *legs])
+        return Curve.domain(shapely.get_coordinates(whole.exterior)[:-1] @ [1, 1j])
+
+    closed, ajar, apart = figure(0.38), figure(0.42), figure(0.5)
+    assert is_reshaped(closed, ajar) and is_reshaped(ajar, closed)  # by .02, and the crotch by 2
+    assert not is_reshaped(ajar, apart) and not is_reshaped(ajar, ajar)
+    assert not is_reshaped(closed, Curve(1.1 * np.exp(0.2j) * closed.z))

@@ -133,7 +133,7 @@ def test_the_harmonic_start_is_the_mean_of_its_neighbours_by_half_cotangents():
     start = begun(SQUARE, ELL, 0.3)
     corners, u = start.pattern.corners, start.u.copy()
     rest = RestShapes.of(start.pattern, *geometry(start.z, corners))
-    untangle(start.pattern, rest, u, start.border, True, 0, 0)
+    untangle(start.pattern, rest, u, np.arange(u.size) < start.border, True, 0, 0)
     pull = np.zeros_like(u)
     for triangle in corners:
         for i, j, k in (np.roll(triangle, -shift) for shift in range(3)):

@@ -20,6 +20,7 @@ from iccm.balanced.minimise.energy import (
 from iccm.balanced.search.partial import GOOD
 from iccm.balanced.search.symmetry import half_of
 from iccm.curve import Curve
+from iccm.result import rings_within
 
 STEPS = np.exp(2j * np.pi * np.arange(60) / 60)
 DISC = Curve.domain(3 * STEPS)
@@ -217,3 +218,22 @@ def test_rings_of_passed_holes_are_cut_to_what_is_shown():
     rings = rings_within([Curve(SQUARE.z + 2)], SQUARE)
     assert [polygon(Curve(ring)).area for ring in rings] == [pytest.approx(8)]
     assert complex_of(xy_of(rings[0])).size == 4
+
+
+def test_a_hole_beyond_the_map_has_no_outline_in_it():
+    square, near, far = (Curve(w + np.array([0, 1, 1 + 1j, 1j])) for w in (0, 0.5, 2))
+    (ring,) = rings_within([near, far], square)
+    assert abs(Curve(ring).area) == pytest.approx(0.5)
+    assert rings_within([far], square) == []
+
+
+def test_mouths_lie_outside_also_behind_a_spit():
+    """A coast that bulges beyond the chord from the root of a spit: its mouth is parted there."""
+    spit = [10, 10.5 + 4j, 10.4 + 4j, 10 + 1j]
+    outline = Curve(0.1 * np.array([0, *spit, 6 + 2j, 6 + 3j, 10.15 + 3.5j, 6 + 4.5j, 6 + 9j, 10 + 10j, 10j]))
+    filled = fill_hull(outline)
+    shape, whole = (shapely.Polygon(xy_of(c.z)) for c in (outline, filled.outline))
+    assert len(filled.bays) == 2 and whole.is_valid and whole.buffer(1e-12).covers(shape)
+    for bay in filled.bays:
+        ring = shapely.Polygon(xy_of(bay))
+        assert ring.is_valid and shape.intersection(ring).area < 1e-12

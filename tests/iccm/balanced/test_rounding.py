@@ -68,11 +68,13 @@ def test_a_boundary_is_put_back_vertex_by_vertex():
     assert state.z[4] == pytest.approx(0.5 * (given[2] + given[3]), abs=1e-12)
 
 
-def test_what_would_fold_is_not_put_back():
-    """A vertex inside is closer to the boundary than this moves."""
-    for height, put in ((0.5, True), (0.3, False)):
-        z = np.append(SQUARE, 0.5 + height * GRID * 1j)
-        faces = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
-        given = SQUARE + 0.4 * GRID * 1j
-        state = Sketch(z, z, faces, 4)
-        assert np.array_equal(put_back(state, [given], [SQUARE]).z[:4], given if put else SQUARE)
+@pytest.mark.parametrize(("height", "stay"), [(0.5, []), (0.3, [0, 1])])
+def test_outlines_stay_where_they_would_fold_and_pins_are_put_back(height, stay):
+    """A vertex inside is closer to the boundary than this moves; a pin is in the way of nothing."""
+    z = np.append(SQUARE, [0.5 + height * GRID * 1j, 0.5 + 0.5j])
+    faces = np.array([[0, 1, 4], [1, 5, 4], [0, 4, 5], [1, 2, 5], [2, 3, 5], [3, 0, 5]])
+    given, pin = SQUARE + 0.4 * GRID * 1j, 0.5 + 0.5j + 0.3 * GRID
+    state = put_back(Sketch(z, z, faces, 4), [given, [pin]], [SQUARE, [pin]])
+    expected = given.copy()
+    expected[stay] = SQUARE[stay]
+    assert np.array_equal(state.z[:4], expected) and state.z[5] == state.u[5] == pin

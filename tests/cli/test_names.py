@@ -1,0 +1,37 @@
+"""Names that both drawings have say what goes where, where nothing else does."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+FISH = (
+    '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 60"><g transform="matrix({way} 0 0 1 {shift} 0)">'
+    '<path d="M5 30Q30 0 70 28L95 10V50L70 32Q30 60 5 30Z"/>'
+    '<circle id="{name}" cx="20" cy="30" r="6"/><g id="Tail"><circle cx="85" cy="30" r="3"/></g></g></svg>'
+)
+RIGHT, LEFT = {"way": 1, "shift": 0}, {"way": -1, "shift": 100}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("target", "more", "turned"),
+    [
+        ("left.svg", (), True),
+        # what the drawing program calls things is no name
+        ("other.svg", (), False),
+        # constraints say more
+        ("left.svg", ("--pin", "50,30:50,30"), False),
+        # what lies right already needs no start of its own
+        ("right.svg", (), False),
+    ],
+)
+def test_a_fish_is_turned_by_what_both_drawings_name(tmp_path, monkeypatch, iccm, target, more, turned):
+    monkeypatch.chdir(tmp_path)
+    Path("right.svg").write_text(FISH.format(name="head", **RIGHT))
+    Path("left.svg").write_text(FISH.format(name="Head", **LEFT))
+    Path("other.svg").write_text(FISH.format(name="circle12", **LEFT).replace("Tail", "g7"))
+    done = iccm("map", "right.svg", target, "-o", "o.png", "--size", "64", "--report", "r.json", *more)
+    assert done.code == 0 and (abs(json.loads(Path("r.json").read_text())["turn"]) > 160) == turned
+    assert ("what both drawings name alike: head, tail" in done.err) == turned
+    assert "though 0 were asked" not in done.err
