@@ -80,7 +80,13 @@ def _read(path: Path) -> tuple[list[list[float]], list[list[str]], list[list[tup
         elif words[:1] == ["f"]:
             corners = [word.split("/") for word in words[1:]]
             if all(len(corner) > 1 and corner[1] for corner in corners):
-                polygons.append([(int(corner[0]) - 1, int(corner[1]) - 1) for corner in corners])
+                pairs = [(int(corner[0]), int(corner[1])) for corner in corners]  # negative: from the end
+                polygons.append(
+                    [
+                        (v - 1 if v > 0 else len(points) + v, t - 1 if t > 0 else len(texts) + t)
+                        for v, t in pairs
+                    ]
+                )
     return points, texts, polygons
 
 
