@@ -2,8 +2,9 @@
 
 python -m tests.bench.wild FOLDER [NAME …]
 
-For each mesh of a folder, small ones first: the exit code, triangles turned over in any cut of its polygons, the shares of its surface
-whose size is within 2 and 4 times the common one, the 95th percentile of the dilatation, processor seconds and memory.
+For each mesh of a folder, small ones first: the exit code, triangles turned over in any cut of its polygons, the shares
+of its surface whose size is within 2 and 4 times the common one, the 95th percentile of the dilatation, processor
+seconds and memory.
 Signs are those of rational numbers; reading and counting share no code with iccm.
 """
 
@@ -51,8 +52,10 @@ def judged(path: Path, before: Path | None = None) -> Figures:
     points, texts, polygons = _read(path)
     if before and before.suffix.lower() == ".obj":
         _, old, same = _read(before)
-        kept = [[old[t] for _, t in polygon] for polygon in same] if len(same) == len(polygons) else []
-        shown = [[texts[t] for _, t in polygon] for polygon in polygons]
+        kept = (
+            [[old[t : t + 1] for _, t in polygon] for polygon in same] if len(same) == len(polygons) else []
+        )
+        shown = [[texts[t : t + 1] for _, t in polygon] for polygon in polygons]
         polygons = [polygon for k, polygon in enumerate(polygons) if kept[k : k + 1] != [shown[k]]]
     space, plane = np.array(points), np.array(texts, float)
     owner, cuts, fan = [], [], []
@@ -162,7 +165,10 @@ def row(path: Path, folder: Path) -> tuple[str, bool, bool]:
     start = f"{path.name[:32]:32} {done.code:3} {done.seconds:6.1f} CPU-s {done.memory:5.2f} GB"
     if not out.exists():
         return f"{start}  {(told or ' '.join(done.said[-1:]))[:150]}", False, done.code == 2
-    found = judged(out, path)
+    try:
+        found = judged(out, path)
+    except (IndexError, ValueError) as error:
+        return f"{start}  not judged: {error!r}", True, False
     told = told or next((line for line in done.said if "convex" in line), "")
     good = done.code == 0 and not found.turned and done.seconds <= SLOW
     untold = "  UNTOLD" if found.turned and not told else ""
