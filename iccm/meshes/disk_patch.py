@@ -10,7 +10,7 @@ from ..errors import InputError
 from .cut import cut_through, open_to_disk
 from .mesh import Mesh, check, face_areas, proper, triangulate
 from .patch import Patch
-from .topology import Triangles, firsts
+from .topology import Triangles, firsts, labels
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +45,23 @@ class Joined:
         shape = Triangles(number[mesh.corners[corner]], vertex.size)
         unused = int((~named).sum())
         notes = [f"{unused} vertices that no face of it uses are left out"] if unused and mesh.whole else []
-        return cls(mesh, shape, corner, vertex, tuple(notes))._welded()._mended()
+        return cls(mesh, shape, corner, vertex, tuple(notes))._collapsed()._welded()._mended()
+
+    def _collapsed(self) -> "Joined":
+        """Edges without length shrunk to a vertex, as of a pole that is written as a row of vertices."""
+        points, faces = self.mesh.points[self.vertex], self.shape.faces
+        tail, head = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+        short = (points[tail] == points[head]).all(axis=1)
+        if not short.any():
+            return self
+        joined = labels(tail[short], head[short], self.vertex.size)
+        first = firsts(joined, joined.max() + 1)
+        kept = proper(joined[faces])
+        if not kept.any():
+            return self
+        note = f"{self.vertex.size - first.size} edges without length are shrunk to a vertex"
+        shape = Triangles(joined[faces[kept]], first.size)
+        return Joined(self.mesh, shape, self.corner[kept], self.vertex[first], (*self.notes, note))
 
     def _mended(self) -> "Joined":
         """Edges with more than two faces cut, so that as much as can be stays one surface."""
@@ -92,9 +108,9 @@ def disk_patch(
 ) -> Patch:
     """One piece of the mesh, as a patch that can be flattened.
 
-    Coinciding vertices are joined where that makes fewer pieces, edges with more than two faces are cut, vertices where
-    the surface touches itself are split, faces turned the other way are turned, and with `cut` a closed surface or one
-    with handles is opened.
+    Edges without length become a vertex, coinciding vertices are joined where that makes fewer pieces, edges
+    with more than two faces are cut, vertices where the surface touches itself are split, faces turned the
+    other way are turned, and with `cut` a closed surface or one with handles is opened.
 
     Args:
         mesh: any.

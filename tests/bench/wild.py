@@ -63,8 +63,10 @@ def judged(path: Path, before: Path | None = None) -> Figures:
         n = len(polygon)
         fan += [(polygon[0], polygon[k], polygon[k + 1]) for k in range(1, n - 1)]
         if n <= 4 or _convex(space[[v for v, _ in polygon]]):  # others whoever cuts them looks at
-            cuts += [(polygon[k - 1], polygon[k], polygon[(k + 1) % n]) for k in range(n)]
-            owner += [number] * n
+            own = [(polygon[k - 1], polygon[k], polygon[(k + 1) % n]) for k in range(n)]
+            own = [cut for cut in own if len({tuple(points[v]) for v, _ in cut}) == 3]  # others have no area
+            cuts += own
+            owner += [number] * len(own)
     signs = _signs(plane, texts, np.array(cuts, np.int64).reshape(-1, 3, 2)[:, :, 1])
     common = 1 if signs.sum() > 0 else -1
     turned = len(set(np.array(owner, np.int64)[signs != common].tolist()))

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from iccm.errors import InputError
+from iccm.flattening import flatten
 from iccm.io.meshes import mesh_files, obj
 from iccm.io.run import Job, flat_files
 from iccm.io.run.inputs import Inputs
@@ -259,6 +260,26 @@ def test_a_seam_of_coinciding_vertices_stays_open_in_one_piece():
     piece = disk_patch(Mesh.triangles("tube", np.vstack([ring, ring + np.array([0, 1, 0])]), faces))
     assert len(piece.loops) == 1
     assert piece.notes == ()
+
+
+def test_a_pole_that_is_a_row_of_vertices_is_one_vertex():
+    rows, columns = 6, 12
+    v, u = (
+        np.pi * np.arange(rows + 1)[:, None] / rows,
+        2 * np.pi * (np.arange(columns + 1) % columns) / columns,
+    )
+    high, wide = np.broadcast_to(np.cos(v), (rows + 1, columns + 1)), np.sin(v)
+    wide[[0, -1]] = 0
+    points = np.stack([wide * np.cos(u), wide * np.sin(u), high], axis=2).reshape(-1, 3)
+    k = np.arange((rows + 1) * (columns + 1)).reshape(rows + 1, columns + 1)
+    quads = np.stack([k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]], axis=2).ravel()
+    piece = disk_patch(Mesh("globe", points, quads, 4 * np.arange(rows * columns + 1)))
+    assert len(piece.faces) == 2 * (rows - 1) * columns
+    assert [len(loop) for loop in piece.loops] == [
+        2 * rows
+    ]  # down one side of the date line and up the other
+    assert piece.notes == (f"{2 * columns} edges without length are shrunk to a vertex",)
+    assert overlap(flatten(piece)) is None
 
 
 def polygon_mesh(z):
