@@ -11,7 +11,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from ..arrays import Index, Real, xy_of
+from ..arrays import Index, Real, distinct_rows, xy_of
 from ..errors import InputError
 from ..parallel import over_slices
 from ..plane import cross, triangle_areas
@@ -169,8 +169,9 @@ def triangulate(mesh: Mesh) -> Index:
     parts = [first[faces[0], None] + np.arange(3)]
     owners = [faces[0]]
     if faces[1].size:
-        named = mesh.corners[first[faces[1], None] + np.arange(4)]
-        quads = _split_quads(points[named], named, _sides(mesh))
+        at = first[faces[1], None] + np.arange(4)
+        place = distinct_rows(mesh.points)[1][mesh.corners]  # vertices that coincide may be joined later on
+        quads = _split_quads(points[mesh.corners[at]], place[at], _sides(mesh, place))
         parts.append((first[faces[1], None, None] + quads).reshape(-1, 3))
         owners.append(np.repeat(faces[1], 2))
     for face in np.flatnonzero(sizes > 4):
@@ -273,11 +274,11 @@ def _edges(tails: Index, heads: Index) -> Index:
     return np.minimum(tails, heads) << 32 | np.maximum(tails, heads)
 
 
-def _sides(mesh: Mesh) -> Index:
-    """Those between neighbouring corners of all faces."""
+def _sides(mesh: Mesh, place: Index) -> Index:
+    """Those between the places (c,) of neighbouring corners of all faces."""
     following = np.arange(1, mesh.corners.size + 1)
     following[mesh.starts[1:] - 1] = mesh.starts[:-1]
-    return _edges(mesh.corners, mesh.corners[following])
+    return _edges(place, place[following])
 
 
 def _repeated(values: Index) -> NDArray[np.bool_]:

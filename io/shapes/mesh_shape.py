@@ -210,14 +210,23 @@ class MeshShape(Shape):
 
     @property
     def corners(self) -> tuple[Index, Index]:
-        """The vertex of the flattening at each corner of the file's polygons, and the corners of each triangle."""
-        patch, vertices = self.flattening.patch, self.file.mesh.corners
-        known = np.zeros(
-            len(self.file.mesh.points), np.int64
-        )  # for corners of what has no area and is no triangle
+        """The vertex of the flattening at each corner of the file's polygons, and the corners of each triangle.
+
+        A corner that no triangle has, as at an edge without length, is where the nearest one of its polygon is.
+        """
+        patch, mesh = self.flattening.patch, self.file.mesh
+        known = np.zeros(len(mesh.points), np.int64)  # for corners of what has no area and is no triangle
         known[patch.vertex] = np.arange(patch.vertex.size)
-        found = known[vertices]
+        found = known[mesh.corners]
         found[patch.corner] = patch.faces
+        shown = np.zeros(found.size, bool)
+        shown[patch.corner] = True
+        partly = np.add.reduceat(shown, mesh.starts[:-1], dtype=np.int64)
+        for face in np.flatnonzero((partly > 0) & (partly < mesh.sizes)):
+            own = np.arange(*mesh.starts[face : face + 2])
+            at = mesh.points[mesh.corners[own]]
+            away = np.linalg.norm(at[:, None] - at[shown[own]], axis=2)
+            found[own] = found[own[shown[own]][np.argmin(away, axis=1)]]
         return found, patch.corner
 
     @property

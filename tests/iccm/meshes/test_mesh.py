@@ -262,8 +262,8 @@ def test_a_seam_of_coinciding_vertices_stays_open_in_one_piece():
     assert piece.notes == ()
 
 
-def test_a_pole_that_is_a_row_of_vertices_is_one_vertex():
-    rows, columns = 6, 12
+def globe(rows, columns):
+    """Quads; each pole is a row of vertices, and the date line two columns of them."""
     v, u = (
         np.pi * np.arange(rows + 1)[:, None] / rows,
         2 * np.pi * (np.arange(columns + 1) % columns) / columns,
@@ -273,13 +273,32 @@ def test_a_pole_that_is_a_row_of_vertices_is_one_vertex():
     points = np.stack([wide * np.cos(u), wide * np.sin(u), high], axis=2).reshape(-1, 3)
     k = np.arange((rows + 1) * (columns + 1)).reshape(rows + 1, columns + 1)
     quads = np.stack([k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]], axis=2).ravel()
-    piece = disk_patch(Mesh("globe", points, quads, 4 * np.arange(rows * columns + 1)))
+    return points, quads.reshape(-1, 4)
+
+
+def test_a_pole_that_is_a_row_of_vertices_is_one_vertex():
+    rows, columns = 6, 12
+    points, quads = globe(rows, columns)
+    piece = disk_patch(Mesh("globe", points, quads.ravel(), 4 * np.arange(rows * columns + 1)))
     assert len(piece.faces) == 2 * (rows - 1) * columns
     assert [len(loop) for loop in piece.loops] == [
         2 * rows
     ]  # down one side of the date line and up the other
     assert piece.notes == (f"{2 * columns} edges without length are shrunk to a vertex",)
     assert overlap(flatten(piece)) is None
+
+
+def test_corners_at_a_pole_are_all_where_it_is(tmp_path):
+    rows, columns = 6, 12
+    points, quads = globe(rows, columns)
+    lines = ["v {} {} {}".format(*point) for point in points] + [
+        "f {} {} {} {}".format(*q) for q in quads + 1
+    ]
+    (tmp_path / "globe.obj").write_text("\n".join(lines))
+    shape = mesh_shape.read(str(tmp_path / "globe.obj"))
+    at = shape.flattening.flat[shape.corners[0]].reshape(rows, columns, 4)
+    north, south = at[0][:, [0, 3]], at[-1][:, [1, 2]]
+    assert (north == north[0, 0]).all() and (south == south[0, 0]).all() and north[0, 0] != south[0, 0]
 
 
 def polygon_mesh(z):
@@ -497,10 +516,14 @@ def test_an_odd_form_of_a_format_is_read(case, tmp_path):
     assert not [note for note in shape.notes if "turned" in note]
 
 
-def test_two_quads_take_no_diagonal_twice():
+@pytest.mark.parametrize("joined", [True, False])
+def test_two_quads_take_no_diagonal_twice(joined):
     """Two quads around a vertex that only they have: the shorter diagonals of both are one edge."""
     points = np.array([[0, 0, 0.5], [0, -1, 0], [0, 1, 0], [3, 0, 0], [-3, 0, 0]])
-    mesh = Mesh("ridge", points, np.array([0, 1, 3, 2, 4, 1, 0, 2]), np.array([0, 4, 8]))
-    faces = mesh.corners[triangulate(mesh)]
+    corners = np.array([0, 1, 3, 2, 4, 1, 0, 2])
+    mesh = Mesh("ridge", points, corners, np.array([0, 4, 8]))
+    if not joined:  # each quad has vertices of its own, which coincide
+        mesh = Mesh("ridge", points[corners], np.arange(8), np.array([0, 4, 8]))
+    faces = corners[triangulate(mesh)]
     sides = np.sort(np.concatenate([faces[:, [k, (k + 1) % 3]] for k in range(3)]), axis=1)
     assert len(faces) == 4 and np.unique(sides, axis=0, return_counts=True)[1].max() == 2
