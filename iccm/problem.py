@@ -262,7 +262,7 @@ class Frame:
 class Problem:
     """Source, target and constraints in their unit frames; `target` is None for a deformation.
 
-    Holes run clockwise, in the user's coordinates; in these are rigid regions, too.
+    Holes run clockwise, in the user's coordinates; in these are rigid regions of either side, too.
     """
 
     source: Curve
@@ -275,13 +275,14 @@ class Problem:
     target_holes: tuple[Curve, ...] = ()
     hole_partners: tuple[tuple[int, int], ...] = ()
     rigid: tuple[Complex, ...] = ()
+    rigid_target: tuple[Complex, ...] = ()
     importance: Field | None = None
     size_map: Field | None = None
 
     @classmethod
     def of(
         cls, source, target, pins=None, strokes=None, *, first: bool = True, holes=((), ()), partners=(),
-        reach: float = NEAR, rigid=(), importance=None, size_map=None
+        reach: float = NEAR, rigid=(), rigid_target=(), importance=None, size_map=None
     ) -> "Problem":  # fmt: skip
         """Check and normalise what the user gave (see `iccm.fit`); `first` says whether it matters which vertices are
         the first, as for a start by arclength, `reach` how far outside constraints may be, of the diagonal."""
@@ -302,11 +303,27 @@ class Problem:
         unit_strokes = [(s.curve(a), t.curve(b)) for a, b in pairs]
         unit, goal = s.curve(source), target and t.curve(target)
         known = _partners(partners, inner)
-        regions = tuple(as_domain(region, f"rigid region {k + 1}").z for k, region in enumerate(rigid))
+        regions = [
+            tuple(as_domain(region, f"rigid region {k + 1}").z for k, region in enumerate(side))
+            for side in (rigid, rigid_target)
+        ]
         fields = [
             _field(given, source.box, *of) for given, of in ((importance, IMPORTANCE), (size_map, SIZES))
         ]
-        return cls(unit, goal, unit_pins, unit_strokes, s, t, inner[0], inner[1], known, regions, *fields)
+        return cls(
+            unit,
+            goal,
+            unit_pins,
+            unit_strokes,
+            s,
+            t,
+            inner[0],
+            inner[1],
+            known,
+            regions[0],
+            regions[1],
+            *fields,
+        )
 
     def mirrored(self) -> "Problem":
         """The same problem seen in a mirror."""

@@ -207,6 +207,7 @@ class Fit:
         rings["filled"] = list(self.filled or ())
         rings["rigid"] = [ring for region in self.rigid for ring in region.rings]
         said["rigid"] = [len(region.rings) for region in self.rigid]
+        said["rigid_of_target"] = any(region.of_target for region in self.rigid)
         MapFile(self.map, (both[0], both[1]), arrays, rings, said).write(path)
 
     @classmethod
@@ -273,11 +274,15 @@ class Fit:
             lost=self.without_partner,
             pins=self.pins,
             strokes=self.strokes,
-            regions=[region.rings[0] for region in self.rigid],
+            regions=[self.outline_of(region) for region in self.rigid],
             carried=carried or self._checkerboard(),
             report=report or self.report(),
             names=names,
         )
+
+    def outline_of(self, region: Region) -> Complex:
+        """(p,) the outer outline of a rigid region in the source."""
+        return self.inverse(region.rings[0]) if region.of_target else region.rings[0]
 
     def _checkerboard(self) -> tuple[NDArray, Box]:
         """A numbered checkerboard on the source's bounding box, seen through the map, and where."""
@@ -575,12 +580,15 @@ def _regions(held: MapFile, holes: tuple[list[Curve], list[Curve]]) -> list[Regi
         raise InputError("rigid: its rings are those of no regions")
     source, target = (None if plane.outline is None else Curve(plane.outline) for plane in held.planes)
     mean = mean_scale(source, target, holes) if source else 1.0
-    found = []
+    found, of_target = [], held.about.get("rigid_of_target") is True
     for count in counts:
         region, rings = tuple(rings[:count]), rings[count:]
-        if not isinstance(held.map, TriangulatedMap) or not triangles_in(held.map, region).size:
+        if (
+            not isinstance(held.map, TriangulatedMap)
+            or not triangles_in(held.map, region, of_target=of_target).size
+        ):
             raise InputError("rigid: a region without triangles")
-        found.append(Region.of(held.map, region, mean))
+        found.append(Region.of(held.map, region, mean, of_target=of_target))
     return found
 
 

@@ -31,6 +31,7 @@ def fit(
     target_holes: Sequence[ArrayLike | Curve] = (),
     hole_partners: Sequence[tuple[int, int]] = (),
     rigid: Sequence[ArrayLike | Curve] = (),
+    rigid_target: Sequence[ArrayLike | Curve] = (),
     importance: ArrayLike | tuple[ArrayLike, Box] | None = None,
     size_map: ArrayLike | tuple[ArrayLike, Box] | None = None,
     start: Fit | TriangulatedMap | None = None,
@@ -53,7 +54,9 @@ def fit(
         target_holes: those of the target's.
         hole_partners: (i, j) for holes that must go together, counted from 0; the others go by place and size.
         rigid: outlines of regions of the source that keep their form, (p,) complex: each connected one moves as a
-            whole, by a similarity, upright if the map is. Of the balanced method; see also `rigid_size`.
+            whole, by a similarity, upright if the map is. Of the balanced method; see also `rigid_size`. Of a surface
+            they are polygons of its layout, whose triangles keep the form that they have laid flat by themselves.
+        rigid_target: likewise regions of the target, on which nothing is to be bent; instead of `rigid`.
         importance: (h, w) how much distortion hurts, row 0 on top, over the source's bounding box, or with the box that
             it is over: (picture, (lower left, upper right)). A tenth of the largest is the least that counts. Of the
             balanced method, as is the next.
@@ -90,21 +93,20 @@ def fit(
         holes=holes,
         partners=hole_partners,
         rigid=rigid,
+        rigid_target=rigid_target,
         importance=importance,
         size_map=size_map,
         reach=ON_OUTLINE if settings.is_balanced else NEAR,
     )
     if any(holes) and not settings.is_balanced:
         raise InputError("source_holes, target_holes: the balanced method alone knows of holes")
-    if problem.rigid and (not settings.is_balanced or any(layouts)):
-        raise InputError("rigid: regions are kept by the balanced method, between outlines of the plane")
+    if problem.rigid or problem.rigid_target:
+        _check_rigid(problem, settings, layouts)
     for name in ("importance", "size_map"):
         if getattr(problem, name) and (not settings.is_balanced or any(layouts)):
             raise InputError(f"{name}: is for the balanced method, between outlines of the plane")
         if getattr(problem, name) and settings.fit in ("contain", "cover"):
             raise InputError(f"{name}: goes with fit whole, or auto, which is whole then")
-    if problem.rigid and settings.fit in ("contain", "cover"):
-        raise InputError("rigid: goes with fit whole, or auto, which is whole then")
     before = _map_of(start)
     if before is not None and not settings.is_balanced:
         raise InputError("start: an option of --method balanced")
@@ -117,6 +119,30 @@ def fit(
     from .balanced import fit as balanced
 
     return balanced.solve(problem, settings, before)
+
+
+def _check_rigid(
+    problem: Problem, settings: Options, layouts: tuple[Flattening | None, Flattening | None]
+) -> None:
+    """Raise an InputError for rigid regions that no method keeps."""
+    name = "rigid" if problem.rigid else "rigid_target"
+    if not settings.is_balanced:
+        raise InputError(f"{name}: regions are kept by the balanced method")
+    if problem.rigid and problem.rigid_target:
+        raise InputError("rigid, rigid_target: regions of one side are kept; leave one of the two out")
+    if all(layouts):
+        raise InputError(f"{name}: regions are not kept between two surfaces; give pins")
+    if layouts[1 if problem.rigid else 0]:
+        other, side = ("rigid_target", "target") if problem.rigid else ("rigid", "source")
+        raise InputError(
+            f"{name}: the map follows the triangles of the surface; give {other}, regions of the {side}"
+        )
+    if any(layouts) and problem.strokes:
+        raise InputError(f"{name}: goes without strokes on surfaces; give pins")
+    if problem.rigid_target and (problem.importance or problem.size_map):
+        raise InputError("rigid_target: goes without importance and size_map")
+    if settings.fit in ("contain", "cover"):
+        raise InputError(f"{name}: goes with fit whole, or auto, which is whole then")
 
 
 def _options(function: Callable[..., Fit], options: OptionValues) -> Options:

@@ -37,6 +37,7 @@ class FitOptions(OptionValues, total=False):
     target_holes: Sequence[ArrayLike | Curve]
     hole_partners: Sequence[tuple[int, int]]
     rigid: Sequence[ArrayLike | Curve]
+    rigid_target: Sequence[ArrayLike | Curve]
     importance: ArrayLike | tuple[ArrayLike, Box] | None
     size_map: ArrayLike | tuple[ArrayLike, Box] | None
     start: Fit | TriangulatedMap | None

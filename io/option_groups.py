@@ -19,7 +19,7 @@ GROUPS: dict[str, tuple[str, str]] = {
     ),
     "What must meet": (
         "--pin 30,40:28,44 --pin 60,40:70,41",
-        "pin rigid rigid_size constraints pin_weight stroke_weight start",
+        "pin rigid rigid_target rigid_size constraints pin_weight stroke_weight start",
     ),
     "Which map": (
         "--fit cover --balance 2 --turn 90",

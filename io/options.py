@@ -437,8 +437,12 @@ class JobOptions:
         "Pins and strokes from a file; - for stdin.", "FILE.json", commands=MORPHED
     )
     rigid: tuple[str, ...] = _option(
-        "A region of the source that keeps its form and moves as a whole: #id, an element of its drawing, or a mask, "
-        "white where it is rigid. May be repeated.", "REGION", default=(), parse=many,
+        "A region of the source that keeps its form and moves as a whole: #id, an element of its drawing or a group or "
+        "material of its OBJ, or a mask, white where it is rigid. May be repeated.", "REGION", default=(), parse=many,
+    )  # fmt: skip
+    rigid_target: tuple[str, ...] = _option(
+        "Likewise a region of the target, where nothing is to be bent; instead of --rigid. May be repeated.", "REGION",
+        default=(), parse=many, commands=("map",),
     )  # fmt: skip
     rigid_size: float | Literal["free"] | None = _option(
         "Size of rigid regions, by the mean scale of the map; free: as suits it.  "

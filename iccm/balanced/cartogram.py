@@ -11,6 +11,7 @@ import numpy as np
 
 from ..arrays import Index, Real
 from ..errors import InputError
+from ..maps.approximation import triangulated
 from ..maps.fields import Field
 from ..maps.triangulated.map import TriangulatedMap
 from ..plane import triangle_areas
@@ -40,7 +41,7 @@ def met(field: Field, first: Fit, again: Callable[[Field, TriangulatedMap], Fit]
     while off > CLOSE and since < PATIENCE:
         sizes, since = sizes * factors[parts], since + 1
         try:
-            found = again(Field(sizes, field.box), _map(found))
+            found = again(Field(sizes, field.box), triangulated(found.map))
         except InputError:
             break
         factors, off = missing(found, field, parts)
@@ -70,7 +71,7 @@ def parts_of(field: Field) -> Index:
 
 def missing(fit: Fit, field: Field, parts: Index) -> tuple[Real, float]:
     """(p,) by what to multiply the size of each part, and how far the area of one is off at most."""
-    map = _map(fit)
+    map = triangulated(fit.map)
     places = map.source[map.faces] @ PLACES.T
     (low, high), (height, width) = field.box, parts.shape
     j = np.clip((places.real - low.real) / (high - low).real * width, 0, width - 1).astype(int)
@@ -90,8 +91,3 @@ def missing(fit: Fit, field: Field, parts: Index) -> tuple[Real, float]:
     counted = source > LEAST * source.sum()
     ratio = np.where(counted, wished / wished.sum() / np.where(counted, image / image.sum(), 1), 1)
     return np.sqrt(ratio), float(np.max(np.abs(1 / ratio - 1), initial=0, where=counted))
-
-
-def _map(fit: Fit) -> TriangulatedMap:
-    assert isinstance(fit.map, TriangulatedMap)
-    return fit.map

@@ -10,6 +10,7 @@ from ..arrays import Complex, Index
 from ..curve import Curve
 from ..errors import InputError
 from ..maps import bounds
+from ..maps.approximation import triangulated
 from ..maps.distortion import Distortion
 from ..maps.regions import SIZE_OFF, Region, Rings, mean_scale, triangles_in
 from ..maps.triangulated.map import TriangulatedMap
@@ -17,9 +18,9 @@ from ..maps.triangulated.patches import NO_FACES, bulges
 from ..problem import Options, Problem
 from ..result import Fit, Status
 from . import cartogram, rings
-from .constraints.validate import check_free
+from .constraints.validate import check, check_free
 from .errors import NoMapError
-from .holes.given import Holes, named_partners, open_holes
+from .holes.given import Holes, named_partners, open_holes, unequal
 from .method import solve as solved
 from .minimise.upright import turn_cost
 from .model.measures import energy_between, turn_of
@@ -53,8 +54,8 @@ def solve(problem: Problem, options: Options, start: TriangulatedMap | None = No
             fit,
             lambda sizes, before: map_of(replace(problem, size_map=sizes), whole, before),
         )
-    free = not (len(problem.given_pins) or problem.given_strokes or problem.rigid) and start is None
-    free = free and not (problem.importance or problem.size_map)
+    free = not (len(problem.given_pins) or problem.given_strokes or problem.rigid or problem.rigid_target)
+    free = free and not (start or problem.importance or problem.size_map)
     if free and fit.distortion.strain is not None and {"whole", "keep"} & {options.fit, options.holes}:
         fit.notes.extend(better_partial(problem, options, fit))
     return fit
@@ -92,7 +93,7 @@ def map_of(problem: Problem, options: Options, start: TriangulatedMap | None = N
     if start is None and options.balance > EVEN and options.fit not in ("contain", "cover"):
         options = replace(options, fit="whole")
         before = replace(options, balance=max(EVEN, options.balance / 2), rigid_size=None)
-        start = _plane_map(map_of(replace(problem, rigid=()), before))
+        start = triangulated(map_of(replace(problem, rigid=(), rigid_target=()), before).map)
     source, target = problem.given
     if start is not None:
         start = carried(start, source, target, (problem.source_holes, problem.target_holes))
@@ -101,19 +102,26 @@ def map_of(problem: Problem, options: Options, start: TriangulatedMap | None = N
     holes, pins, numbers = named_partners(given, source, target, problem.given_pins, strokes)
     settings = settings_of(options)
     fields = problem.size_map, problem.importance
-    constrained = len(pins) or strokes or problem.rigid or any(fields)
+    regions = problem.rigid or problem.rigid_target
+    constrained = len(pins) or strokes or regions or any(fields)
     if settings.fit == "auto" and (constrained or start is not None or settings.bounded):
         settings = replace(settings, fit="whole")
     moved = start is not given_start
-    found = solved(
-        source, target, settings, pins, strokes, holes, numbers, start, problem.rigid, fields, moved=moved
-    )
+    if problem.rigid_target:
+        found = solve_inverse(
+            source, target, settings, pins, strokes, holes, numbers, start, problem.rigid_target, moved=moved
+        )
+    else:
+        found = solved(
+            source, target, settings, pins, strokes, holes, numbers, start, problem.rigid, fields, moved=moved
+        )
     map = TriangulatedMap(found.source, found.image, found.faces, found.loops)
-    map = straighten_lines(map, found.lines, in_regions(map, found.rigid))
+    linear = in_regions(map, found.rigid, of_target=found.rigid_of_target)
+    map = straighten_lines(map, found.lines, linear)
     map = bounds.straighten_beyond_bounds(map, settings.max_dilatation, settings.max_stretch)
     drawn = bounds.meets_bounds(map, settings.max_dilatation, settings.max_stretch)
     fit = result_of(problem, found, map, (holes, pins), settings, drawn=drawn)
-    if problem.rigid:
+    if regions:
         check_sizes(fit, options.rigid_size)
     free = not (len(pins) or len(strokes))
     if free and settings.fit == "auto" and not settings.keep_holes:
@@ -129,9 +137,45 @@ def map_of(problem: Problem, options: Options, start: TriangulatedMap | None = N
     return fit
 
 
-def _plane_map(fit: Fit) -> TriangulatedMap:
-    assert isinstance(fit.map, TriangulatedMap)
-    return fit.map
+def solve_inverse(
+    source: Curve,
+    target: Curve,
+    settings: Settings,
+    pins: Complex,
+    strokes: Sequence[tuple[Curve, Curve]],
+    holes: Holes,
+    numbers: Index | None,
+    start: TriangulatedMap | None,
+    rigid: Sequence[Complex],
+    *,
+    moved: bool,
+) -> Solution:
+    """As `method.solve`, with rigid regions of the target: the inverse map has the same energy, and these are regions
+    of its source.
+
+    Raises:
+        NoMapError: no map without folds was found.
+        InputError: pins or strokes that no one-to-one map meets; the source has more holes than the target.
+    """
+    check(source, target, pins, strokes, numbers)  # its messages tell source from target
+    if len(holes.source) > len(holes.target):
+        raise InputError("rigid_target: the source has more holes than the target; fill or cut them")
+    swapped = holes.inverse()
+    found = solved(
+        target,
+        source,
+        settings.inverse(),
+        pins[:, ::-1],
+        [(there, here) for here, there in strokes],
+        swapped,
+        numbers,
+        start and TriangulatedMap(start.image, start.source, start.faces, start.loops),
+        rigid,
+        moved=moved,
+    )
+    said, told = unequal(swapped), unequal(holes)
+    notes = [note for note in found.notes if note not in said]
+    return replace(found.inverse(), notes=[*told, *notes] if len(notes) < len(found.notes) else notes)
 
 
 def opened_ring(problem: Problem, closed: Fit, options: Options, settings: Settings) -> Fit | None:
@@ -164,7 +208,7 @@ def opened_ring(problem: Problem, closed: Fit, options: Options, settings: Setti
 
 def price_of(fit: Fit, settings: Settings) -> float:
     """What a map costs; see `partial.price`."""
-    map = _plane_map(fit)
+    map = triangulated(fit.map)
     turned = 1.0
     if settings.turn is not None:
         turned = turn_cost(UPRIGHT, np.cos(turn_of(map.source, map.image, map.faces) - settings.turn))
@@ -180,6 +224,7 @@ def result_of(
     settings: Settings,
     *,
     drawn: bool,
+    laid: tuple[Complex, float] | None = None,
 ) -> Fit:
     """The result of what was found.
 
@@ -190,13 +235,15 @@ def result_of(
         given: the holes, and the pins (k, 2) that are not in them.
         settings: what was asked for.
         drawn: whether the patches meet the bounds.
+        laid: of rigid regions of a surface (n,) where vertices lie in them laid flat, and the map's mean scale.
     """
     (source, target), (all_holes, pins), strokes = problem.given, given, problem.given_strokes
     holes = all_holes if found.holes is None else all_holes.only(found.holes)
     passed = ((), ()) if found.holes is None else all_holes.others(found.holes)
     status = _status(found, drawn, settings)
-    mean = mean_scale(source, target, holes.sides)
-    rigid = [Region.of(map, rings, mean) for rings in found.rigid]
+    flat, mean = laid or (None, mean_scale(source, target, holes.sides))
+    of_target = found.rigid_of_target
+    rigid = [Region.of(map, rings, mean, of_target=of_target, flat=flat) for rings in found.rigid]
     if status.ok and not all(region.is_rigid for region in rigid):
         status = Status.BENT
     energies = [{"total": float(level["energy"])} for level in found.energies]
@@ -273,27 +320,28 @@ def straighten_lines(map: TriangulatedMap, lines: Index, linear: Index = NO_FACE
     return replace(map, bulge=bulges(map.faces, map.image, map.source, map.edges, lines, linear))
 
 
-def in_regions(map: TriangulatedMap, regions: Sequence[Rings]) -> Index:
-    """(k,) the triangles in rigid regions."""
-    return np.concatenate([NO_FACES, *(triangles_in(map, rings) for rings in regions)])
+def in_regions(map: TriangulatedMap, regions: Sequence[Rings], *, of_target: bool = False) -> Index:
+    """(k,) the triangles in rigid regions of the source, or of the target."""
+    return np.concatenate([NO_FACES, *(triangles_in(map, rings, of_target=of_target) for rings in regions)])
 
 
 def check_sizes(fit: Fit, asked: float | str | None) -> None:
-    """A note where rigid regions had to be smaller than usual.
+    """A note where rigid regions had to be smaller than usual; those of the target larger, since what surrounds them
+    needs room in the source.
 
     Raises:
-        InputError: they had to be smaller than they were asked to be.
+        InputError: they had to be smaller, or larger, than they were asked to be.
     """
     for k, region in enumerate(fit.rigid):
         wanted = asked if isinstance(asked, float | int) else 1.0
-        if asked == "free" or not region.is_rigid or region.scale > (1 - SIZE_OFF) * wanted:
+        room = wanted / region.scale if region.of_target else region.scale / wanted
+        if asked == "free" or not region.is_rigid or room > 1 - SIZE_OFF:
             continue
-        told = f"{region.scale:.2f} of the mean scale"
+        said, instead = ("from", "more") if region.of_target else ("up to", "less")
+        told = f"finds room {said} {region.scale:.2f} of the mean scale"
         if asked is not None:
-            raise InputError(
-                f"rigid_size: region {k + 1} finds room up to {told}, not {wanted:g}; ask for less"
-            )
-        fit.notes.append(f"Rigid region {k + 1} finds room up to {told} (regions).")
+            raise InputError(f"rigid_size: region {k + 1} {told}, not {wanted:g}; ask for {instead}")
+        fit.notes.append(f"Rigid region {k + 1} {told} (regions).")
 
 
 def _status(found: Solution, drawn: bool, settings: Settings) -> Status:

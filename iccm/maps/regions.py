@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from ..arrays import Complex, Index, xy_of
+from ..arrays import Complex, Index, complex_of, xy_of
 from ..curve import Curve
 from ..plane import triangle_areas
 from .distortion import weighted_quantile
@@ -24,7 +24,7 @@ Rings = tuple[Complex, ...]
 
 @dataclass(frozen=True, eq=False)
 class Region:
-    """A region of the source that is to move as a whole.
+    """A region of the source, or of the target, that is to move as a whole.
 
     Attributes:
         rings: its outline, counter-clockwise, then those of holes in it.
@@ -32,24 +32,46 @@ class Region:
         sizes: linear scale relative to the mean scale of the map, which 5 %, half and 95 % of its area keep below; of a
             deformation relative to the source.
         turn: degrees counter-clockwise by which it is turned.
+        of_target: whether it is one of the target, in whose plane its rings are.
     """
 
     rings: Rings
     dilatation: float
     sizes: tuple[float, float, float]
     turn: float
+    of_target: bool = False
 
     @classmethod
-    def of(cls, map: TriangulatedMap, rings: Rings, mean: float = 1.0) -> "Region":
-        """The region of a map whose mesh follows its outline, and whose mean scale is given."""
-        inside = triangles_in(map, rings)
-        areas = triangle_areas(map.source[map.faces[inside]])
-        a, b = inverted(*gradients(map.faces[inside], map.image, map.source))
+    def of(
+        cls,
+        map: TriangulatedMap,
+        rings: Rings,
+        mean: float = 1.0,
+        *,
+        of_target: bool = False,
+        flat: Complex | None = None,
+    ) -> "Region":
+        """The region of a map whose mesh follows its outline, and whose mean scale is given.
+
+        Args:
+            map: the map.
+            rings: the region, on the side where it is.
+            mean: the map's mean scale.
+            of_target: whether that is the target.
+            flat: (n,) where the mesh's vertices lie there if the region is laid flat by itself; by default as they do.
+        """
+        faces = map.faces[triangles_in(map, rings, of_target=of_target)]
+        source, image = map.source, map.image
+        if flat is not None:
+            source, image = (source, flat) if of_target else (flat, image)
+        areas = triangle_areas(source[faces])
+        a, b = inverted(*gradients(faces, image, source))
         dilatations = (np.abs(a) + np.abs(b)) / np.maximum(np.abs(a) - np.abs(b), 1e-300)
         sizes = np.sqrt(np.maximum(np.abs(a) ** 2 - np.abs(b) ** 2, 0)) / mean
         least, middle, most = (weighted_quantile(sizes, areas, q) for q in (0.05, 0.5, 0.95))
         turn = float(np.degrees(np.angle(np.sum(areas * a))))
-        return cls(rings, weighted_quantile(dilatations, areas, 0.95), (least, middle, most), turn)
+        bent = weighted_quantile(dilatations, areas, 0.95)
+        return cls(rings, bent, (least, middle, most), turn, of_target)
 
     @property
     def scale(self) -> float:
@@ -65,7 +87,8 @@ class Region:
     def report(self) -> dict[str, Any]:
         """The figures."""
         size = dict(zip(("p05", "p50", "p95"), self.sizes))
-        return {"dilatation": self.dilatation, "size": size, "scale": self.scale, "turn": self.turn}
+        side = {"of": "target"} if self.of_target else {}
+        return {"dilatation": self.dilatation, "size": size, "scale": self.scale, "turn": self.turn, **side}
 
 
 def mean_scale(domain: Curve, target: Curve | None, holes: tuple[Sequence[Curve], Sequence[Curve]]) -> float:
@@ -78,9 +101,25 @@ def mean_scale(domain: Curve, target: Curve | None, holes: tuple[Sequence[Curve]
     return float(np.sqrt(areas[1] / areas[0]))
 
 
-def triangles_in(map: TriangulatedMap, rings: Rings) -> Index:
-    """(k,) the triangles of a map whose middles are in a region."""
+def triangles_in(map: TriangulatedMap, rings: Rings, *, of_target: bool = False) -> Index:
+    """(k,) the triangles of a map whose middles are in a region of the source, or of the target."""
     polygon = shapely.Polygon(xy_of(rings[0]), [xy_of(hole) for hole in rings[1:]])
     shapely.prepare(polygon)
-    middles = map.source[map.faces].mean(axis=1)
+    middles = (map.image if of_target else map.source)[map.faces].mean(axis=1)
     return np.flatnonzero(shapely.contains_xy(polygon, middles.real, middles.imag))
+
+
+def rings_of(z: Complex, faces: Index) -> list[Rings]:
+    """The outlines of what triangles (m, 3) of a mesh without folds cover, part by part, each counter-clockwise before
+    those of its holes."""
+    sides = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
+    edges, times = np.unique(sides, axis=0, return_counts=True)
+    lines = shapely.linestrings(xy_of(z[edges[times == 1]]))
+    parts = [
+        shapely.geometry.polygon.orient(part)
+        for part in shapely.get_parts(shapely.build_area(shapely.multilinestrings(lines)))
+    ]
+    return [
+        tuple(complex_of(shapely.get_coordinates(ring)[:-1]) for ring in (part.exterior, *part.interiors))
+        for part in parts
+    ]

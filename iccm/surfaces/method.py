@@ -28,7 +28,7 @@ from ..maps.triangulated.map import TriangulatedMap
 from ..meshes.flatten import Flattening
 from ..problem import Options, Problem
 from ..result import Fit
-from . import icp_start
+from . import icp_start, rigid
 from .ground import ground_of
 from .side import Side
 from .target_mesh_map import OwnMap, on_own_mesh
@@ -49,12 +49,14 @@ class _Prepared:
         frames: their unit coordinates.
         unit: the problem in them.
         pins: where they are solved for.
+        regions: rigid ones, polygons in the plane of the surface.
     """
 
     sides: tuple[Side, Side]
     frames: tuple[UnitFrame, UnitFrame]
     unit: UnitProblem
     pins: Pins
+    regions: tuple[Complex, ...] = ()
 
     @property
     def onto(self) -> bool:
@@ -89,12 +91,13 @@ def solve(problem: Problem, options: Options, layouts: Layouts, start: Triangula
         result = fit.result_of(problem, found, map, (holes, pins), settings, drawn=True)
         result.notes.extend(fit.parts_lost(result))
         return replace(result, layouts=layouts)
+    regions = problem.rigid or problem.rigid_target
     before = None if start is None or holes.source or holes.target or len(start.loops) > 1 else start
     try:
-        ready = _prepare(sides, holes, checked_pins, settings)
+        ready = _prepare(sides, holes, checked_pins, settings, regions)
         found, exact = _solve(ready, checked_pins, settings, journal, before)
     except NoMapError:  # found in even layouts, it folds in the user's, or none was found
-        ready = _prepare((sides[0].as_given, sides[1].as_given), holes, checked_pins, settings)
+        ready = _prepare((sides[0].as_given, sides[1].as_given), holes, checked_pins, settings, regions)
         found, exact = _solve(ready, checked_pins, settings, journal, before)
     map = TriangulatedMap(found.source, found.image, found.faces, found.loops)
     map = (
@@ -102,7 +105,17 @@ def solve(problem: Problem, options: Options, layouts: Layouts, start: Triangula
         if exact
         else fit.straighten_lines(map, found.lines)
     )
-    result = replace(fit.result_of(problem, found, map, (holes, pins), settings, drawn=True), layouts=layouts)
+    laid = None
+    if regions:
+        outlines, flat = rigid.laid_by_themselves(
+            map, ready.sides[ready.onto].given, regions, of_target=ready.onto
+        )
+        found = replace(found, rigid=outlines, rigid_of_target=ready.onto)
+        laid = flat, np.sqrt(sides[1].area / sides[0].area)
+    result = fit.result_of(problem, found, map, (holes, pins), settings, drawn=True, laid=laid)
+    result = replace(result, layouts=layouts)
+    if regions:
+        fit.check_sizes(result, options.rigid_size)
     if not (len(pins) or len(strokes)) or all(layouts):
         result.notes.extend(fit.strain(result.distortion))
     return result
@@ -123,7 +136,13 @@ def _partial(sides: tuple[Side, Side], pins: Pins, holes: Holes, settings: Setti
     return replace(found, source=z, image=u, filled=filled)
 
 
-def _prepare(sides: tuple[Side, Side], holes: Holes, pins: Pins, settings: Settings) -> _Prepared:
+def _prepare(
+    sides: tuple[Side, Side],
+    holes: Holes,
+    pins: Pins,
+    settings: Settings,
+    regions: tuple[Complex, ...] = (),
+) -> _Prepared:
     """The problem in unit coordinates of even layouts."""
     curves = [side.solved for side in sides]
     inner = Holes(tuple(curves[0][1:]), tuple(curves[1][1:]), holes.partners)
@@ -134,7 +153,7 @@ def _prepare(sides: tuple[Side, Side], holes: Holes, pins: Pins, settings: Setti
     if all(side.layout for side in sides):  # what one plane rounds off another may magnify
         settings = replace(settings, tolerance=ROUNDED * settings.tolerance)
     unit = multilevel.with_constraints(*outlines, inner.unit(frames), moved.unit(frames), settings, upright)
-    return _Prepared(sides, frames, unit._replace(metrics=_metrics(sides, frames)), moved)
+    return _Prepared(sides, frames, unit._replace(metrics=_metrics(sides, frames)), moved, regions)
 
 
 def _metrics(sides: tuple[Side, Side], frames: tuple[UnitFrame, UnitFrame]) -> Metrics:
@@ -195,6 +214,8 @@ def _solve(
         own = None if state_there is None else _on_own(ready, state_there, settings, journal)
     except (Stuck, NoMapError):  # a surface of few triangles may leave no room
         own = None
+    if ready.regions:
+        own = _with_rigid(ready, own, settings, journal)
     if alike is not None and (own is None or not met or alike.energy < own.energy):
         own, met = alike, True
     if own is not None:
@@ -288,6 +309,20 @@ def _on_own(ready: _Prepared, state: Meshed, settings: Settings, journal: SolveL
         lambda state, q: state.forward(theta, q, STEPS, DECREASE), first, settings
     )
     return replace(own, state=state, energy=first.energy)
+
+
+def _with_rigid(ready: _Prepared, own: OwnMap | None, settings: Settings, journal: SolveLog) -> OwnMap:
+    """The map on the own triangles with rigid regions.
+
+    Raises:
+        InputError: as `rigid.keep_rigid`.
+        NoMapError: none keeps them without folds.
+    """
+    if own is None:
+        raise NoMapError("rigid: no map without folds follows the surface's own triangles")
+    places = own.of_layout(ready.sides[ready.onto].given.flat)
+    asked = settings.inverse() if ready.onto else settings
+    return rigid.keep_rigid(own, places, ready.regions, ready.unit.theta, asked, journal)
 
 
 def _repair(state: DiscreteMap, there: Complex, *, mirrored: bool) -> Complex:

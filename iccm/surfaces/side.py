@@ -54,6 +54,13 @@ class Side:
         assert self.even is not None
         return self.even
 
+    @property
+    def area(self) -> float:
+        """Of the surface, or of the domain without its holes."""
+        if self.layout is not None:
+            return float(self.layout.patch.areas.sum())
+        return self.outlines[0].area - sum(abs(hole.area) for hole in self.outlines[1:])
+
     @cached_property
     def loops(self) -> list[Index]:
         """The layout's vertices along each outline, as it runs in the plane."""

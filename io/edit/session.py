@@ -297,8 +297,9 @@ class Session:
         """Figures of rigid regions, with their outlines on both sides as the page has them."""
         found = []
         for region, said in zip(fit.rigid, report.get("regions", ())):
-            images = [] if self.surfaces[1] else self.views[1].points(fit.map(region.rings[0]))
-            found.append({**said, "source": self.views[0].points(region.rings[0]), "target": images})
+            outline = fit.outline_of(region)
+            images = [] if self.surfaces[1] else self.views[1].points(fit.map(outline))
+            found.append({**said, "source": self.views[0].points(outline), "target": images})
         return {"regions": found}
 
     def _settle(self, scene: Scene, fit: Fit, report: dict[str, Any], chosen: Way) -> Shown:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 MORE = (
     1.5  # times the energy of the map before, or of one made anew: a map that costs more is not gone on with
 )
-CONSTRAINTS = "pins", "strokes", "rigid", "importance", "size_map"
+CONSTRAINTS = "pins", "strokes", "rigid", "rigid_target", "importance", "size_map"
 ROUNDED = 1e-9  # of the diagonal: outlines no farther apart are the same
 Names = tuple[list[str], list[str]]  # of pins and of strokes, empty for those that have none
 
@@ -52,13 +52,17 @@ def constrain(
         check_inside(shape, "pin", list(pins[:, side]))
         check_inside(shape, "vertex of a stroke", [z for stroke in found.strokes for z in stroke[side].z])
     given: dict[str, Any] = {"pins": pins if len(pins) else None, "strokes": found.strokes or None}
-    regions = job.rigid or (listed and listed.rigid) or source.rigid
+    regions = job.rigid or (listed and listed.rigid) or (not job.rigid_target and source.rigid)
     if regions:
         from ..shapes.regions import greys, read
 
         more = listed.rigid if listed else []
         given["rigid"] = read(source, job.rigid, more)
-        given |= greys(source, [*job.rigid, *more]) if job.target else {}
+        given |= greys(source, [*job.rigid, *more]) if job.target and not source.is_mesh else {}
+    if job.rigid_target:
+        from ..shapes.regions import read
+
+        given["rigid_target"] = read(target, job.rigid_target, option="--rigid-target")
     if job.importance or job.size_map:
         from ..shapes.regions import fields
 

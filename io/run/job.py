@@ -173,7 +173,17 @@ class Job(Described, JobOptions):
     command = "map"
     rows: ClassVar = {"source": (str, None), "target": (str | None, None), **options_of()}
     globbed = ("source", "target", "texture")
-    read = ("normal", "normal_down", "data", "constraints", "rigid", "importance", "size_map", "start")
+    read = (
+        "normal",
+        "normal_down",
+        "data",
+        "constraints",
+        "rigid",
+        "rigid_target",
+        "importance",
+        "size_map",
+        "start",
+    )
     written = WRITTEN
     templated = ("output", *WRITTEN, "constraints")
     source: str
@@ -186,7 +196,7 @@ class Job(Described, JobOptions):
     @classmethod
     def names_file(cls, key: str, value: str) -> bool:
         """Whether a value of one of `read` names a file; a region may be an element of the drawing."""
-        return super().names_file(key, value) and not (key == "rigid" and value.startswith("#"))
+        return super().names_file(key, value) and not (key.startswith("rigid") and value.startswith("#"))
 
     def _give_a_picture_each(self) -> None:
         """Every texture gets a picture; the first of them is `texture`."""

@@ -37,7 +37,7 @@ def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:
 
     if job.pin or job.constraints:
         raise InputError(f"--parts {job.parts}: pins and strokes are for one shape; name it with #id")
-    for name in ("rigid", "importance", "size_map"):
+    for name in ("rigid", "rigid_target", "importance", "size_map"):
         if getattr(job, name):
             option = f"--{name.replace('_', '-')}"
             raise InputError(f"--parts {job.parts}: {option} is for one shape; name it with #id")

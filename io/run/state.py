@@ -106,8 +106,8 @@ class Run:
             run.note(note)
         if job.parts == "largest":
             run.constraints, run.called = constrain(job, run.source, run.target, inputs.listed)
-            if job.target and run.target.rigid:
-                text = "what is called rigid here is left out: regions of the source keep their form"
+            if job.target and run.target.rigid and not job.rigid_target:
+                text = "what is called rigid here is left out: regions of the source keep their form, or --rigid-target"
                 run.note(f"{run.target.spec}: {text}")
         if job.start:
             run.start = read_start(job)

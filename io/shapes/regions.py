@@ -1,5 +1,5 @@
-"""Rigid regions of a source: elements of its drawing, masks on its canvas, polygons of a constraints file; and pictures
-that say how much its places count, or how large they are to be."""
+"""Rigid regions of a shape: elements of its drawing or groups of its mesh, masks on its canvas, polygons of a list; and
+pictures that say how much places of the source count, or how large they are to be."""
 
 from __future__ import annotations
 
@@ -14,9 +14,11 @@ from ...arrays import Complex
 from ...curve import Curve
 from ...errors import InputError
 from ...maps.fields import Field
+from ...maps.regions import rings_of
 from .. import formats, limits
 from ..spec import Spec
 from . import silhouette
+from .mesh_shape import MeshShape
 from .shape import Shape, drawn
 
 if TYPE_CHECKING:
@@ -28,28 +30,34 @@ WHITE = 0.5  # brightness from which a mask says rigid
 GREY = 0.1  # of what is not black in a mask: less grey is the edge of what is white
 
 
-def read(source: Shape, given: Sequence[str], listed: Sequence[str | list[Place]] = ()) -> list[Complex]:
-    """The outlines of all rigid regions in the core plane: those drawn in the source, those given, those listed.
+def read(
+    shape: Shape,
+    given: Sequence[str],
+    listed: Sequence[str | list[Place]] = (),
+    option: str = "--rigid",
+) -> list[Complex]:
+    """The outlines of all rigid regions in the core plane: those drawn in a shape, those given, those listed.
 
     Args:
-        source: a shape of the plane.
-        given: `#id`, an element or group of the source's drawing; or a picture, white where it is rigid, which covers
-            the source's canvas.
-        listed: likewise, or polygons in the source's units.
+        shape: the source or the target.
+        given: `#id`, an element or group of its drawing, or an object, group or material of its OBJ; or a picture,
+            white where it is rigid, which covers its canvas, or its layout.
+        listed: likewise, or polygons in its units.
+        option: for messages.
 
     Raises:
-        InputError: an element that the drawing does not have, a picture without white, a source that is a mesh.
+        InputError: an element or group that the file does not have, a picture without white.
     """
-    if source.is_mesh and (given or listed):
-        raise InputError(f"--rigid: {source.spec} is a mesh; rigid regions are for drawings and pictures")
-    found = list(source.rigid)
+    found = list(shape.rigid)
     for each in (*given, *listed):
         if not isinstance(each, str):
-            found.append(Curve.domain([source.at(place) for place in each], "rigid: a polygon").z)
-        elif each.startswith(MARK):
-            found += _element(source, each)
+            found.append(Curve.domain([shape.at(place) for place in each], "rigid: a polygon").z)
+        elif not each.startswith(MARK):
+            found += _mask(shape, Path(each), option)
+        elif isinstance(shape, MeshShape):
+            found += _triangles(shape, each, option)
         else:
-            found += _mask(source, Path(each))
+            found += _element(shape, each, option)
     return found
 
 
@@ -89,37 +97,53 @@ def greys(source: Shape, given: Sequence[str | list[Place]]) -> dict[str, Field]
     return {"importance": Field.of(np.max(found, axis=0), source.box, WHITER, "--rigid")} if found else {}
 
 
-def _element(source: Shape, name: str) -> list[Complex]:
-    """The outlines of an element of the source's drawing."""
-    spec = Spec(source.path, name[len(MARK) :] or None)
-    if formats.suffix_of(source.path) not in (".svg", ".svgz"):
+def _element(shape: Shape, name: str, option: str) -> list[Complex]:
+    """The outlines of an element of a drawing."""
+    spec = Spec(shape.path, name[len(MARK) :] or None)
+    if formats.suffix_of(shape.path) not in (".svg", ".svgz"):
         raise InputError(
-            f"--rigid {name}: is an element of a drawing, and {source.path} is none; name a mask"
+            f"{option} {name}: is an element of a drawing, and {shape.path} is none; name a mask"
         )
     drawing = drawn(spec)
     if spec.part not in drawing.ids:
-        raise InputError(f"--rigid {name}: no such element in {source.path}")
+        raise InputError(f"{option} {name}: no such element in {shape.path}")
     if not drawing.outlines:
         why = str(drawing.refused[0][1]) if drawing.refused else "it has no outline"
-        raise InputError(f"--rigid {name}: {why}")
+        raise InputError(f"{option} {name}: {why}")
     return [outline.z.conjugate() if drawing.flip else outline.z for outline in drawing.outlines]
 
 
-def _mask(source: Shape, path: Path) -> list[Complex]:
+def _triangles(shape: MeshShape, name: str, option: str) -> list[Complex]:
+    """The outlines of what an object, group or material of an OBJ covers of its layout."""
+    obj, patch = shape.file.obj, shape.flattening.patch
+    if obj is None:
+        raise InputError(f"{option} {name}: names a group of an OBJ, and {shape.path} is none; give a mask")
+    try:
+        named = obj.faces_of(name[len(MARK) :])[np.flatnonzero(shape.file.faces)]
+    except InputError as error:
+        raise InputError(f"{option} {name}: {error}") from error
+    own = named[np.searchsorted(shape.file.mesh.starts, patch.corner[:, 0], side="right") - 1]
+    if not own.any():
+        raise InputError(f"{option} {name}: none of its faces is in the part that is mapped, {shape.spec}")
+    return [rings[0] for rings in rings_of(shape.flattening.flat, patch.faces[own])]
+
+
+def _mask(shape: Shape, path: Path, option: str) -> list[Complex]:
     """The outlines of what is white in a picture."""
-    bright = _brightness(path, "--rigid")
+    bright = _brightness(path, option)
     if not (bright >= WHITE).any():
-        raise InputError(f"--rigid {path}: nothing in it is white; paint white what is rigid")
+        raise InputError(f"{option} {path}: nothing in it is white; paint white what is rigid")
     try:
         outlines, _ = silhouette.traced(bright)
     except InputError as error:
-        raise InputError(f"--rigid {path}: {error}") from error
-    (low, high), (height, width) = source.box, bright.shape
+        raise InputError(f"{option} {path}: {error}") from error
+    (low, high), (height, width) = shape.box, bright.shape
     size = high - low
-    return [
+    found = [
         low + outline.z.real / width * size.real + 1j * (1 - outline.z.imag / height) * size.imag
         for outline in outlines
     ]
+    return found if shape.mirror is None else [2 * shape.mirror - z.conj() for z in found]
 
 
 def _brightness(path: Path, option: str) -> NDArray[np.float32]:

@@ -132,3 +132,119 @@ def test_grey_in_a_mask_is_partly_rigid(drawn, iccm):
         worst.append(np.quantile(fit.triangles.dilatations[(near > 12) & (near < 30)], 0.95) - 1)
         assert fit.rigid[0].is_rigid
     assert worst[1] < 0.9 * worst[0]
+
+
+def pipe(n=25, m=17):
+    """A quarter of a pipe as OBJ, with a label in the middle: a group, and a material of another name."""
+    x, y = np.meshgrid(np.linspace(0, 2, n), np.linspace(0, 1, m), indexing="ij")
+    k = 1 + np.arange(n * m).reshape(n, m)
+    lines = [f"v {np.cos(a)} {b} {-np.sin(a)}" for a, b in zip(x.ravel(), y.ravel())]
+    for name, material, kept in (("rest", "steel", False), ("label", "paper", True)):
+        lines += [f"g {name}", f"usemtl {material}"]
+        for i, j in np.ndindex(n - 1, m - 1):
+            if (8 <= i < 16 and 6 <= j < 11) == kept:
+                lines.append(f"f {k[i, j]} {k[i + 1, j]} {k[i + 1, j + 1]} {k[i, j + 1]}")
+    return "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize("region", ["#label", "#paper", "whole.png"])
+def test_nothing_is_bent_on_a_region_of_a_mesh(drawn, iccm, region):
+    (drawn / "pipe.obj").write_text(pipe())
+    white = np.zeros((100, 100, 3), np.uint8)
+    white[36:62, 34:66] = 255  # of its layout, which lies as it stands
+    image_files.write("whole.png", image_files.Image(white))
+    common = ("--texture", "mask.png", "-o", "uv.obj", "--report", "r.json")
+    done = iccm("map", "blob.svg", "pipe.obj", "--rigid-target", region, *common)
+    assert done.code == 0, done.err
+    (found,) = json.loads((drawn / "r.json").read_text())["regions"]
+    assert found["of"] == "target" and found["dilatation"] <= 1.02
+    lines = (drawn / "uv.obj").read_text().splitlines()
+    v, vt = (
+        np.array([line.split()[1:] for line in lines if line.split()[0] == key], float) for key in ("v", "vt")
+    )
+    label = lines.index("g label")
+    faces = [
+        [corner.split("/")[:2] for corner in line.split()[1:]] for line in lines[label:] if line[0] == "f"
+    ]
+    corners = np.array(faces, int) - 1
+    # edges in the picture by what they are in space; the label's outermost quads apart, which a mask cuts
+    space, flat = (
+        np.linalg.norm(np.diff(p[corners[..., k]][:, [0, 1, 2, 3, 0]], axis=1), axis=2)
+        for k, p in enumerate((v, vt[:, :2]))
+    )
+    inner = np.isin(corners[..., 0], np.flatnonzero(np.bincount(corners[..., 0].ravel()) == 4)).all(axis=1)
+    ratio = (flat / space)[inner]
+    assert inner.sum() == 6 * 3 and np.ptp(ratio) <= 0.03 * ratio.mean()
+
+
+def test_a_group_of_a_mesh_keeps_its_form_in_a_drawing(drawn, iccm):
+    (drawn / "pipe.obj").write_text(pipe())
+    done = iccm(
+        "map",
+        "pipe.obj",
+        "blob.svg",
+        "--rigid",
+        "#label",
+        "--stmap",
+        "o.tif",
+        "--size",
+        "60",
+        "--report",
+        "r.json",
+    )
+    assert done.code == 0, done.err
+    (region,) = json.loads((drawn / "r.json").read_text())["regions"]
+    assert (
+        region["dilatation"] <= 1.02 and region["scale"] == pytest.approx(1, abs=0.02) and "of" not in region
+    )
+
+
+def test_an_element_of_a_target_is_kept(drawn, iccm):
+    done = iccm(
+        "map", "blob.svg", "rigid-logo.svg", "--rigid-target", "mask.png", "--report", "r.json", "-o", "o.npz"
+    )
+    assert done.code == 0, done.err
+    regions = json.loads((drawn / "r.json").read_text())["regions"]  # the mask's, and what is drawn as rigid
+    assert all(each["of"] == "target" and each["dilatation"] <= 1.02 for each in regions)
+    again = load("o.npz").report()["regions"]
+    assert again == regions
+
+
+@pytest.mark.parametrize(
+    ("source", "target", "typed", "told"),
+    [
+        ("pipe.obj", "blob.svg", ("--rigid", "#lid"), "nothing with faces is called 'lid'"),
+        (
+            "blob.svg",
+            "pipe.obj",
+            ("--rigid", "mask.png"),
+            "rigid: the map follows the triangles of the surface",
+        ),
+        (
+            "pipe.obj",
+            "blob.svg",
+            ("--rigid-target", "mask.png"),
+            "rigid_target: the map follows the triangles",
+        ),
+        (
+            "square.svg",
+            "blob.svg",
+            ("--rigid", "mask.png", "--rigid-target", "mask.png"),
+            "leave one of the two",
+        ),
+        ("square.svg", "blob.svg", ("--rigid-target", "#no"), "--rigid-target #no: "),
+        ("square.svg", "blob.svg", ("--rigid-target", "mask.png", "--size-map", "mask.png"), "goes without"),
+        (
+            "square.svg",
+            "blob.svg",
+            ("--rigid-target", "mask.png", "--parts", "all"),
+            "--rigid-target is for one",
+        ),
+    ],
+)
+def test_regions_that_are_not_kept_are_refused_in_a_line(drawn, iccm, source, target, typed, told):
+    (drawn / "pipe.obj").write_text(pipe())
+    output = "o.obj" if target == "pipe.obj" else "o.png"
+    texture = () if source == "pipe.obj" else ("--texture", "mask.png")
+    done = iccm("map", source, target, *typed, *texture, "-o", output, "--size", "50")
+    assert done.code == 2 and told in done.err and not (drawn / output).exists()

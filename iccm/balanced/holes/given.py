@@ -49,6 +49,10 @@ class Holes:
         )
         return source, target
 
+    def inverse(self) -> "Holes":
+        """Those of the inverse map."""
+        return Holes(self.target, self.source, tuple((j, i) for i, j in self.partners))
+
     def unit(self, frames: tuple[UnitFrame, UnitFrame]) -> "Holes":
         """The holes in unit coordinates."""
         source, target = (

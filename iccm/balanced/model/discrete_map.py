@@ -66,6 +66,7 @@ class DiscreteMap:
         rigid: (m,) the rigid region that each triangle is in, -1 for none; None where there are none.
         aims: (k,) complex, the derivative that each region is to have.
         stiffness: weight of the regions' triangles.
+        flat: (n,) where the vertices of regions of a surface lie, each laid flat by itself; None in the plane.
     """
 
     faces: Index
@@ -85,6 +86,7 @@ class DiscreteMap:
     rigid: Index | None = None
     aims: Complex = field(default_factory=lambda: NO_AIMS)
     stiffness: float = 1.0
+    flat: Complex | None = None
 
     @classmethod
     def on(
@@ -217,6 +219,11 @@ class DiscreteMap:
         """The largest distance of a constrained vertex from its goal; 0 but for rounding counts as 0."""
         away = float(np.abs(self.u[self.aimed] - self.goals).max(initial=0.0))
         return away if away > ROUNDING else 0.0
+
+    @property
+    def form(self) -> Complex:
+        """(n,) the vertices as rigid regions are to keep them."""
+        return self.z if self.flat is None else self.flat
 
     @cached_property
     def turn(self) -> float:
@@ -354,8 +361,8 @@ class DiscreteMap:
         if self.rigid is None or not forward or not self.aims.size:
             return RestShapes.of(self.pattern, gradients, areas)
         inside = self.rigid >= 0
-        if self.metrics != PLANES:  # a region is rigid in the plane
-            own, plain = geometry(self.z, self.pattern.corners)
+        if self.metrics != PLANES:  # a region is rigid in the plane, or as it lies flat
+            own, plain = geometry(self.form, self.pattern.corners)
             gradients, areas = np.where(inside[:, None], own, gradients), np.where(inside, plain, areas)
         areas = np.where(inside, self.stiffness, 1.0) * areas
         return RestShapes.of(self.pattern, gradients, areas, np.where(inside, self.aims[self.rigid], 0))

@@ -1,6 +1,6 @@
 """The settings of a balanced map, and the solution of a solve."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from ...arrays import Complex, Index
 from ...maps.triangulated.patches import NO_LINES
@@ -43,6 +43,11 @@ class Settings:
     rigid_size: float | None = 1.0
     metric: Metric | None = None
 
+    def inverse(self) -> "Settings":
+        """What is asked of the inverse map."""
+        turn, size = self.turn and -self.turn, self.rigid_size and 1 / self.rigid_size
+        return replace(self, turn=turn, rigid_size=size)
+
     @property
     def bounded(self) -> bool:
         """Whether there are bounds on the distortion."""
@@ -73,6 +78,8 @@ class Solution:
         holes: numbers of the holes of the source and of the target that the map does not pass over; None for all.
         filled: where bays are filled, the outer outline with them in the source and in the image.
         partners: for each loop but the first, which hole of the source and of the target it is; -1 for a slit.
+        rigid: outlines of rigid regions and of holes in them.
+        rigid_of_target: whether these are regions of the target.
     """
 
     source: Complex
@@ -95,6 +102,22 @@ class Solution:
     holes: tuple[tuple[int, ...], tuple[int, ...]] | None = None
     filled: tuple[Complex, Complex] | None = None
     rigid: tuple[tuple[Complex, ...], ...] = ()
+    rigid_of_target: bool = False
+
+    def inverse(self) -> "Solution":
+        """The inverse map; rigid regions of one side are regions of the other side of the other."""
+        return replace(
+            self,
+            source=self.image,
+            image=self.source,
+            turn=-self.turn,
+            gap=self.source_gap,
+            source_gap=self.gap,
+            holes=self.holes and self.holes[::-1],
+            filled=self.filled and self.filled[::-1],
+            partners=tuple((j, i) for i, j in self.partners),
+            rigid_of_target=not self.rigid_of_target,
+        )
 
 
 @dataclass

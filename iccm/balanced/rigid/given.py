@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from ...arrays import Complex, Flags, complex_of, xy_of
+from ...arrays import Complex, Flags, Index, complex_of, xy_of
 from ...curve import Curve
 from ...errors import InputError
 from ...plane import Similarity
@@ -105,16 +105,26 @@ def regions_of(
 
 
 def aims_of(regions: Regions, pins: Pins, size: float) -> tuple[Complex, Flags, Complex]:
+    """As `aims_by`, of polygons and pins in unit coordinates."""
+    return aims_by(len(regions.polygons), regions.holding(pins.inner[:, 0]), pins.inner, size)
+
+
+def aims_by(count: int, own: Index, pins: Complex, size: float) -> tuple[Complex, Flags, Complex]:
     """(k,) derivatives that regions are to have, and which ones their pins say; (k, 2) the middles of their pins and
     where these are to be, NaN where there are none; in unit coordinates.
+
+    Args:
+        count: how many regions there are.
+        own: (p,) the region that each pin is in, -1 for none.
+        pins: (p, 2) pins and where they are to be.
+        size: what regions have unless pins say it.
 
     Raises:
         InputError: the pins in a region are moved by no similarity.
     """
-    aims, said = np.full(len(regions.polygons), size, complex), np.zeros(len(regions.polygons), bool)
-    own, held = regions.holding(pins.inner[:, 0]), np.full((len(regions.polygons), 2), np.nan + 0j)
+    aims, said, held = np.full(count, size, complex), np.zeros(count, bool), np.full((count, 2), np.nan + 0j)
     for k in np.unique(own[own >= 0]):
-        here, there = pins.inner[own == k].T
+        here, there = pins[own == k].T
         held[k] = here.mean(), there.mean()
         if here.size < 2:
             continue

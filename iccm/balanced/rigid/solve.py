@@ -136,6 +136,33 @@ def keep_rigid(
     return best
 
 
+def keep_on_mesh(state: DiscreteMap, rigid: Rigid, theta: float, settings: Settings) -> DiscreteMap:
+    """The map gone on to on the mesh that it has, of whose triangles the regions consist; these may be smaller than
+    asked for, or not quite rigid.
+
+    Raises:
+        NoMapError: none without folds was found.
+    """
+    progress.tell("rigid regions")
+    here = placing_of(state, rigid)
+    goal = replace(here, factors=rigid.aims_beside(here.factors))
+    size = np.minimum(squeezed(state), np.abs(goal.factors)) / np.abs(here.factors)
+    ways: tuple[Callable[[], DiscreteMap], ...] = (
+        lambda: harden(state, rigid, theta, state.energy),
+        lambda: at_rest(placed(state, goal), theta),
+        lambda: brought(state, replace(here, factors=size * here.factors), goal, rigid, theta),
+    )
+    found = []
+    for way in ways:
+        with suppress(Stuck):
+            found.append(settle(way(), theta, settings))
+            if shortfall(found[-1], np.abs(goal.factors)) <= 1 - LARGE:
+                return found[-1]
+    if not found:
+        raise NoMapError("rigid: no map without folds keeps the regions")
+    return min(found, key=lambda state: shortfall(state, np.abs(goal.factors)))
+
+
 Begin = Callable[[Level, Callable[[DiscreteMap], DiscreteMap]], DiscreteMap]
 """What gives a map with rigid regions on a level, by what its mesh is changed by before."""
 
@@ -247,7 +274,7 @@ def placing_of(state: DiscreteMap, rigid: Rigid) -> Placing:
     corners = state.faces[state.rigid >= 0]
     middles, images = (
         _mean(own, areas, w.real) + 1j * _mean(own, areas, w.imag)
-        for w in (state.z[corners].mean(axis=1), state.u[corners].mean(axis=1))
+        for w in (state.form[corners].mean(axis=1), state.u[corners].mean(axis=1))
     )
     pinned = ~np.isnan(rigid.held[:, 0])
     middles, images = (np.where(pinned, held, w) for held, w in zip(rigid.held.T, (middles, images)))
@@ -265,7 +292,7 @@ def placed(state: DiscreteMap, places: Placing, steps: int = STEPS_AROUND) -> Di
     own[state.faces[inside]] = state.rigid[inside, None]
     still, k = np.flatnonzero(own >= 0), own[own >= 0]
     u = state.u.copy()
-    u[still] = places.images[k] + places.factors[k] * (state.z[still] - places.middles[k])
+    u[still] = places.images[k] + places.factors[k] * (state.form[still] - places.middles[k])
     moved = replace(state, u=u, aims=places.factors, stiffness=max(FIRM, state.stiffness))
     try:
         return moved.unfolded(harmonic=False, steps=steps, still=still)
@@ -377,7 +404,7 @@ def _inside(state: DiscreteMap) -> tuple[tuple[Complex, Complex, Real], np.ndarr
     """f_z, f_z̄ and areas of the regions' triangles, and of which region each is."""
     assert state.rigid is not None
     those = state.rigid >= 0
-    return derivatives(state.z, state.u, state.faces[those]), state.rigid[those]
+    return derivatives(state.form, state.u, state.faces[those]), state.rigid[those]
 
 
 def _mean(own: np.ndarray, areas: Real, values: Real) -> Real:

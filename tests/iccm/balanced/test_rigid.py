@@ -195,3 +195,23 @@ def test_room_is_found_where_a_shape_fits_and_nearest():
     assert share == 1 and abs(place - (2.9 + 1.1j)) < 0.1
     share, place = room_for(4 * square, domain, 0j)
     assert 0.45 < share < 0.5 and abs(place - (2 + 2j)) < 0.1
+
+
+def test_a_region_of_the_target_is_one_of_the_inverse_problem():
+    here = iccm.fit(STAR, SQUARE, rigid_target=[LETTER])
+    there = iccm.fit(SQUARE, STAR, rigid=[LETTER])
+    assert here.status.ok and here.certificate.report()["certified"]
+    np.testing.assert_array_equal(here.map.image, there.map.source)
+    np.testing.assert_array_equal(here.map.source, there.map.image)
+    (region,), (same,) = here.rigid, there.rigid
+    assert (
+        region.is_rigid and region.of_target and region.dilatation == pytest.approx(same.dilatation, abs=1e-3)
+    )
+    assert region.scale * same.scale == pytest.approx(1, abs=1e-3) and region.turn == pytest.approx(
+        -same.turn, abs=0.1
+    )
+
+
+def test_a_region_of_the_target_is_as_large_as_it_is_asked_to_be():
+    (region,) = iccm.fit(STAR, SQUARE, rigid_target=[LETTER], rigid_size=1.3).rigid
+    assert region.is_rigid and region.scale == pytest.approx(1.3, abs=0.026)

@@ -75,6 +75,7 @@ MAP_ALONE = (
     "max_left_out",
     "max_uncovered",
     "starts",
+    "rigid_target",
     "rigid_size",
     "importance",
     "size_map",

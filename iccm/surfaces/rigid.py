@@ -1,0 +1,130 @@
+"""Rigid regions of a surface: triangles that keep the form which they have laid flat by themselves."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..arrays import Complex, Flags, Index
+from ..balanced.model.settings import Settings, SolveLog
+from ..balanced.rigid.given import MOST, aims_by
+from ..balanced.rigid.solve import Rigid, keep_on_mesh
+from ..balanced.search.levels import POWER
+from ..curve import Curve, inside_any
+from ..errors import InputError
+from ..flattening.free import Elastic
+from ..flattening.method import STEPS, TOLERANCE
+from ..maps.regions import Rings, rings_of
+from ..maps.triangulated.map import TriangulatedMap
+from ..meshes import topology
+from ..meshes.flatten import Flattening
+from ..meshes.locate import Locator
+from ..meshes.stretch import laid_flat
+from ..plane import Similarity, triangle_areas
+from .target_mesh_map import OwnMap, OwnMetric
+
+OUTLINE = "A rigid region reaches the outline, which slides: its triangles there are not kept."
+
+
+def keep_rigid(
+    own: OwnMap,
+    places: Complex,
+    regions: Sequence[Complex],
+    theta: float,
+    settings: Settings,
+    journal: SolveLog,
+) -> OwnMap:
+    """The map on a surface's own triangles gone on to one that keeps regions, which turn with what is around them.
+
+    Args:
+        own: the map without them.
+        places: (n,) its vertices in the user's plane.
+        regions: polygons there.
+        theta: the balance.
+        settings: what is asked of the map.
+        journal: what happened.
+
+    Raises:
+        InputError: no triangle is in them, too many regions, or pins in one that no similarity takes along.
+        NoMapError: none without folds was found.
+    """
+    state = own.state
+    on_outline = np.arange(state.z.size) < state.border
+    labels, touching = labels_of(state.faces, places, on_outline, regions)
+    count = int(labels.max(initial=-1)) + 1
+    if not count:
+        raise InputError(
+            "rigid: no triangle of the surface is in it; one that touches the outline does not count"
+        )
+    if count > MOST:
+        raise InputError(f"rigid: {count} regions; at most {MOST} can be kept")
+    if touching:
+        journal.notes.append(OUTLINE)
+    metric = state.metrics[0]
+    assert isinstance(metric, OwnMetric)
+    a, b = (each[:, None] for each in metric.maps)
+    corners = state.z[state.faces]
+    flat = flat_by_itself(state.z, state.faces, a * corners + b * corners.conj(), labels)
+    holding = np.full(flat.size, -1)
+    holding[state.faces[labels >= 0]] = labels[labels >= 0, None]
+    pins = np.column_stack([flat[state.inner], state.inside.goals])
+    size = settings.rigid_size
+    aims, said, held = aims_by(count, holding[state.inner], pins, size or 1.0)
+    wanted = Rigid((), aims, ~said, ~said & (size is None), held)
+    kept = keep_on_mesh(replace(state, rigid=labels, flat=flat), wanted, theta, settings)
+    journal.level("rigid", kept, POWER)
+    return replace(own, state=kept, energy=kept.energy)
+
+
+def laid_by_themselves(
+    map: TriangulatedMap, layout: Flattening, regions: Sequence[Complex], *, of_target: bool
+) -> tuple[tuple[Rings, ...], Complex]:
+    """The regions of a map on a surface's own triangles: outlines in the surface's layout, and (n,) where their
+    vertices lie if each is laid flat by itself, in the surface's units."""
+    z = map.image if of_target else map.source
+    on_outline = np.zeros(z.size, bool)
+    on_outline[np.concatenate(map.loops)] = True
+    labels, _ = labels_of(map.faces, z, on_outline, regions)
+    face, weights = Locator(layout)(z, 1)
+    points = np.einsum("pk,pkx->px", weights, layout.patch.points[layout.patch.faces[face]])
+    flat = flat_by_itself(z, map.faces, laid_flat(points[map.faces]), labels)
+    outlines = [rings for k in range(labels.max() + 1) for rings in rings_of(z, map.faces[labels == k])]
+    return tuple(outlines), flat
+
+
+def labels_of(faces: Index, z: Complex, on_outline: Flags, regions: Sequence[Complex]) -> tuple[Index, bool]:
+    """(m,) the connected region that each triangle is in, -1 for none; and whether some were in one but touch the
+    outline, whose vertices slide."""
+    inside = inside_any(map(Curve, regions), z[faces].mean(axis=1))
+    touching = inside & on_outline[faces].any(axis=1)
+    labels, kept = np.full(len(faces), -1), np.flatnonzero(inside & ~touching)
+    if kept.size:
+        _, corners = np.unique(faces[kept], return_inverse=True)
+        a, b, c = corners.reshape(-1, 3).T
+        own = topology.labels(np.append(a, a), np.append(b, c), int(corners.max()) + 1)
+        labels[kept] = own[a]
+    return labels, bool(touching.any())
+
+
+def flat_by_itself(z: Complex, faces: Index, shapes: Complex, labels: Index) -> Complex:
+    """(n,) vertices of a layout z, those of each region laid flat by itself, as even as that goes, and turned as they
+    lie in z.
+
+    Args:
+        z: (n,) vertices, without folds.
+        faces: (m, 3) triangles.
+        shapes: (m, 3) what they are on the surface.
+        labels: (m,) the region that each is in, -1 for none.
+    """
+    flat = z.copy()
+    for k in range(labels.max(initial=-1) + 1):
+        own = labels == k
+        vertices, corners = np.unique(faces[own], return_inverse=True)
+        corners, here = corners.reshape(-1, 3), z[vertices]
+        size = np.sqrt(triangle_areas(shapes[own]).sum())
+        begun = here / np.sqrt(np.abs(triangle_areas(here[corners])).sum())
+        sheet = Elastic.of(corners, shapes[own] / size)
+        laid = size * sheet.relaxed(begun, 1.0, STEPS, TOLERANCE)
+        turn = Similarity.fit(laid, here).factor
+        flat[vertices] = turn / abs(turn) * laid
+    return flat
