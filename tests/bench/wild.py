@@ -12,10 +12,10 @@ from __future__ import annotations
 
 import argparse
 import os
+import resource
 import subprocess
 import sys
 import tempfile
-import threading
 from fractions import Fraction
 from pathlib import Path
 from typing import NamedTuple
@@ -146,11 +146,13 @@ class Done(NamedTuple):
 def command(*words: object) -> Done:
     """Run iccm."""
     with tempfile.TemporaryFile("w+", errors="replace") as said:
-        process = subprocess.Popen([COMMAND, *map(str, words)], stdout=said, stderr=said)
-        clock = threading.Timer(LIMIT, process.kill)
-        clock.start()
+        process = subprocess.Popen(
+            [COMMAND, *map(str, words)],
+            stdout=said,
+            stderr=said,
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (LIMIT, LIMIT)),
+        )
         _, status, usage = os.wait4(process.pid, 0)
-        clock.cancel()
         process.returncode = code = os.waitstatus_to_exitcode(status)
         said.seek(0)
         lines = said.read().splitlines()
