@@ -45,7 +45,7 @@ class Joined:
         shape = Triangles(number[mesh.corners[corner]], vertex.size)
         unused = int((~named).sum())
         notes = [f"{unused} vertices that no face of it uses are left out"] if unused and mesh.whole else []
-        return cls(mesh, shape, corner, vertex, tuple(notes))._collapsed()._welded()._mended()
+        return cls(mesh, shape, corner, vertex, tuple(notes))._collapsed()._welded()._single()._mended()
 
     def _collapsed(self) -> "Joined":
         """Edges without length shrunk to a vertex, as of a pole that is written as a row of vertices."""
@@ -62,6 +62,18 @@ class Joined:
         note = f"{self.vertex.size - first.size} edges without length are shrunk to a vertex"
         shape = Triangles(joined[faces[kept]], first.size)
         return Joined(self.mesh, shape, self.corner[kept], self.vertex[first], (*self.notes, note))
+
+    def _single(self) -> "Joined":
+        """One triangle of those between the same three vertices, where edges have more than two: a side of both."""
+        if not self.shape.crowded_edges:
+            return self
+        first, _ = distinct_rows(np.sort(self.shape.faces, axis=1))
+        kept = np.sort(first)
+        if not (more := len(self.shape.faces) - kept.size):
+            return self
+        note = f"{more} triangle{'s' if more > 1 else ''} with the corners of another left out"
+        shape = Triangles(self.shape.faces[kept], self.shape.count)
+        return Joined(self.mesh, shape, self.corner[kept], self.vertex, (*self.notes, note))
 
     def _mended(self) -> "Joined":
         """Edges with more than two faces cut, so that as much as can be stays one surface."""

@@ -50,13 +50,13 @@ class Figures(NamedTuple):
 def judged(path: Path, before: Path | None = None) -> Figures:
     """The figures of an OBJ file; faces that have the coordinates of the one `before` are left out."""
     points, texts, polygons = _read(path)
+    whole = [min(t for _, t in polygon) >= 0 for polygon in polygons]
     if before and before.suffix.lower() == ".obj":
         _, old, same = _read(before)
-        kept = (
-            [[old[t : t + 1] for _, t in polygon] for polygon in same] if len(same) == len(polygons) else []
-        )
+        kept = [[old[t : t + 1] for _, t in polygon] for polygon in same]
         shown = [[texts[t : t + 1] for _, t in polygon] for polygon in polygons]
-        polygons = [polygon for k, polygon in enumerate(polygons) if kept[k : k + 1] != [shown[k]]]
+        whole = [each and a != b for each, a, b in zip(whole, shown, kept, strict=True)]
+    polygons = [polygon for polygon, each in zip(polygons, whole) if each]
     space, plane = np.array(points), np.array(texts, float)
     owner, cuts, fan = [], [], []
     for number, polygon in enumerate(polygons):
@@ -75,7 +75,7 @@ def judged(path: Path, before: Path | None = None) -> Figures:
 
 
 def _read(path: Path) -> tuple[list[list[float]], list[list[str]], list[list[tuple[int, int]]]]:
-    """Points, texture coordinates, and the polygons that have some."""
+    """Points, texture coordinates, and polygons of both; -1: a corner that has none."""
     points, texts, polygons = [], [], []
     for words in map(str.split, path.read_text(errors="replace").splitlines()):
         if words[:1] == ["v"]:
@@ -84,15 +84,15 @@ def _read(path: Path) -> tuple[list[list[float]], list[list[str]], list[list[tup
             texts.append(words[1:3])
         elif words[:1] == ["f"]:
             corners = [word.split("/") for word in words[1:]]
-            if all(len(corner) > 1 and corner[1] for corner in corners):
-                pairs = [(int(corner[0]), int(corner[1])) for corner in corners]  # negative: from the end
-                polygons.append(
-                    [
-                        (v - 1 if v > 0 else len(points) + v, t - 1 if t > 0 else len(texts) + t)
-                        for v, t in pairs
-                    ]
-                )
+            pairs = [
+                (int(corner[0]), int(corner[1]) if corner[1:] and corner[1] else 0) for corner in corners
+            ]
+            polygons.append([(_place(v, len(points)), _place(t, len(texts))) for v, t in pairs])
     return points, texts, polygons
+
+
+def _place(number: int, count: int) -> int:
+    return number - 1 if number >= 0 else count + number
 
 
 def _convex(corners: NDArray) -> bool:

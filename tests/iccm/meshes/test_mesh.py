@@ -262,6 +262,13 @@ def test_a_seam_of_coinciding_vertices_stays_open_in_one_piece():
     assert piece.notes == ()
 
 
+def test_of_a_surface_with_both_its_sides_one_is_taken():
+    corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+    piece = disk_patch(Mesh.triangles("sheet", corners, [[0, 1, 2], [0, 2, 3], [2, 1, 0], [3, 2, 0]]))
+    assert piece.areas.sum() == pytest.approx(1)
+    assert piece.notes == ("2 triangles with the corners of another left out",)
+
+
 def globe(rows, columns):
     """Quads; each pole is a row of vertices, and the date line two columns of them."""
     v, u = (
