@@ -1,11 +1,14 @@
 """Areas that a size map asks for: each connected part of one size is given as much as it lacked, and mapped again.
 
 The energy weighs areas against angles, so that parts that should grow much get less than they should. A fixed-point
-iteration: the size of each part is multiplied by the root of the area wished over that it got. It stops where all are
-CLOSE, or where PATIENCE rounds came hardly closer.
+iteration: the size of each part is multiplied by the root of the area wished over that it got, or by half of that where
+all of it leaves more area misplaced. Where a round on the mesh that is there hardly helps, the outlines slide anew:
+corners that hold their vertices are in the way of that, and necks need it. It stops where all are CLOSE, or where
+PATIENCE rounds came hardly closer.
 """
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,36 +23,40 @@ from .model.metric import PLACES
 
 MET_FROM = 8.0  # balance from which areas are met
 CLOSE = 0.015  # of the area of each part: what is so close is met
-PATIENCE, GAIN = 10, 0.1  # rounds by which it has to come closer by a share; it ends where it does not
+PATIENCE, GAIN = 10, 0.1  # rounds in which this share of what is misplaced has to go, or it ends
 LEVELS = 64  # of sizes, that are told from each other
 LEAST = 2e-3  # of the source's area: smaller parts are left to what surrounds them
 TOLD = "The areas asked for are met to {:.1%} by all {} parts of the source (size-map)."
 
 
-def met(field: Field, first: Fit, again: Callable[[Field, TriangulatedMap], Fit]) -> Fit:
+def met(field: Field, first: Fit, again: Callable[[Field, TriangulatedMap, bool], Fit]) -> Fit:
     """The map whose areas are those that a field of sizes asks for, or as close as rounds come.
 
     Args:
         field: the sizes.
         first: the map by them.
-        again: the map by others, gone on to from an earlier one.
+        again: the map by others, gone on to from an earlier one, and whether its outlines slide anew.
     """
     parts = parts_of(field)
-    found = best = first
-    sizes, (factors, off), since = field.values, missing(first, field, parts), 0
-    least = mark = off
-    while off > CLOSE and since < PATIENCE:
-        sizes, since = sizes * factors[parts], since + 1
+    best, sizes, lacks, step, since = first, field.values, missing(first, field, parts), 1.0, 0
+    mark, gained, slides = lacks.misplaced, 1.0, False
+    while lacks.off > CLOSE and since < PATIENCE:
+        since += 1
+        slides = gained < GAIN and not slides
+        tried = sizes * lacks.factors[parts] ** step
         try:
-            found = again(Field(sizes, field.box), triangulated(found.map))
+            found = again(Field(tried, field.box), triangulated(best.map), slides)
         except InputError:
             break
-        factors, off = missing(found, field, parts)
-        if off < least and found.status.ok:
-            best, least = found, off
-        if least <= (1 - GAIN) * mark:
-            mark, since = least, 0
-    best.notes.append(TOLD.format(least, int(np.count_nonzero(factors != 1))))
+        now = missing(found, field, parts)
+        gained = 1 - now.misplaced / lacks.misplaced
+        if not found.status.ok or gained <= 0:
+            step *= 0.5
+            continue
+        best, sizes, lacks, step = found, tried, now, min(1.0, 2 * step)
+        if lacks.misplaced <= (1 - GAIN) * mark:
+            mark, since = lacks.misplaced, 0
+    best.notes.append(TOLD.format(lacks.off, int(np.count_nonzero(lacks.factors != 1))))
     return best
 
 
@@ -69,25 +76,34 @@ def parts_of(field: Field) -> Index:
     return parts
 
 
-def missing(fit: Fit, field: Field, parts: Index) -> tuple[Real, float]:
-    """(p,) by what to multiply the size of each part, and how far the area of one is off at most."""
+class Missing(NamedTuple):
+    """What parts lack of the areas wished.
+
+    Attributes:
+        factors: (p,) by what to multiply the size of each.
+        off: how far the area of one is off at most, relative to what it should be.
+        misplaced: the share of the area that is in other parts than it should be.
+    """
+
+    factors: Real
+    off: float
+    misplaced: float
+
+
+def missing(fit: Fit, field: Field, parts: Index) -> Missing:
+    """What the parts of a field of sizes lack in a map."""
     map = triangulated(fit.map)
     places = map.source[map.faces] @ PLACES.T
-    (low, high), (height, width) = field.box, parts.shape
-    j = np.clip((places.real - low.real) / (high - low).real * width, 0, width - 1).astype(int)
-    i = np.clip((high.imag - places.imag) / (high - low).imag * height, 0, height - 1).astype(int)
-    own, count = parts[i, j], int(parts.max()) + 1
+    pixels = field.pixels(places)
+    own, count = parts[pixels].ravel(), int(parts.max()) + 1
     source, image = (
-        np.bincount(
-            own.ravel(), np.repeat(np.abs(triangle_areas(w[map.faces])), own.shape[1]), minlength=count
-        )
+        np.bincount(own, np.repeat(np.abs(triangle_areas(w[map.faces])), places.shape[1]), count)
         for w in (map.source, map.image)
     )
-    wished = np.bincount(
-        own.ravel(),
-        (np.abs(triangle_areas(map.source[map.faces]))[:, None] * field.values[i, j] ** 2).ravel(),
-        minlength=count,
-    )
+    areas = np.abs(triangle_areas(map.source[map.faces]))[:, None]
+    wished = np.bincount(own, (areas * field.values[pixels] ** 2).ravel(), count)
+    wished, image = wished / wished.sum(), image / image.sum()
     counted = source > LEAST * source.sum()
-    ratio = np.where(counted, wished / wished.sum() / np.where(counted, image / image.sum(), 1), 1)
-    return np.sqrt(ratio), float(np.max(np.abs(1 / ratio - 1), initial=0, where=counted))
+    ratio = np.where(counted, wished / np.where(counted, image, 1), 1)
+    off = np.max(np.abs(1 / ratio - 1), initial=0, where=counted)
+    return Missing(np.sqrt(ratio), float(off), 0.5 * float(np.abs(wished - image).sum()))

@@ -52,7 +52,7 @@ def solve(problem: Problem, options: Options, start: TriangulatedMap | None = No
         fit = cartogram.met(
             problem.size_map,
             fit,
-            lambda sizes, before: map_of(replace(problem, size_map=sizes), whole, before),
+            lambda sizes, *before: map_of(replace(problem, size_map=sizes), whole, *before),
         )
     free = not (len(problem.given_pins) or problem.given_strokes or problem.rigid or problem.rigid_target)
     free = free and not (start or problem.importance or problem.size_map)
@@ -79,11 +79,14 @@ def better_partial(problem: Problem, options: Options, whole: Fit) -> list[str]:
     return []
 
 
-def map_of(problem: Problem, options: Options, start: TriangulatedMap | None = None) -> Fit:
+def map_of(
+    problem: Problem, options: Options, start: TriangulatedMap | None = None, moved: bool = False
+) -> Fit:
     """The balanced map of a problem, from an earlier one on if there is one.
 
     From EVEN on it follows the map as areas come to count more, by a factor of two at a time: a search of its own finds
-    minima that are farther and farther from the best, turned and less even.
+    minima that are farther and farther from the best, turned and less even. `moved` asks for a new mesh, on which the
+    outlines slide, even where they are those of the earlier map.
 
     Raises:
         NoMapError: no map without folds was found.
@@ -106,7 +109,7 @@ def map_of(problem: Problem, options: Options, start: TriangulatedMap | None = N
     constrained = len(pins) or strokes or regions or any(fields)
     if settings.fit == "auto" and (constrained or start is not None or settings.bounded):
         settings = replace(settings, fit="whole")
-    moved = start is not given_start
+    moved = moved or start is not given_start
     if problem.rigid_target:
         found = solve_inverse(
             source, target, settings, pins, strokes, holes, numbers, start, problem.rigid_target, moved=moved

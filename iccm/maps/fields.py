@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import Box, Complex, Real
+from ..arrays import Box, Complex, Index, Real
 from ..errors import InputError
 
 
@@ -46,12 +46,22 @@ class Field:
 
     def __call__(self, z: Complex) -> Real:
         """The numbers at points of any shape."""
-        (low, high), (height, width) = self.box, self.values.shape
-        x = np.clip((z.real - low.real) / (high - low).real * width - 0.5, 0, width - 1)
-        y = np.clip((high.imag - z.imag) / (high - low).imag * height - 0.5, 0, height - 1)
+        height, width = self.values.shape
+        y, x = (np.clip(at - 0.5, 0, most - 1) for at, most in zip(self._in_pixels(z), (height, width)))
         i, j = np.minimum(y.astype(int), max(height - 2, 0)), np.minimum(x.astype(int), max(width - 2, 0))
         below, right = np.minimum(i + 1, height - 1), np.minimum(j + 1, width - 1)
         s, t = x - j, y - i
         v = self.values
         upper, lower = (1 - s) * v[i, j] + s * v[i, right], (1 - s) * v[below, j] + s * v[below, right]
         return np.asarray((1 - t) * upper + t * lower)
+
+    def pixels(self, z: Complex) -> tuple[Index, Index]:
+        """Rows and columns of the pixels in which points of any shape are, or to which they are closest."""
+        i, j = (np.clip(at, 0, most - 1) for at, most in zip(self._in_pixels(z), self.values.shape))
+        return i.astype(int), j.astype(int)
+
+    def _in_pixels(self, z: Complex) -> tuple[Real, Real]:
+        """How far points are below the upper edge, and to the right of the left one."""
+        (low, high), (height, width) = self.box, self.values.shape
+        size = high - low
+        return (high.imag - z.imag) / size.imag * height, (z.real - low.real) / size.real * width

@@ -85,12 +85,13 @@ def constrained_map(
         source, target = (with_points(c, side) for c, side in zip((source, target), pins.outer.T))
         source, target, holes, pins = rounded_with_pins(source, target, holes, pins)
     problem = problem_of(source, target, holes, pins, settings, None if moved else start)
+    slides = moved and settings.metric is not None
     if start is not None and len(problem.holes[0]) < len(problem.holes[1]):  # it is they that are filled
-        back, met = warm_started(problem.inverse(), invert(start), settings, journal)
+        back, met = warm_started(problem.inverse(), invert(start), settings, journal, slides=slides)
         if met:  # else from scratch: what fills the holes is not in the earlier map, and may be in the way
             return invert(back), met
     elif start is not None:
-        return warm_started(problem, start, settings, journal)
+        return warm_started(problem, start, settings, journal, slides=slides)
     used, found = coarse_to_fine(problem, journal)
     for partial in bay_choices(problem, settings):
         log = SolveLog()
@@ -138,13 +139,18 @@ def with_constraints(
 
 
 def warm_started(
-    problem: UnitProblem, start: Sketch, settings: Settings, journal: SolveLog
+    problem: UnitProblem, start: Sketch, settings: Settings, journal: SolveLog, *, slides: bool = False
 ) -> tuple[DiscreteMap, bool]:
-    """The map that goes on from an earlier one, and whether it meets all constraints.
+    """The map that goes on from an earlier one, and whether it meets all constraints; where other sizes are asked for,
+    material is to get past corners, and the outline `slides`.
 
     Raises:
         NoMapError: the earlier one cannot be carried to these outlines without folds.
     """
+    with suppress(Stuck):
+        if slides:
+            state = warm_start.slide_anew(final_level(problem, settings, smooth=True), start, problem)
+            return meet_bounds(state, problem.theta, settings, journal), meets_constraints(problem, state)
     try:
         state = warm_start.continue_from(final_level(problem, settings), start, problem)
     except Stuck:

@@ -16,10 +16,23 @@ from ..model.boundary_pairs import Pairs
 from ..model.discrete_map import DiscreteMap, folds
 from ..model.inner_constraints import InnerConstraints
 from ..model.outline import Outline, simplify
+from ..model.outline_split import split_at_vertices
 from ..model.sketch import Sketch
-from .final_mesh import TRIANGLES_PER_AREA
+from .final_mesh import TRIANGLES_PER_AREA, on_finer
 from .homotopy import brought
-from .levels import EVENED, Level, UnitProblem, refine, relax_stretched
+from .levels import (
+    EVENED,
+    FINE_BACKWARD,
+    FINE_ROUNDS,
+    GOOD_ENOUGH,
+    POWER,
+    RELEASED_STEPS,
+    Level,
+    UnitProblem,
+    alternate,
+    refine,
+    relax_stretched,
+)
 from .pin_continuation import aim_feet, lead_one_by_one
 
 SAME = 1e-8  # of the root of the area: a vertex this close to a pin, or to an outline, is on it
@@ -40,6 +53,19 @@ def continue_from(level: Level, start: Sketch, problem: UnitProblem) -> Discrete
         level, start, mesh_sizes.graded(start.z, start.u, start.faces, 0.5 * level.size**2)
     )
     return relax_stretched(_constrained(level, state, problem), problem.theta)
+
+
+def slide_anew(level: Level, start: Sketch, problem: UnitProblem) -> DiscreteMap:
+    """The earlier map with its outline slid to rest, on a level with smooth outlines. Corners hold their vertices, in
+    both shapes where two of them meet, and nothing gets past until they are released and pinned again on a new mesh.
+
+    Raises:
+        Stuck: it folds.
+    """
+    state = continue_from(level, start, problem)
+    state = state.forward(problem.theta, POWER, RELEASED_STEPS, GOOD_ENOUGH, corners=False)
+    state = alternate(on_finer(level, state, problem), problem.theta, POWER, FINE_ROUNDS, FINE_BACKWARD)
+    return split_at_vertices(state)
 
 
 def _constrained(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteMap:

@@ -21,6 +21,7 @@ def test_a_field_is_linear_between_pixels_and_goes_on_beyond_them():
     assert field(places) == pytest.approx([0, 1, 2, 2, 5, 3.5])
     assert Field.of([[7]], (0j, 1 + 1j), 0.0, "field")(places) == pytest.approx(7)
     assert Field.of([[1, 100]], (0j, 1 + 1j), 0.1, "field").values.min() == 10
+    np.testing.assert_array_equal(field.values[field.pixels(places)], [0, 1, 2, 5, 5, 5])
 
 
 @pytest.mark.parametrize("name", ["importance", "size_map"])
@@ -56,6 +57,16 @@ def test_halves_of_a_bar_come_to_have_the_areas_asked_for():
         assert fit.status.ok and fit.certificate.share == 1
     assert 0.6 < shares[0] < shares[1] and shares[1] == pytest.approx(0.75, rel=0.02)
     assert any("areas asked for are met to" in note for note in fit.notes)
+
+
+@pytest.mark.slow
+def test_areas_get_through_a_neck_past_its_corners():
+    bell = np.array([0, 4, 4 + 1.6j, 6 + 1.6j, 6, 10, 10 + 4j, 6 + 4j, 6 + 2.4j, 4 + 2.4j, 4 + 4j, 4j])
+    sizes = np.where(np.arange(200) < 100, 1, np.sqrt(3))[None]
+    fit = iccm.fit(bell, bell, size_map=sizes, balance=8)
+    areas, middles = triangle_areas(fit.map.image[fit.map.faces]), fit.map.source[fit.map.faces].mean(axis=1)
+    assert fit.status.ok and fit.certificate.share == 1
+    assert areas[middles.real > 5].sum() / areas.sum() == pytest.approx(0.75, rel=0.02)
 
 
 def test_parts_of_a_field_are_connected_and_of_one_size():
