@@ -64,16 +64,23 @@ class Joined:
         return Joined(self.mesh, shape, self.corner[kept], self.vertex[first], (*self.notes, note))
 
     def _single(self) -> "Joined":
-        """One triangle of those between the same three vertices, where edges have more than two: a side of both."""
+        """One triangle of those between the same three vertices, where edges have more than two: a side of both; none
+        of those between two cells of a solid, whose surface is closed without them."""
         if not self.shape.crowded_edges:
             return self
-        first, _ = distinct_rows(np.sort(self.shape.faces, axis=1))
-        kept = np.sort(first)
-        if not (more := len(self.shape.faces) - kept.size):
+        first, which = distinct_rows(np.sort(self.shape.faces, axis=1))
+        times = np.bincount(which)[which]
+        if (times == 1).all():
             return self
-        note = f"{more} triangle{'s' if more > 1 else ''} with the corners of another left out"
-        shape = Triangles(self.shape.faces[kept], self.shape.count)
-        return Joined(self.mesh, shape, self.corner[kept], self.vertex, (*self.notes, note))
+        surface = Triangles(self.shape.faces[times == 1], self.shape.count)
+        if (times == 1).any() and (surface.twin >= 0).all() and not surface.crowded_edges:
+            kept, what = np.flatnonzero(times == 1), "between cells"
+        else:
+            kept, what = np.sort(first), "with the corners of another"
+        note = f"{times.size - kept.size} triangles {what} left out"
+        used, named = np.unique(self.shape.faces[kept], return_inverse=True)
+        shape = Triangles(named.reshape(-1, 3), used.size)
+        return Joined(self.mesh, shape, self.corner[kept], self.vertex[used], (*self.notes, note))
 
     def _mended(self) -> "Joined":
         """Edges with more than two faces cut, so that as much as can be stays one surface."""

@@ -258,15 +258,18 @@ def _split_quads(quad: Real, vertices: Index, sides: Index) -> Index:
     both = (agree[0] > 0) & (agree[1] > 0)
     other = np.where(both, length[1] < length[0] * (1 - 1e-9), agree[1] > agree[0])
     edges = np.column_stack([_edges(vertices[:, 0], vertices[:, 2]), _edges(vertices[:, 1], vertices[:, 3])])
-    used = Counter(np.where(other, edges[:, 1], edges[:, 0]).tolist())
+    first, alike = distinct_rows(np.sort(vertices, axis=1))  # quads of the same corners count once
+    chosen = np.where(other, edges[:, 1], edges[:, 0])[first]
+    used = Counter(chosen.tolist())
     taken = np.isin(edges, sides)
-    for k in np.flatnonzero(taken.any(axis=1) | _repeated(np.where(other, edges[:, 1], edges[:, 0]))):
+    for k in np.sort(first[taken[first].any(axis=1) | _repeated(chosen)]):
         now, new = int(other[k]), 1 - int(other[k])
         if (taken[k, now] or used[edges[k, now]] > 1) and not (taken[k, new] or used[edges[k, new]]):
             other[k] = new
             used[edges[k, now]] -= 1
             used[edges[k, new]] += 1
-    return diagonals[other.astype(int)]
+    chosen = np.where(other, edges[:, 1], edges[:, 0])[first]
+    return diagonals[(edges[:, 1] == chosen[alike]).astype(int)]
 
 
 def _edges(tails: Index, heads: Index) -> Index:

@@ -101,22 +101,43 @@ class Inputs(Files):
         """The pins of the source or the target through which closed meshes on both sides are cut, in their order."""
         return [pair[target] for pair in self._seams[0]]
 
+    @property
+    def _cut_pair(self) -> tuple[str, str] | None:
+        """The specs of both sides, where these are meshes in space that may be cut."""
+        job = self.job
+        if not job.cut or not job.target or job.plane == "uv":
+            return None
+        pair = job.source, job.target
+        return pair if all(map(self.is_mesh, pair)) else None
+
+    def same_vertices(self) -> list[tuple[Place, Place]]:
+        """Pins of two closed meshes of the same connectivity, where none are given.
+
+        Raises:
+            InputError: a mesh cannot be read.
+        """
+        job, pair = self.job, self._cut_pair
+        if pair is None or job.pin or job.constraints or job.start or job.parts != "largest":
+            return []
+        from ..shapes.seam_order import same_vertices
+
+        return same_vertices(pair, (self._whole(pair[0]), self._whole(pair[1])))
+
     @cached_property
     def _seams(self) -> tuple[list[tuple[Place, Place]], Opening | None]:
         """The pins through which closed meshes on both sides are cut; none unless there are two, all on the meshes. And
         where the source is cut, if not along geodesics."""
-        job = self.job
-        if not (job.cut and job.target and self.is_mesh(job.source) and self.is_mesh(job.target)):
+        job, pair = self.job, self._cut_pair
+        if pair is None:
             return [], None
         more = [(pin.source, pin.target) for pin in self.listed.all_pins] if self.listed else []
         pins = [*job.pin, *more]
         flat = any(vertex_of(place) is None and len(place) == 2 for pair in pins for place in pair)
-        if flat or len(pins) < 2 or job.plane == "uv":
+        if flat or len(pins) < 2:
             return [], None
         from ..shapes.seam_order import seam_order
 
-        wholes = self._whole(job.source), self._whole(job.target)
-        order, opening = seam_order((job.source, job.target), wholes, pins)
+        order, opening = seam_order(pair, (self._whole(pair[0]), self._whole(pair[1])), pins)
         return [pins[k] for k in order], opening
 
     def check_trace(self) -> None:

@@ -83,12 +83,18 @@ class Run:
         """
         figures = dict[str, Any]()
         inputs.check_trace()
+        pins = inputs.same_vertices()
+        if pins:
+            job = inputs.job = job.model_copy(update={"pin": pins})
         if job.parts != "largest":
             pairs, notes, figures = parts.read(job, inputs)
         else:
             source = inputs.shape(job.source)
             target = inputs.shape(job.target, target=True, source=source) if job.target else source
-            pairs, notes = [(source, target)], []
+            said = (
+                f"{job.target}: has the connectivity of {job.source}: {len(pins)} vertices are held to theirs"
+            )
+            pairs, notes = [(source, target)], [f"{said} (--pin gives others)"] if pins else []
         if job.holes == "auto" and job.holed and job.target and not (job.pin or job.constraints):
             from ..shapes.holes import without_holes
 

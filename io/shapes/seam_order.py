@@ -1,16 +1,51 @@
-"""In which order the seams of two closed meshes run through pins, and where on the source."""
+"""In which order the seams of two closed meshes run through pins, and where on the source; pins of meshes of the same
+connectivity."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
 from ...meshes.disk_patch import nearest, sound_piece
+from ...meshes.geodesics import GeodesicGraph
 from ...surfaces.inserted import Opening
+from ...surfaces.isomorphism import Polygons, isomorphism
 from ...surfaces.seams import agreed_order, same_seam
 from ..meshes import mesh_files
 from ..meshes.obj import Obj
 from ..point_syntax import Place
 from .mesh_shape import point_of, split_at
+
+MARKS = 5  # vertices of meshes of the same connectivity that are pins: of a body, its head, hands and feet
+
+
+def same_vertices(specs: tuple[str, str], wholes: tuple[Obj | None, Obj | None]) -> list[tuple[Place, Place]]:
+    """Vertices far apart of two closed meshes of the same connectivity, as pins; none where it is another.
+
+    Args:
+        specs: of source and target.
+        wholes: what is known of them, as for `mesh_shape.read`.
+
+    Raises:
+        InputError: a mesh cannot be read.
+    """
+    found = [mesh_files.read(spec, whole) for spec, whole in zip(specs, wholes)]
+    if any(file.chart for file in found) or found[0].mesh.corners.size != found[1].mesh.corners.size:
+        return []
+    source, target = (sound_piece(file.mesh, file.piece or 1) for file in found)
+    if any(patch.loops or patch.genus for patch in (source, target)):
+        return []
+    partner = np.arange(len(target.points))
+    if not np.array_equal(source.faces, target.faces):
+        corner = isomorphism(*(Polygons.triangles(each.points, each.faces) for each in (source, target)))
+        if corner is None:
+            return []
+        partner[target.faces.ravel()] = source.faces.ravel()[corner]
+    graph, count = GeodesicGraph.of(target.points, target.triangles), len(target.points)
+    stops = [int(np.argmax(graph.distances(np.zeros(1, np.int64))[0, :count]))]
+    while len(stops) < min(MARKS, count):
+        stops.append(int(np.argmax(graph.distances(np.array(stops))[:, :count].min(axis=0))))
+    rows = source.vertex[partner[stops]] + found[0].mesh.base, target.vertex[stops] + found[1].mesh.base
+    return [(f"v{a}", f"v{b}") for a, b in zip(*rows)]
 
 
 def seam_order(

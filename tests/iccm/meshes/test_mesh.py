@@ -15,7 +15,7 @@ from iccm.io.run import Job, flat_files
 from iccm.io.run.inputs import Inputs
 from iccm.io.shapes import mesh_shape
 from iccm.io.spec import Spec
-from iccm.meshes.disk_patch import Joined, disk_patch
+from iccm.meshes.disk_patch import Joined, disk_patch, sound_piece
 from iccm.meshes.flatten import overlap
 from iccm.meshes.mesh import Mesh, check, triangulate
 
@@ -267,6 +267,19 @@ def test_of_a_surface_with_both_its_sides_one_is_taken():
     piece = disk_patch(Mesh.triangles("sheet", corners, [[0, 1, 2], [0, 2, 3], [2, 1, 0], [3, 2, 0]]))
     assert piece.areas.sum() == pytest.approx(1)
     assert piece.notes == ("2 triangles with the corners of another left out",)
+
+
+def test_of_cells_the_surface_is_taken():
+    k = np.arange(18).reshape(2, 3, 3)  # 1 x 2 x 2 cubes, each written with all of its faces
+    steps = np.array(
+        [[0, 1, 4, 3], [9, 12, 13, 10], [0, 9, 10, 1], [3, 4, 13, 12], [0, 3, 12, 9], [1, 10, 13, 4]]
+    )
+    quads = (k[0, :2, :2].ravel()[:, None, None] + steps).reshape(-1)
+    points = np.stack(np.meshgrid(range(2), range(3), range(3), indexing="ij"), axis=-1).reshape(-1, 3)
+    piece = sound_piece(Mesh("cells", points.astype(float), quads, 4 * np.arange(25)))
+    assert piece.notes[0] == "16 triangles between cells left out"
+    assert piece.areas.sum() == pytest.approx(2 * (4 + 2 + 2))
+    assert not piece.loops and piece.genus == 0
 
 
 def globe(rows, columns):

@@ -1,0 +1,57 @@
+"""Pins that two closed meshes of the same connectivity have without being given any."""
+
+import numpy as np
+import pytest
+from scipy.spatial import ConvexHull
+
+from iccm.io.shapes.seam_order import MARKS, same_vertices
+
+
+def written(path, points, faces):
+    rows = [f"v {x} {y} {z}" for x, y, z in points] + [f"f {a} {b} {c}" for a, b, c in faces + 1]
+    path.write_text("\n".join(rows))
+    return str(path)
+
+
+@pytest.fixture
+def ball():
+    """200 points of a sphere, and triangles all turned outwards."""
+    points = np.random.default_rng(0).normal(size=(200, 3))
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    faces = ConvexHull(points).simplices
+    inward = np.linalg.det(points[faces]) < 0
+    return points, np.where(inward[:, None], faces[:, ::-1], faces)
+
+
+@pytest.mark.parametrize("shuffled", [False, True])
+def test_vertices_are_those_of_the_same_place_whatever_their_order(shuffled, ball, tmp_path):
+    points, faces = ball
+    rng = np.random.default_rng(1)
+    order = rng.permutation(len(points)) if shuffled else np.arange(len(points))
+    place = np.argsort(order)  # the new number of each vertex
+    other = place[faces][rng.permutation(len(faces))] if shuffled else faces
+    longer = points[order] * [1, 1.2, 3] + 0.05 * np.sin(7 * points[order])
+    pins = same_vertices(
+        (written(tmp_path / "a.obj", points, faces), written(tmp_path / "b.obj", longer, other)), (None, None)
+    )
+    assert len({end for _, end in pins}) == MARKS
+    for start, end in pins:
+        assert place[int(start[1:]) - 1] == int(end[1:]) - 1
+
+
+def test_another_connectivity_has_none(ball, tmp_path):
+    points, faces = ball
+    a, b = faces[0], next(f for f in faces[1:] if len({*faces[0], *f}) == 4)
+    (p,), (q,) = {*a} - {*b}, {*b} - {*a}
+    k = list(a).index(p)
+    u, v = a[(k + 1) % 3], a[(k + 2) % 3]
+    flipped = np.array([[p, u, q], [q, v, p], *(f for f in faces[1:] if list(f) != list(b))])
+    assert len(flipped) == len(faces)
+    specs = written(tmp_path / "a.obj", points, faces), written(tmp_path / "b.obj", points, flipped)
+    assert same_vertices(specs, (None, None)) == []
+
+
+def test_open_meshes_have_none(ball, tmp_path):
+    points, faces = ball
+    spec = written(tmp_path / "a.obj", points, faces[1:])
+    assert same_vertices((spec, spec), (None, None)) == []
