@@ -120,13 +120,17 @@ def keep_rigid(
         with suppress(Stuck, NoMapError):
             begin = way(problem, sketch, rigid, places)
             for smooth, split in VARIANTS:
-                with suppress(Stuck):
-                    level = final_level(problem._replace(regions=rigid.regions), settings, smooth=smooth)
+                level = final_level(problem._replace(regions=rigid.regions), settings, smooth=smooth)
+                try:
                     state = begin(level, split_at_vertices if split else lambda state: state)
                     state = split_at_vertices(state) if smooth and not split else state
                     found.append(settle(state, problem.theta, settings))
-                    if is_rigid(found[-1]):
-                        break
+                except Stuck:  # where regions fold the map without them, kinks are not what is in the way
+                    if way is around_places:
+                        continue
+                    break
+                if is_rigid(found[-1]):
+                    break
         if found and shortfall(found[-1], np.abs(places.factors)) <= 1 - LARGE:
             break
     if not found:
