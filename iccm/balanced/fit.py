@@ -124,6 +124,8 @@ def map_of(
     map = bounds.straighten_beyond_bounds(map, settings.max_dilatation, settings.max_stretch)
     drawn = bounds.meets_bounds(map, settings.max_dilatation, settings.max_stretch)
     fit = result_of(problem, found, map, (holes, pins), settings, drawn=drawn)
+    if settings.fit != "whole" and loses_too_much(fit, options):
+        return map_of(problem, replace(options, fit="whole"), given_start)
     if regions:
         check_sizes(fit, options.rigid_size)
     free = not (len(pins) or len(strokes))
@@ -179,6 +181,11 @@ def solve_inverse(
     said, told = unequal(swapped), unequal(holes)
     notes = [note for note in found.notes if note not in said]
     return replace(found.inverse(), notes=[*told, *notes] if len(notes) < len(found.notes) else notes)
+
+
+def loses_too_much(fit: Fit, options: Options) -> bool:
+    """Whether more is left out, or stays uncovered, than is allowed, though the search took it for less."""
+    return fit.left_out > options.max_left_out + SAID or fit.uncovered > options.max_uncovered + SAID
 
 
 def opened_ring(problem: Problem, closed: Fit, options: Options, settings: Settings) -> Fit | None:

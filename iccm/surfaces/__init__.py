@@ -4,7 +4,6 @@ method            the method: layouts, a planar map, Newton on the surfaces
 side              a domain of the plane, or a surface in an even layout
 icp_start         a start for layouts of almost the same shape
 ground            a surface in space as what a map goes onto
-unfolding         folds undone where they are
 refined           more vertices: in faces, on the boundary, in chords
 inserted          given points and strokes as vertices and edges
 target_mesh_map   the last map, on the target's own triangles

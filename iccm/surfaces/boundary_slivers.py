@@ -3,10 +3,10 @@
 import numpy as np
 
 from ..arrays import Complex, Index
+from ..balanced.minimise.unfold import unfold_on
 from ..flattening.opening import open_up, tuck_in
 from ..meshes.flatten import Flattening
 from ..plane import cross
-from .unfolding import unfold_on
 
 ROUNDS = 20  # of lifting; one does unless such triangles lie behind one another
 RIM = 1e-3  # of the outline's diagonal, the default tolerance: how far a vertex may be moved out of it

@@ -15,6 +15,7 @@ from ..balanced.constraints.validate import Pins, check
 from ..balanced.errors import NoMapError, Stuck
 from ..balanced.holes.given import Holes, named_partners, unequal
 from ..balanced.injectivity import refuse_folds
+from ..balanced.minimise.unfold import unfold_in
 from ..balanced.model.discrete_map import DiscreteMap
 from ..balanced.model.frames import UnitFrame, frames_of
 from ..balanced.model.metric import LaidMetric, Metrics
@@ -32,7 +33,6 @@ from . import icp_start, rigid
 from .ground import ground_of
 from .side import Side
 from .target_mesh_map import OwnMap, on_own_mesh
-from .unfolding import unfold_in
 
 SURE = 1.3  # energy of a map of surfaces that are alike from which down no other is looked for, by hand
 STEPS, DECREASE = 40, 1e-3  # of Newton's method in space, and the relative decrease that ends it
@@ -89,6 +89,8 @@ def solve(problem: Problem, options: Options, layouts: Layouts, start: Triangula
         found = _partial(sides, checked_pins, holes, settings)
         map = TriangulatedMap(found.source, found.image, found.faces, found.loops)
         result = fit.result_of(problem, found, map, (holes, pins), settings, drawn=True)
+        if fit.loses_too_much(result, options):
+            return solve(problem, replace(options, fit="whole"), layouts, start)
         result.notes.extend(fit.parts_lost(result))
         return replace(result, layouts=layouts)
     regions = problem.rigid or problem.rigid_target
@@ -328,8 +330,9 @@ def _with_rigid(ready: _Prepared, own: OwnMap | None, settings: Settings, journa
 def _repair(state: DiscreteMap, there: Complex, *, mirrored: bool) -> Complex:
     """Images (n,) in the user's plane, the few triangles that fold on the way there unfolded; as they are where that
     fails."""
+    held = np.arange(there.size) < state.constrained
     try:
-        found = unfold_in(there.conj() if mirrored else there, state.faces, state.constrained, state.u)
+        found = unfold_in(there.conj() if mirrored else there, state.faces, held, state.u)
     except Stuck:
         return there
     return found.conj() if mirrored else found

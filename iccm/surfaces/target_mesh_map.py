@@ -26,10 +26,10 @@ from ..meshes.stretch import Linear, laid_flat, linear
 from ..plane import cross, triangle_areas
 from .refined import RefinedSurface
 from .side import Side
-from .unfolding import unfold_locally
 
 UNFOLDING, POLISHING = 200, 30  # steps: a bunny with holes takes over 40
 ROOM = 4  # times that triangles around folds are halved, by hand
+THIN = 0.1  # of the mean: ratio of areas from which down a triangle beside the boundary is moved, too
 COARSE = 4000  # triangles from which down edges are halved between surfaces: median errors fall by 20 to 40 %
 SAME = 1e-9  # of the length: arclengths this close are one place
 
@@ -254,11 +254,7 @@ def _unfold(map: DiscreteMap, *, harmonic: bool) -> DiscreteMap:
     """
     map = map.moved_to_border(map.u)
     try:
-        return replace(map, u=unfold_locally(map))
-    except Tangled:
-        pass
-    try:
-        return map.unfolded(harmonic=False, polish=POLISHING, steps=UNFOLDING, weighed=True)
+        return map.unfolded(harmonic=False, polish=POLISHING, steps=UNFOLDING, weighed=True, thin=THIN)
     except Tangled:
         if not harmonic:
             raise

@@ -6,4 +6,5 @@ sliding    constrained vertices: held, or sliding along a curve that has an ener
 upright    what a map costs more because it turns the picture
 newton     projected Newton with a line search that never folds a triangle
 untangle   a first map without folds
+unfold     folds undone where they are
 """

@@ -5,6 +5,7 @@ Planes, deformations and surfaces differ in what holds the boundary (`boundary`)
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -25,6 +26,7 @@ from ..minimise import newton
 from ..minimise.energy import LOST, NO_AIMS, Objective, RestShapes, geometry
 from ..minimise.in_space import Ground, SurfaceMap, separate
 from ..minimise.sliding import HELD, SLIDING, Border, Constraints, Rails
+from ..minimise.unfold import BARE, unfold
 from ..minimise.untangle import STEPS, springs, untangle
 from ..minimise.upright import ANY_TURN, Upright
 from .boundary import Boundary, MatchedBoundary, MatchedLoop
@@ -272,23 +274,37 @@ class DiscreteMap:
         steps: int = STEPS,
         weighed: bool = False,
         still: Index | None = None,
+        thin: float = BARE,
     ) -> "DiscreteMap":
         """The inside moved so that no triangle is folded; bound vertices, and those of `still` (k,), stay where they
-        are. Those in holes count less if `weighed`.
+        are. Unless it begins as the `harmonic` one it moves beside folds alone, if that undoes them.
+
+        Args:
+            harmonic: see above.
+            polish: steps of all the inside that may be made once nothing is folded.
+            steps: the most of these there may be.
+            weighed: whether triangles in holes and bays count less.
+            still: see above.
+            thin: ratio of areas, of the mean, from which down a triangle counts as folded.
 
         Raises:
             Tangled: folds remain.
         """
-        gradients, areas = rest_geometry(self.z, self.u, self.pattern.corners, (self.metrics[0], None))
-        if weighed and self.weights is not None:
-            areas = areas * self.weights
+        gradients, areas = rest_geometry(self.z, self.u, self.faces, (self.metrics[0], None))
+        weights = self.weights if weighed and self.weights is not None else np.ones(len(areas))
         u = self.u.copy()
         if self.bound:
             u[self.inner] = self.inside.goals
-        rest = RestShapes.of(self.pattern, gradients, areas)
         held = np.arange(u.size) < self.constrained
         if still is not None:
             held[still] = True
+        if not harmonic:
+            image = triangle_areas(u[self.faces])
+            folded = image * (areas @ weights) < thin * areas * weights * image.sum()
+            with suppress(Tangled):
+                return replace(self, u=unfold(u, self.faces, held, folded, gradients, areas, weights))
+        gradients, areas = rest_geometry(self.z, self.u, self.pattern.corners, (self.metrics[0], None))
+        rest = RestShapes.of(self.pattern, gradients, areas * weights)
         least = untangle(self.pattern, rest, u, held, harmonic, steps, polish)
         if not least > 0 or folds(self.faces, u):
             raise Tangled(u)

@@ -154,3 +154,15 @@ def test_images_are_moved_to_the_outline_with_little_change_inside():
     assert np.array_equal(moved.u[: moved.border], start.u[: start.border])
     middle = np.argmin(np.abs(start.z))
     assert moved.u[middle] == pytest.approx(pushed[middle], abs=1e-3) and folds(moved.faces, moved.u) == 0
+
+
+def test_a_fold_is_undone_where_it_is():
+    state = begun(SQUARE, ELL, 0.3, size=0.05).unfolded()
+    middle = state.border + int(np.argmin(np.abs(state.z[state.border :])))
+    u = state.u.copy()
+    u[middle] += 0.2
+    bad = replace(state, u=u)
+    found = bad.unfolded(harmonic=False)
+    assert folds(bad.faces, bad.u) > 0 and folds(found.faces, found.u) == 0
+    moved = np.abs(found.z[found.u != bad.u] - found.z[middle])
+    assert moved.size > 0 and moved.max() < 0.4

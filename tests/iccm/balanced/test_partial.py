@@ -17,6 +17,7 @@ from iccm.balanced.minimise.energy import (
     geometry,
     void_derivatives,
 )
+from iccm.balanced.search import multilevel
 from iccm.balanced.search.partial import GOOD
 from iccm.balanced.search.symmetry import half_of
 from iccm.curve import Curve
@@ -157,6 +158,13 @@ def test_what_may_be_lost_is_bounded():
     assert free.uncovered > 0.01
     assert not iccm.fit(U, SQUARE, max_uncovered=0.5 * free.uncovered).is_partial
     assert iccm.fit(U, SQUARE, max_left_out=0.0).uncovered == pytest.approx(free.uncovered)
+
+
+@pytest.mark.slow
+def test_what_may_be_lost_is_bounded_on_the_last_mesh_too(monkeypatch):
+    free = iccm.fit(U, SQUARE)
+    monkeypatch.setattr(multilevel, "is_within", lambda *given: True)  # a search that takes it for less
+    assert not iccm.fit(U, SQUARE, max_uncovered=0.5 * free.uncovered).is_partial
 
 
 @pytest.mark.slow

@@ -13,6 +13,7 @@ from iccm.arrays import xy_of
 from iccm.balanced.minimise.energy import Objective
 from iccm.balanced.minimise.in_space import assemble_in_space, total_in_space
 from iccm.balanced.minimise.sliding import border_energy
+from iccm.balanced.minimise.unfold import unfold_in
 from iccm.balanced.model.frames import UnitFrame
 from iccm.balanced.model.metric import LaidMetric
 from iccm.balanced.search import multilevel
@@ -29,7 +30,7 @@ from iccm.meshes.locate import Locator
 from iccm.meshes.mesh import Mesh, face_areas
 from iccm.plane import triangle_areas
 from iccm.result import Status
-from iccm.surfaces import icp_start, seams, trilateration, unfolding
+from iccm.surfaces import icp_start, seams, trilateration
 from iccm.surfaces.ground import ground_of
 from iccm.surfaces.inserted import with_vertices
 from iccm.surfaces.refined import RefinedSurface
@@ -260,7 +261,7 @@ def test_a_fold_is_undone_and_the_rest_stays(shaken):
         rings[state.faces[rings[state.faces].any(axis=1)]] = True
     u[worst] += 0.25
     assert (triangle_areas(u[state.faces]) <= 0).any()
-    found = unfolding.unfold_in(u, state.faces, state.border, state.u)
+    found = unfold_in(u, state.faces, np.arange(u.size) < state.border, state.u)
     assert (triangle_areas(found[state.faces]) > 0).all()
     moved = np.abs(found - state.u) > 1e-12
     assert moved.sum() < 0.5 * u.size

@@ -2,49 +2,67 @@
 
 import numpy as np
 
-from ..arrays import Complex, Flags, Index, Real
-from ..balanced.errors import Tangled
-from ..balanced.minimise.energy import RestShapes, geometry
-from ..balanced.minimise.untangle import untangle
-from ..balanced.model.discrete_map import DiscreteMap
-from ..balanced.model.metric import rest_geometry
-from ..linalg.cholesky import system_of
-from ..meshes.stretch import laid_flat
-from ..meshes.topology import labels
-from ..plane import triangle_areas, triangle_heights
+from ...arrays import Complex, Flags, Index, Real
+from ...linalg.cholesky import system_of
+from ...meshes.stretch import laid_flat
+from ...meshes.topology import labels
+from ...plane import triangle_areas, triangle_heights
+from ..errors import Tangled
+from .energy import RestShapes, geometry
+from .untangle import untangle
 
-RINGS = (
-    2,
-    4,
-    8,
-    16,
-)  # of triangles around folds whose vertices move, the first that do; by hand, as what follows
-THIN = 0.1  # of the mean: ratio of areas from which down a triangle counts as folded
-BARE = 1e-9  # of the mean: the same where the map is to stay as it is
+RINGS = 2, 4, 8, 16  # of triangles around folds whose vertices move: more where folds remain (by hand)
+BARE = 1e-9  # of the mean: ratio of areas from which down a triangle counts as folded
 STEPS, POLISHING = 100, 30
 
 
-def unfold_locally(map: DiscreteMap) -> Complex:
-    """(n,) images with vertices moved beside folded and thin triangles alone, the outline and pins staying.
+def unfold(
+    u: Complex,
+    faces: Index,
+    held: Flags,
+    folded: Flags,
+    gradients: Complex,
+    areas: Real,
+    weights: Real | float = 1.0,
+) -> Complex:
+    """(n,) images with vertices moved beside some triangles alone, those of `held` staying, until none is folded; as
+    they are where none was and some would be.
+
+    Args:
+        u: images.
+        faces: (m, 3) triangles.
+        held: (n,) vertices that stay.
+        folded: (m,) triangles that are to open.
+        gradients, areas: of the triangles at rest, as of `energy.geometry`.
+        weights: (m,) how much the triangles count, beside their areas.
 
     Raises:
         Tangled: folds remain.
     """
-    gradients, areas = rest_geometry(map.z, map.u, map.faces, (map.metrics[0], None))
-    if map.weights is not None:
-        areas = areas * map.weights
-    image = triangle_areas(map.u[map.faces])
-    folded = image * areas.sum() < THIN * areas * image.sum()
-    return _unfold(map.u, map.faces, map.constrained, folded, gradients, areas)
+    left = int(np.count_nonzero(triangle_areas(u[faces]) <= 0))
+    for rings in RINGS if folded.any() else ():
+        near = np.zeros(u.size, bool)
+        near[faces[folded]] = True
+        for _ in range(rings):
+            near[faces[near[faces].any(axis=1)]] = True
+        new = _move(u, faces, near & ~held, gradients, areas, weights)
+        remaining = triangle_areas(new[faces]) <= 0
+        if not remaining.any():
+            return new
+        if (count := int(np.count_nonzero(remaining))) < left:
+            u, folded, left = new, remaining, count
+    if left:
+        raise Tangled(u)
+    return u
 
 
-def unfold_in(u: Complex, faces: Index, held: int, rest: Complex) -> Complex:
-    """(n,) places in another plane with vertices moved beside folded triangles alone, the first `held` staying.
+def unfold_in(u: Complex, faces: Index, held: Flags, rest: Complex) -> Complex:
+    """(n,) places in another plane with vertices moved beside folded triangles alone.
 
     Args:
         u: places in that plane.
         faces: (m, 3) triangles.
-        held: number of vertices that stay.
+        held: (n,) vertices that stay.
         rest: (n,) places without folds.
 
     Raises:
@@ -52,7 +70,7 @@ def unfold_in(u: Complex, faces: Index, held: int, rest: Complex) -> Complex:
     """
     gradients, areas = geometry(rest, faces)
     image = triangle_areas(u[faces])
-    return _unfold(u, faces, held, image * areas.sum() < BARE * areas * image.sum(), gradients, areas)
+    return unfold(u, faces, held, image * areas.sum() < BARE * areas * image.sum(), gradients, areas)
 
 
 def unfold_on(u: Complex, faces: Index, held: Flags, points: Real, least: float) -> Complex:
@@ -90,23 +108,9 @@ def unfold_on(u: Complex, faces: Index, held: Flags, points: Real, least: float)
     return u
 
 
-def _unfold(u: Complex, faces: Index, held: int, folded: Flags, gradients: Complex, areas: Real) -> Complex:
-    near, grown = np.zeros(u.size, bool), 0
-    near[faces[folded]] = True
-    for rings in RINGS if folded.any() else ():
-        for _ in range(rings - grown):
-            near[faces[near[faces].any(axis=1)]] = True
-        free, grown = near.copy(), rings
-        free[:held] = False
-        new = _move(u, faces, free, gradients, areas)
-        if (triangle_areas(new[faces]) > 0).all():
-            return new
-    if (triangle_areas(u[faces]) <= 0).any():
-        raise Tangled(u)
-    return u
-
-
-def _move(u: Complex, faces: Index, free: Flags, gradients: Complex, areas: Real) -> Complex:
+def _move(
+    u: Complex, faces: Index, free: Flags, gradients: Complex, areas: Real, weights: Real | float = 1.0
+) -> Complex:
     """(n,) images with those of the free vertices (n,) moved; rest shapes as large as their images, on the whole."""
     hit = free[faces].any(axis=1)
     if not hit.any():
@@ -120,7 +124,8 @@ def _move(u: Complex, faces: Index, free: Flags, gradients: Complex, areas: Real
     scale = np.sqrt(np.abs(triangle_areas(u[faces[hit]]).sum()) / areas[hit].sum())
     own = np.ascontiguousarray(np.take_along_axis(gradients[hit], order, axis=1)) / scale
     moved, here = u.copy(), u[vertices]
-    rest = RestShapes.of(pattern, own, areas[hit] / areas[hit].sum())
+    measure = (areas * weights)[hit]
+    rest = RestShapes.of(pattern, own, measure / measure.sum())
     untangle(pattern, rest, here, np.arange(here.size) < border, False, STEPS, POLISHING)
     moved[vertices] = here
     return moved

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from iccm.balanced.minimise.unfold import unfold_on
 from iccm.plane import triangle_heights
-from iccm.surfaces.unfolding import unfold_on
 
 
 def grid(n):
