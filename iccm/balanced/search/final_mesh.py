@@ -18,7 +18,18 @@ from ..model.outline_split import split_at_vertices
 from ..model.settings import Settings, SolveLog
 from ..model.sketch import Sketch
 from . import pin_continuation
-from .levels import FINE_BACKWARD, FINE_ROUNDS, POWER, Level, UnitProblem, alternate, refine, relax_stretched
+from .levels import (
+    EASED,
+    EASING_STEPS,
+    FINE_BACKWARD,
+    FINE_ROUNDS,
+    POWER,
+    Level,
+    UnitProblem,
+    alternate,
+    refine,
+    relax_stretched,
+)
 
 FINE_EXACTNESS = (2e-4, 6e-4)  # with 1e-3 limbs fold on the last mesh, with 3e-4 no map is better
 STEEPEST_FINE = 20.0  # slope of a match, relative to the mean, that a mesh follows
@@ -91,7 +102,7 @@ def on_final_mesh(
         with suppress(Stuck):
             last = on_finer(final_level(problem, settings, share, smooth=smooth), state, problem)
             last = descend(last, problem.theta, POWER, journal)
-            found.append((split_at_vertices(last) if smooth else last, last))
+            found.append((eased(split_at_vertices(last), problem.theta) if smooth else last, last))
             if energy(found[-1][0]) <= KNOTTED * energy(state):
                 break
     if not found:
@@ -103,6 +114,11 @@ def on_final_mesh(
         with suppress(Stuck):
             best = split_at_vertices(meet_bounds(sliding, problem.theta, settings, journal))
     return meet_bounds(best, problem.theta, settings, journal)
+
+
+def eased(state: DiscreteMap, theta: float) -> DiscreteMap:
+    """A map with new vertices on its outlines, which stay; a few steps widen what is thin beside them."""
+    return state.inside_moved(theta, POWER, EASING_STEPS, EASED)
 
 
 def final_level(

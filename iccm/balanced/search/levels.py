@@ -47,7 +47,7 @@ EVENED = 0.02  # share of even spacing mixed into closest points, which bunch up
 SPREAD = 0.02  # share of even spacing mixed in between outline pins, which may squeeze a match to nothing
 MOST_PAIRS = 3000  # of outline vertices: a bar of 4000 : 1 at the fine mesh size
 BADLY_STRETCHED = 25.0  # on a new mesh; below, q = 1 makes as many bad triangles as it mends
-EASING_STEPS, EASED = 10, 1e-2  # at q = 1 on a new mesh, and the relative decrease that ends them
+EASING_STEPS, EASED = 10, 1e-2  # on a new mesh, and the relative decrease that ends them
 GOOD_ENOUGH = 5e-4  # relative decrease of a Newton step that counts as none
 PATIENT = 200  # steps of unfolding, where fewer leave folds: 7 of 10 meshes that 40 leave folded
 STROKE_SAMPLES = 8  # of each stroke, which starts are compared by (by hand)
