@@ -3,6 +3,7 @@
 Where only the targets of pins inside have moved their goals move, and Newton's method follows, on the mesh of the map
 at rest: nothing is to be seen when it comes to rest again. Where only the sources have, so does that of the inverse.
 Everything else (a pin more or less, one on the outline, a stroke) takes a new mesh at each step, a coarse one.
+While something is dragged each step has a budget, and the map may lag behind; at rest it has none.
 """
 
 from collections.abc import Sequence
@@ -40,6 +41,9 @@ FORWARD, BACKWARD, DECREASE = 8, 3, 1e-3  # Newton steps on the map, then on its
 SQUEEZED = 0.01
 """Of the smallest area on the mesh when it was new: smaller triangles are between corners of source and target that
 want to pass each other on the outline, which they can on a new mesh only."""
+STEPS_A_MESH = 20
+"""Steps of a drag from one new fine mesh to the next. Each costs as much as some ten other steps, a hitch: with 20 to
+40 steps a second, there is one a second at most."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +90,7 @@ class _Pair:
             if new.miss > 0 and not given.strokes:  # other triangles may let the pins pass
                 anew = move_on_new_meshes(level, new.held(), new.inside.goals, settings.theta)
                 new = min(anew, new, key=lambda each: each.miss)
-            return _relax(new, settings.theta)
+            return _relax(new if coarse else _towards(new, settings.theta), settings.theta)
         except Stuck as error:
             raise NoMapError(f"the map cannot follow: {error}") from error
 
@@ -117,6 +121,8 @@ class Live:
         state: the map in them.
         least: the smallest area of a triangle, or of its image, when its mesh was new.
         coarse: whether its mesh is.
+        age: steps since its mesh was new, or one was last tried for.
+        behind: whether it is that of constraints before, since those in force were not reached.
     """
 
     pair: "_Pair"
@@ -125,6 +131,8 @@ class Live:
     state: DiscreteMap
     least: float
     coarse: bool
+    age: int = STEPS_A_MESH
+    behind: bool = False
 
     @classmethod
     def of(
@@ -133,8 +141,10 @@ class Live:
         settings: Settings,
         pins: Complex,
         strokes: Sequence[tuple[Curve, Curve]] = (),
+        *,
+        dragged: bool = False,
     ) -> "Live":
-        """Beginning with a balanced map, pins (k, 2) and strokes as for `solve`.
+        """Beginning with a balanced map, pins (k, 2) and strokes as for `solve`; for `dragged` see `moved`.
 
         Holes of the target that the source has not are passed over.
 
@@ -157,13 +167,20 @@ class Live:
         if state is None:
             coarse = bool(len(given.outer) or given.strokes)
             state, coarse = pair.carried_anyhow(before, given, settings, coarse=coarse)
-        live = cls(pair, settings, given, state, _least_area(state), coarse)
-        return live if given is not own_pins else live.moved(pins, strokes)
+        age = STEPS_A_MESH if given is own_pins else 0
+        live = cls(pair, settings, given, state, _least_area(state), coarse, age)
+        return live if given is not own_pins else live.moved(pins, strokes, dragged=dragged)
 
     def moved(
-        self, pins: Complex, strokes: Sequence[tuple[Curve, Curve]] = (), theta: float | None = None
+        self,
+        pins: Complex,
+        strokes: Sequence[tuple[Curve, Curve]] = (),
+        theta: float | None = None,
+        *,
+        dragged: bool = False,
     ) -> "Live":
-        """The map continued to pins and strokes that have moved, or to another balance.
+        """The map continued to pins and strokes that have moved, or to another balance; while these are `dragged`, as
+        far as a step has time for.
 
         Raises:
             NoMapError: the map cannot be carried there without folds.
@@ -171,21 +188,43 @@ class Live:
         """
         settings = self.settings if theta is None else replace(self.settings, theta=theta)
         given = self.pair.checked(pins, strokes)
-        coarse = self.coarse or self._changes_vertices(given)
-        state, least = self._pulled(given), self.least
-        if state is not None:
+        others = self._changes_vertices(given)
+        coarse = self.coarse or others
+        waits = dragged and not others and self.age + 1 < STEPS_A_MESH
+        state, least, age = self._pulled(given), self.least, self.age + 1
+        behind = state is None or not _at_sources(state)
+        if state is not None and not behind:
             state = _towards(state, settings.theta)
             state = _relax(state, settings.theta) if coarse else state
-        if state is None or state.miss > 0:
-            state, coarse = self.pair.carried_anyhow(state or self.state, given, settings, coarse=coarse)
-            least = _least_area(state)
-        if not _least_area(state) >= SQUEEZED * least:
-            free = state.forward(settings.theta, POWER, FORWARD, DECREASE, corners=False)
+        if not waits and (state is None or behind or state.miss > 0):
+            age = 0
+            try:
+                state, coarse = self.pair.carried_anyhow(state or self.state, given, settings, coarse=coarse)
+                least, behind = _least_area(state), False
+            except NoMapError:
+                if not dragged or others:
+                    raise
+        area = _least_area(state or self.state)
+        if waits and area < SQUEEZED**2 * least:  # it would soon be flat
+            state = None
+        if state is None or behind:
+            return replace(self, settings=settings, state=state or self.state, age=age, behind=True)
+        if not waits and not area >= SQUEEZED * least:
+            age, free = 0, state.forward(settings.theta, POWER, FORWARD, DECREASE, corners=False)
             with suppress(NoMapError):
                 anew = self.pair.carried(free, given, settings, coarse=coarse)
                 state = min(anew, state, key=lambda each: each.miss)
                 least = _least_area(state)
-        return replace(self, settings=settings, given=given, state=state, least=least, coarse=coarse)
+        return replace(
+            self,
+            settings=settings,
+            given=given,
+            state=state,
+            least=least,
+            coarse=coarse,
+            age=age,
+            behind=False,
+        )
 
     def _changes_vertices(self, given: Pins) -> bool:
         """Whether constraints need other vertices than those that the mesh has, which each step may do again."""
@@ -194,24 +233,23 @@ class Live:
         return not same or bool(before.strokes or given.strokes)
 
     def _pulled(self, given: Pins) -> DiscreteMap | None:
-        """The map with new goals for the same vertices; None where other vertices are needed."""
+        """The map with new goals for the same vertices, or with these on their way to their new sources; None where
+        other vertices are needed."""
         before, now, inside = self.given, given, self.state.inside
         if self._changes_vertices(given):
             return None
         sources, goals = np.ascontiguousarray(now.inner.T)
-        if np.array_equal(sources, before.inner[:, 0]):
+        if np.array_equal(sources, before.inner[:, 0]) and not self.behind:
             return self.state.with_goals(goals)
         if self.state.miss > 0 or not np.array_equal(goals, before.inner[:, 1]):
             return None
         pulled = replace(self.state, inside=inside._replace(z=sources))
-        pulled = pulled.backward(self.settings.theta, POWER, FORWARD, DECREASE)
-        near = np.abs(pulled.z[pulled.border : pulled.constrained] - sources)
-        return pulled if near.max(initial=0.0) < 1e-9 else None
+        return pulled.backward(self.settings.theta, POWER, FORWARD, DECREASE)
 
     @property
     def met(self) -> bool:
         """Whether pins and strokes are met; if not, the map is as close as it came."""
-        return self.state.miss == 0
+        return self.state.miss == 0 and not self.behind
 
     @property
     def map(self) -> TriangulatedMap:
@@ -226,6 +264,12 @@ class Live:
 def _least_area(state: DiscreteMap) -> float:
     """Of a triangle or its image."""
     return float(min(triangle_areas(w[state.material]).min() for w in (state.z, state.u)))
+
+
+def _at_sources(state: DiscreteMap) -> bool:
+    """Whether the vertices of pins are where these are in the source."""
+    away = state.z[state.border : state.constrained] - state.inside.z[: state.constrained - state.border]
+    return float(np.abs(away).max(initial=0.0)) < 1e-9
 
 
 def _towards(state: DiscreteMap, theta: float) -> DiscreteMap:

@@ -325,7 +325,7 @@ class Session:
         try:
             with one_thread():
                 pins, strokes = self.core(scene)
-                self._live = live = self._continue(pins, strokes, scene)
+                self._live = live = self._continue(pins, strokes, scene, dragged=True)
                 map = live.map
                 found = Shown("coarse", live.met, "", in_middles(map).report(), {}, self.image_of(map))
         except InputError as error:
@@ -358,14 +358,16 @@ class Session:
             return []
         return [self.views[1].points(self._map.image[loop]) for loop in self._map.loops]
 
-    def _continue(self, pins: Complex, strokes: list[tuple[Curve, Curve]], scene: Scene) -> Live:
+    def _continue(
+        self, pins: Complex, strokes: list[tuple[Curve, Curve]], scene: Scene, *, dragged: bool = False
+    ) -> Live:
         if self._live is not None:
-            return self._live.moved(pins, strokes, scene.balance)
+            return self._live.moved(pins, strokes, scene.balance, dragged=dragged)
         if self._fit is None:
             raise InputError("there is no map yet to begin with")
         turn = None if scene.turn == "any" else float(np.radians(scene.turn))
         settings = Settings(theta=scene.balance, turn=turn, tolerance=self.job.tolerance)
-        return Live.of(self._fit, settings, pins, strokes)
+        return Live.of(self._fit, settings, pins, strokes, dragged=dragged)
 
     def transfer(self, side: str, points: Sequence[Place]) -> list[list[float]]:
         """Where places of a side, as its file counts them, are on the other; points on the outline stay on it.

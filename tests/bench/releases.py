@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from iccm.curve import Curve, inside_any
 from iccm.errors import InputError
 from iccm.io.edit.messages import Scene
 from iccm.io.edit.scene import frame
@@ -37,9 +38,10 @@ DEEP = 0.02  # of the diagonal: as close to the outline drags may end
 def eyes(path: str) -> list[complex]:
     """Both eyes of an emoji, the left one first; none where it has no two parts like eyes."""
     try:
-        whole, parts = files.read(f"{path}#silhouette").curve, files.read_all(path)
+        drawn, parts = files.read(f"{path}#silhouette"), files.read_all(path)
     except InputError:
         return []
+    whole = drawn.curve
     size, best = whole.diagonal, (0.0, list[complex]())
     for k, one in enumerate(parts):
         for other in parts[k + 1 :]:
@@ -51,6 +53,7 @@ def eyes(path: str) -> list[complex]:
                 and abs((a - b).imag) < LEVEL * size
                 and APART[0] * size < abs((a - b).real) < APART[1] * size
                 and whole.contains(np.array([a, b])).all()
+                and not inside_any(map(Curve, drawn.holes), np.array([a, b])).any()
             ):
                 best = small, sorted((a, b), key=lambda z: z.real)
     return best[1]

@@ -12,8 +12,8 @@ from ..holes.given import Holes
 from ..meshing.mesh import closed_links
 from ..model import mesh_sizes
 from ..model.boundary import MatchedBoundary, MeshHoles
-from ..model.boundary_pairs import Pairs
-from ..model.discrete_map import DiscreteMap, folds
+from ..model.boundary_pairs import Pairs, loops_of
+from ..model.discrete_map import DiscreteMap, folds, weights_of
 from ..model.inner_constraints import InnerConstraints
 from ..model.outline import Outline, simplify
 from ..model.outline_split import split_at_vertices
@@ -119,7 +119,7 @@ def on_its_mesh(level: Level, start: Sketch) -> DiscreteMap | None:
         return None
     if folds(start.faces, start.u) or folds(start.faces, start.z):  # as outlines that move may leave it
         return None
-    if level.strokes or level.regions or len(start.loops) < max(map(len, level.holes)):
+    if level.strokes or level.regions or len(start.loops) < len(level.holes[1]):
         return None
     vertices = [start.outer, *(loop.vertices for loop in start.loops)]
     outlines = list(zip(*level.outlines(start.loops)))
@@ -135,19 +135,29 @@ def on_its_mesh(level: Level, start: Sketch) -> DiscreteMap | None:
             own != _at(level.anchors.tau, rims[0].tau, level.target.length)
         ):
             return None
-    order = _pins_first(start, level.pins[:, 0])
-    if order is None:
+    alone = sorted(set(range(len(level.holes[0]))) - {loop.source for loop in start.loops})
+    filled = [_vertices_on(level.holes[0][k], start.z) for k in alone]
+    order = _kept_first(start, level.pins[:, 0], [rim for rim in filled if rim is not None])
+    if order is None or any(rim is None for rim in filled):
         return None
     place = np.argsort(order)
-    faces = place[start.faces]
+    faces, z = place[start.faces], start.z[order]
+    sizes = [(k, -1, rim.size) for k, rim in zip(alone, filled) if rim is not None]
+    first = start.border + len(level.pins)
     around = closed_links([each.s.size for each in rims])
-    following = np.append(around, start.border + np.arange(len(level.pins)))
-    holes = MeshHoles(tuple(outlines[1:]), start.loops)
+    following = [
+        around,
+        start.border + np.arange(len(level.pins)),
+        first + closed_links([n for *_, n in sizes]),
+    ]
+    loops = loops_of(sizes, first)
+    holes = MeshHoles(tuple(outlines[1:]), start.loops, loops)
     return DiscreteMap(
-        *(faces, system_of(faces, following, order.size), start.z[order], start.u[order]),
+        *(faces, system_of(faces, np.concatenate(following), order.size), z, start.u[order]),
         MatchedBoundary(level.source, level.target, pairs, anchored, holes=holes),
         inside=InnerConstraints.of_pins(level.pins),
         bound=True,
+        weights=weights_of(z, faces, [z[loop.vertices] for loop in loops]) if loops else None,
         metrics=level.metrics,
         upright=level.upright,
     )
@@ -163,14 +173,23 @@ def _pairs_on(source: Outline, target: Outline, z: Complex, u: Complex) -> Pairs
     return Pairs(s, tau, at_source, at_target) if whole else None
 
 
-def _pins_first(start: Sketch, pins: Complex) -> Index | None:
-    """An order of the vertices with those of pins right after the outline's; None if one has none."""
+def _kept_first(start: Sketch, pins: Complex, filled: list[Index]) -> Index | None:
+    """An order of the vertices with those of pins, then those of filled holes, right after the outline's; None if a pin
+    has none."""
     away = np.abs(start.z[start.border :] - pins[:, None])
-    found = start.border + away.argmin(axis=1)
-    if np.any(away.min(axis=1) > SAME) or np.unique(found).size < found.size:
+    kept = np.concatenate([start.border + away.argmin(axis=1), *filled])
+    if np.any(away.min(axis=1) > SAME) or np.unique(kept).size < kept.size:
         return None
-    rest = np.setdiff1d(np.arange(start.border, start.z.size), found)
-    return np.concatenate([np.arange(start.border), found, rest])
+    rest = np.setdiff1d(np.arange(start.border, start.z.size), kept)
+    return np.concatenate([np.arange(start.border), kept, rest])
+
+
+def _vertices_on(outline: Outline, z: Complex) -> Index | None:
+    """Those on a closed outline, in its order; None if they miss a corner."""
+    s = outline.curve.closest(z)
+    on = np.flatnonzero(np.abs(outline.curve.at(s) - z) <= SAME)
+    on = on[np.argsort(s[on])]
+    return on if _at(s[on], outline.corners, outline.length).all() else None
 
 
 def _along(curve: Curve, w: Complex) -> Real | None:

@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 import iccm
-from iccm.balanced.interactive import Live
+from iccm.arrays import xy_of
+from iccm.balanced.interactive import STEPS_A_MESH, Live
 from iccm.balanced.model.settings import Settings
 from iccm.curve import Curve
 from iccm.errors import InputError
@@ -119,6 +121,40 @@ def test_a_hole_without_partner_is_followed_too(more):
     assert live.met
     pins[0, 1] += 0.05
     assert live.moved(pins).met
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_a_drag_waits_for_a_new_mesh_and_lags_behind_without_folds(side):
+    _, live, pins = begun()
+    faces = live.state.faces
+    pins = pins + 0j
+    pins[1, side] -= 0.9 * (pins[1, side] - pins[2, side])  # too close to the other one to get there at once
+    steps = 0
+    while steps < STEPS_A_MESH - 1:
+        live, steps = live.moved(pins, dragged=True), steps + 1
+        assert live.map.injectivity.certified
+        assert live.state.faces is faces
+    gap = np.abs(live.map(pins[:, 0]) - pins[:, 1]).max()
+    assert gap < 1e-8 or not live.met
+    sound(live.moved(pins), pins)
+
+
+@pytest.mark.slow
+def test_a_map_with_a_filled_hole_rests_on_the_mesh_it_was_dragged_on():
+    hole = {"source_holes": [0.25 * shapes.circle(40)]}
+    fit = iccm.fit(shapes.pear(), shapes.blob(), **hole)
+    pins = np.array([[0.6j, fit.map(np.array([0.6j]))[0]]])
+    live = Live.of(fit, Settings(), pins)
+    for _ in range(4):
+        pins[0, 1] += 0.02
+        live = live.moved(pins, dragged=True)
+    seen = sound(live, pins)
+    rested = iccm.fit(shapes.pear(), shapes.blob(), pins=pins, start=seen, **hole)
+    assert rested.status.ok
+    away = cKDTree(xy_of(seen.source)).query(xy_of(rested.map.source))[0]
+    assert away.max() < 1e-6 * fit.diagonal and rested.map.source.size == seen.source.size
+    z = fit.interior
+    assert np.nanquantile(np.abs(rested.map(z) - seen(z)), 0.95) < 0.01 * fit.diagonal
 
 
 def test_what_cannot_be_is_refused_by_name():
