@@ -406,3 +406,28 @@ def test_a_surface_covers_a_shape_with_bays_as_its_outline_would():
     assert stretch_of(iccm.fit(flat, u))["p95"] > 1.2 * stretch_of(plain)["p95"]
     with pytest.raises(InputError, match="cover gives all of it"):
         iccm.fit(u, flat, fit="contain")
+
+
+@pytest.mark.slow
+def test_rigid_regions_of_a_surface_have_pins_and_are_refused():
+    layout = flatten(disk_patch(grid(25, 17, cylinder)))
+    low, high = layout.boundary.box
+    middle, size = (low + high) / 2, abs(high - low)
+    disc = middle + 0.12 * size * circle(40)
+    pins = np.array([[middle, 0.1], [middle + 0.06 * size, 0.1 + 0.1j]])
+    fit = iccm.fit(layout, circle(), rigid=[disc], pins=pins)
+    (region,) = fit.rigid
+    assert fit.status.ok and region.is_rigid and np.abs(fit.map(pins[:, 0]) - pins[:, 1]).max() < 1e-9
+    assert region.turn == pytest.approx(90, abs=1)  # as the pins say, and so is its size
+    assert region.scale == pytest.approx(0.1 / (0.06 * size) * np.sqrt(2 / Curve(circle()).area), rel=0.02)
+    for region, told in (
+        (0.01 * disc + 9 * size, "no triangle"),
+        (middle + 1e-4 * (disc - middle), "no triangle"),
+    ):
+        with pytest.raises(InputError, match=told):
+            iccm.fit(layout, circle(), rigid=[region])
+    with pytest.raises(InputError, match="moved by no similarity"):
+        wrong = np.append(pins, [[middle + 0.06j * size, -0.2]], axis=0)
+        iccm.fit(layout, circle(), rigid=[disc], pins=wrong)
+    with pytest.raises(InputError, match="not kept between two surfaces"):
+        iccm.fit(layout, layout, rigid=[disc])
