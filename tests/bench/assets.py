@@ -1,9 +1,10 @@
 """GLB files as people have them: a drawing onto every part, and `iccm relayout` to another unwrap, by the file's own
 numbers.
 
-For each textured file of a folder: how much of it `iccm map --parts each --cut` covers, and whether what is left out is
-told; then its parts are unwrapped anew by xatlas (`pip install xatlas`), its materials carried there, and the colours
-of 20,000 places of its surface compared between both files. Reading and sampling of colours share no code with iccm.
+For each textured file of a folder, small ones first: how much of it `iccm map --parts each --cut` covers, and whether
+what is left out is told; then its parts are unwrapped anew by xatlas (`pip install xatlas`), its materials carried
+there, and the colours of 20,000 places of its surface compared between both files. Reading and sampling of colours
+share no code with iccm.
 
 python -m tests.bench.assets FOLDER [NAME …] [--only map | relayout]
 """
@@ -291,9 +292,8 @@ def main() -> None:
     parser.add_argument("names", nargs="*")
     parser.add_argument("--only", choices=PARTS)
     given = parser.parse_args()
-    paths = [
-        path for path in sorted(given.folder.rglob("*.glb")) if not given.names or path.name in given.names
-    ]
+    paths = [path for path in given.folder.rglob("*.glb") if not given.names or path.name in given.names]
+    paths.sort(key=lambda path: (path.stat().st_size, path))
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         for path in filter(textured, paths):

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import resource
 import subprocess
 import sys
@@ -30,6 +31,7 @@ HEART = (
     '<path d="M50 90C10 60 5 30 25 15S50 25 50 30 60 0 80 15 90 60 50 90Z"/></svg>'
 )
 SUFFIXES = (".obj", ".off", ".ply", ".stl")
+REVERSED = re.compile(r"(\d+) triangles turned the other way")  # in the file, and so in what is written
 SLOW, LIMIT = 60, 300  # processor seconds that a mesh may take, and after which it is ended
 
 
@@ -174,8 +176,9 @@ def row(path: Path, folder: Path) -> tuple[str, bool, bool]:
     except (IndexError, ValueError) as error:
         return f"{start}  not judged: {error!r}", True, False
     told = told or next((line for line in done.said if "convex" in line), "")
-    good = done.code == 0 and not found.turned and done.seconds <= SLOW
-    untold = "  UNTOLD" if found.turned and not told else ""
+    reversed_ones = sum(int(n) for line in done.said for n in REVERSED.findall(line))
+    good = done.code == 0 and found.turned <= reversed_ones and done.seconds <= SLOW
+    untold = "  UNTOLD" if found.turned > reversed_ones and not told else ""
     figures = (
         f"turned {found.turned:4}  2x {found.within[0]:6.1%}  4x {found.within[1]:6.1%}  K95 {found.k95:6.2f}"
     )
