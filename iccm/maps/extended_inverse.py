@@ -6,7 +6,7 @@ from threading import Lock
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Complex, Real
+from ..arrays import Complex, Flags, Real
 from ..jit import kept
 from ..parallel import over_slices
 from .approximation import AnyMap, triangulated
@@ -45,6 +45,11 @@ class ExtendedInverse:
             self.outside += int(np.count_nonzero(away))
             self.away = max(self.away, float(away.max(initial=0.0)))
         return z
+
+    def reaches(self, w: Complex) -> Flags:
+        """(p,) which points have a preimage, to within what a map counts as its outline."""
+        _, away = self._map.extended_inverse(w, self.threads)
+        return away <= self._map.near * self._map.image_diagonal
 
     def slopes(self, z: Complex) -> tuple[Complex, Complex]:
         """z_w and z_w̄ of the inverse at points z of the source; NaN where the map has no derivative or folds."""

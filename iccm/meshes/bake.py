@@ -43,11 +43,13 @@ class BakedPart:
         target: the flattened patch.
         inverse: from its plane to its source's.
         placing: where points of the source's plane lie in the texture.
+        partial: whether parts of the target are to stay empty, which the map does not reach.
     """
 
     target: Flattening
     inverse: ExtendedInverse
     placing: Placing
+    partial: bool = False
 
 
 def bake(
@@ -57,6 +59,7 @@ def bake(
     *,
     padding: int | None = None,
     max_error: float = 0.05,
+    alpha: bool = False,
     threads: int | None = None,
 ) -> tuple[NDArray, dict]:
     """The target's UV charts filled from the source's texture.
@@ -68,15 +71,18 @@ def bake(
         padding: texels to spread colours past the charts' seams, -1 for all; a thirty-second of the picture by default,
             so that mip-maps down to 32 texels do not bleed.
         max_error: of places in the texture, in texels.
+        alpha: whether a channel is added that says where something is known.
         threads: as many as there are processors by default.
 
     Returns:
         (h, w, c) pixels of the texture's type and channels, zero where nothing reaches, and a report.
     """
-    out = np.zeros((*grid.shape, sampler.channels), sampler.dtype)
+    out = np.zeros((*grid.shape, sampler.channels + alpha), sampler.dtype)
+    full = 1.0 if out.dtype.kind == "f" else np.iinfo(out.dtype).max
 
     def shade(part: BakedPart, origins: Callable[[slice], Origins], count: int) -> NDArray:
-        return sampler(lambda some: part.placing.places(*origins(some)), count, 1)
+        found = sampler(lambda some: part.placing.places(*origins(some)), count, 1)
+        return np.column_stack([found, np.full(count, full, found.dtype)]) if alpha else found
 
     return out, _filled(out, parts, grid, shade, padding, max_error, threads)
 
@@ -145,6 +151,8 @@ class _Source:
         scale = float(np.hypot(*part.placing.scale)) / np.sqrt(2)
         z = self.inverse(self.w)
         self.exact = bends(self.faces, self.w, *self.inverse.slopes(z), threads) * scale > max_error
+        self.partial = part.partial
+        self.exact |= self.partial  # what is interpolated from corners without a preimage is nowhere
         self.linear = affine(self.corners, z[self.faces], threads)
         self.flat = affine(self.corners, self.w[self.faces], threads) if self.exact.any() else None
 
@@ -152,6 +160,8 @@ class _Source:
         """The covered texels of some rows, numbered from their first, and where a slice of them comes from."""
         owner = self.owner[rows].ravel() - self.first
         at = np.flatnonzero((owner >= 0) & (owner < len(self.faces)))
+        if self.partial:
+            at = at[self.inverse.reaches(self._flat_places(owner[at], at, rows.start))]
         block = (at % self.owner.shape[1] // ACROSS).astype(np.int16)
         at = at[np.argsort(block, kind="stable")]  # little of the texture is read at a time, however it turns
         own = owner[at]
@@ -173,12 +183,17 @@ class _Source:
         _evaluate(coefficients, self.corners, own, at, first, self.owner.shape, z, zx, zy)
         return z, zx, zy
 
+    def _flat_places(self, own: NDArray, at: Index, first: int) -> Complex:
+        """(p,) where texels are in the target's plane, in the triangles that own them."""
+        assert self.flat is not None
+        return _into(self.w[self.faces[own]], self._affine(self.flat, own, at, first)[0])
+
     def _solved(self, own: NDArray, at: Index, first: int) -> Origins:
         """Where texels come from one by one; the linear steps stay where the map has no derivative."""
         assert self.flat is not None
-        w, wx, wy = self._affine(self.flat, own, at, first)
+        _, wx, wy = self._affine(self.flat, own, at, first)
         _, zx, zy = self._affine(self.linear, own, at, first)
-        z = self.inverse(_into(self.w[self.faces[own]], w))
+        z = self.inverse(self._flat_places(own, at, first))
         z_w, z_wbar = self.inverse.slopes(z)
         good = np.isfinite(z_w)
         zx[good] = (z_w * wx + z_wbar * wx.conj())[good]

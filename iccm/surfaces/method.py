@@ -24,7 +24,6 @@ from ..balanced.search import final_mesh, multilevel
 from ..balanced.search.final_mesh import Meshed
 from ..balanced.search.levels import UnitProblem, relax_stretched
 from ..balanced.search.warm_start import continue_from
-from ..errors import InputError
 from ..maps.triangulated.map import TriangulatedMap
 from ..meshes.flatten import Flattening
 from ..problem import Options, Problem
@@ -72,10 +71,6 @@ def solve(problem: Problem, options: Options, layouts: Layouts, start: Triangula
         NoMapError: no map without folds was found.
         InputError: pins or strokes that no one-to-one map meets; a surface without an even layout.
     """
-    if options.fit == "contain" and layouts[1] is not None:
-        raise InputError(
-            "fit: contain leaves parts of a target mesh without coordinates; cover gives all of it"
-        )
     source, target = problem.given
     strokes = problem.given_strokes
     given = Holes(problem.source_holes, problem.target_holes, problem.hole_partners)

@@ -37,6 +37,7 @@ class Baked(Picture):
         check_layouts(run, self.tile)
         checks.texture(run)
         (width, height), image = size(run), run.image
+        image = image.covered() if run.job.fit == "contain" else image
         checks.room(run)
         room = baking.whole_bytes(height, width, image.pixels.shape[2], image.pixels.itemsize)
         run.room.check(room, BAKED)
@@ -45,6 +46,8 @@ class Baked(Picture):
     def write(self, run: Run, path: Path) -> None:
         """The whole at once."""
         options: dict[str, Any] = {"padding": run.job.padding, "max_error": run.job.max_pixel_error}
+        own = run.image.alpha
+        options |= {"partial": is_partial(run), "alpha": is_partial(run) and own < 0}
         with run.phases.timed("resample"):
             pixels, figures = bake(
                 parts_of(run),
@@ -55,7 +58,7 @@ class Baked(Picture):
                 threads=run.threads,
                 **options,
             )
-            made = run.image.with_pixels(pixels, run.image.alpha)
+            made = run.image.with_pixels(pixels, pixels.shape[2] - 1 if options["alpha"] else own)
         report_bake(run, figures, self.tile)
         with run.phases.timed("write"):
             image_files.write(path, made)
@@ -82,6 +85,7 @@ def bake(
     tiles: Box | None = None,
     tile: complex | None = None,
     threads: int | None = None,
+    partial: bool = False,
     **options: Any,
 ) -> tuple[NDArray, dict[str, Any]]:
     """The texture resampled into the target's own UV layout: its pixels, and figures for the report.
@@ -94,13 +98,14 @@ def bake(
         tiles: what of a mesh source's layout the texture covers, if it is of several tiles.
         tile: lower left corner of the unit square of the target's layout to fill; None: 0..1, again and again.
         threads: as many as there are processors by default.
-        options: padding, max_error of `iccm.meshes.bake.bake`.
+        partial: whether what the maps do not reach stays empty.
+        options: padding, max_error, alpha of `iccm.meshes.bake.bake`.
 
     Raises:
         InputError: the target, or a mesh source, has no texture coordinates.
     """
     grid = layout_of([target for target, _, _ in parts], *size, tile)
-    placed = baked_parts(parts, sampler.texture, threads, tiles)
+    placed = baked_parts(parts, sampler.texture, threads, tiles, partial=partial)
     pixels, figures = baking.bake(placed, grid, sampler, threads=threads, **options)
     return pixels, figures | {"flattening": parts[0][0].flattening.report()}
 
@@ -123,11 +128,13 @@ def layout_of(
 
 
 def baked_parts(
-    parts: Parts, texture: Texture, threads: int | None, tiles: Box | None = None
+    parts: Parts, texture: Texture, threads: int | None, tiles: Box | None = None, *, partial: bool = False
 ) -> list[baking.BakedPart]:
     """The parts of a target with the place of a texture on their sources; arguments as for `bake`."""
     return [
-        baking.BakedPart(target.flattening, ExtendedInverse(map, threads), source.placing(texture, tiles))
+        baking.BakedPart(
+            target.flattening, ExtendedInverse(map, threads), source.placing(texture, tiles), partial
+        )
         for target, map, source in parts
     ]
 
@@ -148,6 +155,11 @@ def report_bake(run: Run, figures: dict[str, Any], tile: complex | None) -> None
 def parts_of(run: Run) -> Parts:
     """The parts of a mesh that is the target, the map to each, and the source's part."""
     return [(as_mesh(target), fit.map, source) for (source, target), fit in zip(run.pairs, run.fits)]
+
+
+def is_partial(run: Run) -> bool:
+    """Whether parts of the target may stay uncovered."""
+    return any(fit.is_partial for fit in run.fits)
 
 
 def size(run: Run) -> tuple[int, int]:

@@ -54,7 +54,7 @@ class STMap(Output):
                 return
             parts = baked.parts_of(run)
             grid = baked.layout_of([target for target, _, _ in parts], *baked.size(run), self.tile)
-            placed = baked.baked_parts(parts, lying, run.threads, _unit(run))
+            placed = baked.baked_parts(parts, lying, run.threads, _unit(run), partial=baked.is_partial(run))
             st, figures = baking.bake_stmap(placed, grid, padding=job.padding, threads=run.threads)
             stmap_files.write_whole(path, st)
         baked.report_bake(run, figures, self.tile)

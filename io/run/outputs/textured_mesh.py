@@ -53,6 +53,11 @@ class TexturedMesh(Output):
         if not onto_mesh:
             raise InputError(f"{self.name}: a mesh is written for a mesh as target; {job.target} is none")
         formats.check(self.name, "uv", "-o")
+        if job.fit == "contain":
+            raise InputError(
+                f"{self.name}: with --fit contain parts of {job.target} have no coordinates; "
+                "--bake leaves them transparent, --fit cover gives all of it some"
+            )
         if job.edge == "mirror" or (placing_options(job) and job.edge != "repeat"):
             raise InputError(f"{self.name}: meshes show textures that repeat; use --edge repeat, or --bake")
         if _normal_map(job) is None:

@@ -1,0 +1,43 @@
+"""Partial maps onto meshes: a flat one shows what the plain shape would."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from iccm.io.pictures import image_files
+
+N = 12
+U = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 300 300"><path d="M0 300H300V0H260V260H40V0H0Z"/></svg>'
+
+
+@pytest.fixture
+def shapes(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("u.svg").write_text(U)
+    Path("square.svg").write_text(U.replace("H260V260H40V0", ""))
+    rows = [(x / N, y / N) for y in range(N + 1) for x in range(N + 1)]
+    corners = [y * (N + 1) + x + 1 for y in range(N) for x in range(N)]
+    lines = [f"v {3 * x} {3 * y} 0\nvt {x} {y}" for x, y in rows]
+    lines += ["f " + " ".join(f"{j}/{j}" for j in (k, k + 1, k + N + 2, k + N + 1)) for k in corners]
+    Path("plane.obj").write_text("\n".join(lines))
+
+
+@pytest.mark.slow
+def test_what_is_uncovered_is_transparent_where_it_is_in_the_plain_shape(shapes, iccm):
+    pixels = []
+    for target, more in (("square.svg", ("--size", "200x200")), ("plane.obj", ("--bake", "--size", "200"))):
+        done = iccm("map", "u.svg", target, "--fit", "contain", *more, "-o", "o.png", "--force")
+        assert done.code == 0 and "stays uncovered" in done.err
+        pixels.append(image_files.read(Path("o.png")).pixels.astype(float))
+    plain, baked = pixels
+    shown = [each[..., 3] > 127 for each in pixels]
+    assert 0.9 < shown[0].mean() < 0.98
+    assert (shown[0] != shown[1]).mean() < 0.01
+    certain = (plain[..., 3] == 255) & (baked[..., 3] == 255)
+    assert np.abs(plain - baked)[certain].mean() < 1
+
+
+def test_a_mesh_with_coordinates_is_refused_with_what_can_be_had(shapes, iccm):
+    done = iccm("map", "u.svg", "plane.obj", "--fit", "contain", "-o", "o.obj")
+    assert done.code == 2 and "--bake leaves them transparent" in done.err and not Path("o.obj").exists()
