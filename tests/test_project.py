@@ -39,6 +39,7 @@ def staged(folder: Path) -> Path:
     return package
 
 
+@pytest.mark.slow
 def test_mypy_sees_an_error_in_every_layer(tmp_path):
     """From the repository's root it would see a part of the tree only, and report success."""
     package = staged(tmp_path)

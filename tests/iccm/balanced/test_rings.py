@@ -42,7 +42,8 @@ def test_the_cheapest_seam_is_found_between_the_places_tried_first():
     assert best_seam(OUTER, HOLE, lambda ring: np.inf) is None
 
 
-@pytest.mark.parametrize("back", [False, pytest.param(True, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("back", [False, True])
 def test_an_arc_goes_onto_a_ring_that_opens_where_the_arc_does(back):
     if back:
         fit = iccm.fit(OUTER, ARC, source_holes=[HOLE.z])

@@ -184,6 +184,7 @@ def radial(angle, theta, q, n=400):
     return np.maximum(np.maximum(s, c), 1 / np.minimum(s, c)), weight * s * c
 
 
+@pytest.mark.slow
 def test_a_cap_of_a_sphere_goes_onto_a_disc_as_the_best_radial_map_does():
     angle = 2.2
     fit = iccm.fit(flatten(disk_patch(cap(angle, 28, 96))), circle(), turn="any")

@@ -264,6 +264,7 @@ CLIPS = f'<clipPath id="c"><path d="M{points(circle(2000))}Z"/></clipPath><path 
 PICTURE = '<image id="i" width="80" height="80" href="data:image/png;base64,AAAA"/>'
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "body",
     [
