@@ -254,7 +254,9 @@ def _unfold(map: DiscreteMap, *, harmonic: bool) -> DiscreteMap:
     """
     map = map.moved_to_border(map.u)
     try:
-        return map.unfolded(harmonic=False, polish=POLISHING, steps=UNFOLDING, weighed=True, thin=THIN)
+        return map.unfolded(
+            harmonic=False, polish=POLISHING, steps=UNFOLDING, weighed=True, thin=THIN, most=1.0
+        )
     except Tangled:
         if not harmonic:
             raise

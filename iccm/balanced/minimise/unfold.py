@@ -24,6 +24,7 @@ def unfold(
     gradients: Complex,
     areas: Real,
     weights: Real | float = 1.0,
+    most: float = 1.0,
 ) -> Complex:
     """(n,) images with vertices moved beside some triangles alone, those of `held` staying, until none is folded; as
     they are where none was and some would be.
@@ -35,6 +36,7 @@ def unfold(
         folded: (m,) triangles that are to open.
         gradients, areas: of the triangles at rest, as of `energy.geometry`.
         weights: (m,) how much the triangles count, beside their areas.
+        most: share of the vertices that may move, up to which more are taken where folds remain.
 
     Raises:
         Tangled: folds remain.
@@ -45,7 +47,10 @@ def unfold(
         near[faces[folded]] = True
         for _ in range(rings):
             near[faces[near[faces].any(axis=1)]] = True
-        new = _move(u, faces, near & ~held, gradients, areas, weights)
+        near &= ~held
+        if rings > RINGS[0] and np.count_nonzero(near) > most * np.count_nonzero(~held):
+            break
+        new = _move(u, faces, near, gradients, areas, weights)
         remaining = triangle_areas(new[faces]) <= 0
         if not remaining.any():
             return new

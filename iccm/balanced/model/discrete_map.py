@@ -40,6 +40,7 @@ SMOOTHED_RINGS, SMOOTHINGS = 4, 20  # of inner vertices beside the outline on a 
 
 # Weights of voids while they are untangled: of triangles in holes without a partner, and in bays.
 FILLED, BAY = 2e-2, 1e-2
+LOCAL = 0.5  # of the inside: unfolding where folds are hardly ever succeeds if more than that must move
 PASSED_OVER = 0.1  # weight of triangles in a hole of a surface that the map does not know of, by hand
 ROUNDING = 1e-9  # of the root of the area: vertices this close to their goals are there
 NONE_INSIDE = InnerConstraints.of_pins(np.empty((0, 2), np.complex128))
@@ -275,6 +276,7 @@ class DiscreteMap:
         weighed: bool = False,
         still: Index | None = None,
         thin: float = BARE,
+        most: float = LOCAL,
     ) -> "DiscreteMap":
         """The inside moved so that no triangle is folded; bound vertices, and those of `still` (k,), stay where they
         are. Unless it begins as the `harmonic` one it moves beside folds alone, if that undoes them.
@@ -286,6 +288,7 @@ class DiscreteMap:
             weighed: whether triangles in holes and bays count less.
             still: see above.
             thin: ratio of areas, of the mean, from which down a triangle counts as folded.
+            most: share of the inside that still counts as what is beside the folds.
 
         Raises:
             Tangled: folds remain.
@@ -302,7 +305,7 @@ class DiscreteMap:
             image = triangle_areas(u[self.faces])
             folded = image * (areas @ weights) < thin * areas * weights * image.sum()
             with suppress(Tangled):
-                return replace(self, u=unfold(u, self.faces, held, folded, gradients, areas, weights))
+                return replace(self, u=unfold(u, self.faces, held, folded, gradients, areas, weights, most))
         gradients, areas = rest_geometry(self.z, self.u, self.pattern.corners, (self.metrics[0], None))
         rest = RestShapes.of(self.pattern, gradients, areas * weights)
         least = untangle(self.pattern, rest, u, held, harmonic, steps, polish)
