@@ -303,27 +303,15 @@ class Problem:
         unit_strokes = [(s.curve(a), t.curve(b)) for a, b in pairs]
         unit, goal = s.curve(source), target and t.curve(target)
         known = _partners(partners, inner)
-        regions = [
+        kept, kept_there = (
             tuple(as_domain(region, f"rigid region {k + 1}").z for k, region in enumerate(side))
             for side in (rigid, rigid_target)
-        ]
+        )
         fields = [
             _field(given, source.box, *of) for given, of in ((importance, IMPORTANCE), (size_map, SIZES))
         ]
-        return cls(
-            unit,
-            goal,
-            unit_pins,
-            unit_strokes,
-            s,
-            t,
-            inner[0],
-            inner[1],
-            known,
-            regions[0],
-            regions[1],
-            *fields,
-        )
+        given = inner[0], inner[1], known, kept, kept_there
+        return cls(unit, goal, unit_pins, unit_strokes, s, t, *given, *fields)
 
     def mirrored(self) -> "Problem":
         """The same problem seen in a mirror."""

@@ -43,11 +43,7 @@ def unfold(
     """
     left = int(np.count_nonzero(triangle_areas(u[faces]) <= 0))
     for rings in RINGS if folded.any() else ():
-        near = np.zeros(u.size, bool)
-        near[faces[folded]] = True
-        for _ in range(rings):
-            near[faces[near[faces].any(axis=1)]] = True
-        near &= ~held
+        near = _around(faces, folded, rings, u.size) & ~held
         if rings > RINGS[0] and np.count_nonzero(near) > most * np.count_nonzero(~held):
             break
         new = _move(u, faces, near, gradients, areas, weights)
@@ -96,11 +92,7 @@ def unfold_on(u: Complex, faces: Index, held: Flags, points: Real, least: float)
     areas = np.maximum(areas, BARE * areas.mean())
     for rings in RINGS:
         folded = triangle_heights(u[faces]) <= least
-        near = np.zeros(u.size, bool)
-        near[faces[folded]] = True
-        for _ in range(rings):
-            near[faces[near[faces].any(axis=1)]] = True
-        free = near & ~held
+        free = _around(faces, folded, rings, u.size) & ~held
         hit = free[faces].any(axis=1)
         corner, face = np.nonzero(hit)[0][:, None] + np.zeros(3, int), faces[hit]
         inside = free[face]
@@ -111,6 +103,15 @@ def unfold_on(u: Complex, faces: Index, held: Flags, points: Real, least: float)
             if triangle_heights(new[own]).min() > max(0, triangle_heights(u[own]).min()):
                 u = new
     return u
+
+
+def _around(faces: Index, folded: Flags, rings: int, count: int) -> Flags:
+    """(n,) which of `count` vertices are in some triangles (m,), or so many rings of triangles around them."""
+    near = np.zeros(count, bool)
+    near[faces[folded]] = True
+    for _ in range(rings):
+        near[faces[near[faces].any(axis=1)]] = True
+    return near
 
 
 def _move(

@@ -213,7 +213,7 @@ class Level:
             sizes = coarser_in_bays(sizes, self.source.curve.z, self.bays)
         drawn = drawn or [stroke.even for stroke in self.strokes]
         kept = inside(self.strokes, drawn, spacing, self.pins)
-        alone = sorted(set(range(len(self.holes[0]))) - {hole.source for hole in match.holes})
+        alone = self.alone(match.holes)
         filled = [space_out(self.holes[0][k], spacing) for k in alone]
         sizes_of_filled = [(k, -1, rim.size) for k, rim in zip(alone, filled)]
         sizes_of_filled += [(-1, -1, bay.size - 2) for bay in self.bays]
@@ -284,6 +284,10 @@ class Level:
             if len(match.holes) != max(map(len, self.holes)) or self.halved or self.pinned or self.bays:
                 raise
         return self.inverse().mapped(match.inverse()).unfolded().inverse()
+
+    def alone(self, partnered: Sequence[HoleMatch | Loop]) -> list[int]:
+        """The holes of the source that are none of those with a partner."""
+        return sorted(set(range(len(self.holes[0]))) - {hole.source for hole in partnered})
 
     @property
     def domains(self) -> tuple[tuple[Outline, ...], tuple[Outline, ...]]:

@@ -135,7 +135,7 @@ def on_its_mesh(level: Level, start: Sketch) -> DiscreteMap | None:
             own != _at(level.anchors.tau, rims[0].tau, level.target.length)
         ):
             return None
-    alone = sorted(set(range(len(level.holes[0]))) - {loop.source for loop in start.loops})
+    alone = level.alone(start.loops)
     filled = [_vertices_on(level.holes[0][k], start.z) for k in alone]
     order = _kept_first(start, level.pins[:, 0], [rim for rim in filled if rim is not None])
     if order is None or any(rim is None for rim in filled):

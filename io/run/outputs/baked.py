@@ -46,8 +46,8 @@ class Baked(Picture):
     def write(self, run: Run, path: Path) -> None:
         """The whole at once."""
         options: dict[str, Any] = {"padding": run.job.padding, "max_error": run.job.max_pixel_error}
-        own = run.image.alpha
-        options |= {"partial": is_partial(run), "alpha": is_partial(run) and own < 0}
+        own, partial = run.image.alpha, is_partial(run)
+        options |= {"partial": partial, "alpha": partial and own < 0}
         with run.phases.timed("resample"):
             pixels, figures = bake(
                 parts_of(run),
