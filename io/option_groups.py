@@ -15,7 +15,7 @@ GROUPS: dict[str, tuple[str, str]] = {
     ),
     "Which shapes": (
         "--parts all --holes keep",
-        "parts trace plane holes cut bake carry_maps outside sequence",
+        "parts trace plane holes cut bake carry_maps subdivide_rim outside sequence",
     ),
     "What must meet": (
         "--pin 30,40:28,44 --pin 60,40:70,41",

@@ -240,6 +240,10 @@ class FlattenOptions:
     carry_maps: bool = _option(
         "With --uv of a GLB or OBJ: carry the maps of its materials to the new coordinates.", default=False
     )
+    subdivide_rim: bool = _option(
+        "With an outline as --method: split triangles at the rim until the edges between their vertices follow it.",
+        default=False,
+    )
     cut: bool = _option("Cut a closed surface, or one with handles, open.", default=False)
     report: str | None = _option("Figures of the flattening as JSON; - for stdout.", "FILE.json")
     plot: str | None = _option(
@@ -621,6 +625,10 @@ class JobOptions:
     )
     carry_maps: bool = _option(
         "Carry the other maps of a mesh's materials (normals, roughness, …) to the new coordinates, too.",
+        default=False, commands=("map",),
+    )  # fmt: skip
+    subdivide_rim: bool = _option(
+        "Split a mesh's triangles at its rim until edges between their vertices follow the outline to the tolerance.",
         default=False, commands=("map",),
     )  # fmt: skip
     cut: bool = _option("Cut a closed mesh, or one with handles, open.", default=False, commands=EDITED)

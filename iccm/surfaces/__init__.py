@@ -5,6 +5,7 @@ side              a domain of the plane, or a surface in an even layout
 icp_start         a start for layouts of almost the same shape
 ground            a surface in space as what a map goes onto
 refined           more vertices: in faces, on the boundary, in chords
+subdivided        rims split until chords follow an outline
 inserted          given points and strokes as vertices and edges
 target_mesh_map   the last map, on the target's own triangles
 rigid             rigid regions: the surface's own triangles, laid flat by themselves

@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 
 from ...arrays import Flags, Index, Real
 from ...meshes.charted import Charted
+from ...surfaces.subdivided import Mixtures, Subdivision
 from .. import formats
 from . import gltf_materials
 from .gltf import TRIANGLES, Gltf, Primitive, glb
 from .gltf_materials import set_of
-from .splitting import Split
+from .splitting import Split, with_triangles
 
 ATTRIBUTE, INDEX = 34962, 34963  # what a buffer view is for
 COORDINATES = {"componentType": 5126, "type": "VEC2"}
@@ -191,6 +192,71 @@ def _change(
     if "TANGENT" in attributes and "normalTexture" in pictures:
         _with_tangents(draft, primitive, part, split, uv, uv_corners, faces)
     return _notes(staying, kept)
+
+
+def subdivided(parts: Sequence[Primitive], plan: Subdivision) -> tuple[Primitive, ...]:
+    """The primitives, of one file, with smaller triangles in the place of some, of all of them one after the other."""
+    source = parts[0].document
+    draft = Draft(source)
+    first = 0
+    for part in parts:
+        own = (plan.faces >= first) & (plan.faces < first + len(part.faces))
+        if own.any():
+            smaller = Subdivision(plan.faces[own] - first, plan.corners[own] - 3 * first, plan.weights[own])
+            _subdivide(draft, part, smaller)
+        first += len(part.faces)
+    made = Gltf(source.path, draft.tree, draft.views)
+    return tuple(Primitive(made, part.mesh, part.number) for part in parts)
+
+
+def _subdivide(draft: Draft, part: Primitive, plan: Subdivision) -> None:
+    primitive = draft.tree["meshes"][part.mesh]["primitives"][part.number]
+    faces, count = part.faces, draft.source.tree["accessors"][part.attributes["POSITION"]]["count"]
+    mixed = plan.mixtures(faces.ravel(), count)
+    corners, _ = with_triangles(3 * np.arange(len(faces) + 1), faces.ravel(), plan, mixed.number)
+    for held in (primitive["attributes"], *primitive.get("targets", [])):
+        before = dict(held)
+        for name, number in before.items():
+            values = _mixed(draft.source, before, name, mixed, target=held is not primitive["attributes"])
+            stored = np.concatenate([draft.source.values(number), values])
+            held[name] = draft.accessor(stored, draft.source.tree["accessors"][number], ATTRIBUTE, number)
+    _index(draft, primitive, corners, primitive.get("indices"), count + len(mixed.parents))
+
+
+def _mixed(
+    source: Gltf, attributes: Mapping[str, int], name: str, mixed: Mixtures, *, target: bool
+) -> NDArray:
+    """(n, k) an attribute of new vertices, as it is stored: numbers of things are those of the nearest old vertex."""
+    kind, _, number = name.partition("_")
+    if kind in ("JOINTS", "WEIGHTS"):
+        return _bound(source, attributes, number, mixed)[kind]
+    stored = source.values(attributes[name])
+    nearest = stored[np.take_along_axis(mixed.parents, mixed.weights.argmax(axis=1)[:, None], 1)[:, 0]]
+    if name.startswith("_FEATURE_ID"):
+        return nearest
+    values = mixed.of(stored)
+    if name in ("NORMAL", "TANGENT") and not target:
+        most = 1.0 if stored.dtype.kind == "f" else np.iinfo(stored.dtype).max
+        values[:, :3] *= most / np.maximum(np.linalg.norm(values[:, :3], axis=1, keepdims=True), 1e-300)
+        values[:, 3:] = nearest[:, 3:]
+    return (values if stored.dtype.kind == "f" else np.round(values)).astype(stored.dtype)
+
+
+def _bound(source: Gltf, attributes: Mapping[str, int], number: str, mixed: Mixtures) -> dict[str, NDArray]:
+    """Joints and weights of new vertices: the strongest of all that the old ones have."""
+    joints, weights = (source.values(attributes[f"{kind}_{number}"]) for kind in ("JOINTS", "WEIGHTS"))
+    own = mixed.weights[:, :, None] * weights[mixed.parents]
+    names, own = (each.reshape(len(own), -1) for each in (joints[mixed.parents], own))
+    alike = names[:, :, None] == names[:, None, :]
+    total = np.einsum("nij,nj->ni", alike, own)
+    total[np.tril(alike, -1).any(axis=2)] = 0.0  # each joint once
+    order = np.argsort(-total, axis=1, kind="stable")[:, : joints.shape[1]]
+    names, total = np.take_along_axis(names, order, 1), np.take_along_axis(total, order, 1)
+    whole = own.sum(axis=1, keepdims=True)
+    total *= whole / np.maximum(total.sum(axis=1, keepdims=True), 1e-300)
+    names[total <= 0] = 0
+    stored = total if weights.dtype.kind == "f" else np.round(total)
+    return {"JOINTS": names.astype(joints.dtype), "WEIGHTS": stored.astype(weights.dtype)}
 
 
 def plain(

@@ -19,6 +19,7 @@ from ...arrays import Index, Real, distinct_rows
 from ...errors import InputError
 from ...meshes.mesh import Mesh, face_areas, merge
 from ...pixels.texture import REPEAT, Wrap
+from ...surfaces.subdivided import Subdivision
 from .. import files, formats, limits, references
 from ..spec import Spec
 from . import (
@@ -32,6 +33,7 @@ from . import (
     odd_forms,
     ply,
     ply_write,
+    splitting,
 )
 from .gltf import Primitive
 from .obj import Obj
@@ -269,6 +271,45 @@ def _of_scene(path: Path) -> dict[str, MeshFile]:
 
 def _whole(path: Path, points: Real, corners: Index, starts: Index) -> MeshFile:
     return MeshFile(path, Mesh(str(path), points, corners, starts), np.ones(len(starts) - 1, bool))
+
+
+def held(file: MeshFile) -> Mesh:
+    """All polygons that `faces` of a file are among; of what is kept as no file, those of the part."""
+    if file.obj:
+        return file.obj.mesh()
+    if file.primitives:
+        return merge([part.triangles() for part in file.primitives], str(file.path))
+    return file.ply.mesh if file.ply else file.mesh
+
+
+def marked(file: MeshFile, united: MeshFile) -> NDArray[np.bool_]:
+    """(f,) which of the polygons `held` of several parts are those of one of them."""
+    kept = bool(file.obj or file.primitives or file.ply)
+    return file.faces if kept else file.faces[united.faces]
+
+
+def subdivided(file: MeshFile, plan: Subdivision) -> MeshFile:
+    """All of a file with triangles in the place of some of the polygons that it `held`.
+
+    What corners and vertices have is interpolated: positions, normals, colours, coordinates, joints.
+    """
+    if file.obj:
+        file = replace(file, obj=obj.parse(obj_write.subdivided(file.obj, plan), file.path))
+    elif file.primitives:
+        file = replace(file, primitives=gltf_write.subdivided(file.primitives, plan))
+    elif file.ply:
+        file = replace(file, ply=ply_write.subdivided(file.ply, plan))
+    else:
+        file = replace(file, mesh=splitting.subdivided(file.mesh, plan))
+    mesh = held(file)
+    return replace(file, mesh=mesh, faces=np.ones(mesh.sizes.size, bool))
+
+
+def part_of(whole: MeshFile, faces: NDArray[np.bool_], before: MeshFile) -> MeshFile:
+    """The part of a file whose polygons are marked in (f,), in all else as one `before` it was changed."""
+    name = before.mesh.name
+    mesh = whole.obj.mesh_of(faces, name) if whole.obj else whole.mesh.part(faces, name)
+    return replace(before, mesh=mesh, faces=faces, obj=whole.obj, primitives=whole.primitives, ply=whole.ply)
 
 
 def textures_of(file: MeshFile) -> list[Path]:

@@ -80,12 +80,17 @@ class Obj:
         Raises:
             InputError: nothing is called so; the message lists what there is.
         """
+        faces = np.ones(len(self.face_at), bool) if part is None else self.faces_of(part)
+        return self.mesh_of(faces, str(self.path) + ("" if part is None else f"#{part}"))
+
+    def mesh_of(self, faces: NDArray[np.bool_], name: str) -> Mesh:
+        """The polygons marked in (f,)."""
         lines = np.searchsorted(self.line_ends, self.face_at) + 1
         has_uv = bool(len(self.vt)) and bool((self.corners[:, 1] >= 0).any())
         uv, uv_corners = (self.vt, self.corners[:, 1]) if has_uv else (None, None)
-        whole = Mesh(str(self.path), self.v, self.corners[:, 0], self.starts, uv, uv_corners, 1, lines)
+        whole = Mesh(name, self.v, self.corners[:, 0], self.starts, uv, uv_corners, 1, lines)
         whole = replace(whole, normals=self._unit_normals, normal_corners=self.normals)
-        found = whole if part is None else whole.part(self.faces_of(part), f"{self.path}#{part}")
+        found = whole if faces.all() else whole.part(faces, name)
         stated = self._has_normals(found.normal_corners)
         return found if stated else replace(found, normals=None, normal_corners=None)
 

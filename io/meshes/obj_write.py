@@ -6,9 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import Index, Real
+from ...surfaces.subdivided import Mixtures, Subdivision
 from .obj import Obj
+from .splitting import replaced
 
 Edit = tuple[int, int, bytes]  # replace data[start:end] by these bytes
+
+
+KINDS = {b"v": 0, b"vt": 1, b"vn": 2}
+ELEMENTS = (b"f", b"l", b"p")
 
 
 @dataclass(frozen=True)
@@ -148,3 +154,99 @@ def _apply(obj: Obj, edits: list[Edit], changed: Index, index: Index) -> bytes:
         pieces += [out[:size].tobytes(), text]
         position = max(position, end)
     return b"".join(pieces)
+
+
+def subdivided(obj: Obj, plan: Subdivision) -> bytes:
+    """The file's bytes with triangles in the place of some faces.
+
+    New vertices stand before the first of these, with colours where the old ones have some; every other line stays, but
+    that numbers after the new ones grow and relative ones become absolute.
+    """
+    counts = [len(obj.v), len(obj.vt), len(obj.vn)]
+    items = [*obj.corners.T, obj.normals]
+    mixed = [plan.mixtures(own, count) for own, count in zip(items, counts)]
+    gone, newline = replaced(plan, len(obj.face_at)), _newline(obj)
+    seen, found, faces = [0, 0, 0], list[list[list[float]]]([[], [], []]), 0
+    lines = list[tuple[bytes, bytes, list[int]]]()  # first word, line, and what came before it
+    places = list[int]()
+    for line in obj.data.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ").split(newline):
+        word = line.split(None, 1)[:1]
+        kind = word[0] if word else b""
+        if kind in KINDS:
+            seen[KINDS[kind]] += 1
+            found[KINDS[kind]].append([float(each) for each in line.split(b"#")[0].split()[1:]])
+        elif kind == b"f":
+            places.append(len(lines))
+        lines.append((kind, line, list(seen) if kind in ELEMENTS else []))
+    first = places[int(np.flatnonzero(gone)[0])]
+    before = lines[first][2]
+    added = [len(each.parents) for each in mixed]
+    own = [
+        _moved(each.number, start, count, more)
+        for each, start, count, more in zip(mixed, before, counts, added)
+    ]
+    rows = np.searchsorted(plan.faces, np.arange(len(gone) + 1))
+    out = list[bytes]()
+    for number, (kind, line, held) in enumerate(lines):
+        if number == first:
+            out += _new_lines(obj, mixed, found)
+        if kind == b"f" and gone[faces]:
+            out += [_face([each[row] for each in own]) for row in range(rows[faces], rows[faces + 1])]
+        else:
+            text = _renumbered(line, held, before, added, after=number > first) if kind in ELEMENTS else line
+            out.append(text)
+        faces += kind == b"f"
+    return newline.join(out)
+
+
+def _moved(number: Index, before: int, count: int, added: int) -> Index:
+    """The numbers in the new file, from 1, of old items and new ones, which stand after `before` old ones; 0: none."""
+    old = np.where(number >= before, number + added, number)
+    return np.where(number < 0, -1, np.where(number >= count, number - count + before, old)) + 1
+
+
+def _new_lines(obj: Obj, mixed: list[Mixtures], found: list[list[list[float]]]) -> list[bytes]:
+    """The lines of new vertices, coordinates and normals."""
+    out = list[bytes]()
+    for word, each, values in zip(KINDS, mixed, found):
+        for parents, weights in zip(each.parents.tolist(), each.weights.tolist()):
+            rows = [values[parent] for parent in parents]
+            row = [sum(w * part[k] for w, part in zip(weights, rows)) for k in range(min(map(len, rows)))]
+            if word == b"vn":
+                size = sum(value**2 for value in row) ** 0.5
+                row = [value / (size or 1.0) for value in row]
+            out.append(word + b"".join(b" %.10g" % value for value in row))
+    return out
+
+
+def _face(corners: list[Index]) -> bytes:
+    """The line of a triangle: vertices, coordinates, normals (3,), 0 where there is none."""
+    words = []
+    for v, vt, vn in zip(*(each.tolist() for each in corners)):
+        text = b"%d" % v + (b"/%d" % vt if vt else b"/" if vn else b"") + (b"/%d" % vn if vn else b"")
+        words.append(text)
+    return b"f " + b" ".join(words)
+
+
+def _renumbered(line: bytes, held: list[int], before: list[int], added: list[int], *, after: bool) -> bytes:
+    """The line of an element with the numbers that its items have now; as it is if these are the same.
+
+    Args:
+        line: the line.
+        held: how many vertices, coordinates and normals there are before it.
+        before: and before the new ones.
+        added: how many of these there are.
+        after: whether the line stands after these.
+    """
+    word, *corners = line.split(b"#")[0].split()
+    out = []
+    for corner in corners:
+        parts = corner.split(b"/")
+        for k, part in enumerate(parts):
+            number = int(part or 0)
+            place = number - 1 if number > 0 else held[k] + number
+            later = place >= before[k]
+            if number and added[k] and (later if number > 0 else later != after):
+                parts[k] = b"%d" % (place + 1 + later * added[k])
+        out.append(b"/".join(parts))
+    return line if out == corners else b" ".join([word, *out])

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from ...arrays import Flags, Index, Real
 from ...errors import InputError
 from ...meshes.mesh import Mesh
-from .ply import COORDINATES, CORNERWISE, INDICES, TEXTURE, Ply, Table, parse
-from .splitting import Split
+from ...surfaces.subdivided import Subdivision
+from .ply import COORDINATES, CORNERWISE, INDICES, TEXTURE, Ply, Property, Table, parse
+from .splitting import Split, replaced, with_triangles
 
 NUMBER = "%.9g"  # single precision, as text
 
@@ -67,6 +68,82 @@ def with_coordinates(
     if split.copies.size:
         _corners(ply, made, split.number)
     return _whole(ply, made, texture), notes
+
+
+def subdivided(ply: Ply, plan: Subdivision) -> Ply:
+    """The file with triangles in the place of some faces; what faces have goes to all that stand in their place.
+
+    Raises:
+        InputError: vertices with lists, of which there is no other way to write them.
+    """
+    corners, starts = ply.polygons
+    vertices = ply.tables["vertex"]
+    if any(p.count for p in vertices.properties):
+        raise InputError(f"{ply.path}: vertices with lists cannot be split; write an OBJ or GLB")
+    mixed = plan.mixtures(corners, len(vertices.starts) - 1)
+    numbers, begins = with_triangles(starts, corners, plan, mixed.number)
+    made = Changes(list(ply.header), {name: _bytes(t.cells, t.starts) for name, t in ply.tables.items()})
+    rows = _room(vertices.cells).reshape(len(vertices.starts) - 1, -1)
+    new = rows[mixed.parents[:, 0]]
+    for k, said in enumerate(vertices.properties):
+        values = mixed.of(vertices.column(said.name))
+        whole = np.dtype(said.dtype).kind in "iu"
+        at = new.shape[1] * np.arange(len(new)) + vertices.starts[0, k]
+        _put(new.reshape(-1), at, np.round(values) if whole else values, said.dtype)
+    rows = np.concatenate([rows, new])
+    made.bodies["vertex"] = _bytes(rows.reshape(-1), rows.shape[1] * np.arange(len(rows) + 1)[:, None])
+    _count(made, "vertex", len(rows))
+    if ply.faces is None:
+        _corners(ply, made, numbers)
+    else:
+        made.bodies[ply.faces.name] = _faces(ply.faces, corners, plan, numbers, begins)
+        _count(made, ply.faces.name, len(begins) - 1)
+    return parse(_whole(ply, made, None), ply.path)
+
+
+def _faces(table: Table, corners: Index, plan: Subdivision, numbers: Index, begins: Index) -> bytes:
+    """Rows of faces with these vertices (c,), each with what the face has in whose place it stands."""
+    times = plan.sizes(np.zeros(len(table.starts) - 1, np.int64))
+    own = np.repeat(np.arange(times.size), times)
+    new = np.flatnonzero(np.repeat(replaced(plan, times.size), times))
+    indices = next(p for p in INDICES if p in table)
+    cornerwise = table.lists(CORNERWISE) if CORNERWISE in table else None
+    parts = list[list[bytes]]()
+    for k, said in enumerate(table.properties):
+        cells = [table.cells[a:b] for a, b in zip(table.starts[:-1, k], table.starts[:-1, k + 1])]
+        parts.append([_cells(cells[face]) for face in own])
+        values = dict[int, NDArray]()
+        if said.name == indices:
+            values = dict(enumerate(np.split(numbers, begins[1:-1])))
+        elif said.name == CORNERWISE and cornerwise is not None and (cornerwise[2][-1] == 2 * corners.size):
+            mixed = np.einsum(
+                "kij,kjc->kic", plan.weights, cornerwise[0].reshape(-1, 2)[plan.corners].astype(float)
+            )
+            values = dict(zip(new.tolist(), mixed.reshape(len(mixed), -1)))
+        for row in new.tolist() if values else ():
+            parts[-1][row] = _list(values[row], said, table.text)
+    end = b"\n" if table.text else b""
+    between = b" " if table.text else b""
+    return b"".join(between.join(row) + end for row in zip(*parts))
+
+
+def _cells(cells: NDArray) -> bytes:
+    return b" ".join(cells.tolist()) if cells.dtype.kind == "S" else cells.tobytes()
+
+
+def _list(values: NDArray, said: Property, text: bool) -> bytes:
+    """A list as the file holds it."""
+    if not text:
+        return np.array([len(values)], said.count).tobytes() + values.astype(said.dtype).tobytes()
+    cells = np.zeros(len(values), "S24")
+    _put(cells, np.arange(len(values)), values, said.dtype)
+    return b"%d " % len(values) + b" ".join(cells.tolist())
+
+
+def _count(made: Changes, name: str, count: int) -> None:
+    """Say in the header how many rows an element has."""
+    at = next(k for k, line in enumerate(made.header) if line.split()[:2] == ["element", name])
+    made.header[at] = f"element {name} {count}"
 
 
 def plain(mesh: Mesh, name: Path) -> Ply:

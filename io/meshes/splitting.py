@@ -1,10 +1,13 @@
-"""Vertices that formats of one texture coordinate a vertex need: more of them, where coordinates part."""
+"""More vertices: those that formats of one texture coordinate a vertex need where coordinates part, and those of
+triangles that stand in the place of polygons."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...arrays import Index, Real, distinct_rows
+from ...arrays import Flags, Index, Real, distinct_rows
+from ...meshes.mesh import Mesh
+from ...surfaces.subdivided import Mixtures, Subdivision
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,3 +47,49 @@ class Split:
     def values(self, new: Real, old: Real) -> Real:
         """(n, 2) coordinates: the new ones (t, 2), and the old ones of the file's vertices where no corner says any."""
         return np.where((self.coordinate >= 0)[:, None], new[self.coordinate], old[self.order])
+
+
+def with_triangles(
+    starts: Index, values: np.ndarray, plan: Subdivision, new: np.ndarray
+) -> tuple[np.ndarray, Index]:
+    """Values (c,) of the corners of polygons that begin at starts (f + 1,), those of triangles (k, 3) in the place of
+    some; and where these polygons begin."""
+    sizes, times = np.diff(starts), plan.sizes(np.diff(starts))
+    kept = ~replaced(plan, sizes.size)
+    length = np.repeat(np.where(kept, sizes, 3), times)
+    old = np.repeat(kept, times)
+    out = np.empty((int(length.sum()), *values.shape[1:]), np.result_type(values, new))
+    out[np.repeat(old, length)] = values[np.repeat(kept, sizes)]
+    out[np.repeat(~old, length)] = new.reshape(-1, *values.shape[1:])
+    return out, np.concatenate([[0], np.cumsum(length)])
+
+
+def replaced(plan: Subdivision, count: int) -> Flags:
+    """(f,) which of so many polygons triangles stand in the place of."""
+    found = np.zeros(count, bool)
+    found[plan.faces] = True
+    return found
+
+
+def grown(values: Real, mixed: Mixtures, *, unit: bool = False) -> Real:
+    """Values (n, …) and the new ones after them; `unit`: of length 1."""
+    new = mixed.of(values)
+    if unit:
+        new /= np.maximum(np.linalg.norm(new, axis=1, keepdims=True), 1e-300)
+    return np.concatenate([values, new])
+
+
+def subdivided(mesh: Mesh, plan: Subdivision) -> Mesh:
+    """A mesh with triangles in the place of some polygons."""
+    points = plan.mixtures(mesh.corners, len(mesh.points))
+    corners, starts = with_triangles(mesh.starts, mesh.corners, plan, points.number)
+    made = replace(mesh, points=grown(mesh.points, points), corners=corners, starts=starts, lines=None)
+    if mesh.uv is not None and mesh.uv_corners is not None:
+        mixed = plan.mixtures(mesh.uv_corners, len(mesh.uv))
+        own = with_triangles(mesh.starts, mesh.uv_corners, plan, mixed.number)[0]
+        made = replace(made, uv=grown(mesh.uv, mixed), uv_corners=own)
+    if mesh.normals is not None and mesh.normal_corners is not None:
+        mixed = plan.mixtures(mesh.normal_corners, len(mesh.normals))
+        own = with_triangles(mesh.starts, mesh.normal_corners, plan, mixed.number)[0]
+        made = replace(made, normals=grown(mesh.normals, mixed, unit=True), normal_corners=own)
+    return made

@@ -11,6 +11,7 @@ from ...flattening import METHODS
 from ...flattening.opening import concave, not_convex
 from ...meshes import layout
 from ...meshes.flatten import overlap
+from ...problem import Options
 from .. import files, formats, references
 from ..materials import carried_maps
 from ..meshes import mesh_files, size_limits
@@ -44,6 +45,8 @@ def check(job: FlattenJob) -> None:
     Raises:
         InputError: naming one.
     """
+    if job.subdivide_rim and job.method in METHODS:
+        raise InputError(f"--subdivide-rim: with --method {job.method} no outline is given; name one")
     for name in job.output:
         flat_files.check(name)
     if job.uv:
@@ -75,7 +78,13 @@ def run(job: FlattenJob, *, tell: Callable[[str], None] = lambda note: None) -> 
     with one_thread(), references.outside(job.outside), ExitStack() as stack:
         check(job)
         size_limits.faces(Spec.of(job.mesh).path, job.max_faces)
-        laid = lay_out(job.mesh, job.method, cut=job.cut, tell=lambda remark: note(f"{job.mesh}: {remark}"))
+        laid = lay_out(
+            job.mesh,
+            job.method,
+            cut=job.cut,
+            tell=lambda remark: note(f"{job.mesh}: {remark}"),
+            split=job.subdivide_rim,
+        )
         found = write_all(laid, job, stack)
         for remark in found["notes"][len(laid.shape.notes) :]:
             note(remark)
@@ -84,7 +93,7 @@ def run(job: FlattenJob, *, tell: Callable[[str], None] = lambda note: None) -> 
     return Outcome(message is None, message or summary(found)[1], found, names, tuple(told))
 
 
-def lay_out(mesh: str, method: str, *, cut: bool, tell: Callable[[str], None]) -> Layout:
+def lay_out(mesh: str, method: str, *, cut: bool, tell: Callable[[str], None], split: bool = False) -> Layout:
     """A mesh laid out by a method, or onto an outline.
 
     Args:
@@ -92,6 +101,7 @@ def lay_out(mesh: str, method: str, *, cut: bool, tell: Callable[[str], None]) -
         method: one of METHODS, or the outline's drawing or picture.
         cut: whether it may be cut open.
         tell: is given remarks.
+        split: whether triangles at its rim are split until chords follow the outline.
 
     Raises:
         InputError: the mesh cannot be laid out; no such method, nor file, or no outline in it.
@@ -108,7 +118,9 @@ def lay_out(mesh: str, method: str, *, cut: bool, tell: Callable[[str], None]) -
             )
         outline = planar.read(method)
         before = mesh_shape.read(mesh, cut=cut)
-        found = Layout(*onto_outline.lay_onto(before, outline, tell), path)
+        found = Layout(
+            *onto_outline.lay_onto(before, outline, tell, Options().tolerance if split else None), path
+        )
     for note in found.shape.notes:
         tell(note)
     return found

@@ -8,6 +8,7 @@ mesh_shape      a mesh as a planar shape, flattened
 mesh_parts      all charts or pieces of a mesh
 mesh_texture    the texture that a mesh shows
 onto_outline    a mesh laid out onto a given outline
+split_rims      meshes whose rims are split
 parts           which shapes of two files go together
 holes           which holes go together, and the maps between them
 mappable_holes  holes that leave room for a map

@@ -28,6 +28,7 @@ from ...meshes import mesh_files, obj_materials
 from ...shapes.mesh_parts import join
 from ...shapes.mesh_shape import MeshShape, as_mesh
 from ...shapes.shape import Shape
+from ...shapes.split_rims import subdivide_rims
 from .. import parts
 from ..framing import placing_options
 from ..job import Job
@@ -98,6 +99,7 @@ class TexturedMesh(Output):
             "threads": run.threads,
         }
         options |= {"carry_maps": run.job.carry_maps, "normals": _normal_map(run.job)}
+        options |= {"tolerance": run.job.tolerance if run.job.subdivide_rim else None}
         with run.phases.timed("write"):
             figures = new_uvs(parts_of(run), lying, path, name=name, **options)
         for note in figures.pop("material_notes"):
@@ -121,7 +123,8 @@ def _measure(run: Run, measured: list[Written]) -> None:
     for pair, fit, each in zip(run.pairs, run.fits, measured):
         if (gap := each.boundary["hausdorff"]) > COARSE * run.job.tolerance:
             said = f"between vertices of the mesh the outline is missed by {gap:.1%} of its diagonal"
-            run.note(parts.label(pair, f"{said}: the mesh is too coarse for it (boundary)"))
+            cure = "" if run.job.subdivide_rim else "; --subdivide-rim splits its triangles there"
+            run.note(parts.label(pair, f"{said}: the mesh is too coarse for it (boundary){cure}"))
         if fit.distortion.strain is None and (strain := each.distortion.strain):
             said = "in its coordinates as written lengths change by more than {:.1f} times on 5 %, and by {:.0f} times"
             run.note(parts.label(pair, f"{said} as much one way as the other (stretch)".format(*strain)))
@@ -158,6 +161,7 @@ def new_uvs(
     force: bool = False,
     threads: int | None = None,
     carry_maps: bool = False,
+    tolerance: float | None = None,
 ) -> dict[str, Any]:
     """Write the target with texture coordinates that show the source's texture.
 
@@ -172,6 +176,8 @@ def new_uvs(
         force: whether the files beside it may be replaced (see `obj_materials.written_beside`).
         threads: as many as there are processors by default.
         carry_maps: whether the other maps of its material are carried to the new coordinates.
+        tolerance: relative to the source's diagonal: triangles at the rim are split until the chords of coordinates are
+            off its outline by no more; None splits none.
 
     Returns:
         Figures for the report.
@@ -180,13 +186,18 @@ def new_uvs(
         InputError: the format holds no texture coordinates, or the source has none.
     """
     mesh_files.check_output(str(name))
-    target = join([part for part, _, _ in parts])
     pulls = [ExtendedInverse(map, threads) for _, map, _ in parts]
+    figures: dict[str, Any] = {"measured": []}
+    if tolerance is not None:
+        shapes, maps, sources = zip(*parts)
+        images = [pull(part.flattening.flat) for pull, part in zip(pulls, shapes)]
+        split, figures["rim_vertices"] = subdivide_rims(shapes, images, maps, tolerance)
+        parts = list(zip(split, maps, sources))
+    target = join([part for part, _, _ in parts])
     found = [
         _uv_of(source, lying, _pull_back(part, map, pull), part, threads)
         for (part, map, source), pull in zip(parts, pulls)
     ]
-    figures: dict[str, Any] = {"measured": []}
     corners, triangles = target.corners
     uv, faces = _joined(found)
     corners[target.flattening.patch.corner] = faces

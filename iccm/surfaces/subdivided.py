@@ -1,0 +1,252 @@
+"""Edges at the rim of a layout split until chords between their vertices follow an outline (--subdivide-rim)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Complex, Flags, Index, Real, distinct_rows
+from ..buckets import nearest_segments
+from ..maps.approximation import AnyMap, triangulated
+from ..meshes.flatten import Flattening
+from ..plane import diagonal
+from .refined import ON_EDGE, RefinedSurface
+
+OWN = 0.5
+"""Of the tolerance: what chords may be off the map's outline, which may itself be off the one that was drawn."""
+
+
+@dataclass(frozen=True, eq=False)
+class Subdivision:
+    """Triangles in the place of some polygons of a mesh.
+
+    Attributes:
+        faces: (k,) the polygon that each is a part of, ascending.
+        corners: (k, 3) corners of the mesh of the triangle that it is a part of.
+        weights: (k, 3, 3) of these in each of its own corners.
+    """
+
+    faces: Index
+    corners: Index
+    weights: Real
+
+    @classmethod
+    def joined(cls, parts: Sequence["Subdivision"]) -> "Subdivision":
+        """Those of several parts of a mesh as one."""
+        order = np.argsort(np.concatenate([part.faces for part in parts]), kind="stable")
+        return cls(
+            *(
+                np.concatenate([getattr(part, name) for part in parts])[order]
+                for name in ("faces", "corners", "weights")
+            )
+        )
+
+    def mixtures(self, items: Index, count: int) -> "Mixtures":
+        """What the corners of the triangles have, where each corner (c,) of the mesh has one of `count` items or -1.
+
+        Corners on the same place of an edge between the same items have the same.
+        """
+        own = self.weights > 0
+        parents = np.where(own, items[self.corners][:, None, :], -1)
+        none = (own & (parents < 0)).any(axis=2)
+        highest = parents.max(axis=2)
+        alone = np.where(own, parents, highest[:, :, None]).min(axis=2) == highest
+        number = np.where(none, -1, highest)
+        new = ~(none | alone)
+        order = np.argsort(parents[new], axis=1)
+        rows = [np.take_along_axis(each[new], order, axis=1) for each in (parents, self.weights)]
+        first, place = distinct_rows(np.hstack(rows))
+        number[new] = count + place
+        return Mixtures(np.maximum(rows[0][first], 0), rows[1][first], number)
+
+    def sizes(self, before: Index) -> Index:
+        """(f,) how many faces stand in the place of each one, of which there were as many as of sizes `before`."""
+        count = np.bincount(self.faces, minlength=before.size)
+        return np.where(count > 0, count, 1)
+
+
+class Mixtures(NamedTuple):
+    """New vertices, coordinates or normals as means of old ones.
+
+    Attributes:
+        parents: (n, 3) the old ones that each is made of.
+        weights: (n, 3) and by how much.
+        number: (k, 3) that of each corner: an old one, or a new one, which come after these; -1: none.
+    """
+
+    parents: Index
+    weights: Real
+    number: Index
+
+    def of(self, values: np.ndarray) -> Real:
+        """(n, …) of values of the old ones."""
+        return np.einsum("nk,nk...->n...", self.weights, values[self.parents].astype(float))
+
+
+class SplitLayout(NamedTuple):
+    """A layout with edges of its rim split.
+
+    Attributes:
+        surface: the triangles.
+        flat: (p,) where its vertices are in the layout.
+    """
+
+    surface: RefinedSurface
+    flat: Complex
+
+
+def split_rims(
+    layouts: Sequence[Flattening], images: Sequence[Complex], maps: Sequence[AnyMap], tolerance: float
+) -> list[SplitLayout]:
+    """Layouts of parts of one mesh, split so that the chords between images of their rims follow what the rims of maps
+    come from. Edges that lie on one another in space, as at seams, are split alike.
+
+    Args:
+        layouts: each the image of a map.
+        images: (p,) of each the places of its vertices in the map's source.
+        maps: onto each.
+        tolerance: relative to the diagonals of what the maps come from.
+    """
+    chosen = [_places(*each, OWN * tolerance) for each in zip(layouts, images, maps)]
+    ends = [
+        layout.patch.points[np.column_stack([edges.tails, edges.heads])]
+        for layout, edges in zip(layouts, chosen)
+    ]
+    rims = [_rim(layout) for layout in layouts]
+    every = [layout.patch.points[rim] for layout, rim in zip(layouts, rims)]
+    alike = _same_edges(np.concatenate([*every, *ends]))
+    kinds = np.split(alike, np.cumsum([len(each) for each in (*every, *ends)])[:-1])
+    shares = _shares(
+        np.concatenate(kinds[len(layouts) :]), np.concatenate([edges.shares for edges in chosen])
+    )
+    return [
+        _split(layout, _oriented(layout, rim), kind, shares)
+        for layout, rim, kind in zip(layouts, rims, kinds)
+    ]
+
+
+class _Places(NamedTuple):
+    """Places (k,) on edges: their ends, the lower one in space first, and the share of the way."""
+
+    tails: Index
+    heads: Index
+    shares: Real
+
+
+def _rim(layout: Flattening) -> Index:
+    """(e, 2) the edges of the rim that may be split: not those of polygons of which parts are missing."""
+    patch = layout.patch
+    shape, mesh = patch.triangles, patch.mesh
+    half = np.flatnonzero(shape.twin < 0)
+    face = np.searchsorted(mesh.starts, patch.corner[:, 0], side="right") - 1
+    whole = np.bincount(face, minlength=mesh.sizes.size)[face] == mesh.sizes[face] - 2
+    half = half[whole[half // 3]]
+    return np.column_stack([shape.tail[half], shape.head[half]])
+
+
+def _oriented(layout: Flattening, rim: Index) -> Index:
+    """Edges (e, 2) with the end that is lower in space first, so that both sides of a seam have the same one."""
+    a, b = layout.patch.points[rim[:, 0]], layout.patch.points[rim[:, 1]]
+    first = np.argmax(a != b, axis=1)[:, None]
+    swap = np.take_along_axis(a, first, 1) > np.take_along_axis(b, first, 1)
+    return np.where(swap, rim[:, ::-1], rim)
+
+
+def _places(layout: Flattening, image: Complex, map: AnyMap, tolerance: float) -> _Places:
+    """Where the edges of a layout's rim have to be split."""
+    made, rim = triangulated(map), _oriented(layout, _rim(layout))
+    tails, heads = rim.T
+    here, there = (np.concatenate([each[loop] for loop in made.loops]) for each in (made.image, made.source))
+    start, end = layout.flat[tails], layout.flat[heads]
+    edge, part = nearest_segments(here, start, end)
+    near = np.abs(start[edge] + part * (end - start)[edge] - here) <= made.near * made.image_diagonal
+    inner = near & (part > ON_EDGE) & (part < 1 - ON_EDGE)
+    order = np.lexsort((part[inner], edge[inner]))
+    edge, part, there = edge[inner][order], part[inner][order], there[inner][order]
+    begins = np.flatnonzero(np.diff(edge, prepend=-1))
+    allowed, found = tolerance * diagonal(made.source), []
+    for first, last in zip(begins, np.append(begins[1:], edge.size)):
+        k = edge[first]
+        chain = np.concatenate([[image[tails[k]]], there[first:last], [image[heads[k]]]])
+        found.append(first - 1 + np.flatnonzero(_kept(chain, allowed))[1:-1])
+    at = np.concatenate([np.zeros(0, np.int64), *found])
+    return _Places(tails[edge[at]], heads[edge[at]], part[at])
+
+
+def _kept(z: Complex, allowed: float) -> Flags:
+    """(n,) which points of a chain of lines are needed for it to be followed (Douglas and Peucker, 1973)."""
+    kept = np.zeros(z.size, bool)
+    kept[[0, -1]] = True
+    waiting = [(0, z.size - 1)]
+    while waiting:
+        a, b = waiting.pop()
+        if b - a < 2:
+            continue
+        along, inner = z[b] - z[a], z[a + 1 : b]
+        share = ((inner - z[a]) * np.conj(along)).real / max(abs(along) ** 2, 1e-300)
+        away = np.abs(z[a] + np.clip(share, 0, 1) * along - inner)
+        worst = int(np.argmax(away))
+        if away[worst] > allowed:
+            kept[a + 1 + worst] = True
+            waiting += [(a, a + 1 + worst), (a + 1 + worst, b)]
+    return kept
+
+
+def _same_edges(ends: Real) -> Index:
+    """(e,) a number for each edge (e, 2, 3), the same for those between the same points."""
+    _, point = distinct_rows(ends.reshape(-1, 3))
+    return distinct_rows(np.sort(point.reshape(-1, 2), axis=1))[1]
+
+
+def _shares(kinds: Index, shares: Real) -> dict[int, Real]:
+    """The shares at which edges of each kind are split, ascending; of those that are next to equal, one."""
+    order = np.lexsort((shares, kinds))
+    kinds, shares = kinds[order], shares[order]
+    far = (np.diff(kinds, prepend=-1) != 0) | (np.diff(shares, prepend=-1.0) > ON_EDGE)
+    kinds, shares = kinds[far], shares[far]
+    begins = np.flatnonzero(np.diff(kinds, prepend=-1))
+    return dict(zip(kinds[begins].tolist(), np.split(shares, begins[1:])))
+
+
+def _split(layout: Flattening, rim: Index, kinds: Index, shares: dict[int, Real]) -> SplitLayout:
+    """A layout with the edges (e, 2) of its rim split as those of their kinds are."""
+    faces, count = layout.patch.faces, len(layout.patch.points)
+    surface = RefinedSurface.of(faces, count)
+    hit = [(k, shares[kind]) for k, kind in enumerate(kinds.tolist()) if kind in shares]
+    if hit:
+        times = [len(own) for _, own in hit]
+        tails, heads = (np.repeat(ends, times) for ends in rim[[k for k, _ in hit]].T)
+        ends, on = np.zeros((2, count), bool)
+        ends[np.concatenate([tails, heads])] = True
+        on[np.concatenate(layout.patch.loops)] = True
+        beside = (ends[faces].sum(axis=1) > 1)[:, None] & on[faces]
+        ends[faces[beside]] = True  # the vertex opposite, too: triangles need room behind a hollow outline
+        surface = surface.without_chords(ends)
+        surface = surface.with_points_on(tails, heads, np.concatenate([own for _, own in hit]))
+    return SplitLayout(surface, surface.carried(layout.flat))
+
+
+def subdivision(layout: Flattening, surface: RefinedSurface) -> tuple[Subdivision, Index, Index]:
+    """What the split triangles of a layout are in its mesh.
+
+    Returns:
+        The triangles in the place of polygons, corners as wound there; (k,) which triangles of the surface they are;
+        and (k,) whether the surface has each the other way round.
+    """
+    patch, count = layout.patch, len(layout.patch.points)
+    mesh = patch.mesh
+    face = (np.searchsorted(mesh.starts, patch.corner[:, 0], side="right") - 1)[surface.own]
+    changed = (surface.faces >= count).any(axis=1)
+    rows = np.flatnonzero(np.isin(face, np.unique(face[changed])))
+    rows = rows[np.argsort(face[rows], kind="stable")]
+    own = surface.own[rows]
+    parents = [np.column_stack([np.arange(count)] * 3), *(each for each, _ in surface.added)]
+    parts = [np.tile([1.0, 0.0, 0.0], (count, 1)), *(each for _, each in surface.added)]
+    corners = surface.faces[rows]
+    from_, by = np.concatenate(parents)[corners], np.concatenate(parts)[corners]
+    mother = patch.faces[own]
+    weights = ((from_[:, :, :, None] == mother[:, None, None, :]) * by[..., None]).sum(axis=2)
+    turned = (np.roll(patch.corner[own], -1, axis=1) < patch.corner[own]).sum(axis=1) == 2
+    weights = np.where(turned[:, None, None], weights[:, ::-1], weights)
+    return Subdivision(face[rows], patch.corner[own], weights), rows, turned
