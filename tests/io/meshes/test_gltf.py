@@ -108,6 +108,39 @@ def test_vertices_are_split_with_all_that_they_have(ball, iccm):
     assert again.has_uv
 
 
+def test_vertices_added_at_the_rim_have_what_lies_between_the_old_ones(rich, iccm):
+    path = '<path d="M0 0Q4 3 9 0Q6 4 9 9Q4 6 0 9Q3 4 0 0"/>'
+    bent = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9">{path}</svg>'
+    (rich / "bent.svg").write_text(bent)
+    done = iccm("map", "bent.svg", "rich.glb#body", "-o", "out.glb", "--subdivide-rim")
+    assert done.code == 0, done.err
+    old, new = rich_glb.read("rich.glb"), rich_glb.read("out.glb")
+    whole(old, new)
+    before, after = corners(old, body(old)), corners(new, body(new))
+    for held in (before, after):  # weights by joint, whatever their order
+        joints, weights = held.pop("JOINTS_0").astype(int), held.pop("WEIGHTS_0")
+        held["bound"] = np.stack([(weights * (joints == k)).sum(axis=1) for k in range(2)], axis=1)
+        assert np.allclose(held["bound"].sum(axis=1), 1, atol=1e-6)
+    assert len(after["POSITION"]) > len(before["POSITION"])
+    mothers, flat = before["POSITION"].reshape(-1, 3, 3), after["POSITION"].reshape(-1, 3, 3)
+    for k, made in enumerate(flat):
+        fits = []
+        for j, mother in enumerate(mothers):
+            share = np.linalg.lstsq(
+                np.vstack([mother.T, np.ones(3)]), np.vstack([made.T, np.ones(3)]), rcond=None
+            )[0]
+            fits.append((max(-share.min(), np.abs(mother.T @ share - made.T).max()), j, share))
+        off, j, share = min(fits, key=lambda each: each[0])
+        assert off < 1e-5
+        for name in ("COLOR_0", "bound", "target POSITION", "NORMAL", "TANGENT"):
+            own = share.T @ before[name].reshape(-1, 3, before[name].shape[1])[j]
+            if name in ("NORMAL", "TANGENT"):
+                own[:, :3] /= np.linalg.norm(own[:, :3], axis=1, keepdims=True)
+            assert np.abs(own - after[name].reshape(-1, 3, own.shape[1])[k]).max() < (
+                0.51 if name == "COLOR_0" else 1e-4
+            )
+
+
 def test_a_texture_takes_the_place_of_the_old_one(rich, iccm):
     Image.new("RGB", (8, 8), (10, 200, 30)).save("new.png")
     done = iccm("map", "square.svg", "rich.glb#body", "--texture", "new.png", "-o", "out.glb")
