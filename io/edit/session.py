@@ -207,8 +207,11 @@ class Session:
     def compare(self, scene: Scene) -> Shown | None:
         """What there is to be said once the map that was gone on to is compared with that from scratch.
 
-        Where no difference is seen the latter takes its place: then nothing but pins and strokes has to be saved.
+        Where no difference is seen the latter takes its place: then nothing but pins and strokes has to be saved. On
+        meshes nothing is compared: a whole map takes seconds there.
         """
+        if self.source.is_mesh or (self.target and self.target.is_mesh):
+            return None
         chosen, before = self._ways.get(scene.key, Way()), self._fit
         if chosen.begins is None or chosen.other or before is None or self.scene is not scene:
             return None

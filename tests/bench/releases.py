@@ -6,7 +6,8 @@ Random pairs of emoji (fetched by npm), as silhouettes, pinned eye to eye: an em
 parts that are each other's mirror image. Each drag takes one end of one of both pins in equal steps to a random place,
 from the map eye to eye. A jump is what 95 % of the points move when it is let go of, in per cent of the target's
 diagonal; `failed` are releases that end in an error, or in a map that is not as good as asked for, though the one
-that followed had met its pins; `missed` drags that do not end at their place. Milliseconds of an update, at 95 %, and
+that followed had met its pins; `missed` drags that do not end at their place; `eyes` whether the pair is met eye to
+eye before any drag (0 or 1). Milliseconds of an update, at 95 %, and
 seconds of a release, in the mean, are those of processors.
 """
 
@@ -86,15 +87,16 @@ def inside(session: Session, side: int, rng: np.random.Generator) -> complex:
 
 def measure(
     session: Session, begin: list[list[complex]], drags: int, steps: int, rng: np.random.Generator
-) -> tuple[list[float], list[float], list[float], list[str], int]:
-    """Jumps, seconds of updates and of releases, what failed, and how many drags were not met."""
-    jumps, updates, releases, failed, missed = [], [], [], [], 0
+) -> tuple[list[float], list[float], list[float], list[str], int, bool]:
+    """Jumps, seconds of updates and of releases, what failed, how many drags were not met, and whether the pins were
+    before them."""
+    jumps, updates, releases, failed, missed, met = [], [], [], [], 0, True
 
     def sent(ends: list[list[complex]]) -> Scene:
         return scene([[place(session, side, z) for side, z in enumerate(pin)] for pin in ends])
 
     for _ in range(drags):
-        session.solve(sent(begin))
+        met &= session.solve(sent(begin)).ok
         pin, side = (int(n) for n in rng.integers(2, size=2))
         start, goal = begin[pin][side], inside(session, side, rng)
         for share in np.arange(1, steps + 1) / steps:
@@ -116,7 +118,7 @@ def measure(
             z = seen.source[seen.loops[0].size :]
             moved = np.abs(session._map(z) - seen(z)) / session.target.curve.diagonal
             jumps.append(100 * float(np.nanquantile(moved, 0.95)))
-    return jumps, updates, releases, failed, missed
+    return jumps, updates, releases, failed, missed, met
 
 
 def main() -> None:
@@ -131,26 +133,28 @@ def main() -> None:
     options = parser.parse_args()
     rng = np.random.default_rng(options.seed)
     every = [list[float]() for _ in range(3)]
-    lost = [0, 0]
-    head = f"{'median':>7} {'95 %':>6} {'worst':>6}  {'update':>6} {'release':>7}  failed missed"
+    lost = [0, 0, 0]
+    head = f"{'median':>7} {'95 %':>6} {'worst':>6}  {'update':>6} {'release':>7}  failed missed eyes"
     print(f"{'jump, % of the diagonal':58}  {head}", flush=True)
 
-    def line(name: str, found: list[list[float]], failed: int, missed: int) -> None:
+    def line(name: str, found: list[list[float]], failed: int, missed: int, met: int) -> None:
         jumps, updates, releases = (np.array(each or [np.nan]) for each in found)
         middle, most = np.quantile(jumps, [0.5, 0.95])
         figures = f"{middle:7.2f} {most:6.2f} {jumps.max():6.2f}  {1000 * np.quantile(updates, 0.95):6.0f}"
-        print(f"{name[:58]:58}  {figures} {releases.mean():7.2f}  {failed:6d} {missed:6d}", flush=True)
+        print(
+            f"{name[:58]:58}  {figures} {releases.mean():7.2f}  {failed:6d} {missed:6d} {met:4d}", flush=True
+        )
 
     for a, b, begin in pairs(options.pairs, options.seed):
         name = " -> ".join(Path(spec.partition("#")[0]).stem for spec in (a, b))
         session = Session(make({"source": a, "target": b}))
-        *found, failed, missed = measure(session, begin, options.drags, options.steps, rng)
-        line(name, found, len(failed), missed)
+        *found, failed, missed, met = measure(session, begin, options.drags, options.steps, rng)
+        line(name, found, len(failed), missed, met)
         for text in failed:
             print(f"    {text}", flush=True)
         for each, more in zip(every, found):
             each.extend(more)
-        lost = [lost[0] + len(failed), lost[1] + missed]
+        lost = [lost[0] + len(failed), lost[1] + missed, lost[2] + met]
     line(f"all {len(every[0])} releases that were met", every, *lost)
 
 

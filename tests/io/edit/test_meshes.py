@@ -84,6 +84,17 @@ def test_pins_are_places_of_the_surface_and_vertices(onto):
         onto.transfer("source", ["v5"])
 
 
+def test_after_a_drag_no_second_map_is_solved(onto, monkeypatch):
+    onto.solve(scene())
+    [place] = onto.transfer("source", [[40, 45]])
+    onto.solve(scene([[40, 45], place]))
+    last = scene([[40, 45], [place[0] + 4, place[1] - 3, place[2]]])
+    onto.follow(last)
+    assert onto.solve(last).ok and onto.start(last) is not None
+    monkeypatch.setattr(onto, "_fit_scene", lambda *given: pytest.fail("solved again"))
+    assert onto.compare(last) is None
+
+
 @pytest.mark.slow
 def test_pins_on_a_mesh_are_saved_and_repeat_the_map(onto, shapes, shell):
     onto.solve(scene())
