@@ -10,7 +10,6 @@ from ..arrays import Complex, Flags, Index, Real, distinct_rows
 from ..buckets import nearest_segments
 from ..maps.approximation import AnyMap, triangulated
 from ..meshes.flatten import Flattening
-from ..plane import diagonal
 from .refined import ON_EDGE, RefinedSurface
 
 OWN = 0.5
@@ -106,9 +105,9 @@ def split_rims(
         layouts: each the image of a map.
         images: (p,) of each the places of its vertices in the map's source.
         maps: onto each.
-        tolerance: relative to the diagonals of what the maps come from.
+        tolerance: relative to the diagonals of what the maps come from, and of what they go to.
     """
-    chosen = [_places(*each, OWN * tolerance) for each in zip(layouts, images, maps)]
+    chosen = [_places(*each, tolerance) for each in zip(layouts, images, maps)]
     ends = [
         layout.patch.points[np.column_stack([edges.tails, edges.heads])]
         for layout, edges in zip(layouts, chosen)
@@ -160,12 +159,12 @@ def _places(layout: Flattening, image: Complex, map: AnyMap, tolerance: float) -
     here, there = (np.concatenate([each[loop] for loop in made.loops]) for each in (made.image, made.source))
     start, end = layout.flat[tails], layout.flat[heads]
     edge, part = nearest_segments(here, start, end)
-    near = np.abs(start[edge] + part * (end - start)[edge] - here) <= made.near * made.image_diagonal
+    near = np.abs(start[edge] + part * (end - start)[edge] - here) <= tolerance * made.image_diagonal
     inner = near & (part > ON_EDGE) & (part < 1 - ON_EDGE)
     order = np.lexsort((part[inner], edge[inner]))
     edge, part, there = edge[inner][order], part[inner][order], there[inner][order]
     begins = np.flatnonzero(np.diff(edge, prepend=-1))
-    allowed, found = tolerance * diagonal(made.source), []
+    allowed, found = OWN * tolerance * made.diagonal, []
     for first, last in zip(begins, np.append(begins[1:], edge.size)):
         k = edge[first]
         chain = np.concatenate([[image[tails[k]]], there[first:last], [image[heads[k]]]])

@@ -57,6 +57,16 @@ def laid_out(path: str) -> tuple[shapely.Geometry, np.ndarray]:
     return shapely.union_all([shapely.Polygon(ring) for ring in rings], grid_size=1e-9), areas
 
 
+def test_conformal_maps_whose_rim_is_beside_the_meshs_are_followed(bowl, iccm):
+    gaps = []
+    for more in ((), ("--subdivide-rim",)):
+        words = ("map", "round.svg", "bowl.obj#bowl", "--method", "conformal", "-o", "o.obj", "--force")
+        done = iccm(*words, "--report", "r.json", *more)
+        assert done.code == 0, done.err
+        gaps.append(json.loads(Path("r.json").read_text())["boundary"]["hausdorff"])
+    assert gaps[0] > 3e-3 and gaps[1] <= 1e-3
+
+
 @pytest.mark.parametrize("suffix", ["obj", "glb", "ply"])
 def test_chords_follow_the_outline_and_the_surface_stays(bowl, iccm, suffix):
     gaps, holds = [], []
