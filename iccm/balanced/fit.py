@@ -386,8 +386,9 @@ def parts_lost(fit: Fit) -> list[str]:
             f"{fit.left_out:.1%} of the source is left out, which bays or holes of the target have no room for (fit)."
         )
     if fit.uncovered >= SAID:
+        shown = "; what a texture has in those holes is seen there" if fit.passed_holes[0] else ""
         said.append(
-            f"{fit.uncovered:.1%} of the target stays uncovered, where bays or holes of the source open (fit)."
+            f"{fit.uncovered:.1%} of the target stays uncovered, where bays or holes of the source open{shown} (fit)."
         )
     return said
 

@@ -83,9 +83,10 @@ def rim_spacing(outlines: tuple[Outline, Outline], spacing: float, fewest: int =
     return min(spacing, *(outline.length / fewest for outline in outlines))
 
 
-def space_out(outline: Outline, spacing: float) -> Complex:
-    """The corners of an outline and points between, no farther apart than asked."""
-    corners = outline.corners if outline.corners.size else np.zeros(1)
+def space_out(outline: Outline, spacing: float, *, kinks: bool = False) -> Complex:
+    """The corners of an outline, or all its `kinks`, and points between, no farther apart than asked."""
+    corners = outline.curve.knots[:-1] if kinks else outline.corners
+    corners = corners if corners.size else np.zeros(1)
     gaps = np.diff(corners, append=corners[0] + outline.length)
     own, share = subdivide(gaps, min(spacing, outline.length / FEWEST))
     return outline.curve.at(corners[own] + share * gaps[own])

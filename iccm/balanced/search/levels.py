@@ -152,7 +152,8 @@ class UnitProblem(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Level:
-    """The two outlines at one fineness and the size h of the triangles."""
+    """The two outlines at one fineness and the size h of the triangles; on `smooth` ones vertices slide past all kinks
+    but the sharp ones."""
 
     source: Outline
     target: Outline
@@ -168,6 +169,7 @@ class Level:
     upright: float = 0.0
     regions: tuple[tuple[Complex, ...], ...] = ()
     cut_out: int = 0
+    smooth: bool = False
 
     @classmethod
     def of(
@@ -201,6 +203,7 @@ class Level:
             upright=problem.upright,
             regions=problem.regions,
             cut_out=problem.cut_out,
+            smooth=smooth,
         )
 
     def mapped(
@@ -213,8 +216,8 @@ class Level:
             sizes = coarser_in_bays(sizes, self.source.curve.z, self.bays)
         drawn = drawn or [stroke.even for stroke in self.strokes]
         kept = inside(self.strokes, drawn, spacing, self.pins)
-        alone = self.alone(match.holes)
-        filled = [space_out(self.holes[0][k], spacing) for k in alone]
+        alone = self.alone(match.holes)  # whose outlines do not slide
+        filled = [space_out(self.holes[0][k], spacing, kinks=self.smooth) for k in alone]
         sizes_of_filled = [(k, -1, rim.size) for k, rim in zip(alone, filled)]
         sizes_of_filled += [(-1, -1, bay.size - 2) for bay in self.bays]
         boundary = boundary.with_filled(loops_of(sizes_of_filled, boundary.size + kept.z.size))
