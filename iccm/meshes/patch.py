@@ -68,7 +68,7 @@ class Patch:
     @cached_property
     def drawn(self) -> NDArray[np.bool_]:
         """(3m,) which half-edges are edges of the file's polygons, not diagonals: only along these may a cut run."""
-        face = np.searchsorted(self.mesh.starts, self.corner[:, 0], side="right")
+        face = self.polygon
         twin = self.triangles.twin
         own = np.repeat(face, 3)
         return (twin < 0) | (own != own[twin])
@@ -79,13 +79,17 @@ class Patch:
         corners, face = fans(self.mesh)
         vertex = np.full(self.mesh.corners.size, -1)
         vertex[self.corner] = self.faces
-        own = np.searchsorted(self.mesh.starts, self.corner[:, 0], side="right") - 1
         turned = np.zeros(self.mesh.sizes.size, bool)  # faces that the patch has the other way round
-        turned[own] = (np.roll(self.corner, -1, axis=1) < self.corner).sum(axis=1) == 2
+        turned[self.polygon] = (np.roll(self.corner, -1, axis=1) < self.corner).sum(axis=1) == 2
         found = vertex[corners]
         found = np.where(turned[face][:, None], found[:, ::-1], found)
         known = (found >= 0).all(axis=1)
         return found[known], face[known]
+
+    @property
+    def polygon(self) -> Index:
+        """(m,) the face of the mesh that each triangle is of."""
+        return np.searchsorted(self.mesh.starts, self.corner[:, 0], side="right") - 1
 
     @property
     def genus(self) -> int:

@@ -1,7 +1,7 @@
 """Edges at the rim of a layout split until chords between their vertices follow an outline (--subdivide-rim)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +10,7 @@ from ..arrays import Complex, Flags, Index, Real, distinct_rows
 from ..buckets import nearest_segments
 from ..maps.approximation import AnyMap, triangulated
 from ..meshes.flatten import Flattening
+from ..plane import triangle_heights
 from .refined import ON_EDGE, RefinedSurface
 
 OWN = 0.5
@@ -95,34 +96,78 @@ class SplitLayout(NamedTuple):
     flat: Complex
 
 
-def split_rims(
-    layouts: Sequence[Flattening], images: Sequence[Complex], maps: Sequence[AnyMap], tolerance: float
-) -> list[SplitLayout]:
-    """Layouts of parts of one mesh, split so that the chords between images of their rims follow what the rims of maps
-    come from. Edges that lie on one another in space, as at seams, are split alike.
+@dataclass(frozen=True, eq=False)
+class RimSplits:
+    """Where edges at the rims of layouts of parts of one mesh are split.
 
-    Args:
-        layouts: each the image of a map.
-        images: (p,) of each the places of its vertices in the map's source.
-        maps: onto each.
-        tolerance: relative to the diagonals of what the maps come from, and of what they go to.
+    Attributes:
+        layouts: of the parts.
+        rims: (e, 2) the edges of each that may be split, the end that is lower in space first.
+        kinds: (e,) of each edge, the same for those on one another in space, as at seams, which are split alike.
+        shares: of the way along the edges of a kind, ascending.
     """
-    chosen = [_places(*each, tolerance) for each in zip(layouts, images, maps)]
-    ends = [
-        layout.patch.points[np.column_stack([edges.tails, edges.heads])]
-        for layout, edges in zip(layouts, chosen)
-    ]
-    rims = [_rim(layout) for layout in layouts]
-    every = [layout.patch.points[rim] for layout, rim in zip(layouts, rims)]
-    alike = _same_edges(np.concatenate([*every, *ends]))
-    kinds = np.split(alike, np.cumsum([len(each) for each in (*every, *ends)])[:-1])
-    shares = _shares(
-        np.concatenate(kinds[len(layouts) :]), np.concatenate([edges.shares for edges in chosen])
-    )
-    return [
-        _split(layout, _oriented(layout, rim), kind, shares)
-        for layout, rim, kind in zip(layouts, rims, kinds)
-    ]
+
+    layouts: Sequence[Flattening]
+    rims: Sequence[Index]
+    kinds: Sequence[Index]
+    shares: dict[int, Real]
+
+    @classmethod
+    def of(
+        cls,
+        layouts: Sequence[Flattening],
+        images: Sequence[Complex],
+        maps: Sequence[AnyMap],
+        tolerance: float,
+    ) -> "RimSplits":
+        """Those by which the chords between images of rims follow what the rims of maps come from.
+
+        Args:
+            layouts: each the image of a map.
+            images: (p,) of each the places of its vertices in the map's source.
+            maps: onto each.
+            tolerance: relative to the diagonals of what the maps come from, and of what they go to.
+        """
+        chosen = [_places(*each, tolerance) for each in zip(layouts, images, maps)]
+        rims = [_oriented(layout, _rim(layout)) for layout in layouts]
+        ends = [*rims, *(np.column_stack([edges.tails, edges.heads]) for edges in chosen)]
+        every = [layout.patch.points[each] for layout, each in zip([*layouts, *layouts], ends)]
+        kinds = np.split(_same_edges(np.concatenate(every)), np.cumsum([len(each) for each in every])[:-1])
+        own, found = kinds[: len(layouts)], np.concatenate(kinds[len(layouts) :])
+        return cls(layouts, rims, own, _shares(found, np.concatenate([edges.shares for edges in chosen])))
+
+    @property
+    def edges(self) -> int:
+        """How many edges are split, those on one another once."""
+        return len(self.shares)
+
+    def layouts_split(self) -> list[SplitLayout]:
+        """The layouts, split so."""
+        return [_split(*each, self.shares) for each in zip(self.layouts, self.rims, self.kinds)]
+
+    def without(self, turned: Sequence[Index]) -> "RimSplits":
+        """Less those of edges of triangles (k,) of each layout, or where these have none, of the nearest ones."""
+        dropped = set[int]()
+        for layout, rim, kinds, triangles in zip(self.layouts, self.rims, self.kinds, turned):
+            split, faces = np.isin(kinds, list(self.shares)), layout.patch.faces
+            for corners in faces[triangles if split.any() else []]:
+                near = np.zeros(layout.flat.size, bool)
+                near[corners] = True
+                while not (ends := np.where(split, near[rim].sum(axis=1), 0)).any():
+                    near[faces[near[faces].any(axis=1)]] = True
+                dropped |= set(kinds[ends == ends.max()].tolist())
+        dropped = dropped or set(self.shares)
+        return replace(self, shares={k: own for k, own in self.shares.items() if k not in dropped})
+
+
+def least_heights(layout: Flattening, z: Complex) -> Real:
+    """(m,) of each triangle, with its vertices (p,) at z, the least height of all that its polygon can be cut into;
+    below 0 where one of these is turned over."""
+    patch = layout.patch
+    triangles, face = patch.fans
+    lowest = np.full(patch.mesh.sizes.size, np.inf)
+    np.minimum.at(lowest, face, triangle_heights(z[triangles]))
+    return np.minimum(triangle_heights(z[patch.faces]), lowest[patch.polygon])
 
 
 class _Places(NamedTuple):
@@ -138,7 +183,7 @@ def _rim(layout: Flattening) -> Index:
     patch = layout.patch
     shape, mesh = patch.triangles, patch.mesh
     half = np.flatnonzero(shape.twin < 0)
-    face = np.searchsorted(mesh.starts, patch.corner[:, 0], side="right") - 1
+    face = patch.polygon
     whole = np.bincount(face, minlength=mesh.sizes.size)[face] == mesh.sizes[face] - 2
     half = half[whole[half // 3]]
     return np.column_stack([shape.tail[half], shape.head[half]])
@@ -234,8 +279,7 @@ def subdivision(layout: Flattening, surface: RefinedSurface) -> tuple[Subdivisio
         and (k,) whether the surface has each the other way round.
     """
     patch, count = layout.patch, len(layout.patch.points)
-    mesh = patch.mesh
-    face = (np.searchsorted(mesh.starts, patch.corner[:, 0], side="right") - 1)[surface.own]
+    face = patch.polygon[surface.own]
     changed = (surface.faces >= count).any(axis=1)
     rows = np.flatnonzero(np.isin(face, np.unique(face[changed])))
     rows = rows[np.argsort(face[rows], kind="stable")]

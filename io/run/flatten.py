@@ -2,22 +2,28 @@
 
 from collections.abc import Callable
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from ... import __version__
+from ...arrays import complex_of
 from ...errors import InputError
 from ...flattening import METHODS
 from ...flattening.opening import concave, not_convex
 from ...meshes import layout
 from ...meshes.flatten import overlap
+from ...plane import longer_side
 from ...problem import Options
+from ...surfaces.as_written import Written
 from .. import files, formats, references
 from ..materials import carried_maps
 from ..meshes import mesh_files, size_limits
 from ..shapes import mesh_shape, onto_outline
 from ..shapes import shape as planar
 from ..shapes.mesh_shape import MeshShape
+from ..shapes.shape import Shape
+from ..shapes.split_rims import missed
 from ..spec import Spec
 from . import flat_files, report
 from .job import FlattenJob, Outcome
@@ -31,12 +37,12 @@ class Layout(NamedTuple):
     Attributes:
         shape: the mesh.
         figures: of the map onto an outline.
-        outline: the file of that outline.
+        outline: that outline.
     """
 
     shape: MeshShape
     figures: dict[str, Any]
-    outline: Path | None = None
+    outline: Shape | None = None
 
 
 def check(job: FlattenJob) -> None:
@@ -119,7 +125,7 @@ def lay_out(mesh: str, method: str, *, cut: bool, tell: Callable[[str], None], s
         outline = planar.read(method)
         before = mesh_shape.read(mesh, cut=cut)
         found = Layout(
-            *onto_outline.lay_onto(before, outline, tell, Options().tolerance if split else None), path
+            *onto_outline.lay_onto(before, outline, tell, Options().tolerance if split else None), outline
         )
     for note in found.shape.notes:
         tell(note)
@@ -127,39 +133,42 @@ def lay_out(mesh: str, method: str, *, cut: bool, tell: Callable[[str], None], s
 
 
 def figures(laid: Layout, uv: str | None) -> dict[str, Any]:
-    """The report: conformal error, area distortion, holes, seam; lengths in the mesh's units.
+    """The report: conformal error, area distortion, holes, seam, of the coordinates as written; lengths in the mesh's
+    units.
 
     Args:
         laid: the flattened mesh.
         uv: the mesh that its coordinates are written to, whose rounding counts; None: an OBJ's.
     """
-    shape = laid.shape
+    shape, outline = laid.shape, laid.outline
     low, high = shape.box
-    (turned, bent), fault = count_flips(shape, uv), overlap(shape.flattening)
+    rounded = mesh_files.as_written(flat_files.unit_uvs(shape), uv or "flat.obj")
+    written = replace(shape.flattening, flat=low + longer_side(low, high) * complex_of(rounded))
+    own, patch = written.report(), written.patch
+    turned, bent = layout.turned_over(rounded[patch.faces]), concave(rounded, patch)
+    fault = overlap(shape.flattening)
+    notes = [*shape.notes, *([f"{shape.spec}: {not_convex(bent)}"] if bent else [])]
+    if outline is not None:
+        as_map = Written.of(written.flat, written, outline.curve).report()
+        own |= {key: as_map[key] for key in ("stretch", "scale")}
+        own["boundary"] = laid.figures["boundary"] | as_map["boundary"]
+        notes += missed(own["boundary"], Options().tolerance, "rim_vertices" in laid.figures)
     return {
         "schema": SCHEMA,
         "version": __version__,
         "status": "flipped" if any(turned.values()) else "overlaps" if fault else "done",
         "overlap": fault,
-        **shape.flattening.report(),
         **laid.figures,
+        **own,
         "uv": turned,
         "concave_polygons": bent,
         "box": [low, high],
         "boundary_loops": [len(loop) for loop in shape.flattening.patch.loops],
-        "notes": [*shape.notes, *([f"{shape.spec}: {not_convex(bent)}"] if bent else [])],
-        "inputs": [{"path": str(p), "sha256": files.sha256(p)} for p in (shape.path, laid.outline) if p],
+        "notes": notes,
+        "inputs": [
+            {"path": str(p), "sha256": files.sha256(p)} for p in (shape.path, outline and outline.path) if p
+        ],
     }
-
-
-def count_flips(shape: MeshShape, uv: str | None) -> tuple[dict[str, int], int]:
-    """How many triangles are flipped or degenerate in the coordinates that are written, and how many polygons are not
-    convex."""
-    rounded, patch = (
-        mesh_files.as_written(flat_files.unit_uvs(shape), uv or "flat.obj"),
-        shape.flattening.patch,
-    )
-    return layout.turned_over(rounded[patch.faces]), concave(rounded, patch)
 
 
 def doubt(found: dict[str, Any]) -> str | None:

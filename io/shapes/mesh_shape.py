@@ -460,7 +460,7 @@ def _of_patch(file: mesh_files.MeshFile, patch: Patch) -> tuple[mesh_files.MeshF
     """The patch, and the file with no other faces than its own: those of other pieces stay as they are."""
     mesh = file.mesh
     own = np.zeros(mesh.sizes.size, bool)
-    own[np.searchsorted(mesh.starts, patch.corner[:, 0], side="right") - 1] = True
+    own[patch.polygon] = True
     if own.all():
         return file, patch
     part, faces = mesh.part(own, mesh.name), file.faces.copy()

@@ -4,9 +4,11 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+from ...arrays import Complex
 from ...curve import Curve
 from ...maps.approximation import triangulated
 from ...maps.triangulated.map import TriangulatedMap
+from ...meshes.flatten import Flattening
 from ...surfaces.boundary_slivers import with_room
 from .holes import fit_with_holes
 from .mesh_shape import MeshShape
@@ -17,7 +19,7 @@ from .split_rims import subdivide_rims
 def lay_onto(
     mesh: MeshShape, outline: Shape, tell: Callable[[str], None], tolerance: float | None = None
 ) -> tuple[MeshShape, dict[str, Any]]:
-    """The mesh laid out onto a drawn outline, in its coordinates, evenly on the surface; and the map's figures.
+    """The mesh laid out onto a drawn outline, in its coordinates, evenly on the surface; and figures of the map.
 
     Args:
         mesh: laid out in any way that is one-to-one.
@@ -30,17 +32,20 @@ def lay_onto(
         NoMapError: no map without folds was found.
     """
     fit = fit_with_holes(mesh, outline, tell)
-    for note in fit.notes:
-        tell(note)
-    figures = {"boundary": fit.boundary, **fit.distortion.report()}
+    figures, told = {"boundary": fit.boundary, "turn": fit.distortion.turn}, list(fit.notes)
+
+    def placed(layout: Flattening) -> Complex:
+        return with_room(fit.map(layout.flat), layout, outline.curve.diagonal)
+
     if tolerance is not None:
         there = triangulated(fit.map)
         back = TriangulatedMap(there.image, there.source, there.faces, there.loops)
         images = [fit.map(mesh.flattening.flat)]
-        (mesh,), figures["rim_vertices"] = subdivide_rims([mesh], images, [back], tolerance)
-    before = mesh.flattening
-    flat = with_room(fit.map(before.flat), before, outline.curve.diagonal)
+        (mesh,), rims, left = subdivide_rims([mesh], images, [back], tolerance, [placed])
+        figures, told = figures | rims, told + left
+    before, flat = mesh.flattening, placed(mesh.flattening)
     curve = Curve(flat[before.loop])
     holes = tuple(flat[loop] for loop in before.patch.loops if not (loop[0] == before.loop).any())
     laid = replace(before, flat=flat, method=outline.path.name, notes=())
-    return replace(mesh, curve=curve, box=curve.box, flattening=laid, holes=holes), figures
+    notes = (*mesh.notes, *told)
+    return replace(mesh, curve=curve, box=curve.box, flattening=laid, holes=holes, notes=notes), figures

@@ -1,30 +1,76 @@
 """Meshes whose rim is split, so that chords between written coordinates follow the outline (--subdivide-rim)."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from ...arrays import Complex, Index
+from ...arrays import Complex, Index, Real
 from ...maps.approximation import AnyMap
 from ...meshes.flatten import Flattening
 from ...meshes.mesh import Mesh
 from ...meshes.patch import Patch
 from ...meshes.topology import Triangles
-from ...surfaces.subdivided import SplitLayout, Subdivision, split_rims, subdivision
+from ...surfaces.subdivided import RimSplits, SplitLayout, Subdivision, least_heights, subdivision
 from ..meshes import mesh_files
 from .mesh_parts import join
 from .mesh_shape import MeshShape
 
+LEFT = "edges at the rim that stay straight, as triangles beside them would turn over: {} (rim_edges_left)"
+
+COARSE = 10  # tolerances: an outline farther off between vertices is told
+
+
+def missed(boundary: Mapping[str, float], tolerance: float, split: bool) -> list[str]:
+    """What is told where chords between written coordinates are far off an outline, of the report's `boundary`."""
+    if (gap := boundary["hausdorff"]) <= COARSE * tolerance:
+        return []
+    said = f"between vertices of the mesh the outline is missed by {gap:.1%} of its diagonal"
+    cure = "" if split else "; --subdivide-rim splits its triangles there"
+    return [f"{said}: the mesh is too coarse for it (boundary){cure}"]
+
 
 def subdivide_rims(
-    parts: Sequence[MeshShape], images: Sequence[Complex], maps: Sequence[AnyMap], tolerance: float
-) -> tuple[list[MeshShape], int]:
-    """Parts of one file with their rims split, and how many vertices that adds to them; see `split_rims`."""
-    splits = split_rims([part.flattening for part in parts], images, maps, tolerance)
-    added = sum(split.surface.count - len(part.flattening.flat) for part, split in zip(parts, splits))
-    if not added:
-        return list(parts), 0
+    parts: Sequence[MeshShape],
+    images: Sequence[Complex],
+    maps: Sequence[AnyMap],
+    tolerance: float,
+    placed: Sequence[Callable[[Flattening], Complex]],
+) -> tuple[list[MeshShape], dict[str, int], list[str]]:
+    """Parts of one file with their rims split, less the splits that would turn triangles over, the figures of the
+    report, and what is told; see `RimSplits`.
+
+    `placed` gives where the vertices of each part, split or not, come to lie in the map's source, as files round it.
+    """
+    splits = RimSplits.of([part.flattening for part in parts], images, maps, tolerance)
+    made, before, wanted = list(parts), None, splits.edges
+    while splits.edges:
+        layouts = splits.layouts_split()
+        made = _subdivided(parts, layouts)
+        before = before or [_heights(part, place) for part, place in zip(parts, placed)]
+        turned = [
+            _turned(heights, _heights(part, place), split.surface.own)
+            for heights, part, place, split in zip(before, made, placed, layouts)
+        ]
+        if not any(triangles.size for triangles in turned):
+            break
+        made, splits = list(parts), splits.without(turned)
+    added = sum(len(part.flattening.flat) - len(old.flattening.flat) for part, old in zip(made, parts))
+    left = wanted - splits.edges
+    return made, {"rim_vertices": added, "rim_edges_left": left}, [LEFT.format(left)] if left else []
+
+
+def _heights(part: MeshShape, placed: Callable[[Flattening], Complex]) -> Real:
+    return least_heights(part.flattening, placed(part.flattening))
+
+
+def _turned(before: Real, after: Real, own: Index) -> Index:
+    """Which triangles that were upright have parts that are not."""
+    return np.unique(own[(before[own] > 0) & (after <= 0)])
+
+
+def _subdivided(parts: Sequence[MeshShape], splits: Sequence[SplitLayout]) -> list[MeshShape]:
+    """Parts of one file with their layouts split."""
     found = [subdivision(part.flattening, split.surface) for part, split in zip(parts, splits)]
     united = join(parts).file
     held = mesh_files.held(united)
@@ -40,7 +86,7 @@ def subdivide_rims(
     return [
         _with(part, split, how, mesh_files.part_of(made, np.repeat(own, times), part.file))
         for part, split, how, own in zip(parts, splits, found, chosen)
-    ], added
+    ]
 
 
 def _with(
@@ -74,7 +120,7 @@ def _corners(patch: Patch, split: SplitLayout, how: tuple[Subdivision, Index, In
     """(m, 3) corners of a mesh in which triangles stand in the place of polygons, of all triangles."""
     plan, rows, turned = how
     own = split.surface.own
-    face = np.searchsorted(patch.mesh.starts, patch.corner[:, 0], side="right") - 1
+    face = patch.polygon
     firsts = np.concatenate([[0], np.cumsum(plan.sizes(patch.mesh.sizes))])
     shift = mesh.starts[firsts[:-1]] - patch.mesh.starts[:-1]
     corner = patch.corner[own] + shift[face[own]][:, None]

@@ -139,6 +139,29 @@ def test_layouts_onto_an_outline_have_their_rims_split(bowl, iccm):
     assert missed[0] > 5e-3 and missed[1] < 2e-3
 
 
+COMB = "M5 5H95V95H80V20H70V95H55V20H45V95H30V20H20V95H5Z"
+
+
+@pytest.mark.parametrize("command", ["map", "flatten"])
+def test_what_would_turn_triangles_over_is_taken_back_and_told(bowl, iccm, command):
+    Path("comb.svg").write_text(SVG.replace(ROUND, COMB))
+    words = ("map", "comb.svg", "bowl.obj#bowl", "-o")
+    if command == "flatten":
+        words = ("flatten", "bowl.obj#bowl", "--method", "comb.svg", "--uv")
+    done = iccm(*words, "o.obj", "--report", "r.json", "--force", "--subdivide-rim")
+    assert done.code == 0, done.err
+    report = json.loads(Path("r.json").read_text())
+    assert report["uv"] == {"flipped": 0, "degenerate": 0}
+    assert report["boundary"]["hausdorff"] > 0.01
+    assert "the mesh is too coarse for it (boundary)" in done.err
+    assert report["rim_edges_left"] > 0 and report["rim_vertices"] > 0
+    assert f"would turn over: {report['rim_edges_left']} (rim_edges_left)" in done.err
+    assert sum("rim_edges_left" in note for note in report["notes"]) == 1
+    union, areas = laid_out("o.obj#bowl")
+    assert (areas > 0).all()
+    assert areas.sum() == pytest.approx(union.area, rel=1e-5)
+
+
 def test_it_is_refused_where_no_outline_or_no_mesh_is_written(bowl, iccm):
     done = iccm("map", "round.svg", "bowl.obj#bowl", "--bake", "-o", "o.png", "--subdivide-rim")
     assert done.code == 2 and "--subdivide-rim: needs a mesh as output" in done.err

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,6 +17,7 @@ from ....maps.approximation import AnyMap
 from ....maps.extended_inverse import ExtendedInverse
 from ....maps.triangulated.map import TriangulatedMap
 from ....meshes import layout
+from ....meshes.flatten import Flattening
 from ....meshes.locate import barycentric
 from ....pixels.stmap import point_of, st_of
 from ....pixels.texture import Texture
@@ -28,7 +30,7 @@ from ...meshes import mesh_files, obj_materials
 from ...shapes.mesh_parts import join
 from ...shapes.mesh_shape import MeshShape, as_mesh
 from ...shapes.shape import Shape
-from ...shapes.split_rims import subdivide_rims
+from ...shapes.split_rims import missed, subdivide_rims
 from .. import parts
 from ..framing import placing_options
 from ..job import Job
@@ -36,7 +38,6 @@ from ..state import Run
 from .baked import Parts, parts_of
 from .output import Output
 
-COARSE = 10  # tolerances: an outline farther off between vertices is told
 SAME = 1e-6  # of the source's diagonal: points this close are the same
 
 
@@ -121,10 +122,8 @@ def _measure(run: Run, measured: list[Written]) -> None:
         at_most = f"at most {widest:.2%} of the picture's diagonal off (boundary)"
         whole["message"] = f"The mesh's vertices are on the outline; the edges between them are {at_most}."
     for pair, fit, each in zip(run.pairs, run.fits, measured):
-        if (gap := each.boundary["hausdorff"]) > COARSE * run.job.tolerance:
-            said = f"between vertices of the mesh the outline is missed by {gap:.1%} of its diagonal"
-            cure = "" if run.job.subdivide_rim else "; --subdivide-rim splits its triangles there"
-            run.note(parts.label(pair, f"{said}: the mesh is too coarse for it (boundary){cure}"))
+        for note in missed(each.boundary, run.job.tolerance, run.job.subdivide_rim):
+            run.note(parts.label(pair, note))
         if fit.distortion.strain is None and (strain := each.distortion.strain):
             said = "in its coordinates as written lengths change by more than {:.1f} times on 5 %, and by {:.0f} times"
             run.note(parts.label(pair, f"{said} as much one way as the other (stretch)".format(*strain)))
@@ -188,14 +187,23 @@ def new_uvs(
     mesh_files.check_output(str(name))
     pulls = [ExtendedInverse(map, threads) for _, map, _ in parts]
     figures: dict[str, Any] = {"measured": []}
+    told = list[str]()
     if tolerance is not None:
         shapes, maps, sources = zip(*parts)
-        images = [pull(part.flattening.flat) for pull, part in zip(pulls, shapes)]
-        split, figures["rim_vertices"] = subdivide_rims(shapes, images, maps, tolerance)
-        parts = list(zip(split, maps, sources))
+        trials = [
+            ExtendedInverse(map, threads) for map in maps
+        ]  # they count what lies outside for themselves
+        images = [pull(part.flattening.flat) for pull, part in zip(trials, shapes)]
+
+        def placed(map: AnyMap, pull: ExtendedInverse, layout: Flattening) -> Complex:
+            return complex_of(mesh_files.as_written(st_of(lying, _pull_back(map, pull, layout)), name))
+
+        placing = [partial(placed, *each) for each in zip(maps, trials)]
+        split, rims, told = subdivide_rims(shapes, images, maps, tolerance, placing)
+        parts, figures = list(zip(split, maps, sources)), figures | rims
     target = join([part for part, _, _ in parts])
     found = [
-        _uv_of(source, lying, _pull_back(part, map, pull), part, threads)
+        _uv_of(source, lying, _pull_back(map, pull, part.flattening), part, threads)
         for (part, map, source), pull in zip(parts, pulls)
     ]
     corners, triangles = target.corners
@@ -237,17 +245,16 @@ def new_uvs(
         "outside_points": sum(pull.outside for pull in pulls),
         "outside_distance": max(pull.away / part.curve.diagonal for (part, _, _), pull in zip(parts, pulls)),
         "also_written": written,
-        "material_notes": missing,
+        "material_notes": [*missing, *(f"{name}: {note}" for note in told)],
     }
 
 
-def _pull_back(part: MeshShape, map: AnyMap, pull: ExtendedInverse) -> Complex:
+def _pull_back(map: AnyMap, pull: ExtendedInverse, layout: Flattening) -> Complex:
     """Where a mesh's vertices come from; triangles for which the source's outline leaves no room are given some."""
-    flat = part.flattening
-    z = pull(flat.flat)
+    z = pull(layout.flat)
     if not isinstance(map, TriangulatedMap):
         return z
-    return with_room(z, flat, Curve(map.polygon).diagonal)
+    return with_room(z, layout, Curve(map.polygon).diagonal)
 
 
 class _Coordinates(NamedTuple):
@@ -285,9 +292,7 @@ def _uv_of(source: Shape, lying: Texture, z: Complex, target: MeshShape, threads
     triangle, weights = mesh.locator(z, threads)
     uv = np.einsum("pk,pkc->pc", weights, mesh.uv[faces[triangle]])
     chart = layout.charts(faces, len(mesh.uv))[faces[:, 0]]
-    _, face = np.unique(
-        np.searchsorted(patch.mesh.starts, patch.corner[:, 0], side="right"), return_inverse=True
-    )
+    _, face = np.unique(patch.polygon, return_inverse=True)
     centre, count = z[patch.faces].mean(axis=1), np.bincount(face)
     middle = complex_of(np.column_stack([np.bincount(face, part) / count for part in xy_of(centre).T]))
     own = np.repeat(chart[mesh.locator(middle, threads)[0]][face][:, None], 3, axis=1)
