@@ -3,6 +3,7 @@
 method    `flatten`: which way is taken, and when; `even_layout`: an even layout of what is laid out; `convex`: polygons
 tutte     a start without folds: the outline on a circle, each vertex at the mean of its neighbours
 free      Newton on the balanced energy of a surface with a free boundary
+coarsening  the same by way of coarser triangulations of large surfaces
 scaffold  triangles around a layout, and in its holes, that keep it from overlapping
 seams     where a cut is lengthened
 opening   triangles and polygons of a layout set right by moving single vertices

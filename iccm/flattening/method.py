@@ -11,7 +11,8 @@ from ..meshes.cut import extend_cut
 from ..meshes.flatten import Flattening, lscm, overlap, upright
 from ..meshes.patch import Patch
 from . import seams, tutte
-from .free import Elastic, surface
+from .coarsening import relaxed
+from .free import LARGE, Elastic, surface
 from .opening import open_up
 from .scaffold import relax_with_scaffold
 
@@ -134,13 +135,14 @@ def _even_with_seam(
     patch, outline = layout.patch, layout.loop
     for _ in range(ROUNDS + 1):
         sheet = surface(patch.points, patch.faces)
-        near = sound is not None and sound.strained(95) < STRETCHED
+        coarsely = len(patch.points) >= LARGE and not growing  # where the way from afar is short
+        near = sound is not None and (coarsely or sound.strained(95) < STRETCHED)
         start = replace(sound, method="balanced") if sound and near else _start(patch, outline)
         sound = None
         result = start
         if not growing:
             break
-        result = _place(start, sheet.relaxed(_unit(start), 1, FEW, ROUGH))
+        result = _place(start, relaxed(sheet, patch.points, _unit(start), 1, FEW, ROUGH))
         if result.strained(95) < STRETCHED:
             break
         patch, before = seams.longer(result, joins), patch
@@ -181,7 +183,8 @@ def _relax(
     start: Flattening, better: Flattening, sheet: Elastic, theta: float, steps: Iterable[int] = range(APART)
 ) -> Flattening:
     """A layout relaxed to the end; where it overlaps itself then, from a start that does not, with a scaffold."""
-    result = _place(better, sheet.relaxed(_unit(better), theta, STEPS, TOLERANCE))
+    flat = relaxed(sheet, start.patch.points, _unit(better), theta, STEPS, TOLERANCE)
+    result = _place(better, flat)
     if overlap(result) is None:
         return result
     loops = [start.loop, *(loop for loop in start.patch.loops if not np.array_equal(loop, start.loop))]

@@ -8,7 +8,7 @@ import pytest
 import shapely
 
 from iccm.errors import InputError
-from iccm.flattening import METHODS, flatten, method, scaffold, seams, tutte
+from iccm.flattening import METHODS, coarsening, flatten, method, scaffold, seams, tutte
 from iccm.flattening.free import surface
 from iccm.flattening.scaffold import FRAME, frame, outside, relax_with_scaffold
 from iccm.flattening.seams import Ways, turns
@@ -17,6 +17,7 @@ from iccm.meshes.disk_patch import disk_patch
 from iccm.meshes.flatten import Flattening, overlap
 from iccm.meshes.mesh import Mesh, face_areas
 from iccm.meshes.topology import walk
+from iccm.plane import triangle_areas
 from tests.triangulations import hull
 
 
@@ -268,3 +269,52 @@ def test_lengthening_a_seam_takes_no_more_scaffolds_than_a_layout(monkeypatch):
     monkeypatch.setattr(method, "_conformal", lambda even, sheet, steps: even)
     assert method._lengthen_seam(layout) is layout
     assert len(taken) <= method.APART and len(taken) > 0.9 * method.APART
+
+
+def annulus_cut_open():
+    """A dome with a hole, laid out without folds."""
+    mesh = grid(40, 40, dome)
+    middle = np.abs(mesh.points[mesh.corners.reshape(-1, 3)].mean(axis=1)[:, :2] - 0.5).max(axis=1)
+    patch = disk_patch(Mesh.triangles("ring", mesh.points, mesh.corners.reshape(-1, 3)[middle > 0.2]))
+    return patch, tutte.convex(patch, patch.loops[0])
+
+
+def test_a_coarser_triangulation_has_no_folds_and_as_many_holes():
+    patch, z = annulus_cut_open()
+    faces, removed = coarsening.coarser(patch.points, patch.faces, z, 300)
+    left = np.unique(faces)
+    assert left.size < 400 and left.size + removed.vertex.size == z.size
+    assert (triangle_areas(z[faces]) > 0).all()
+    sides = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+    edges, shared = np.unique(sides, axis=0, return_counts=True)
+    assert shared.max() == 2 and left.size - len(edges) + len(faces) == 0  # of a ring
+
+
+def test_vertices_come_back_where_they_were_in_any_affine_image():
+    patch, z = annulus_cut_open()
+    faces, removed = coarsening.coarser(patch.points, patch.faces, z, 300)
+    image = (2 + 1j) * z + 0.5 * z.conj() + 3
+    found = np.full_like(image, np.nan)
+    found[np.unique(faces)] = image[np.unique(faces)]
+    assert coarsening.put_back(*removed, found)
+    assert np.abs(found - image).max() < 1e-12
+
+
+def test_vertices_come_back_without_folds_whatever_became_of_their_triangles():
+    patch, z = annulus_cut_open()
+    faces, removed = coarsening.coarser(patch.points, patch.faces, z, 300)
+    found = np.full_like(z, np.nan)
+    kept = np.unique(faces)
+    rest = surface(patch.points[kept], np.searchsorted(kept, faces))
+    found[kept] = rest.relaxed(z[kept], 1.0, 40, 1e-6)
+    assert coarsening.put_back(*removed, found)
+    assert (triangle_areas(found[patch.faces]) > 0).all()
+
+
+def test_the_way_by_coarser_triangulations_leads_where_newton_leads(monkeypatch):
+    patch, z = annulus_cut_open()
+    sheet = surface(patch.points, patch.faces)
+    exact = sheet.energy(sheet.relaxed(z, 1.0, 60, 1e-12), 1.0)
+    monkeypatch.setattr(coarsening, "LARGE", 100)
+    found = sheet.energy(coarsening.relaxed(sheet, patch.points, z, 1.0, 60, 1e-5), 1.0)
+    assert exact - 1e-12 <= found < exact * (1 + 2e-5)
