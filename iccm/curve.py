@@ -45,11 +45,9 @@ class Curve:
             raise InputError(f"{name}: {curve.z.size} distinct vertices; a domain needs at least 3")
         if abs(curve.area) <= 1e-14 * curve.diagonal**2:
             raise InputError(f"{name}: the outline encloses no area")
-        polygon = shapely.Polygon(xy_of(curve.z))
-        if not polygon.is_valid:
-            raise InputError(
-                f"{name}: the outline is not simple: {explain_validity(polygon)}; remove the crossing"
-            )
+        if not curve.polygon.is_valid:
+            why = explain_validity(curve.polygon)
+            raise InputError(f"{name}: the outline is not simple: {why}; remove the crossing")
         return curve if curve.area > 0 else curve.reversed()
 
     @classmethod
@@ -106,6 +104,11 @@ class Curve:
         points = shapely.MultiPoint(xy_of(self.z))
         return _widest(complex_of(shapely.get_coordinates(points.convex_hull)))
 
+    @property
+    def polygon(self) -> shapely.Polygon:
+        """What a closed curve surrounds, as shapely has it; a new one at each call, so that threads share none."""
+        return polygon_of(self.z)
+
     @cached_property
     def normals(self) -> Complex:
         """(e,) unit normals of the edges, outward for a counter-clockwise curve."""
@@ -117,7 +120,7 @@ class Curve:
 
     def contains(self, w: Complex) -> NDArray[np.bool_]:
         """(p,) whether points lie inside a closed curve."""
-        polygon = shapely.Polygon(xy_of(self.z))
+        polygon = self.polygon
         shapely.prepare(polygon)
         return shapely.contains_xy(polygon, w.real, w.imag)
 
@@ -154,6 +157,11 @@ class Curve:
     def resample(self, count: int) -> "Curve":
         """About `count` vertices with edges about even, keeping every corner sharper than 30 degrees where it is."""
         return Curve(self.at(resampled_knots(self, count)), self.closed)
+
+
+def polygon_of(outline: Complex, *holes: Complex) -> shapely.Polygon:
+    """A polygon as shapely has it, of vertices (n,) and those of its holes."""
+    return shapely.Polygon(xy_of(outline), [xy_of(hole) for hole in holes])
 
 
 def inside_any(curves: Iterable[Curve], w: Complex) -> NDArray[np.bool_]:

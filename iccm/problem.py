@@ -6,10 +6,9 @@ from dataclasses import dataclass, fields
 from typing import Literal, TypedDict
 
 import numpy as np
-import shapely
 from numpy.typing import ArrayLike
 
-from .arrays import Box, Complex, Real, as_complex, xy_of
+from .arrays import Box, Complex, Real, as_complex
 from .curve import Curve, boundary_samples
 from .errors import InputError
 from .maps.fields import Field
@@ -402,10 +401,10 @@ def _holes(outer: Curve | None, holes, name: str) -> tuple[Curve, ...]:
         InputError: one is no simple polygon, or not inside and apart from the outline and the others.
     """
     found: list[Curve] = []
-    rings = [shapely.Polygon(xy_of(outer.z))] if outer else []
+    rings = [outer.polygon] if outer else []
     for k, hole in enumerate(holes):
         curve = from_known(as_domain(hole, f"{name} hole {k + 1}"))
-        ring = shapely.Polygon(xy_of(curve.z))
+        ring = curve.polygon
         if not rings[0].contains_properly(ring):
             raise InputError(f"{name} hole {k + 1}: crosses or touches the outline, or lies outside of it")
         touched = [j for j, other in enumerate(rings[1:]) if ring.intersects(other)]

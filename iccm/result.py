@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from .arrays import Box, Complex, Flags, Real, complex_of, xy_of
 from .blas import on_one_thread
 from .buckets import nearest_segments
-from .curve import Curve, boundary_samples, inside_any
+from .curve import Curve, boundary_samples, inside_any, polygon_of
 from .errors import InputError
 from .maps import distortion, harmonic, injectivity, inverse
 from .maps.approximation import AnyMap, triangulated
@@ -602,8 +602,7 @@ def _understood(ended: Any, notes: Any, energies: Any) -> bool:
 
 def rings_within(holes: Sequence[Curve], outline: Curve) -> list[Complex]:
     """The outlines of what of holes is inside a closed curve."""
-    domain = shapely.Polygon(xy_of(outline.z))
-    parts = [domain.intersection(shapely.Polygon(xy_of(hole.z))) for hole in holes]
+    parts = [outline.polygon.intersection(hole.polygon) for hole in holes]
     rings = [
         part.exterior
         for each in parts
@@ -615,7 +614,7 @@ def rings_within(holes: Sequence[Curve], outline: Curve) -> list[Complex]:
 
 def region(outline: Complex, holes: Iterable[Complex] = ()) -> shapely.Geometry:
     """A domain as shapely has it, mended where rounding lets its outlines touch."""
-    return shapely.make_valid(shapely.Polygon(xy_of(outline), [xy_of(hole) for hole in holes]))
+    return shapely.make_valid(polygon_of(outline, *holes))
 
 
 def distances(w: Complex, curve: Curve) -> np.ndarray:
@@ -667,7 +666,7 @@ def interior_grid(curve: Curve, count: int, holes: Sequence[Complex] = ()) -> Co
     x = np.arange(lo.real + step / 2, hi.real, step)
     y = np.arange(lo.imag + step / 2, hi.imag, step)
     z = (x[None, :] + 1j * y[:, None]).ravel()
-    domain = shapely.Polygon(xy_of(curve.z), [xy_of(hole) for hole in holes])
+    domain = polygon_of(curve.z, *holes)
     ring = domain.buffer(-0.01 * step)
     shapely.prepare(ring)
     inside = z[shapely.contains_xy(ring, z.real, z.imag)]

@@ -12,7 +12,7 @@ import numpy as np
 import shapely
 
 from ..arrays import complex_of, xy_of
-from ..curve import Curve
+from ..curve import Curve, polygon_of
 from ..errors import InputError
 from .errors import Stuck
 from .holes.given import NONE
@@ -30,7 +30,7 @@ SEAMS, HALVINGS = 4, 3
 
 def open_ring(outer: Curve, hole: Curve, s: float) -> Curve | None:
     """The outline of a ring cut from arclength s of its outer one to its hole; None where the cut leaves the ring."""
-    ring = shapely.Polygon(xy_of(outer.z), [xy_of(hole.z)])
+    ring = polygon_of(outer.z, hole.z)
     start = complex(outer.at(np.array([s]))[0])
     line = shapely.shortest_line(shapely.Point(start.real, start.imag), ring.interiors[0])
     a, b = complex_of(shapely.get_coordinates(line))

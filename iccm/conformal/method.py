@@ -18,7 +18,7 @@ import numpy as np
 import shapely
 
 from .. import progress
-from ..arrays import Complex, Real, complex_of, xy_of
+from ..arrays import Complex, Real, complex_of
 from ..blas import on_one_thread
 from ..curve import Curve, boundary_samples
 from ..maps.harmonic import HarmonicMap
@@ -128,7 +128,7 @@ def simplify(curve: Curve, tolerance: float, name: str) -> tuple[Curve, list[str
     for share in (
         SIMPLIFY * tolerance * 2.0 ** np.arange(24)
     ):  # to the end: more would take hours and all memory
-        ring = shapely.Polygon(xy_of(curve.z)).simplify(share * curve.diameter)
+        ring = curve.polygon.simplify(share * curve.diameter)
         z = complex_of(shapely.get_coordinates(ring.exterior)[:-1])
         if z.size <= MOST_VERTICES // 2:
             break
@@ -145,7 +145,7 @@ def without_hairs(curve: Curve, name: str) -> tuple[Curve, list[str]]:
         TooThinError: more would be lost than hairs.
     """
     width, sharp = HAIR * curve.diagonal, {"join_style": "mitre"}
-    shape = shapely.Polygon(xy_of(curve.z))
+    shape = curve.polygon
     parts = shapely.get_parts(shape.buffer(width, **sharp).buffer(-2 * width, **sharp).buffer(width, **sharp))
     whole = max(parts, key=shapely.area, default=shapely.Polygon())
     if abs(whole.area - shape.area) > HAIRS_AREA * shape.area:

@@ -10,10 +10,10 @@ evaluated. When its sides are accurate the middle of a triangle is held against 
 from weakref import WeakKeyDictionary
 
 import numpy as np
-import shapely
 
-from ..arrays import Complex, Flags, Index, Real, xy_of
+from ..arrays import Complex, Flags, Index, Real
 from ..buckets import nearest_segments
+from ..curve import polygon_of
 from .folds import by_sheets
 from .harmonic import ROUNDING, HarmonicMap
 from .refinement import Triangulation
@@ -190,7 +190,7 @@ def _folds(image: Complex, faces: Index, loop: Index) -> bool:
     area = cross(b - a, c - a)
     if -area[area < 0].sum() > FOLDED * np.abs(area).sum():
         return True
-    return not shapely.Polygon(xy_of(image[loop])).is_valid
+    return not polygon_of(image[loop]).is_valid
 
 
 def _clearances(image: Complex, faces: Index, loop: Index) -> Real:

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import shapely
 
-from ..arrays import Complex, Real, complex_of, xy_of
-from ..curve import Curve
+from ..arrays import Complex, Real, complex_of
+from ..curve import Curve, polygon_of
 from .enclosure import MOST, ROUNDS, Encloser, Pieces, too_close
 from .harmonic import HarmonicMap
 
@@ -106,7 +106,7 @@ class InsetDomain:
     @classmethod
     def of(cls, f: HarmonicMap) -> "InsetDomain":
         """A map made ready."""
-        outline = shapely.Polygon(xy_of(f.polygon))
+        outline = polygon_of(f.polygon)
         radius = shapely.maximum_inscribed_circle(outline, tolerance=1e-3 * np.sqrt(outline.area)).length
         return cls(Encloser(f), outline, float(radius))
 
@@ -183,7 +183,7 @@ def _failed(depth: float, what: str, pieces: Pieces | None = None, zeros: int = 
 
 def _apart(images: list[Complex]) -> bool:
     """Whether the rings are simple, one after the other, and do not meet or nest."""
-    polygons = [shapely.Polygon(xy_of(w)) for w in images]
+    polygons = [polygon_of(w) for w in images]
     if not all(p.is_valid for p in polygons):
         return False
     tree = shapely.STRtree(polygons)

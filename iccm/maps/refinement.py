@@ -14,7 +14,8 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-from ..arrays import Complex, Flags, Index, xy_of
+from ..arrays import Complex, Flags, Index
+from ..curve import polygon_of
 from ..flips import flip, opposite, push, relink, write
 from ..jit import kernel
 from .triangulated.adjacency import Edges
@@ -37,7 +38,7 @@ class Triangulation:
     @classmethod
     def of(cls, polygon: Complex) -> "Triangulation":
         """The inside of a simple counter-clockwise polygon; its vertices come first."""
-        parts = shapely.constrained_delaunay_triangles(shapely.Polygon(xy_of(polygon)))
+        parts = shapely.constrained_delaunay_triangles(polygon_of(polygon))
         corners = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, 2::-1] @ np.array([1, 1j])
         order = np.argsort(polygon)
         return shaped(polygon, order[np.searchsorted(polygon[order], corners)])

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from ..arrays import Complex, Index, complex_of, xy_of
-from ..curve import Curve
+from ..curve import Curve, polygon_of
 from ..plane import triangle_areas
 from .distortion import weighted_quantile
 from .triangulated.map import TriangulatedMap, inverted
@@ -103,7 +103,7 @@ def mean_scale(domain: Curve, target: Curve | None, holes: tuple[Sequence[Curve]
 
 def triangles_in(map: TriangulatedMap, rings: Rings, *, of_target: bool = False) -> Index:
     """(k,) the triangles of a map whose middles are in a region of the source, or of the target."""
-    polygon = shapely.Polygon(xy_of(rings[0]), [xy_of(hole) for hole in rings[1:]])
+    polygon = polygon_of(*rings)
     shapely.prepare(polygon)
     middles = (map.image if of_target else map.source)[map.faces].mean(axis=1)
     return np.flatnonzero(shapely.contains_xy(polygon, middles.real, middles.imag))

@@ -11,7 +11,8 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from ..arrays import Index, Real, distinct_rows, xy_of
+from ..arrays import Index, Real, distinct_rows
+from ..curve import polygon_of
 from ..errors import InputError
 from ..parallel import over_slices
 from ..plane import cross, triangle_areas
@@ -317,7 +318,7 @@ def _delaunay(z: NDArray[np.complex128]) -> Index:
         ValueError: it is not simple.
     """
     number = {point: k for k, point in enumerate(map(complex, z))}
-    polygon = shapely.Polygon(xy_of(z))
+    polygon = polygon_of(z)
     if len(number) < z.size or not polygon.is_valid:
         raise ValueError(
             f"has {z.size} corners and crosses or touches itself; triangulate it in a modelling program"

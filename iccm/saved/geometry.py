@@ -13,6 +13,7 @@ import numpy as np
 import shapely
 
 from ..arrays import Complex, Real, complex_of, xy_of
+from ..curve import polygon_of
 
 DEPTH = 30  # halvings of a segment: to the 1e-9th of it
 PIECE = 1 / 16  # of the domain's size: longer pieces of a segment are looked at by themselves
@@ -42,7 +43,7 @@ class Carrier:
     counts: Counter[str] = field(default_factory=Counter)
 
     def __post_init__(self) -> None:
-        self._domain = shapely.Polygon(xy_of(self.rims[0]), [xy_of(rim) for rim in self.rims[1:]])
+        self._domain = polygon_of(*self.rims)
         self._reach = self._domain.buffer(self.near)
         self._piece = PIECE * abs(complex(np.ptp(self.rims[0].real), np.ptp(self.rims[0].imag)))
         shapely.prepare(self._reach)

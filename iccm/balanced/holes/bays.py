@@ -12,7 +12,7 @@ import numpy as np
 import shapely
 
 from ...arrays import Complex, Flags, Index, complex_of, xy_of
-from ...curve import Curve
+from ...curve import Curve, polygon_of
 from ...plane import cross, polygon_area
 from ..model.boundary_pairs import subdivide
 from ..model.outline import Outline
@@ -41,7 +41,7 @@ def fill_hull(curve: Curve, kept: Sequence[complex] = ()) -> Filled:
     ends = np.flatnonzero(_on_hull(curve.z))
     rolled = np.roll(curve.z, -ends[0])
     path, places = np.append(rolled, rolled[0]), np.append(ends - ends[0], curve.z.size)
-    outline, bays = _mouths(shapely.Polygon(xy_of(curve.z)), path, places, kept)
+    outline, bays = _mouths(curve.polygon, path, places, kept)
     return Filled(Curve(outline[:-1]), bays)
 
 
@@ -50,8 +50,7 @@ def fill_half_hull(curve: Curve, top: int) -> tuple[Filled, complex]:
     the lower end is the first vertex. `curve` goes from one end up to the vertex `top` and down the axis."""
     path = curve.z[: top + 1]
     ends = np.flatnonzero(_on_hull(np.append(path, -path[-2:0:-1].conj()))[: path.size])
-    shape = shapely.Polygon(xy_of(curve.z))
-    outline, bays = _mouths(shape, path[ends[0] : ends[-1] + 1], ends - ends[0])
+    outline, bays = _mouths(curve.polygon, path[ends[0] : ends[-1] + 1], ends - ends[0])
     axis = path[:0]
     if ends[-1] < top:  # a bay that the axis cuts in two
         outline, axis = np.append(outline, 1j * path[ends[-1]].imag), path[top:]
@@ -64,7 +63,7 @@ def fill_half_hull(curve: Curve, top: int) -> tuple[Filled, complex]:
 
 def _on_hull(z: Complex) -> Flags:
     """Which vertices of a polygon are on its convex hull, or close to it."""
-    polygon = shapely.Polygon(xy_of(z))
+    polygon = polygon_of(z)
     away = shapely.distance(shapely.points(xy_of(z)), polygon.convex_hull.exterior)
     return away <= SHALLOW * np.sqrt(polygon.area)
 

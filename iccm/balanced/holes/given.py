@@ -119,7 +119,7 @@ def _refuse_touching(
     """Raises InputError where one of the pins z[rest], or a stroke, touches a hole."""
     near = ON_RIM * outer.diagonal
     for hole in holes:
-        ring = shapely.Polygon(xy_of(hole.z))
+        ring = hole.polygon
         for k in rest:
             if ring.distance(shapely.Point(z[k].real, z[k].imag)) < near:
                 raise InputError(f"pin {k + 1}: its {name} is on the outline of a hole; move it off")
@@ -137,7 +137,7 @@ def open_holes(
     lines = [shapely.LineString(xy_of(stroke.z)) for stroke in strokes]
     kept = []
     for hole in holes:
-        ring = shapely.Polygon(xy_of(hole.z))
+        ring = hole.polygon
         on_rim = np.abs(hole.at(hole.closest(z)) - z) <= AT_OUTLINE * outer.diagonal
         moved = bool(np.any(hole.contains(z) & ~on_rim)) or any(ring.distance(line) < near for line in lines)
         if not moved:

@@ -11,10 +11,9 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import shapely
 
-from ...arrays import Complex, Flags, Index, Real, xy_of
-from ...curve import Curve, inside_any
+from ...arrays import Complex, Flags, Index, Real
+from ...curve import Curve, inside_any, polygon_of
 from ...jit import kernel
 from ...linalg.cholesky import BlockPattern, system_of
 from ...maps.triangulated.patches import NO_LINES
@@ -474,7 +473,7 @@ def kept_by(regions: Sequence[Sequence[Complex]], pins: Complex) -> tuple[Comple
 def middle_of(region: Sequence[Complex]) -> complex:
     """A point inside a region, outer polygon first: a mesh refines a round one from there, whose vertices alone have
     one circumcentre."""
-    point = shapely.Polygon(*(xy_of(region[0]), [xy_of(hole) for hole in region[1:]])).representative_point()
+    point = polygon_of(*region).representative_point()
     return complex(point.x, point.y)
 
 

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-from ...arrays import Index, Real, complex_of, xy_of
+from ...arrays import Index, Real, complex_of
 from ...curve import Curve
 from ..minimise.sliding import Rail
 
@@ -112,7 +112,7 @@ def simplify(curve: Curve, fineness: float, always: tuple[complex, ...] = ()) ->
 
 def kept_vertices(curve: Curve, fineness: float, always: tuple[complex, ...] = ()) -> Index:
     """The vertices that Douglas and Peucker (1973) keep, with the topology preserved, and those `always` kept."""
-    ring = shapely.Polygon(xy_of(curve.z)).simplify(fineness * curve.diagonal).exterior
+    ring = curve.polygon.simplify(fineness * curve.diagonal).exterior
     kept = complex_of(shapely.get_coordinates(ring)).tolist()
     place = {z: k for k, z in enumerate(curve.z.tolist())}
     return np.unique([place[z] for z in (*kept, *always)])
