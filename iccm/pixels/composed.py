@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,54 +24,42 @@ class Several:
     def __init__(self, maps: Sequence[preimages.AnyMap], boxes: Sequence[Box]):
         self.maps, self.boxes = maps, boxes
 
-    def preimages(self, canvas: Canvas, tolerance: float, slopes: bool) -> "SeveralPreimages":
+    def preimages(self, canvas: Canvas, tolerance: float, slopes: bool) -> preimages.Bands:
         """As `preimages.Mapping` has it."""
         sources = [preimages.of(map, canvas, tolerance, slopes) for map in self.maps]
         corners = canvas.pixels(np.array(self.boxes))
         rows = [(float(high.imag) - 1, float(low.imag) + 1) for low, high in corners]
-        return SeveralPreimages(sources, rows, canvas)
+        return partial(_band_of_several, sources, rows, canvas)
 
 
-class SeveralPreimages:
-    """Where the pixels of a canvas come from under several maps.
+def _band_of_several(
+    parts: Sequence[preimages.Bands], rows: Sequence[tuple[float, float]], canvas: Canvas, row: int
+) -> Band:
+    """The band that starts at a row; `rows` are the first and the last that the image of each part may touch.
 
-    Args:
-        parts: the same for each map.
-        rows: the first and the last row that each one's image may touch.
-        canvas: the pixels.
+    A pixel shows the first part that covers half of it, or else the one that covers most; what is seen of another
+    one there is mixed in, the first part lying over the others. Counts are of all parts, hidden ones included.
     """
-
-    def __init__(self, parts: Sequence[preimages.Bands], rows: Sequence[tuple[float, float]], canvas: Canvas):
-        self.parts, self.rows, self.canvas = parts, rows, canvas
-
-    def band(self, row: int) -> Band:
-        """The band that starts at the given row.
-
-        A pixel shows the first part that covers half of it, or else the one that covers most; what is seen of another
-        one there is mixed in, the first part lying over the others. Counts are of all parts, hidden ones included.
-        """
-        shape = min(BAND, self.canvas.height - row), self.canvas.width
-        nothing = complex(np.nan, np.nan)
-        z, right, down = (
-            np.full(shape, nothing, kind) for kind in (np.complex128, np.complex64, np.complex64)
-        )
-        out = Band(row, np.zeros(shape, np.float32), z, right, down, Diagnostics())
-        most, free, mixed = np.zeros(shape, np.float32), np.ones(shape, bool), []
-        for part, (first, last) in zip(self.parts, self.rows):
-            if last < row or first >= row + shape[0]:
-                continue
-            found = part.band(row)
-            shown = (found.coverage > most) & (most < 0.5)
-            both = np.flatnonzero(free & (out.coverage > 0) & (out.coverage < 1) & (found.coverage > 0))
-            if both.size:
-                mixed.append(_mixed(out, found, shown, both))
-                free.ravel()[both] = False
-            most[shown] = found.coverage[shown]
-            for into, values in ((out.z, found.z), (out.right, found.right), (out.down, found.down)):
-                into[shown] = values[shown]
-            np.minimum(out.coverage + found.coverage, 1, out=out.coverage)
-            out.diagnostics.add(found.diagnostics)
-        return replace(out, mixed=Mixed(*(np.concatenate(each) for each in zip(*mixed)))) if mixed else out
+    shape = min(BAND, canvas.height - row), canvas.width
+    nothing = complex(np.nan, np.nan)
+    z, right, down = (np.full(shape, nothing, kind) for kind in (np.complex128, np.complex64, np.complex64))
+    out = Band(row, np.zeros(shape, np.float32), z, right, down, Diagnostics())
+    most, free, mixed = np.zeros(shape, np.float32), np.ones(shape, bool), []
+    for part, (first, last) in zip(parts, rows):
+        if last < row or first >= row + shape[0]:
+            continue
+        found = part(row)
+        shown = (found.coverage > most) & (most < 0.5)
+        both = np.flatnonzero(free & (out.coverage > 0) & (out.coverage < 1) & (found.coverage > 0))
+        if both.size:
+            mixed.append(_mixed(out, found, shown, both))
+            free.ravel()[both] = False
+        most[shown] = found.coverage[shown]
+        for into, values in ((out.z, found.z), (out.right, found.right), (out.down, found.down)):
+            into[shown] = values[shown]
+        np.minimum(out.coverage + found.coverage, 1, out=out.coverage)
+        out.diagnostics.add(found.diagnostics)
+    return replace(out, mixed=Mixed(*(np.concatenate(each) for each in zip(*mixed)))) if mixed else out
 
 
 def _mixed(above: Band, below: Band, shown: NDArray[np.bool_], at: NDArray[np.intp]) -> Mixed:
@@ -94,12 +83,11 @@ class Reflected:
     def __init__(self, map: preimages.AnyMap, source: float | None, target: float | None):
         self.map, self.source, self.target = map, source, target
 
-    def preimages(self, canvas: Canvas, tolerance: float, slopes: bool) -> "ReflectedPreimages":
+    def preimages(self, canvas: Canvas, tolerance: float, slopes: bool) -> preimages.Bands:
         """As `preimages.Mapping` has it."""
         seen = replace(canvas, box=reflected(canvas.box, self.target))
-        return ReflectedPreimages(
-            preimages.of(self.map, seen, tolerance, slopes), self.source, self.target is not None
-        )
+        whole = preimages.of(self.map, seen, tolerance, slopes)
+        return partial(_reflected_band, whole, self.source, self.target is not None)
 
 
 def reflected(box: Box, line: float | None) -> Box:
@@ -110,28 +98,16 @@ def reflected(box: Box, line: float | None) -> Box:
     return complex(2 * line - high.real, low.imag), complex(2 * line - low.real, high.imag)
 
 
-class ReflectedPreimages:
-    """Where the pixels of a canvas come from, if it, or the source, is seen in a mirror.
-
-    Args:
-        whole: the same between the mirror images.
-        line: that of the source, or None.
-        turned: whether the canvas is.
-    """
-
-    def __init__(self, whole: preimages.Bands, line: float | None, turned: bool):
-        self.whole, self.line, self.turned = whole, line, turned
-
-    def band(self, row: int) -> Band:
-        """The band that starts at the given row."""
-        band = self.whole.band(row)
-        z, right, down, covered = band.z, band.right, band.down, band.coverage
-        if self.turned:
-            z, right, down, covered = z[:, ::-1], -right[:, ::-1], down[:, ::-1], covered[:, ::-1]
-        if self.line is not None:
-            z, right, down = 2 * self.line - z.conj(), -right.conj(), -down.conj()
-        z, right, down, covered = map(np.ascontiguousarray, (z, right, down, covered))
-        return replace(band, z=z, right=right, down=down, coverage=covered)
+def _reflected_band(whole: preimages.Bands, line: float | None, turned: bool, row: int) -> Band:
+    """The band that starts at a row, the source mirrored about a line, if there is one, and the canvas if `turned`."""
+    band = whole(row)
+    z, right, down, covered = band.z, band.right, band.down, band.coverage
+    if turned:
+        z, right, down, covered = z[:, ::-1], -right[:, ::-1], down[:, ::-1], covered[:, ::-1]
+    if line is not None:
+        z, right, down = 2 * line - z.conj(), -right.conj(), -down.conj()
+    z, right, down, covered = map(np.ascontiguousarray, (z, right, down, covered))
+    return replace(band, z=z, right=right, down=down, coverage=covered)
 
 
 class Holed:
@@ -145,32 +121,21 @@ class Holed:
     def __init__(self, map: preimages.AnyMap, holes: Sequence[Complex]):
         self.map, self.holes = map, holes
 
-    def preimages(self, canvas: Canvas, tolerance: float, slopes: bool) -> "HoledPreimages":
+    def preimages(self, canvas: Canvas, tolerance: float, slopes: bool) -> preimages.Bands:
         """As `preimages.Mapping` has it."""
         whole = preimages.of(self.map, canvas, tolerance, slopes)
-        return HoledPreimages(whole, [canvas.pixels(hole) for hole in self.holes])
+        return partial(_holed_band, whole, [canvas.pixels(hole) for hole in self.holes])
 
 
-class HoledPreimages:
-    """Where the pixels of a canvas come from, none of those in the holes.
-
-    Args:
-        whole: the same without holes.
-        loops: the holes in pixels.
-    """
-
-    def __init__(self, whole: preimages.Bands, loops: Sequence[Complex]):
-        self.whole, self.loops = whole, loops
-
-    def band(self, row: int) -> Band:
-        """The band that starts at the given row."""
-        band = self.whole.band(row)
-        rows, width = band.coverage.shape
-        for loop in self.loops:
-            if not (loop.imag.max() > row and loop.imag.min() < row + rows):
-                continue
-            covered, inside = coverage(loop, row, rows, width)
-            band.diagnostics.inside -= int((inside & (band.coverage > 0)).sum())
-            np.maximum(band.coverage - covered, 0, out=band.coverage)
-        band.z[band.coverage == 0] = complex(np.nan, np.nan)
-        return band
+def _holed_band(whole: preimages.Bands, loops: Sequence[Complex], row: int) -> Band:
+    """The band that starts at a row, without what is in holes, given in pixels."""
+    band = whole(row)
+    rows, width = band.coverage.shape
+    for loop in loops:
+        if not (loop.imag.max() > row and loop.imag.min() < row + rows):
+            continue
+        covered, inside = coverage(loop, row, rows, width)
+        band.diagnostics.inside -= int((inside & (band.coverage > 0)).sum())
+        np.maximum(band.coverage - covered, 0, out=band.coverage)
+    band.z[band.coverage == 0] = complex(np.nan, np.nan)
+    return band

@@ -1,5 +1,6 @@
 """Source points of the pixels of a canvas: `of` a map of any kind, in bands of rows."""
 
+from collections.abc import Callable
 from typing import Protocol
 
 from ..maps.approximation import ERROR, triangulated
@@ -15,11 +16,8 @@ USUAL = (
 OUTLINE = 0.01  # pixels, that the outline may be off: less than one of 255 levels of coverage takes
 
 
-class Bands(Protocol):
-    """Where the pixels of a canvas come from, band by band of `canvas.BAND` rows; threads may ask at once."""
-
-    def band(self, row: int) -> Band:
-        """The band that starts at the given row."""
+Bands = Callable[[int], Band]
+"""From a row to the band of `canvas.BAND` rows that starts there: where their pixels come from. Threads may ask."""
 
 
 class Mapping(Protocol):
@@ -44,7 +42,7 @@ def of(map: AnyMap, canvas: Canvas, tolerance: float, slopes: bool = True) -> Ba
     if isinstance(map, HarmonicMap):
         edge = outline(map, OUTLINE * min(canvas.step))
         drawn = triangulated(map, ERROR / USUAL * tolerance)
-        return TriangulatedPreimages(drawn, canvas, slopes, edge)
+        return TriangulatedPreimages(drawn, canvas, slopes, edge).band
     if isinstance(map, TriangulatedMap):
-        return TriangulatedPreimages(map, canvas, slopes)
+        return TriangulatedPreimages(map, canvas, slopes).band
     return map.preimages(canvas, tolerance, slopes)

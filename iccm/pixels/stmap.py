@@ -54,7 +54,7 @@ def stmap(
     source = preimages.of(map, canvas, max_error / texels / max(lying.scale), slopes=False)
 
     def rows(row: int) -> NDArray[np.float32]:
-        band = source.band(row)
+        band = source(row)
         seen = band.coverage > 0
         out = np.zeros((*seen.shape, 4), dtype=np.float32)
         out[seen, :2], out[seen, 3] = st_of(lying, band.z[seen]), band.coverage[seen]
@@ -146,9 +146,9 @@ class Stored:
         self.canvas = Canvas(st.shape[1], st.shape[0], (0j, complex(st.shape[1], st.shape[0])))
         self.box = (0j, complex(aspect, 1))
 
-    def preimages(self, canvas: Canvas, tolerance: float, slopes: bool) -> "Stored":
-        """Itself: it knows no other canvas than its own, and nothing more accurate."""
-        return self
+    def preimages(self, canvas: Canvas, tolerance: float, slopes: bool) -> preimages.Bands:
+        """Its own bands: it knows no other canvas, and nothing more accurate."""
+        return self.band
 
     def band(self, row: int) -> Band:
         """The band that starts at the given row."""

@@ -6,7 +6,6 @@ way for both triangles, so that the spans of neighbours abut: every centre insid
 
 import ctypes
 import weakref
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +14,6 @@ from numpy.typing import NDArray
 from ..arrays import Complex, Index
 from ..jit import kernel
 from ..maps.triangulated.map import TriangulatedMap
-from ..parallel import in_order
 from .canvas import BAND, Band, Canvas, Diagnostics
 from .coverage import coverage, coverage_box
 
@@ -51,10 +49,6 @@ class TriangulatedPreimages:
         self.powers = powers(self.corners, self.map.patches[drawn])
         self.blocks = Blocks(self.canvas.width)
         self.top, self.bottom = (f(centres.imag, axis=1) for f in (np.min, np.max))
-
-    def bands(self, threads: int | None = None) -> Iterator[Band]:
-        """All bands from top to bottom, a few being worked on at a time."""
-        return in_order(self.band, range(0, self.canvas.height, BAND), threads)
 
     def band(self, row: int) -> Band:
         """The band that starts at the given row."""

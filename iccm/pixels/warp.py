@@ -149,7 +149,7 @@ class Warp:
         """(rows, W, c) finished pixels from top to bottom."""
 
         def finished(row: int) -> tuple[NDArray, Diagnostics]:
-            band = self.preimages.band(row)
+            band = self.preimages(row)
             return self._finish(band), band.diagnostics
 
         each, what = band_bytes(self.canvas.width), f"rows of {self.canvas.width} pixels"

@@ -1,7 +1,7 @@
 """The inverse of a map in the place of a map: pictures and drawings from the target back to the source."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import partial
 
 import numpy as np
 
@@ -9,6 +9,7 @@ from ..arrays import Complex
 from ..maps.triangulated.map import TriangulatedMap
 from ..pixels.canvas import BAND, Band, Canvas, Diagnostics
 from ..pixels.coverage import coverage
+from ..pixels.preimages import Bands
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,40 +40,26 @@ class Inverted:
         """Length of the diagonal of the bounding box of what it maps."""
         return self.map.image_diagonal
 
-    def preimages(self, canvas: Canvas, tolerance: float, slopes: bool) -> "InvertedPreimages":
-        """As `preimages.Mapping` has it: exact, whatever the tolerance."""
-        return InvertedPreimages(self.map, canvas)
+    def preimages(self, canvas: Canvas, tolerance: float, slopes: bool) -> Bands:
+        """As `preimages.Mapping` has it: where the map itself takes the centres of pixels, exact whatever the
+        tolerance."""
+        loops = [canvas.pixels(rim) for rim in self.map.rims]
+        return partial(_band, self.map, canvas, loops)
 
 
-@dataclass(frozen=True, eq=False)
-class InvertedPreimages:
-    """Where the pixels of a canvas come from under the inverse: where the map itself takes their centres.
-
-    Attributes:
-        map: source → target.
-        canvas: the pixels, in the source's plane.
-    """
-
-    map: TriangulatedMap
-    canvas: Canvas
-
-    @cached_property
-    def loops(self) -> list[Complex]:
-        """The boundaries of the source in pixels."""
-        return [self.canvas.pixels(rim) for rim in self.map.rims]
-
-    def band(self, row: int) -> Band:
-        """The band that starts at the given row; of what is only touched the nearest boundary point counts."""
-        rows = min(BAND, self.canvas.height - row)
-        area, inside = coverage(self.loops[0], row, rows, self.canvas.width)
-        for loop in self.loops[1:]:
-            hole, within = coverage(loop, row, rows, self.canvas.width)
-            area, inside = np.maximum(area - hole, 0), inside & ~within
-        z = np.full(area.shape, complex(np.nan, np.nan))
-        right, down = (np.full(area.shape, complex(np.nan, np.nan), np.complex64) for _ in range(2))
-        seen = area > 0
-        dx, dy = self.canvas.step
-        z[seen], by_z, by_conj = self.map.extended_jet(self.canvas.centres(row, rows)[seen])
-        right[seen], down[seen] = (by_z + by_conj) * dx, -1j * (by_z - by_conj) * dy
-        count = int((seen & inside).sum())
-        return Band(row, area, z, right, down, Diagnostics(count, int(seen.sum()) - count))
+def _band(map: TriangulatedMap, canvas: Canvas, loops: list[Complex], row: int) -> Band:
+    """The band that starts at a row, of a canvas in whose pixels the source's boundaries are `loops`; of what is only
+    touched the nearest boundary point counts."""
+    rows = min(BAND, canvas.height - row)
+    area, inside = coverage(loops[0], row, rows, canvas.width)
+    for loop in loops[1:]:
+        hole, within = coverage(loop, row, rows, canvas.width)
+        area, inside = np.maximum(area - hole, 0), inside & ~within
+    z = np.full(area.shape, complex(np.nan, np.nan))
+    right, down = (np.full(area.shape, complex(np.nan, np.nan), np.complex64) for _ in range(2))
+    seen = area > 0
+    dx, dy = canvas.step
+    z[seen], by_z, by_conj = map.extended_jet(canvas.centres(row, rows)[seen])
+    right[seen], down[seen] = (by_z + by_conj) * dx, -1j * (by_z - by_conj) * dy
+    count = int((seen & inside).sum())
+    return Band(row, area, z, right, down, Diagnostics(count, int(seen.sum()) - count))

@@ -17,8 +17,9 @@ import numpy as np
 from iccm.io.pictures import image_files
 from iccm.maps.approximation import triangulated
 from iccm.maps.harmonic import HarmonicMap
+from iccm.parallel import in_order
 from iccm.pixels import preimages
-from iccm.pixels.canvas import Canvas, Diagnostics
+from iccm.pixels.canvas import BAND, Canvas, Diagnostics
 from iccm.pixels.warp import Sampler, Texture, Warp, warp
 
 from .goals import goal, unmeasured
@@ -73,7 +74,7 @@ def coordinates(size=4096):
             fresh = HarmonicMap(map.polygon, map.phi, map.psi)  # whose mesh is not known yet
             raster = preimages.of(fresh, canvas, 0.05 * texel, slopes=False)
             seen = Diagnostics()
-            for band in raster.bands():
+            for band in in_order(raster, range(0, canvas.height, BAND)):
                 found[band.row : band.row + len(band.z)] = band.z
                 seen.add(band.diagnostics)
             return raster, seen
@@ -87,7 +88,7 @@ def coordinates(size=4096):
                 HarmonicMap(map.polygon, map.phi, map.psi), 0.02 * texel, 0.05 * texel
             )
         )
-        error, dense = held_against_dense(map, raster, texel)
+        error, dense = held_against_dense(map, raster, canvas, texel)
         estimate = dense * seen.inside
         print(
             f"{name:10} {seen.inside / size**2:6.0%}  {remap:9.3f} {took:7.3f} {took / remap:6.2f} {prepare:10.3f}"
@@ -99,14 +100,14 @@ def coordinates(size=4096):
     )
 
 
-def held_against_dense(map, raster, texel, count=20_000):
+def held_against_dense(map, raster, canvas, texel, count=20_000):
     """Errors in texels at random pixels, half of them within 8 of the outline; seconds a pixel of the dense sums."""
     rng, z, w, near = np.random.default_rng(1), [], [], []
-    for band in raster.bands():
+    for band in in_order(raster, range(0, canvas.height, BAND)):
         inner = band.coverage == 1
         edge = inner & (cv2.erode(inner.astype(np.uint8), np.ones((17, 17), np.uint8)) == 0)
         z.append(band.z[inner])
-        w.append(raster.canvas.centres(band.row, len(band.z))[inner])
+        w.append(canvas.centres(band.row, len(band.z))[inner])
         near.append(edge[inner])
     z, w, near = (np.concatenate(a) for a in (z, w, near))
     pick = np.concatenate(
@@ -176,9 +177,14 @@ def compared(map, g, texels, pixels, samples):
     canvas = Canvas(pixels, pixels, BOX)
     texture = g(Canvas(texels, texels, BOX).centres()).astype(np.float32)
     fine = preimages.of(map, Canvas(pixels * samples, pixels * samples, BOX), 1e-7, slopes=False)
-    rows = np.concatenate([np.nan_to_num(g(band.z)).astype(np.float32) for band in fine.bands()])
+    rows = np.concatenate(
+        [
+            np.nan_to_num(g(band.z)).astype(np.float32)
+            for band in in_order(fine, range(0, pixels * samples, BAND))
+        ]
+    )
     truth = rows.reshape(pixels, samples, pixels, samples).mean((1, 3))
-    bands = list(preimages.of(map, canvas, 1e-7).bands())
+    bands = list(in_order(preimages.of(map, canvas, 1e-7), range(0, pixels, BAND)))
     z, right, down, cover = (
         np.concatenate([getattr(b, k) for b in bands]) for k in ("z", "right", "down", "coverage")
     )

@@ -160,7 +160,7 @@ def pixels(size: int = 4096) -> None:
         def ours(slopes: bool, map=map, canvas=canvas) -> None:
             source = preimages.of(map, canvas, 1e-9, slopes)
             for row in range(0, size, 128):
-                source.band(row)
+                source(row)
 
         rounds = [
             (

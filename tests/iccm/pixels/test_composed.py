@@ -28,7 +28,7 @@ def several(*maps):
 
 def bands(map, canvas):
     source = preimages.of(map, canvas, 1e-3)
-    return [source.band(row) for row in range(0, canvas.height, 32)]
+    return [source(row) for row in range(0, canvas.height, 32)]
 
 
 def test_small_parts_lie_over_large_ones():
@@ -73,8 +73,8 @@ def test_pixels_in_holes_are_empty(way):
     map = map_of(irregular(SQUARE, 0.1), lambda w: w)
     canvas = Canvas(50, 50, (-0.1 - 0.1j, 1.1 + 1.1j))
     hole = 0.5 + 0.5j + 0.2 * np.exp(2j * np.pi * np.arange(100) / 100)[::way]
-    whole = preimages.of(map, canvas, 1e-3).band(0)
-    found = preimages.of(Holed(map, [hole]), canvas, 1e-3).band(0)
+    whole = preimages.of(map, canvas, 1e-3)(0)
+    found = preimages.of(Holed(map, [hole]), canvas, 1e-3)(0)
     pixel = canvas.step[0] * canvas.step[1]
     assert (whole.coverage.sum() - found.coverage.sum()) * pixel == pytest.approx(np.pi * 0.04, rel=1e-3)
     kept = found.coverage > 0
