@@ -41,15 +41,20 @@ class ExtendedInverse:
     def __call__(self, w: Complex) -> Complex:
         """(p,) preimages of (p,) points, never NaN for a finite point."""
         z, away = self._map.extended_inverse(w, self.threads)
+        self._count(away)
+        return z
+
+    def reached(self, w: Complex) -> tuple[Complex, Flags]:
+        """(p,) preimages, and which of the points have one, to within what a map counts as its outline."""
+        z, away = self._map.extended_inverse(w, self.threads)
+        near = away <= self._map.near * self._map.image_diagonal
+        self._count(away[near])
+        return z, near
+
+    def _count(self, away: Real) -> None:
         with self._counting:
             self.outside += int(np.count_nonzero(away))
             self.away = max(self.away, float(away.max(initial=0.0)))
-        return z
-
-    def reaches(self, w: Complex) -> Flags:
-        """(p,) which points have a preimage, to within what a map counts as its outline."""
-        _, away = self._map.extended_inverse(w, self.threads)
-        return away <= self._map.near * self._map.image_diagonal
 
     def slopes(self, z: Complex) -> tuple[Complex, Complex]:
         """z_w and z_w̄ of the inverse at points z of the source; NaN where the map has no derivative or folds."""

@@ -160,13 +160,18 @@ class _Source:
         """The covered texels of some rows, numbered from their first, and where a slice of them comes from."""
         owner = self.owner[rows].ravel() - self.first
         at = np.flatnonzero((owner >= 0) & (owner < len(self.faces)))
-        if self.partial:
-            at = at[self.inverse.reaches(self._flat_places(owner[at], at, rows.start))]
         block = (at % self.owner.shape[1] // ACROSS).astype(np.int16)
         at = at[np.argsort(block, kind="stable")]  # little of the texture is read at a time, however it turns
+        if self.partial:  # all of its texels are solved
+            z, reached = self.inverse.reached(self._flat_places(owner[at], at, rows.start))
+            at, z = at[reached], z[reached]
         own = owner[at]
         hard = np.flatnonzero(self.exact[own])
-        solved = self._solved(own[hard], at[hard], rows.start) if hard.size else None
+        solved = None
+        if hard.size:
+            if not self.partial:
+                z = self.inverse(self._flat_places(own[hard], at[hard], rows.start))
+            solved = self._solved(own[hard], at[hard], rows.start, z)
 
         def origins(part: slice) -> Origins:
             found = self._affine(self.linear, own[part], at[part], rows.start)
@@ -188,12 +193,11 @@ class _Source:
         assert self.flat is not None
         return _into(self.w[self.faces[own]], self._affine(self.flat, own, at, first)[0])
 
-    def _solved(self, own: NDArray, at: Index, first: int) -> Origins:
-        """Where texels come from one by one; the linear steps stay where the map has no derivative."""
+    def _solved(self, own: NDArray, at: Index, first: int, z: Complex) -> Origins:
+        """Where texels come from, z (p,), and how it changes; the linear steps stay where the map has no derivative."""
         assert self.flat is not None
         _, wx, wy = self._affine(self.flat, own, at, first)
         _, zx, zy = self._affine(self.linear, own, at, first)
-        z = self.inverse(self._flat_places(own, at, first))
         z_w, z_wbar = self.inverse.slopes(z)
         good = np.isfinite(z_w)
         zx[good] = (z_w * wx + z_wbar * wx.conj())[good]
