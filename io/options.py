@@ -442,7 +442,8 @@ class JobOptions:
     )
     rigid: tuple[str, ...] = _option(
         "A region of the source that keeps its form and moves as a whole: #id, an element of its drawing or a group or "
-        "material of its OBJ, or a mask, white where it is rigid. May be repeated.", "REGION", default=(), parse=many,
+        "material of its OBJ or GLB, or a mask, white where it is rigid. May be repeated.", "REGION", default=(),
+        parse=many,
     )  # fmt: skip
     rigid_target: tuple[str, ...] = _option(
         "Likewise a region of the target, where nothing is to be bent; instead of --rigid. May be repeated.", "REGION",

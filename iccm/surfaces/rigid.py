@@ -23,7 +23,7 @@ from ..meshes.stretch import laid_flat
 from ..plane import Similarity, triangle_areas
 from .target_mesh_map import OwnMap, OwnMetric
 
-OUTLINE = "A rigid region reaches the outline, which slides: its triangles there are not kept."
+OUTLINE = "A rigid region reaches the outline, which slides: its triangles there, {:.0%} of it, are not kept."
 
 
 def keep_rigid(
@@ -59,7 +59,7 @@ def keep_rigid(
     if count > MOST:
         raise InputError(f"rigid: {count} regions; at most {MOST} can be kept")
     if touching:
-        journal.notes.append(OUTLINE)
+        journal.notes.append(OUTLINE.format(touching))
     metric = state.metrics[0]
     assert isinstance(metric, OwnMetric)
     a, b = (each[:, None] for each in metric.maps)
@@ -92,9 +92,9 @@ def laid_by_themselves(
     return tuple(outlines), flat
 
 
-def labels_of(faces: Index, z: Complex, on_outline: Flags, regions: Sequence[Complex]) -> tuple[Index, bool]:
-    """(m,) the connected region that each triangle is in, -1 for none; and whether some were in one but touch the
-    outline, whose vertices slide."""
+def labels_of(faces: Index, z: Complex, on_outline: Flags, regions: Sequence[Complex]) -> tuple[Index, float]:
+    """(m,) the connected region that each triangle is in, -1 for none; and the share of regions that is left out, as
+    its triangles touch the outline, whose vertices slide."""
     inside = inside_any(map(Curve, regions), z[faces].mean(axis=1))
     touching = inside & on_outline[faces].any(axis=1)
     labels, kept = np.full(len(faces), -1), np.flatnonzero(inside & ~touching)
@@ -103,7 +103,8 @@ def labels_of(faces: Index, z: Complex, on_outline: Flags, regions: Sequence[Com
         a, b, c = corners.reshape(-1, 3).T
         own = topology.labels(np.append(a, a), np.append(b, c), int(corners.max()) + 1)
         labels[kept] = own[a]
-    return labels, bool(touching.any())
+    areas = triangle_areas(z[faces])
+    return labels, float(areas[touching].sum() / areas[inside].sum()) if kept.size else 1.0
 
 
 def flat_by_itself(z: Complex, faces: Index, shapes: Complex, labels: Index) -> Complex:

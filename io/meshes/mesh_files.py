@@ -81,19 +81,70 @@ class MeshFile:
     names: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
+    def called(self, name: str) -> NDArray[np.bool_]:
+        """(f,) whether each face of the mesh belongs to the object, group or material of an OBJ, or to the geometry or
+        material of a GLB, that is called so.
 
-def read(text: str, whole: Obj | None = None) -> MeshFile:
+        Raises:
+            InputError: nothing is called so, or the file is of another format.
+        """
+        if self.obj is not None:
+            return self.obj.faces_of(name)[self.faces]
+        if not self.primitives:
+            raise InputError(
+                f"names a part of an OBJ or a material of a GLB, and {self.path} is neither; give a mask"
+            )
+        names = [
+            {called, part.material.get("name", called)}
+            for called, part in gltf.primitives(self.primitives[0].document).items()
+            if (part.mesh, part.number) in {(own.mesh, own.number) for own in self.primitives}
+        ]
+        if not any(name in each for each in names):
+            there = ", ".join(f"'{each}'" for each in sorted(set().union(*names)))
+            raise InputError(f"no geometry or material of the mesh is called '{name}'; there is {there}")
+        counts = [len(part.faces) for part in self.primitives]
+        return np.repeat([name in each for each in names], counts)[self.faces]
+
+
+def read(text: str, whole: Obj | None = None, *, united: bool = False) -> MeshFile:
     """The mesh that `file`, `file#part`, `file#loop` or `file#part#loop` names.
 
     A part is an OBJ object, group or material, a GLB geometry, `piece-2`, the second largest of the pieces that
     nothing connects, or `uv-2`, the second largest chart of the texture coordinates (`uv`: the largest); a loop is a
     number, 1 for the longest boundary.
-    `whole` is the content of the file, if it is an OBJ that was read.
+    `whole` is the content of the file, if it is an OBJ that was read. Of a GLB it is one primitive, or, `united`, all
+    of the glTF mesh that it is of, as that has one for each material.
 
     Raises:
         InputError: the file cannot be read, or has no such part.
     """
-    return _open(text, whole)[0]
+    found, picked = _open(text, whole)
+    return _united(found, picked) if united and found.primitives else found
+
+
+def _united(found: MeshFile, picked: Callable[[str | None, int], MeshFile]) -> MeshFile:
+    """All primitives of the glTF mesh that a part of a GLB is of."""
+    (own,) = found.primitives
+    known = gltf.primitives(own.document).items()
+    parts = [picked(name, 1) for name, part in known if part.mesh == own.mesh]
+    if len(parts) < 2:
+        return found
+    mesh = merge([part.mesh for part in parts], found.mesh.name)
+    notes = [*parts[0].notes[:-1]]
+    if left := len(known) - len(parts):
+        notes.append(f"left out {left} geometr{'ies' if left > 1 else 'y'} of other meshes")
+    if len({part.picture for part in parts}) > 1:
+        notes.append(
+            "its materials show different pictures, of which one counts; --texture names one for all"
+        )
+    return replace(
+        found,
+        mesh=mesh,
+        faces=np.ones(mesh.sizes.size, bool),
+        primitives=tuple(primitive for part in parts for primitive in part.primitives),
+        picture=next((part.picture for part in parts if part.picture), None),
+        notes=tuple(notes),
+    )
 
 
 def read_all(text: str, whole: Obj | None = None) -> list[MeshFile]:

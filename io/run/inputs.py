@@ -181,8 +181,20 @@ class Inputs(Files):
             pins=self._seam(target),
             split=not target,
             opening=None if target else self._seams[1],
+            united=self._names_regions(target),
             **self._lying(target, source),
         )
+
+    def _names_regions(self, target: bool) -> bool:
+        """Whether rigid regions of the source, or of the target, are called by their names in its file."""
+        from ..shapes.regions import MARK
+
+        given = (
+            self.job.rigid_target
+            if target
+            else (*self.job.rigid, *(self.listed.rigid if self.listed else ()))
+        )
+        return any(isinstance(each, str) and each.startswith(MARK) for each in given)
 
     def shapes(
         self, text: str, most: int, *, target: bool = False, source: Shape | None = None

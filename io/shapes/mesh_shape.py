@@ -297,6 +297,7 @@ def read(
     chart: bool = False,
     joins: bool = False,
     opening: Opening | None = None,
+    united: bool = False,
 ) -> MeshShape:
     """The mesh in a plane that `file`, `file#part`, `file#loop` or `file#part#loop` names.
 
@@ -315,11 +316,12 @@ def read(
         chart: whether the plane is only to carry textures; see `flattening.flatten`.
         joins: whether a cut may run into holes; likewise.
         opening: split where the mesh is cut, in the place of the ways between pins.
+        united: whether all primitives of a glTF mesh are meant.
 
     Raises:
         InputError: in one line, naming the first element at fault.
     """
-    file = mesh_files.read(spec, whole)
+    file = mesh_files.read(spec, whole, united=united)
     if file.chart or (layout and not file.piece):
         atlas = Atlas.of(file.mesh)
         return read_chart(spec, file, atlas, file.chart or 1, aspect_of(file, aspect))

@@ -40,8 +40,8 @@ def read(
 
     Args:
         shape: the source or the target.
-        given: `#id`, an element or group of its drawing, or an object, group or material of its OBJ; or a picture,
-            white where it is rigid, which covers its canvas, or its layout.
+        given: `#id`, an element or group of its drawing, an object, group or material of its OBJ, or a geometry or
+            material of its GLB; or a picture, white where it is rigid, which covers its canvas, or its layout.
         listed: likewise, or polygons in its units.
         option: for messages.
 
@@ -114,15 +114,13 @@ def _element(shape: Shape, name: str, option: str) -> list[Complex]:
 
 
 def _triangles(shape: MeshShape, name: str, option: str) -> list[Complex]:
-    """The outlines of what an object, group or material of an OBJ covers of its layout."""
-    obj, patch = shape.file.obj, shape.flattening.patch
-    if obj is None:
-        raise InputError(f"{option} {name}: names a group of an OBJ, and {shape.path} is none; give a mask")
+    """The outlines of what a named part of a mesh's file covers of its layout."""
+    file, patch = shape.file, shape.flattening.patch
     try:
-        named = obj.faces_of(name[len(MARK) :])[np.flatnonzero(shape.file.faces)]
+        named = file.called(name[len(MARK) :])
     except InputError as error:
         raise InputError(f"{option} {name}: {error}") from error
-    own = named[np.searchsorted(shape.file.mesh.starts, patch.corner[:, 0], side="right") - 1]
+    own = named[np.searchsorted(file.mesh.starts, patch.corner[:, 0], side="right") - 1]
     if not own.any():
         raise InputError(f"{option} {name}: none of its faces is in the part that is mapped, {shape.spec}")
     return [rings[0] for rings in rings_of(shape.flattening.flat, patch.faces[own])]

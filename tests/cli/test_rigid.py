@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from iccm import load
+from iccm.io.meshes import gltf
 from iccm.io.pictures import image_files
 
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">{}</svg>'
@@ -145,6 +146,71 @@ def pipe(n=25, m=17):
             if (8 <= i < 16 and 6 <= j < 11) == kept:
                 lines.append(f"f {k[i, j]} {k[i + 1, j]} {k[i + 1, j + 1]} {k[i, j + 1]}")
     return "\n".join(lines) + "\n"
+
+
+def pipe_glb(path):
+    """The same as GLB: one mesh, a primitive for each material; beside it another mesh, which is larger."""
+    lines = [line.split() for line in pipe().splitlines()]
+    points = np.array([line[1:] for line in lines if line[0] == "v"], float)
+    faces: list[list] = []
+    for word, *rest in lines:
+        if word == "usemtl":
+            faces.append([])
+        elif word == "f":
+            a, b, c, d = (int(each) - 1 for each in rest)
+            faces[-1] += [[a, b, c], [a, c, d]]
+    views: list[bytes] = []
+    tree: dict = {"asset": {"version": "2.0"}, "bufferViews": [], "accessors": []}
+
+    def accessor(values, component, kind):
+        said = {"bufferView": len(views), "componentType": component, "count": len(values), "type": kind}
+        if kind == "VEC3":
+            said |= {"min": values.min(axis=0).tolist(), "max": values.max(axis=0).tolist()}
+        tree["bufferViews"].append({"buffer": 0, "byteLength": values.nbytes})
+        tree["accessors"].append(said)
+        views.append(values.tobytes())
+        return len(views) - 1
+
+    primitives = []
+    for material, own in enumerate(faces):
+        used, number = np.unique(own, return_inverse=True)
+        position = accessor(points[used].astype(np.float32), 5126, "VEC3")
+        indices = accessor(number.ravel().astype(np.uint32), 5125, "SCALAR")
+        primitives.append({"attributes": {"POSITION": position}, "indices": indices, "material": material})
+    lid = accessor(9 * np.eye(3, dtype=np.float32), 5126, "VEC3")
+    tree["meshes"] = [
+        {"name": "pipe", "primitives": primitives},
+        {"name": "lid", "primitives": [{"attributes": {"POSITION": lid}}]},
+    ]
+    tree["materials"] = [{"name": "steel"}, {"name": "paper"}]
+    tree["nodes"], tree["scenes"] = [{"mesh": 0}, {"mesh": 1}], [{"nodes": [0, 1]}]
+    path.write_bytes(gltf.glb(tree, views))
+
+
+@pytest.mark.parametrize("name", ["#paper", "#pipe_1"])
+def test_a_material_of_a_glb_is_a_region_like_that_of_an_obj(drawn, iccm, name):
+    (drawn / "pipe.obj").write_text(pipe())
+    pipe_glb(drawn / "pipe.glb")
+    found = []
+    for source, region in (("pipe.obj", "#paper"), ("pipe.glb#pipe", name)):
+        common = ("--report", "r.json", "--stmap", "o.tif", "--size", "60", "--force")
+        done = iccm("map", source, "blob.svg", "--rigid", region, *common)
+        assert done.code == 0, done.err
+        found += json.loads((drawn / "r.json").read_text())["regions"]
+    obj, glb = found
+    for key in ("dilatation", "scale"):  # positions in a GLB are single
+        assert glb[key] == pytest.approx(obj[key], abs=2e-3)
+    assert "1 geometry of other meshes" in done.err
+
+
+@pytest.mark.parametrize(
+    ("source", "told"),
+    [("pipe.glb#pipe", "there is 'paper', 'pipe', 'pipe_1', 'steel'"), ("pipe.glb", "there is 'lid'")],
+)
+def test_a_name_that_a_glb_has_not_is_refused_with_those_that_it_has(drawn, iccm, source, told):
+    pipe_glb(drawn / "pipe.glb")
+    done = iccm("map", source, "blob.svg", "--rigid", "#label", "-o", "o.png", "--size", "50")
+    assert done.code == 2 and "--rigid #label: no geometry or material" in done.err and told in done.err
 
 
 @pytest.mark.parametrize("region", ["#label", "#paper", "whole.png"])

@@ -107,6 +107,8 @@ def triangulate(
         raise Stuck("a stroke, or the outline of a hole, cannot be kept by the mesh")
     if rims:
         triangles = _carve(faces, across, triangles, border, border + rims, all_links, stack)
+        if not triangles:
+            raise Stuck("the outline of a hole crosses another")
     vertices, triangles = _refine_and_split(
         z, given, faces, across, triangles, stack, 0, all_links, mark, cavity, sizes
     )

@@ -94,9 +94,11 @@ def regions_of(
         raise InputError(f"rigid: {len(kept)} regions; at most {MOST} can be kept")
     notes = []
     inside = whole.intersection(domain).area
-    if 1 - shapely.union_all(kept).intersection(whole).area / inside > LOST:
+    share = shapely.union_all(kept).intersection(whole).area / inside
+    if 1 - share > LOST:
         notes.append(
-            "A rigid region reaches the outline, which slides: it is rigid up to 1 % of the shape's size from there."
+            "A rigid region reaches the outline, which slides: it is rigid up to 1 % of the shape's size from "
+            f"there, on {share:.0%} of it."
         )
     ordered = [shapely.geometry.polygon.orient(part) for part in kept]
     rings = [(part.exterior, *part.interiors) for part in ordered]

@@ -49,7 +49,11 @@ def room_for(shape: Complex, domain: shapely.Polygon, near: complex) -> tuple[fl
         fitting = where(size)
         least, most = (size, most) if fitting.size else (least, size)
         found = fitting if fitting.size else found
-    if not found.size:
-        return 0.0, near
     share = 1.0 if least == 0 else min(1.0, SNUG * least)
-    return share, complex(found[np.abs(found - near).argmin()])
+    found = found[np.argsort(np.abs(found - near), kind="stable")]
+    for _ in range(HALVINGS):
+        for place in found:  # at the points of the grid it is inside, between them it may not be
+            if domain.contains(shapely.Polygon(xy_of(place + share * shape))):
+                return share, complex(place)
+        share *= SNUG
+    return 0.0, near

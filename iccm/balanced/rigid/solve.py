@@ -47,6 +47,7 @@ STEPS, DECREASE = 12, 1e-3  # of Newton for a weight, and the relative decrease 
 SMALL = 0.05  # share of a region's area that is squeezed more than by the size it begins to grow from
 NEXT, LEAST = 1.5, 0.02  # shares of growing: as in `homotopy`
 SMALLEST = 0.01  # of its size, at which a region begins that has no room anywhere
+SIZES = 1.0, 0.5, 0.25  # of what finds room, that are tried in turn: what surrounds regions needs some, too
 HARDENINGS = 6  # of regions that give way when the rest comes to rest
 STEPS_AROUND, UNFOLDING = (
     40,
@@ -113,31 +114,44 @@ def keep_rigid(
     """
     progress.tell("rigid regions")
     sketch = Sketch(start.z, start.u, start.faces, start.border, loops=start.loops, weights=start.weights)
-    places, sent_away = places_of(problem, sketch, rigid)
     found: list[DiscreteMap] = []
-    ways = [around_places, from_map] if sent_away else [from_map, around_places]
-    for way in (*ways, growing):
-        with suppress(Stuck, NoMapError):
-            begin = way(problem, sketch, rigid, places)
-            for smooth, split in VARIANTS:
-                level = final_level(problem._replace(regions=rigid.regions), settings, smooth=smooth)
-                try:
-                    state = begin(level, split_at_vertices if split else lambda state: state)
-                    state = split_at_vertices(state) if smooth and not split else state
-                    found.append(settle(state, problem.theta, settings))
-                except Stuck:  # where regions fold the map without them, kinks are not what is in the way
-                    if way is around_places:
-                        continue
-                    break
-                if is_rigid(found[-1]):
-                    break
-        if found and shortfall(found[-1], np.abs(places.factors)) <= 1 - LARGE:
+    for size in SIZES:
+        places, sent_away = places_of(problem, sketch, rigid, size)
+        ways = [around_places, from_map] if sent_away else [from_map, around_places]
+        for way in (*ways, growing) if size == 1 else ways:
+            with suppress(Stuck, NoMapError):
+                begin = way(problem, sketch, rigid, places)
+                found += kept_by(problem, rigid, begin, settings, again=way is around_places)
+            if found and shortfall(found[-1], np.abs(places.factors)) <= 1 - LARGE:
+                break
+        if any(map(is_rigid, found)):
             break
     if not found:
         raise NoMapError("rigid: no map without folds follows the outlines of the regions")
     best = min(found, key=lambda state: shortfall(state, np.abs(places.factors)))
     journal.level("rigid", best, POWER)
     return best
+
+
+def kept_by(
+    problem: UnitProblem, rigid: Rigid, begin: "Begin", settings: Settings, *, again: bool
+) -> list[DiscreteMap]:
+    """The maps with rigid regions that come of a beginning: of the first variant that keeps these, and those before;
+    `again` says whether the next variant is tried where one is stuck."""
+    found: list[DiscreteMap] = []
+    for smooth, split in VARIANTS:
+        level = final_level(problem._replace(regions=rigid.regions), settings, smooth=smooth)
+        try:
+            state = begin(level, split_at_vertices if split else lambda state: state)
+            state = split_at_vertices(state) if smooth and not split else state
+            found.append(settle(state, problem.theta, settings))
+        except Stuck:  # where regions fold the map without them, kinks are not what is in the way
+            if again:
+                continue
+            break
+        if is_rigid(found[-1]):
+            break
+    return found
 
 
 def keep_on_mesh(state: DiscreteMap, rigid: Rigid, theta: float, settings: Settings) -> DiscreteMap:
@@ -229,6 +243,7 @@ def around_places(problem: UnitProblem, sketch: Sketch, rigid: Rigid, places: Pl
             cut_out=len(cut),
         ),
         SolveLog(),
+        patient=False,
     )
     whole: Meshed = multilevel.invert(found) if used.inverted else found
     kept = tuple(loop for loop in whole.loops if loop.source < first[0])
@@ -245,13 +260,13 @@ def around_places(problem: UnitProblem, sketch: Sketch, rigid: Rigid, places: Pl
     return begin
 
 
-def places_of(problem: UnitProblem, sketch: Sketch, rigid: Rigid) -> tuple[Placing, bool]:
-    """Where regions find room for as much of their size as they can have, close to where a map has them; and whether
-    that is elsewhere."""
+def places_of(problem: UnitProblem, sketch: Sketch, rigid: Rigid, size: float) -> tuple[Placing, bool]:
+    """Where regions find room for a share of their size, or as much of it as they can have, close to where a map has
+    them; and whether that is elsewhere."""
     domain = shapely.Polygon(xy_of(problem.target.z), [xy_of(hole.z) for hole in problem.holes[1]])
     goals = [interpolate(sketch.z, sketch.faces, sketch.u, rings[0]) for rings in rigid.regions]
     own = [Similarity.fit(rings[0], goal).factor for rings, goal in zip(rigid.regions, goals)]
-    aims = rigid.aims_beside(np.array(own))
+    aims = size * rigid.aims_beside(np.array(own))
     middles, images, factors, away = [], [], [], False
     for rings, aim, (here, there) in zip(rigid.regions, aims, rigid.held):
         corners = shapely.Polygon(xy_of(rings[0])).centroid

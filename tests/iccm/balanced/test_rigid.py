@@ -175,6 +175,25 @@ def test_what_bones_are_refused():
         iccm.deform(LEG, pins=pins, rigid=[BONE], method="paper")
 
 
+@pytest.mark.slow
+def test_a_region_that_leaves_no_room_beside_it_is_made_smaller():
+    bar, ring = np.array([0, 12, 12 + 1j, 1j]), np.exp(1j * np.linspace(0.3, 6, 60))
+    region = np.array([9, 10, 10 + 0.2j, 9.3 + 0.2j, 9.3 + 0.9j, 9 + 0.9j]) + 0.05j
+    fit = iccm.fit(bar, np.append(3 * ring, 2.6 * ring[::-1]), rigid=[region])
+    (found,) = fit.rigid
+    assert fit.status.ok and found.is_rigid and 0.2 < found.scale < 0.98
+    assert fit.certificate.share == 1 and any("room" in note for note in fit.notes)
+
+
+@pytest.mark.parametrize("angle", np.linspace(0.0, 1.5, 7))
+def test_where_there_is_room_for_a_region_it_is_inside(angle):
+    """Between the points of the grid that places are looked for on, too."""
+    turned = np.exp(1j * angle) * np.array([0, 20, 20 + 1j, 1j])
+    domain, box = shapely.Polygon(xy_of(turned)), np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j])
+    share, place = room_for(0.7 * box, domain, complex(turned.mean()))
+    assert 0 < share < 1 and domain.contains(shapely.Polygon(xy_of(place + share * 0.7 * box)))
+
+
 def test_a_region_goes_where_there_is_room_for_it():
     # a bar onto a ball with a handle: the map without the disc has it in the handle, which is too narrow for it
     bar = np.array([0, 8, 8 + 1.2j, 1.2j])
