@@ -77,8 +77,11 @@ def layout(
     return Layout(corners, owners, report)
 
 
-def check_layout(name: str, uv: Real, uv_faces: Index) -> Real:
-    """The texture coordinates (m, 3, 2) of the triangles' corners; arguments and errors as for `layout`."""
+def check_layout(name: str, uv: Real, uv_faces: Index, most: float = MOST_TILES) -> Real:
+    """The texture coordinates (m, 3, 2) of the triangles' corners; arguments and errors as for `layout`.
+
+    `most` is how many pictures a triangle may span; those of a layout that is only looked up may be any.
+    """
     if (uv_faces < 0).any():
         bad = int(np.flatnonzero((uv_faces < 0).any(axis=1))[0])
         raise InputError(
@@ -87,7 +90,7 @@ def check_layout(name: str, uv: Real, uv_faces: Index) -> Real:
     at = np.take(uv, uv_faces, axis=0)  # several times faster than uv[uv_faces]
     low, high = _over_corners(np.minimum, at), _over_corners(np.maximum, at)
     span = (high - low).max(initial=0.0)
-    if not np.isfinite(span) or span * span > MOST_TILES or np.abs(low).max(initial=0.0) > 1e6:
+    if not np.isfinite(span) or span * span > most or np.abs(low).max(initial=0.0) > 1e6:
         raise InputError(
             f"{name}: texture coordinates of a triangle are not finite or span {span:.3g} pictures"
         )

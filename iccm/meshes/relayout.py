@@ -75,7 +75,7 @@ class Origin:
         Raises:
             InputError: a layout that cannot be rasterised, or read.
         """
-        check_layout(old.name, old.uv, old.uv_faces)
+        check_layout(old.name, old.uv, old.uv_faces, most=np.inf)
         grid = layout(new.name, new.uv, new.uv_faces, new.twin, width, height, tile)
         partner, order = pairs or partners(old, new)
         owner = grid.owners.owner

@@ -84,6 +84,20 @@ def test_gltf(iccm, tmp_path, monkeypatch, across, down):
     check(np.asarray(Image.open("baked.png")), across, down)
 
 
+def test_a_picture_that_repeats_often_across_a_triangle(iccm, tmp_path, monkeypatch):
+    """Twenty times each way: of an old layout it is looked up, not filled."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "t.png").write_bytes(texture())
+    glb(tmp_path / "old.glb", 20 * SQUARE[:, :2])
+    glb(tmp_path / "new.glb", SQUARE[:, :2])
+    done = iccm("relayout", "old.glb", "new.glb", "--texture", "t.png", "-o", "out.png", "--size", 20 * N)
+    assert done.code == 0, done.err
+    made = np.asarray(Image.open("out.png")).astype(float)
+    wanted = np.tile(shade(*texels(N)), (20, 20, 1))
+    inside = np.tile(np.pad(np.ones((N - 4, N - 4), bool), 2), (20, 20))
+    assert np.abs(made[..., :3] - wanted)[inside].max() < 8
+
+
 @pytest.mark.parametrize(("said", "wrap"), [("", "repeat"), ("-clamp on ", "clamp")])
 def test_obj(iccm, tmp_path, monkeypatch, said, wrap):
     """`-clamp` of a material library."""
