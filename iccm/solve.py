@@ -110,8 +110,14 @@ def fit(
     before = _map_of(start)
     if before is not None and not settings.is_balanced:
         raise InputError("start: an option of --method balanced")
+    if settings.method == "paper":
+        from .paper import algorithm1
+
+        return replace(algorithm1.solve(problem, settings), layouts=layouts)
     if not settings.is_balanced:
-        return replace(solver(problem, settings)(problem, settings), layouts=layouts)
+        from .conformal import method as conformal
+
+        return replace(conformal.solve(problem, settings), layouts=layouts)
     if any(layouts):
         from .surfaces import method as surfaces
 
@@ -170,22 +176,6 @@ def _layout(shape: ArrayLike | Curve | Flattening) -> Flattening | None:
 
 def _outline(shape: ArrayLike | Curve | Flattening) -> ArrayLike | Curve:
     return shape.boundary if isinstance(shape, Flattening) else shape
-
-
-def solver(problem: Problem, settings: Options) -> Callable[[Problem, Options], Fit]:
-    """What solves a problem. Unless a method is named it is the balanced one; what that does not know is the conformal
-    one's."""
-    if settings.method == "paper":
-        from .paper import algorithm1
-
-        return algorithm1.solve
-    if not settings.is_balanced:
-        from .conformal import method as conformal
-
-        return conformal.solve
-    from .balanced import fit as balanced
-
-    return balanced.solve
 
 
 @on_one_thread
