@@ -31,13 +31,13 @@ from .model.sketch import Sketch
 from .search.final_mesh import FINE_EXACTNESS, final_level
 from .search.homotopy import brought
 from .search.levels import POWER, Level, UnitProblem, refine
-from .search.multilevel import STEEPEST, problem_of
+from .search.multilevel import STEEPEST, invert, problem_of
 from .search.pin_continuation import move_on_new_meshes
-from .search.warm_start import on_its_mesh
+from .search.warm_start import AT_REST, on_its_mesh
 
 SIZE = 0.06
 """Mesh size h of coarse meshes of domains of area one, 1200 triangles: 25 ms carry a map there."""
-FORWARD, BACKWARD, DECREASE = 8, 3, 1e-3  # Newton steps on the map, then on its inverse
+FORWARD, BACKWARD = 8, 3  # Newton steps on the map, then on its inverse
 SQUEEZED = 0.01
 """Of the smallest area on the mesh when it was new: smaller triangles are between corners of source and target that
 want to pass each other on the outline, which they can on a new mesh only."""
@@ -55,19 +55,27 @@ class _Pair:
     holes: Holes
     frames: tuple[UnitFrame, UnitFrame]
 
+    @property
+    def inverted(self) -> bool:
+        """Whether it is the inverse map that follows: holes of the target that open are filled there."""
+        return len(self.holes.source) < len(self.holes.target)
+
     def checked(self, pins: Complex, strokes: Sequence[tuple[Curve, Curve]]) -> Pins:
-        """Pins and strokes in unit coordinates; pins in holes only say which go together.
+        """Pins and strokes of the map that follows, in unit coordinates; pins in holes only say which go together.
 
         Raises:
             InputError: those that no one-to-one map meets.
         """
         _, pins, numbers = named_partners(self.holes, self.source, self.target, pins, strokes)
-        return check(self.source, self.target, pins, strokes, numbers).unit(self.frames)
+        given = check(self.source, self.target, pins, strokes, numbers).unit(self.frames)
+        return given.inverse() if self.inverted else given
 
     def problem(self, given: Pins, settings: Settings, start: Sketch | None = None) -> UnitProblem:
-        """The problem in unit coordinates; see `problem_of`."""
+        """The problem of the map that follows; see `problem_of`, of whose source and target `start` is."""
         source, target = self.frames[0].curve(self.source), self.frames[1].curve(self.target)
-        return problem_of(source, target, self.holes.unit(self.frames), given, settings, start)
+        own = given.inverse() if self.inverted else given
+        problem = problem_of(source, target, self.holes.unit(self.frames), own, settings, start)
+        return problem.inverse() if self.inverted else problem
 
     def carried(
         self, state: DiscreteMap | Sketch, given: Pins, settings: Settings, *, coarse: bool
@@ -146,21 +154,19 @@ class Live:
     ) -> "Live":
         """Beginning with a balanced map, pins (k, 2) and strokes as for `solve`; for `dragged` see `moved`.
 
-        Holes of the target that the source has not are passed over.
-
         Raises:
             NoMapError: no map without folds was found.
             InputError: pins or strokes that no one-to-one map meets.
         """
         assert fit.target is not None and isinstance(fit.map, TriangulatedMap)
         met = [(loop + 1, i, j) for loop, (i, j) in enumerate(fit.hole_partners) if min(i, j) >= 0]
-        own = [(loop, i, k) for k, (loop, i, _) in enumerate(met)]
-        goals = tuple(fit.target_holes[j] for _, _, j in met)
-        holes = Holes(tuple(fit.source_holes), goals, tuple((i, k) for _, i, k in own))
+        partners = tuple((i, j) for _, i, j in met)
+        holes = Holes(tuple(fit.source_holes), tuple(fit.target_holes), partners)
         frames = frames_of(fit.source, fit.target, settings.turn, holes.sides)
         pair = _Pair(fit.source, fit.target, holes, frames)
-        before, own_pins = sketch_of(fit.map, frames, own), pair.checked(fit.pins, fit.strokes)
+        before, own_pins = sketch_of(fit.map, frames, met), pair.checked(fit.pins, fit.strokes)
         level = final_level(pair.problem(own_pins, settings, before), settings)
+        before = invert(before) if pair.inverted else before
         state = on_its_mesh(level, before)
         given = own_pins if state else pair.checked(pins, strokes)
         coarse = False
@@ -210,7 +216,7 @@ class Live:
         if state is None or behind:
             return replace(self, settings=settings, state=state or self.state, age=age, behind=True)
         if not waits and not area >= SQUEEZED * least:
-            age, free = 0, state.forward(settings.theta, POWER, FORWARD, DECREASE, corners=False)
+            age, free = 0, state.forward(settings.theta, POWER, FORWARD, AT_REST, corners=False)
             with suppress(NoMapError):
                 anew = self.pair.carried(free, given, settings, coarse=coarse)
                 state = min(anew, state, key=lambda each: each.miss)
@@ -244,7 +250,7 @@ class Live:
         if self.state.miss > 0 or not np.array_equal(goals, before.inner[:, 1]):
             return None
         pulled = replace(self.state, inside=inside._replace(z=sources))
-        return pulled.backward(self.settings.theta, POWER, FORWARD, DECREASE)
+        return pulled.backward(self.settings.theta, POWER, FORWARD, AT_REST)
 
     @property
     def met(self) -> bool:
@@ -254,9 +260,19 @@ class Live:
     @property
     def map(self) -> TriangulatedMap:
         """The map in the given coordinates."""
+        return self._world(invert(self.state) if self.pair.inverted else self.state)
+
+    @property
+    def start(self) -> TriangulatedMap:
+        """The same to go on from: with the triangles that fill holes of the target."""
+        if not self.pair.inverted:
+            return self.map
+        return self._world(replace(invert(self.state), filled=(), weights=None))
+
+    def _world(self, state: DiscreteMap | Sketch) -> TriangulatedMap:
         frames = self.pair.frames
-        cut = without_filled(self.state, mirrored=frames[0].mirrored)
-        z, u = (f.world(w[cut.vertices]) for f, w in zip(frames, (self.state.z, self.state.u)))
+        cut = without_filled(state, mirrored=frames[0].mirrored)
+        z, u = (f.world(w[cut.vertices]) for f, w in zip(frames, (state.z, state.u)))
         map = TriangulatedMap(z, u, cut.faces, cut.loops)
         return replace(map, bulge=bulges(cut.faces, u, z, map.edges, cut.lines))
 
@@ -274,10 +290,10 @@ def _at_sources(state: DiscreteMap) -> bool:
 
 def _towards(state: DiscreteMap, theta: float) -> DiscreteMap:
     """The map after some Newton steps, at POWER as the map at rest; where that does not reach the goals, at 1."""
-    found = state.forward(theta, POWER, FORWARD, DECREASE, corners=True)
-    return found if found.miss == 0 else state.forward(theta, 1.0, FORWARD, DECREASE, corners=True)
+    found = state.forward(theta, POWER, FORWARD, AT_REST, corners=True)
+    return found if found.miss == 0 else state.forward(theta, 1.0, FORWARD, AT_REST, corners=True)
 
 
 def _relax(state: DiscreteMap, theta: float) -> DiscreteMap:
     """The map after some Newton steps on its inverse, if it has reached its goals."""
-    return state if state.miss > 0 else state.backward(theta, POWER, BACKWARD, DECREASE)
+    return state if state.miss > 0 else state.backward(theta, POWER, BACKWARD, AT_REST)

@@ -81,6 +81,7 @@ class Session:
         self._fit: Fit | None = None
         self._map: TriangulatedMap | None = None
         self._live: Live | None = None
+        self._followed = ""
         self._last = (self.first, Shown("error", False, ""))
         self._ways: dict[str, Way] = {}
         if listed.start:
@@ -248,7 +249,9 @@ class Session:
             return None
         if self._live is None and scene.balance == last.balance:
             return fit.map  # type: ignore[return-value]
-        return self._continue(*self.core(scene), scene).map
+        if self._live is not None and self._followed == scene.key:
+            return self._live.start
+        return self._continue(*self.core(scene), scene).start
 
     def _solve(self, scene: Scene, chosen: Way) -> tuple[Fit, dict[str, Any], Way]:
         """The map, by the way chosen if that leads anywhere."""
@@ -329,7 +332,7 @@ class Session:
             with one_thread():
                 pins, strokes = self.core(scene)
                 self._live = live = self._continue(pins, strokes, scene, dragged=True)
-                map = live.map
+                map, self._followed = live.map, scene.key if live.met else ""
                 found = Shown("coarse", live.met, "", in_middles(map).report(), {}, self.image_of(map))
         except InputError as error:
             return refusal(error)

@@ -60,6 +60,11 @@ class Pins:
         )
         return Pins(inner, outer, strokes, self.notes)
 
+    def inverse(self) -> "Pins":
+        """Those of the inverse map."""
+        inner, outer = (np.ascontiguousarray(side[:, ::-1]) for side in (self.inner, self.outer))
+        return Pins(inner, outer, tuple(stroke.inverse() for stroke in self.strokes), self.notes)
+
 
 def check(
     source: Curve,

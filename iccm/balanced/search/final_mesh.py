@@ -129,9 +129,11 @@ def final_level(
     return Level.of(problem, size, 0.0, FINE_EXACTNESS[1] * smooth, STEEPEST_FINE, smooth=smooth)
 
 
-def meet_bounds(state: DiscreteMap, theta: float, settings: Settings, journal: SolveLog) -> DiscreteMap:
-    """The map at rest with its worst stretch lowered, and the bounds asked for met."""
-    return meet_bounds_by(lambda state, q: descend(state, theta, q, journal), state, settings)
+def meet_bounds(
+    state: DiscreteMap, theta: float, settings: Settings, journal: SolveLog, decrease: float = LAST_DECREASE
+) -> DiscreteMap:
+    """The map at rest with its worst stretch lowered, and the bounds asked for met; for `decrease` see `descend`."""
+    return meet_bounds_by(lambda state, q: descend(state, theta, q, journal, decrease), state, settings)
 
 
 def meet_bounds_by(
@@ -161,19 +163,22 @@ def meet_bounds_by(
     return found
 
 
-def descend(state: DiscreteMap, theta: float, q: float, journal: SolveLog) -> DiscreteMap:
-    """The map on the last mesh after Newton's steps; a note where they do not settle.
+def descend(
+    state: DiscreteMap, theta: float, q: float, journal: SolveLog, decrease: float = LAST_DECREASE
+) -> DiscreteMap:
+    """The map on the last mesh after Newton's steps, until they gain less than `decrease`; a note where they do not
+    settle.
 
     Thin triangles beside the outline are in the way of its sliding past kinks: the inside alone widens them.
     """
     before = np.inf
     for _ in range(LAST_ROUNDS):
-        state = state.forward(theta, q, LAST_STEPS, LAST_DECREASE, corners=True)
-        if before - state.energy < LAST_DECREASE * state.energy:
+        state = state.forward(theta, q, LAST_STEPS, decrease, corners=True)
+        if before - state.energy < decrease * state.energy:
             break
         before = state.energy
-        state = state.inside_moved(theta, q, LAST_STEPS, LAST_DECREASE)
-        if state.settled and before - state.energy < LAST_DECREASE * before:
+        state = state.inside_moved(theta, q, LAST_STEPS, decrease)
+        if state.settled and before - state.energy < decrease * before:
             break
     journal.level("last", state, q)
     if not state.settled and UNSETTLED not in journal.notes:

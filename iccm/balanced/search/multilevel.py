@@ -22,6 +22,7 @@ from .candidates import best_of, screen
 from .circle_domains import circle_starts
 from .final_mesh import (
     FINE_EXACTNESS,
+    LAST_DECREASE,
     STEEPEST_FINE,
     TRIANGLES_PER_AREA,
     Meshed,
@@ -151,11 +152,14 @@ def warm_started(
         if slides:
             state = warm_start.slide_anew(final_level(problem, settings, smooth=True), start, problem)
             return meet_bounds(state, problem.theta, settings, journal), meets_constraints(problem, state)
+    level = final_level(problem, settings)
+    kept = warm_start.met_on_its_mesh(level, start)
+    decrease = LAST_DECREASE if kept is None else warm_start.AT_REST
     try:
-        state = warm_start.continue_from(final_level(problem, settings), start, problem)
+        state = kept or warm_start.continue_from(level, start, problem)
     except Stuck:
         raise NoMapError("start: cannot be gone on from without folds; do without it") from None
-    return meet_bounds(state, problem.theta, settings, journal), meets_constraints(problem, state)
+    return meet_bounds(state, problem.theta, settings, journal, decrease), meets_constraints(problem, state)
 
 
 def free_map(

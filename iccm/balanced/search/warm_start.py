@@ -37,6 +37,9 @@ from .pin_continuation import aim_feet, lead_one_by_one
 
 SAME = 1e-8  # of the root of the area: a vertex this close to a pin, or to an outline, is on it
 CLOSE = 0.5  # of the tolerance: an earlier map's outlines that are so close to those given are gone on with
+AT_REST = 1e-3
+"""Relative decrease of a Newton step below which a map that meets its constraints is at rest while these are dragged,
+and when it is gone on from: it stays where it was seen."""
 FEWER = 0.5  # of the triangles that the last mesh is to have: an earlier map's mesh with fewer is made anew
 
 
@@ -53,6 +56,12 @@ def continue_from(level: Level, start: Sketch, problem: UnitProblem) -> Discrete
         level, start, mesh_sizes.graded(start.z, start.u, start.faces, 0.5 * level.size**2)
     )
     return relax_stretched(_constrained(level, state, problem), problem.theta)
+
+
+def met_on_its_mesh(level: Level, start: Sketch) -> DiscreteMap | None:
+    """The earlier map itself, if it meets the level's constraints as `on_its_mesh`."""
+    state = on_its_mesh(level, start)
+    return state if state is not None and state.miss == 0 else None
 
 
 def slide_anew(level: Level, start: Sketch, problem: UnitProblem) -> DiscreteMap:
