@@ -145,6 +145,7 @@ def test_a_map_with_a_filled_hole_rests_on_the_mesh_it_was_dragged_on(more, side
     hole = {more: [0.25 * shapes.circle(40)]}
     fit = iccm.fit(shapes.pear(), shapes.blob(), **hole)
     pins = np.array([[0.6j, fit.map(np.array([0.6j]))[0]]])
+    fit = iccm.fit(shapes.pear(), shapes.blob(), pins=pins, **hole)
     live = Live.of(fit, Settings(), pins)
     for _ in range(4):
         pins[0, 1] += 0.02
