@@ -19,6 +19,8 @@ from ..plane import triangle_areas
 
 FEW, LARGE = 8, 20_000  # steps at a time, and vertices from which there is one, which takes seconds then
 
+SMALL = 0.01  # of the energy: gain of a step after which second derivatives have hardly changed (by hand)
+
 
 @dataclass(frozen=True, eq=False)
 class Elastic:
@@ -61,7 +63,8 @@ class Elastic:
         """(n,) positions of less energy, from some without folds, until a step gains less than `tolerance` of it; see
         `newton.descend`.
 
-        A few steps at a time, so that a signal is heard in between.
+        A few steps at a time, so that a signal is heard in between. A large surface's factor serves for the steps after
+        one of SMALL gain, too, as long as each gains at most half of what the one before did.
         """
         u, tau, energy, before = u.copy(), np.zeros(self.held), self.energy(u, theta), 0.0
         system = System.of(
@@ -71,10 +74,13 @@ class Elastic:
         for _ in range(-(-steps // at_once)):
             below, made, _ = descend(system, _objective(theta), None, u, tau, at_once, tolerance)
             gain = energy - below
-            slowing = gain / before if 0 < before < np.inf else 1.0
+            slowing = gain / before if 0 < before < np.inf and not system.factorised else 1.0
             left = gain * min(1, slowing)  # to be gained yet, if gains go on to fall as fast
-            if made < at_once or left < at_once * tolerance * below:
+            again, short = system.factorised, made < at_once
+            if not (short and again) and (short or left < at_once * tolerance * below):
                 break
+            settled = not short and gain < SMALL * energy and not (again and gain > 0.5 * before)
+            system = system._replace(factorised=at_once == 1 and settled)
             energy, before = below, gain
         return u
 

@@ -135,6 +135,7 @@ class System(NamedTuple):
         constraints: what holds vertices.
         upright: what a turn costs.
         workspace: for the steps.
+        factorised: whether the factor that is in it serves for all of them: near the end little changes.
     """
 
     pattern: BlockPattern
@@ -143,6 +144,7 @@ class System(NamedTuple):
     constraints: Constraints
     upright: Upright
     workspace: Workspace
+    factorised: bool = False
 
     @classmethod
     def of(
@@ -208,7 +210,9 @@ def descend(system, objective, surface, u, tau, steps, tolerance):
             factor = turn_factor(upright, u, objective.q)
         moving = constrain(pattern, constraints, u, tau, space)
         regularise(pattern, matrix, REGULAR + damping)
-        if not factorise(pattern, matrix, gradient, space.factor):
+        if system.factorised:
+            eliminate_again(pattern, gradient, space.factor)
+        elif not factorise(pattern, matrix, gradient, space.factor):
             return factor * energy, done, small
         downhill(pattern, space.factor, step)
         if curvature > 0:
