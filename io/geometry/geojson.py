@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,12 +11,12 @@ import numpy as np
 
 from ...arrays import Complex
 from ...errors import InputError
+from ..outlines.polygons import geometries
 from .document import Document, Geometry, Images, number
 
-SIMPLE = {"Point": 0, "MultiPoint": 1, "LineString": 1, "MultiLineString": 2, "Polygon": 2, "MultiPolygon": 3}
-"""Lists around a position in the coordinates of each."""
+SIMPLE = {"Point", "MultiPoint", "LineString", "MultiLineString", "Polygon", "MultiPolygon"}
+"""Geometries with coordinates."""
 TYPES = {*SIMPLE, "GeometryCollection", "Feature", "FeatureCollection"}
-DEEPEST = 50  # collections in each other
 
 
 @dataclass
@@ -35,8 +35,9 @@ class GeoJson(Document):
         except (json.JSONDecodeError, RecursionError) as error:
             raise InputError(f"is no JSON: {error}") from None
         found = _Found()
-        if isinstance(content, dict) and content.get("type") in TYPES:
-            _each(content, found.take)
+        if _is_geojson(content):
+            for geometry in _geometries(content):
+                found.take(geometry)
         else:
             for holder, key in _landmarks(content):
                 found.points.append(_pair(holder[key]))
@@ -48,9 +49,10 @@ class GeoJson(Document):
     def text(self, images: Images) -> str:
         """The same with coordinates of the images."""
         points = iter(images.points.tolist())
-        if isinstance(self.content, dict) and self.content.get("type") in TYPES:
+        if _is_geojson(self.content):
             given = _Given(points, iter(images.lines), iter(images.polygons))
-            _each(self.content, given.give)
+            for geometry in _geometries(self.content):
+                given.give(geometry)
             content = self.content if images.keep else _dropped(self.content)
         else:
             content = self.content
@@ -138,24 +140,16 @@ class _Given:
         geometry["coordinates"] = moved if many else moved[0] if moved else []
 
 
-def _each(item: Any, visit: Callable[[dict[str, Any]], None], depth: int = 0) -> None:
-    """Visit every geometry with coordinates, in order; bounding boxes, which no longer hold, go."""
-    if item is None:
-        return
-    if not isinstance(item, dict) or item.get("type") not in TYPES or depth > DEEPEST:
-        raise InputError("is no GeoJSON: something in it is neither a feature nor a geometry")
-    item.pop("bbox", None)
-    kind = item["type"]
-    if kind in SIMPLE:
-        visit(item)
-    elif kind == "Feature":
-        _each(item.get("geometry"), visit, depth + 1)
-    else:
-        members = item.get("features" if kind == "FeatureCollection" else "geometries")
-        if not isinstance(members, list):
-            raise InputError(f"is no GeoJSON: a {kind} without members")
-        for member in members:
-            _each(member, visit, depth + 1)
+def _is_geojson(content: Any) -> bool:
+    return isinstance(content, dict) and str(content.get("type")) in TYPES
+
+
+def _geometries(content: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Every geometry with coordinates, in order; bounding boxes, which no longer hold, go."""
+    for geometry, _ in geometries(content):
+        if not _is_geojson(geometry) or geometry["type"] not in SIMPLE:
+            raise InputError("is no GeoJSON: something in it is neither a feature nor a geometry")
+        yield geometry
 
 
 def _dropped(item: Any) -> Any:

@@ -16,6 +16,7 @@ from ..svg.fill import outlines
 
 Found = tuple[tuple[str, ...], list[Complex], str]  # names, rings, and the rule that they are filled by
 DEEPEST = 50  # collections in each other
+MEMBERS = {"FeatureCollection": "features", "GeometryCollection": "geometries"}
 NAMES = ("name", "id", "label", "title", "class")
 """What a property whose value names a feature is called, or ends with."""
 POLYGONS = {"Polygon", "MultiPolygon"}
@@ -82,24 +83,43 @@ def _fill(drawing: Drawing, found: Iterator[Found], chosen: str | None) -> None:
         raise InputError("holds no polygons")
 
 
-def _geojson(item: Any, names: tuple[str, ...] = (), depth: int = 0) -> Iterator[Found]:
-    """The polygons of features and geometries."""
-    if item is None or depth > DEEPEST:
-        return
-    kind = item["type"]
-    if kind == "FeatureCollection":
-        for feature in item["features"]:
-            yield from _geojson(feature, names, depth + 1)
-    elif kind == "Feature":
-        said = item.get("properties") or {}
-        own = [item.get("id"), *(value for key, value in said.items() if key.lower().endswith(NAMES))]
-        named = tuple(dict.fromkeys(str(value) for value in own if isinstance(value, str | int)))
-        yield from _geojson(item.get("geometry"), named, depth + 1)
-    elif kind == "GeometryCollection":
-        for geometry in item["geometries"]:
-            yield from _geojson(geometry, names, depth + 1)
-    elif kind in POLYGONS:
-        for rings in item["coordinates"] if kind == "MultiPolygon" else [item["coordinates"]]:
+def geometries(
+    item: Any, feature: dict[str, Any] | None = None, depth: int = 0
+) -> Iterator[tuple[Any, dict[str, Any] | None]]:
+    """Every geometry of GeoJSON that is no collection, in order, and the feature that it belongs to.
+
+    What is neither feature nor collection is given as it is. Bounding boxes are taken out of the document.
+
+    Raises:
+        InputError: a collection has no list of members.
+    """
+    kind = ""
+    if isinstance(item, dict) and depth <= DEEPEST:
+        item.pop("bbox", None)
+        kind = str(item.get("type"))
+    if kind == "Feature":
+        yield from geometries(item.get("geometry"), item, depth + 1)
+    elif kind in MEMBERS:
+        members = item.get(MEMBERS[kind])
+        if not isinstance(members, list):
+            raise InputError(f"is no GeoJSON: a {kind} without members")
+        for member in members:
+            yield from geometries(member, feature, depth + 1)
+    elif item is not None:
+        yield item, feature
+
+
+def _geojson(content: dict[str, Any]) -> Iterator[Found]:
+    """The polygons of features and geometries, and what features are called."""
+    for geometry, feature in geometries(content):
+        kind = geometry["type"]
+        if kind not in POLYGONS:
+            continue
+        feature = feature or {}
+        properties = (feature.get("properties") or {}).items()
+        called = [feature.get("id"), *(value for key, value in properties if key.lower().endswith(NAMES))]
+        names = tuple(dict.fromkeys(str(value) for value in called if isinstance(value, str | int)))
+        for rings in geometry["coordinates"] if kind == "MultiPolygon" else [geometry["coordinates"]]:
             yield names, [_ring(ring) for ring in rings], "evenodd"
 
 
