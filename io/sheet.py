@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Outline
 from numpy.typing import NDArray
-from shapely import Polygon
 
 from ..arrays import Complex, Index, Real, xy_of
+from ..curve import polygon_of
 from ..errors import InputError
 from ..flattening.charts import Atlas
 from ..maps.figure import INK, MARK
@@ -65,7 +65,7 @@ def _outlines(drawing: Any) -> Figure:
         colour = PALETTE[(number - 1) % len(PALETTE)] / 255
         axes.add_patch(PathPatch(Outline.make_compound_path(*rings), fc=(*colour, 0.5), ec=INK, lw=0.8))
         if number <= NUMBERED:
-            inside = Polygon(xy_of(outline.z), [xy_of(hole) for hole in outline.holes]).buffer(0)
+            inside = polygon_of(outline.z, *outline.holes).buffer(0)
             _label(axes, f"#{number} {outline.name}", *inside.representative_point().coords[0])
     for name, z in drawing.pins.items():
         axes.plot(z.real, z.imag, "o", color=MARK, ms=5)

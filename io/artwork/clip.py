@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ...arrays import Complex, complex_of, xy_of
 from ...conformal.panels import corners
-from ...curve import Curve
+from ...curve import Curve, polygon_of
 from ...plane import cross
 from ..svg.curves import Bezier, Piece
 from ..svg.path_data import PenPath
@@ -117,9 +117,9 @@ class Domain:
     def __init__(self, rim: Curve, near: float, holes: Sequence[Curve] = ()):
         self.rim, self.near = rim, near
         self.holes = [(hole, _point_in(hole)) for hole in holes]
-        self.polygon = shapely.Polygon(xy_of(rim.z), [xy_of(hole.z) for hole in holes])
-        deep = [_shrunk(shapely.Polygon(xy_of(hole.z)), near) for hole in holes]
-        outer = shapely.Polygon(shapely.Polygon(xy_of(rim.z)).buffer(near).exterior)
+        self.polygon = polygon_of(rim.z, *(hole.z for hole in holes))
+        deep = [_shrunk(polygon_of(hole.z), near) for hole in holes]
+        outer = shapely.Polygon(polygon_of(rim.z).buffer(near).exterior)
         self.reach = shapely.Polygon(outer.exterior, [each.exterior for each in deep])
         shapely.prepare([self.polygon, self.reach])
         self.shore = _Ring(
@@ -247,7 +247,7 @@ def _closed(run: PenPath) -> Sequence[Piece]:
 
 def _point_in(hole: Curve) -> complex:
     """A point deep in a hole, but not the middle, through which drawings pass."""
-    circle = shapely.get_coordinates(shapely.maximum_inscribed_circle(shapely.Polygon(xy_of(hole.z))))
+    circle = shapely.get_coordinates(shapely.maximum_inscribed_circle(polygon_of(hole.z)))
     middle, touched = complex_of(circle)
     return complex(middle + OFF_MIDDLE * (touched - middle))
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...arrays import Complex, Real
+from ...arrays import Complex
 from ...errors import InputError
 from .. import limits
 from .job import Job
@@ -91,18 +91,13 @@ def _overlaps(shapes: Sequence[Shape]) -> tuple[float, list[tuple[Shape, Shape]]
     another is drawn so."""
     import shapely
 
-    from ...arrays import xy_of
+    from ...curve import polygon_of
 
-    def seen(z: Complex, line: float | None) -> Real:
-        return xy_of(z if line is None else 2 * line - z.conj())
+    def seen(z: Complex, line: float | None) -> Complex:
+        return z if line is None else 2 * line - z.conj()
 
     regions = np.array(
-        [
-            shapely.Polygon(
-                seen(shape.curve.z, shape.mirror), [seen(hole, shape.mirror) for hole in shape.holes]
-            )
-            for shape in shapes
-        ]
+        [polygon_of(*(seen(z, shape.mirror) for z in (shape.curve.z, *shape.holes))) for shape in shapes]
     )
     first, second = shapely.STRtree(regions).query(regions, "intersects")
     once = first < second

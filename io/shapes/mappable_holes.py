@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
-from ...arrays import Complex, xy_of
-from ...curve import Curve
+from ...arrays import Complex
+from ...curve import Curve, polygon_of
 from .. import limits
 
 SPECK = 1e-5  # of the area inside the outline: a smaller hole would need triangles as small
@@ -17,9 +17,9 @@ CLOSE = (
 
 def mappable(curve: Curve, holes: Sequence[Complex]) -> list[int]:
     """The numbers of those holes of an outline, ascending."""
-    rings = [shapely.Polygon(xy_of(hole)) for hole in holes]
+    rings = [polygon_of(hole) for hole in holes]
     sizes = shapely.area(rings)
-    domain = shapely.Polygon(xy_of(curve.z))
+    domain = curve.polygon
     outline = domain.exterior
     near = CLOSE * curve.diagonal
     kept: list[int] = []

@@ -14,7 +14,7 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 
 from ...arrays import Box, Complex, Real, xy_of
-from ...curve import Curve
+from ...curve import Curve, polygon_of
 from ...errors import InputError
 from ...pixels.texture import REPEAT, Wrap
 from ...plane import bounding_box
@@ -99,7 +99,7 @@ class Shape:
             with suppress(InputError):
                 for other in drawn(Spec(self.path)).outlines:
                     for name in set(other.names) - set(self.names):
-                        named.setdefault(name, []).append(shapely.Polygon(xy_of(_core(other.z, self.flip))))
+                        named.setdefault(name, []).append(polygon_of(_core(other.z, self.flip)))
         found = {}
         for name, pieces in named.items():
             whole = shapely.MultiPolygon(pieces)
@@ -126,7 +126,7 @@ class Shape:
     def spread(self, spatial: bool) -> tuple[Real, Real, Real]:
         """(3,) centroid, least and greatest coordinates of the shape, or of all that were read with it, by which parts
         are paired: those in the plane; of a mesh also those in space."""
-        centre = shapely.Polygon(xy_of(self.curve.z)).centroid
+        centre = self.curve.polygon.centroid
         low, high = self.bounds
         middle, least, greatest = (
             np.array([*xy, 0.0]) for xy in ((centre.x, centre.y), *xy_of(np.array([low, high])))

@@ -7,6 +7,7 @@ import numpy as np
 import shapely
 
 from ...arrays import Complex, complex_of, xy_of
+from ...curve import polygon_of
 from ...errors import InputError
 from ...plane import cross, distinct
 from .. import limits
@@ -73,8 +74,8 @@ def outlines(
                 (twisted, InputError(f"{name}: the outline crosses itself {place}; remove the crossing"))
             )
     polygons = (
-        [shapely.Polygon(xy_of(ring)) for ring in simple]
-        if len(simple) == 1 and shapely.Polygon(xy_of(simple[0])).is_valid
+        [polygon_of(ring) for ring in simple]
+        if len(simple) == 1 and polygon_of(simple[0]).is_valid
         else painted(simple, rule)
     )
     found = outlines_of(shapely.MultiPolygon(polygons), name, notes)
@@ -115,7 +116,7 @@ def _untangled(ring: Complex) -> tuple[list[Complex], float, str]:
     """
     if _flat(ring):
         return [], 0.0, ""
-    polygon = shapely.Polygon(xy_of(ring))
+    polygon = polygon_of(ring)
     if polygon.is_valid:
         return [ring], 0.0, ""
     faces, winding = _faces([ring])

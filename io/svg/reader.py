@@ -7,9 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import shapely
 
-from ...arrays import Complex, complex_of, xy_of
+from ...arrays import Complex, complex_of
+from ...curve import polygon_of
 from ...errors import InputError
 from ...plane import diagonal, distinct
 from .. import limits
@@ -198,7 +198,7 @@ def _shown(found: list[FilledOutline], drawn: Node, detail: Detail) -> list[Fill
     """What clip paths and masks leave of a shape's outlines."""
     shown: list[FilledOutline] = []
     for outline in found if drawn.clips else ():
-        whole = shapely.Polygon(xy_of(outline.z), [xy_of(hole) for hole in outline.holes])
+        whole = polygon_of(outline.z, *outline.holes)
         left = detail.clips.cut(drawn, whole)
         shown += [outline] if left is whole else outlines_of(left, outline.name, outline.notes)
     return shown if drawn.clips else found
