@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
-from pathlib import Path
 from typing import Any
 
 import click
@@ -83,15 +82,14 @@ def _saved(map: str, input: str, output: str, given: dict[str, Any]) -> list[str
 def _stmap(stmap: str, image: str, output: str, given: dict[str, Any]) -> list[str]:
     """Warp a picture through an STMap, or its tiles, and name what was written."""
     from ..io import files, formats
-    from ..io.memory import Bounded
+    from ..io.memory import within
     from ..io.pictures import image_files, tiles
     from ..io.pictures import stmap_files as maps
-    from ..memory import Memory
     from ..pixels.texture import check_kind
 
     if used := [name for name in SAVED if given[name]] + ["outside"] * (given["outside"] != "drop"):
         raise InputError(f"--{used[0].replace('_', '-')}: for maps in .npz files, and {stmap} is an STMap")
-    room = Bounded(given["memory"], Path(output).resolve().parent) if given["memory"] else Memory()
+    room = within(given["memory"], output)
     sampling = {name: given[name] for name in ("filter", "kind", "edge", "threads")} | {"room": room}
     limits = {"max_pixels": given["max_pixels"], "colorspace": given["colorspace"], "room": room}
     pairs = _tiles(stmap, output)

@@ -43,10 +43,4 @@ def command(**given: Any) -> int:
     job = described(FlattenJob, options.values(given))
     with status.show_phases("flatten"):
         outcome = flatten.run(job, tell=logs.log.warning)
-    for line in flatten.summary(outcome.report):
-        logs.log.info(line)
-    for name in outcome.written:
-        logs.log.info(f"wrote {name}")
-    if not outcome.ok:
-        logs.log.error(f"{job.mesh}: {outcome.message}")
-    return int(not outcome.ok)
+    return logs.conclude(job.mesh, outcome, flatten.summary(outcome.report))

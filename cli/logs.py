@@ -11,13 +11,16 @@ import sys
 import threading
 import traceback
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from ..errors import IccmError
+
+if TYPE_CHECKING:
+    from ..io.run.job import Outcome
 
 log = logging.getLogger("iccm")
 POOR = 35
@@ -114,6 +117,15 @@ def tell(remark: str) -> None:
     from ..io.run.phases import Doubt
 
     log.log(POOR if isinstance(remark, Doubt) else logging.WARNING, remark)
+
+
+def conclude(name: str, outcome: Outcome, figures: Iterable[str]) -> int:
+    """Tell the figures of a run on a file, what it wrote, and what is wrong with it; the exit code."""
+    for line in (*figures, *(f"wrote {path}" for path in outcome.written)):
+        log.info(line)
+    if not outcome.ok:
+        log.error(f"{name}: {outcome.message}")
+    return int(not outcome.ok)
 
 
 def silence_others() -> None:

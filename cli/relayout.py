@@ -36,10 +36,4 @@ def command(threads: int | None, **given: Any) -> int:
         outcome = relayout.run(job, threads=threads)
     for note in outcome.notes:
         logs.log.warning(note)
-    for remark in relayout.remarks(outcome.report):
-        logs.log.info(remark)
-    for name in outcome.written:
-        logs.log.info(f"wrote {name}")
-    if not outcome.ok:
-        logs.log.error(f"{job.new}: {outcome.message}")
-    return int(not outcome.ok)
+    return logs.conclude(job.new, outcome, relayout.remarks(outcome.report))

@@ -14,7 +14,6 @@ from ..errors import InputError, JobError
 from ..maps.approximation import triangulated
 from ..maps.harmonic import ROUNDING
 from ..maps.triangulated.map import TriangulatedMap
-from ..memory import Memory
 from ..plane import diagonal
 from ..result import Fit
 from ..saved.geometry import Carrier
@@ -24,7 +23,7 @@ from ..saved.map_file import read as read_file
 from . import files, formats
 from .artwork import TOLERANCE
 from .geometry import document
-from .memory import Bounded
+from .memory import within
 from .run import outputs
 from .run.inputs import Inputs
 from .run.job import Job
@@ -131,7 +130,7 @@ class Saved:
         wanted = outputs.of(made, inputs)
         files.check_outputs(made.outputs, [*made.inputs, self.name], force=made.force)
         with Phases.of(tell, None) as phases:
-            room = Bounded(made.memory, Path(made.outputs[0]).resolve().parent) if made.memory else Memory()
+            room = within(made.memory, made.outputs[0])
             run = Run(made, inputs, [(source, target)], room, tell, phases, threads, fits=[self.fit])
             for output in outputs.check(run, wanted):
                 with files.writing(output.name, force=made.force) as path:

@@ -89,6 +89,13 @@ class Bounded(memory.Memory):
         return free
 
 
+def within(limit: int | None, output: str | None) -> memory.Memory:
+    """Memory within --memory, if given; the disk that has room for an output has it for the scratch file."""
+    if not limit:
+        return memory.Memory()
+    return Bounded(limit, Path(output).resolve().parent if output else tempfile.gettempdir())
+
+
 def resident() -> int:
     """Bytes of this process that are in memory."""
     try:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +15,7 @@ from ...memory import Memory
 from ...parallel import beside, thread_count
 from ...pixels.texture import Wrapped
 from ...plane import bounding_box
-from ..memory import Bounded
+from ..memory import within
 from . import framing, parts, texture
 from .constraints import constrain, read_start
 from .job import Job
@@ -103,10 +101,7 @@ class Run:
                 (without_holes(source, notes.append), without_holes(target, notes.append))
                 for source, target in pairs
             ]
-        room = Memory()
-        if job.memory:  # the disk that has room for the first output has it for the scratch file
-            folder = Path(job.outputs[0]).resolve().parent if job.outputs else Path(tempfile.gettempdir())
-            room = Bounded(job.memory, folder)
+        room = within(job.memory, next(iter(job.outputs), None))
         run = cls(job, inputs, pairs, room, tell, phases, threads, figures=figures)
         for note in notes:
             run.note(note)
