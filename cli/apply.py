@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
+from functools import partial
 from typing import Any
 
 import click
@@ -99,7 +100,7 @@ def _stmap(stmap: str, image: str, output: str, given: dict[str, Any]) -> list[s
     with ExitStack() as stack:
         for source, name in pairs:
             st = maps.read(source, max_pixels=given["max_pixels"], room=room)
-            picture, box = _picture(image, st, limits)
+            picture, box = tiles.read_any(image, partial(maps.places, st), **limits)
             check_kind(given["kind"], picture.pixels.shape[2], image)
             lost = image_files.clipping_note(formats.written(name), picture)
             for note in (*picture.notes, *([f"{name}: {lost}"] if lost else [])):
@@ -125,13 +126,3 @@ def _tiles(stmap: str, output: str) -> list[tuple[str, str]]:
     if not found:
         raise InputError(f"{stmap}: no such files")
     return [(name, tiles.name_of(output, tiles.number_in(stmap, name))) for name in found]
-
-
-def _picture(image: str, st: Any, limits: dict[str, Any]) -> tuple[Any, Any]:
-    """The picture, and what of s and t it covers where it is of several tiles."""
-    from ..io.pictures import image_files, stmap_files, tiles
-
-    if not tiles.is_pattern(image):
-        return image_files.read(image, **limits), None
-    found = tiles.read(image, tiles.all_of(stmap_files.places(st)), **limits)
-    return found.image, found.box

@@ -7,9 +7,7 @@ from __future__ import annotations
 
 import json
 import struct
-import tempfile
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import cv2
@@ -19,10 +17,9 @@ from numpy.typing import NDArray
 from ...arrays import Box, Complex
 from ...maps.triangulated.map import TriangulatedMap
 from ...plane import bounding_box, longer_side
-from .. import limits
 from ..formats import picture
-from ..pictures import image_files
 from ..pictures.image import Image, prepare
+from ..pictures.image_files import as_png
 from ..shapes.shape import Shape
 
 
@@ -90,7 +87,7 @@ def frame(head: dict[str, Any], floats: NDArray[np.float32]) -> bytes:
     return struct.pack("<I", len(text)) + text + floats.astype("<f4").tobytes()
 
 
-def png(image: Image, most: int = limits.PAGE_TEXELS) -> bytes:
+def png(image: Image, most: int) -> bytes:
     """The texture as a browser takes it: a PNG of at most so many pixels a side."""
     shown = prepare(image, picture("texture.png"))
     height, width = shown.pixels.shape[:2]
@@ -98,7 +95,4 @@ def png(image: Image, most: int = limits.PAGE_TEXELS) -> bytes:
         size = (round(width * most / larger) or 1, round(height * most / larger) or 1)
         pixels = cv2.resize(shown.pixels, size, interpolation=cv2.INTER_AREA)
         shown = shown.with_pixels(pixels.reshape(size[1], size[0], -1), shown.alpha)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "texture.png"
-        image_files.write(path, shown)
-        return path.read_bytes()
+    return as_png(shown)

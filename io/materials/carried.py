@@ -24,9 +24,8 @@ from ...meshes.relayout import (
 from ...pixels import colour
 from ...pixels.sampler import Sampler
 from ...pixels.texture import check_kind
-from .. import files, formats, limits
+from .. import formats, limits
 from ..meshes.gltf_materials import kind_of
-from ..pictures import image_files
 from ..pictures.image import Image, prepare
 from .material_set import Material, MaterialMap, MaterialSet
 
@@ -208,14 +207,6 @@ class Carrier:
                 _multiply(out, own, factor, srgb=kind == "colour")
         spread(out, reached, self.how.padding)
         return Image(out, alpha=3 if clear else -1)
-
-
-def as_png(image: Image) -> bytes:
-    """The picture as a PNG file."""
-    with files.scratch() as folder:
-        path = folder / "a.png"
-        image_files.write(path, image)
-        return path.read_bytes()
 
 
 def without_profile(image: Image) -> Image:

@@ -10,8 +10,9 @@ from ...errors import InputError
 from ...meshes.mesh import triangulate
 from ..meshes import gltf_materials, material_library
 from ..meshes.mesh_files import MeshFile
+from ..pictures.image_files import as_png
 from . import of_gltf, of_mtl
-from .carried import Carrier, How, as_png
+from .carried import Carrier, How
 from .material_set import MaterialSet, part
 
 SHOWN = (gltf_materials.BASE, gltf_materials.DIFFUSE, "map_kd")  # where a texture that is mapped goes

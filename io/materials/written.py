@@ -6,8 +6,9 @@ from pathlib import Path
 from .. import files
 from ..meshes import gltf, material_library, obj_materials, obj_write
 from ..meshes.material_library import Library
+from ..pictures.image_files import as_png
 from . import gltf_dressed, of_gltf, translate
-from .carried import Carrier, Pictures, as_png, without_profile
+from .carried import Carrier, Pictures, without_profile
 from .gltf_dressed import Clothes
 from .relaid import Relaid
 

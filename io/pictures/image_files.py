@@ -16,7 +16,7 @@ from ...errors import InputError
 from ...memory import Memory
 from ...pixels.pyramid import strip_rows
 from .. import formats, limits
-from ..files import as_text, open_input
+from ..files import as_text, open_input, scratch
 from ..quiet_stderr import silence
 from . import icc
 from .image import Image, error_of, prepare, transfer_of, usual_of
@@ -191,6 +191,14 @@ def write(path: str | Path, image: Image) -> None:
         InputError: the suffix is unknown or the file cannot be written.
     """
     write_bands(path, image, image.pixels.shape[0], image.pixels.shape[1], iter([image.pixels]))
+
+
+def as_png(image: Image) -> bytes:
+    """The picture as a PNG file."""
+    with scratch() as folder:
+        path = folder / "a.png"
+        write(path, image)
+        return path.read_bytes()
 
 
 def write_bands(path: str | Path, like: Image, height: int, width: int, blocks: Iterable[NDArray]) -> None:

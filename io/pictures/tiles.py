@@ -3,7 +3,7 @@
 The tile whose lower left corner is u, v has the number 1001 + u + 10 v, u from 0 to 9.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -35,6 +35,18 @@ def number_of(tile: complex) -> int | None:
 def name_of(pattern: str, number: int) -> str:
     """The file of a tile."""
     return pattern.replace(MARK, str(number))
+
+
+def name_at(pattern: str, tile: complex, mesh: str) -> str:
+    """The file of the tile with this lower left corner, in which faces of a mesh lie.
+
+    Raises:
+        InputError: it has no number.
+    """
+    number = number_of(tile)
+    if number is None:
+        raise InputError(f"{mesh}: faces lie at u {tile.real:g}, v {tile.imag:g}, where no tile has a number")
+    return name_of(pattern, number)
 
 
 def all_of(uv: Real) -> list[complex]:
@@ -125,6 +137,18 @@ def read(
         notes.append(f"{pattern}: no picture for the tiles {names}{more}: what lies there is {shown}")
     holes = sum(image.holes for image in images.values())
     return TiledImage(replace(first, pixels=pixels, notes=tuple(notes), holes=holes), (low, high))
+
+
+def read_any(name: str, uv: Callable[[], Real], **options: Any) -> tuple[Image, Box | None]:
+    """A picture, or those of the tiles that points (p, 2) of the layout are in, and what of the layout these cover.
+
+    Raises:
+        InputError: as `read` and `image_files.read`, whose options these are.
+    """
+    if not is_pattern(name):
+        return image_files.read(name, **options), None
+    found = read(name, all_of(uv()), **options)
+    return found.image, found.box
 
 
 def _alike(name: str, image: Image, first: Image, width: int, height: int) -> Any:

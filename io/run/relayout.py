@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ... import __version__
-from ...arrays import Box
+from ...arrays import Real
 from ...errors import InputError
 from ...meshes.charted import Charted
 from ...meshes.mesh import check
@@ -33,7 +33,6 @@ from ..materials.carried import How
 from ..meshes import mesh_files, size_limits
 from ..meshes.mesh_files import MeshFile
 from ..pictures import image_files, tiles
-from ..pictures.image import Image
 from ..spec import Spec
 from . import report
 from .framing import size_within
@@ -138,7 +137,10 @@ class _Pictures:
         self.before = relaid.sheet_of(before)
         self.after = matched(self.before, relaid.sheet_of(after), how.match)
         self.wanted, self.how, self.force = wanted, how, force
-        self.read = [_read(each.path, self.before, how.max_pixels) for each in wanted]
+        self.read = [
+            tiles.read_any(each.path, lambda: _middles(self.before), max_pixels=how.max_pixels)
+            for each in wanted
+        ]
         for each, (image, _) in zip(wanted, self.read):
             check_kind(each.kind, image.pixels.shape[2], each.path)
         self.pairs = partners(self.before, self.after)
@@ -282,12 +284,9 @@ def _diagonal(meshes: _Read) -> float:
     return float(np.linalg.norm(np.ptp(used, axis=0))) if used.size else 0.0
 
 
-def _read(path: str, mesh: Charted, max_pixels: int) -> tuple[Image, Box | None]:
-    """A texture, and what of the mesh's layout it covers where it is of several tiles."""
-    if not tiles.is_pattern(path):
-        return image_files.read(path, max_pixels=max_pixels), None
-    found = tiles.read(path, tiles.all_of(mesh.uv[mesh.uv_faces].mean(axis=1)), max_pixels=max_pixels)
-    return found.image, found.box
+def _middles(mesh: Charted) -> Real:
+    """(m, 2) the middles of triangles in the layout."""
+    return mesh.uv[mesh.uv_faces].mean(axis=1)
 
 
 def _outputs(name: str, mesh: Charted, force: bool) -> dict[complex | None, str]:
@@ -299,13 +298,8 @@ def _outputs(name: str, mesh: Charted, force: bool) -> dict[complex | None, str]
     if not tiles.is_pattern(name):
         return {None: name}
     found: dict[complex | None, str] = {}
-    for tile in tiles.all_of(mesh.uv[mesh.uv_faces].mean(axis=1)):
-        number = tiles.number_of(tile)
-        if number is None:
-            raise InputError(
-                f"{mesh.name}: faces lie at u {tile.real:g}, v {tile.imag:g}, where no tile has a number"
-            )
-        found[tile] = tiles.name_of(name, number)
+    for tile in tiles.all_of(_middles(mesh)):
+        found[tile] = tiles.name_at(name, tile, mesh.name)
         files.check_output(found[tile], force=force)
     return found
 

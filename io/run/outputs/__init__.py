@@ -16,7 +16,7 @@ from importlib import import_module
 
 from ....errors import InputError
 from ... import files, formats
-from ...pictures.tiles import MARK, name_of, number_of
+from ...pictures.tiles import MARK, name_at
 from ...spec import Spec
 from ..framing import placing_options
 from ..inputs import Inputs
@@ -114,13 +114,8 @@ def _tiles_of(run: Run, output: Output) -> list[Output]:
     for tile in sorted(
         set().union(*(as_mesh(target).tiles for _, target in run.pairs)), key=lambda z: (z.imag, z.real)
     ):
-        number = number_of(tile)
-        if number is None:
-            raise InputError(
-                f"{run.target.spec}: faces lie at u {tile.real:g}, v {tile.imag:g}, where no tile has a number"
-            )
         each = copy(output)
-        each.name, each.tile = name_of(output.name, number), tile
+        each.name, each.tile = name_at(output.name, tile, run.target.spec), tile
         found.append(each)
     return found
 
