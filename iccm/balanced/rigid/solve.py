@@ -15,6 +15,7 @@ Where that does not work either they begin small in the map without them, and go
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import shapely
@@ -117,11 +118,12 @@ def keep_rigid(
     found: list[DiscreteMap] = []
     for size in SIZES:
         places, sent_away = places_of(problem, sketch, rigid, size)
-        ways = [around_places, from_map] if sent_away else [from_map, around_places]
+        around: Callable[..., Begin] = partial(around_places, patient=size == 1)
+        ways = [around, from_map] if sent_away else [from_map, around]
         for way in (*ways, growing) if size == 1 else ways:
             with suppress(Stuck, NoMapError):
                 begin = way(problem, sketch, rigid, places)
-                found += kept_by(problem, rigid, begin, settings, again=way is around_places)
+                found += kept_by(problem, rigid, begin, settings, again=way is around)
             if found and shortfall(found[-1], np.abs(places.factors)) <= 1 - LARGE:
                 break
         if any(map(is_rigid, found)):
@@ -219,8 +221,10 @@ def carried(level: Level, problem: UnitProblem, sketch: Sketch, rigid: Rigid) ->
     return state.forward(problem.theta, POWER, STEPS, DECREASE)
 
 
-def around_places(problem: UnitProblem, sketch: Sketch, rigid: Rigid, places: Placing) -> Begin:
-    """The map around regions, which are cut out and put in their places.
+def around_places(
+    problem: UnitProblem, sketch: Sketch, rigid: Rigid, places: Placing, *, patient: bool = True
+) -> Begin:
+    """The map around regions, which are cut out and put in their places; `patient` as of `coarse_to_fine`.
 
     Raises:
         Stuck: a region has a hole; there are strokes.
@@ -243,7 +247,7 @@ def around_places(problem: UnitProblem, sketch: Sketch, rigid: Rigid, places: Pl
             cut_out=len(cut),
         ),
         SolveLog(),
-        patient=False,
+        patient=patient,
     )
     whole: Meshed = multilevel.invert(found) if used.inverted else found
     kept = tuple(loop for loop in whole.loops if loop.source < first[0])
