@@ -85,7 +85,7 @@ class Origin:
         rows, columns = np.nonzero(lonely)
         own = owner[rows, columns]
         weights = _barycentric(grid.corners[own], columns, rows, grid.shape, tile is None)
-        near = _nearest(old, _at(new.points[new.faces[own]], weights))
+        near = nearest(old, _at(new.points[new.faces[own]], weights))
         return cls(old, new, grid, partner, order, slots, *near, wraps=tile is None)
 
     def far(self, limit: float) -> Flags:
@@ -300,7 +300,7 @@ def partners(old: Charted, new: Charted) -> tuple[Index, Index]:
     return partner, order
 
 
-def _nearest(old: Charted, points: Real) -> tuple[Index, Real, Real]:
+def nearest(old: Charted, points: Real) -> tuple[Index, Real, Real]:
     """The triangle of the old mesh nearest to each point, the barycentric coordinates there, the distance."""
     if not len(points):
         return np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0)

@@ -25,7 +25,7 @@ from ...pixels import colour
 from ...pixels.sampler import Sampler
 from ...pixels.texture import check_kind
 from .. import formats, limits
-from ..meshes.gltf_materials import kind_of
+from ..meshes.gltf_materials import BASE, CUTOFF, DIFFUSE, kind_of
 from ..pictures.image import Image, prepare
 from .material_set import Material, MaterialMap, MaterialSet
 
@@ -46,6 +46,7 @@ class How:
         padding: texels to spread past charts; see `meshes.relayout.carry`.
         max_pixels: of a picture that is read.
         threads: never change the result.
+        settled: whether the alpha of masks becomes what is seen of it.
     """
 
     size: tuple[int, int] | None = None
@@ -55,6 +56,7 @@ class How:
     max_pixels: int = limits.READ_PIXELS
     match: str = "auto"
     threads: int | None = None
+    settled: bool = False
 
 
 @dataclass(eq=False)
@@ -76,7 +78,7 @@ class Carrier:
     def __post_init__(self) -> None:
         self.origins: dict[tuple[int, int], Origin] = {}
         self._sides: dict[int, int] = {}
-        self._images: dict[Path | bytes, Image] = {}
+        self._images: dict[tuple[Path | bytes, bool], Image] = {}
         self.notes: list[str] = []
 
     @cached_property
@@ -127,7 +129,10 @@ class Carrier:
         pixels = carry(
             origin, sampler, how.limit, wrap=maps[0].wrap, padding=how.padding, threads=how.threads
         )
-        return image.with_pixels(pixels, image.alpha)
+        image = image.with_pixels(pixels, image.alpha)
+        if self.how.settled:
+            self._settle(slot, image, np.ones(pixels.shape[:2], bool), self.materials[0])
+        return image
 
     def origin(self, size: tuple[int, int]) -> Origin:
         """Where texels of a picture of this width and height lie."""
@@ -168,9 +173,10 @@ class Carrier:
         return self._sides[id(map)]
 
     def _read(self, map: MaterialMap) -> Image:
-        if map.picture not in self._images:
-            self._images[map.picture] = map.image(self.how.max_pixels)
-        return self._images[map.picture]
+        key = (map.picture, map.opaque)
+        if key not in self._images:
+            self._images[key] = map.image(self.how.max_pixels)
+        return self._images[key]
 
     def _ready(self, map: MaterialMap, like: Image | None = None) -> tuple[Image, Sampler]:
         image = like or self._read(map)
@@ -205,8 +211,20 @@ class Carrier:
                 paint(out, self._shown(origin, each), sampler, own, wrap=each.wrap, threads=self.how.threads)
             if factor:
                 _multiply(out, own, factor, srgb=kind == "colour")
+            if self.how.settled or len({self.material_set.kinds[each] for each in self.materials}) > 1:
+                self._settle(slot, Image(out, alpha=3 if clear else -1), own, k)
         spread(out, reached, self.how.padding)
         return Image(out, alpha=3 if clear else -1)
+
+    def _settle(self, slot: str, image: Image, own: Flags, material: int) -> None:
+        """Make the alpha of a mask what is seen of it, all or nothing (Khronos, *glTF 2.0*, §3.9.4)."""
+        source = self.material_set.materials[material].source
+        if image.alpha < 0 or slot not in (BASE, DIFFUSE) or not isinstance(source, dict):
+            return
+        if source.get("alphaMode") == "MASK":
+            top = np.iinfo(image.pixels.dtype).max
+            seen = image.pixels[own, image.alpha] >= source.get("alphaCutoff", CUTOFF) * top
+            image.pixels[own, image.alpha] = np.where(seen, top, 0)
 
 
 def without_profile(image: Image) -> Image:

@@ -27,6 +27,7 @@ class MaterialMap:
         uv: (t, 2) the coordinates that it is shown by, v up, for the numbers of the set's own; None: these.
         wrap: what lies beyond its edges.
         options: what else the material says of it: glTF's sampler, `-bm 0.3` of an MTL statement.
+        opaque: whether its alpha counts for nothing.
     """
 
     picture: Path | bytes
@@ -35,6 +36,7 @@ class MaterialMap:
     uv: Real | None = None
     wrap: Wrap = REPEAT
     options: Any = None
+    opaque: bool = False
 
     def image(self, max_pixels: int) -> Image:
         """The picture.
@@ -42,6 +44,12 @@ class MaterialMap:
         Raises:
             InputError: it cannot be read, or has more pixels.
         """
+        image = self._read(max_pixels)
+        if not self.opaque or image.alpha < 0:
+            return image
+        return replace(image, pixels=np.delete(image.pixels, image.alpha, axis=2), alpha=-1)
+
+    def _read(self, max_pixels: int) -> Image:
         if isinstance(self.picture, Path):
             return image_files.read(self.picture, max_pixels=max_pixels)
         with files.scratch() as folder:
@@ -63,12 +71,14 @@ class Material:
         source: all that the file says of it: glTF's JSON, or the lines of an MTL.
         factors: what its pictures of colours and numbers are multiplied by, and what is shown without one: linear
             red, green, blue and perhaps alpha, by slot.
+        kind: what no picture holds of it, in some form.
     """
 
     name: str
     maps: dict[str, MaterialMap] = field(default_factory=dict)
     source: Any = None
     factors: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    kind: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +103,11 @@ class MaterialSet:
     def maps(self) -> list[MaterialMap]:
         """Of all materials that have triangles."""
         return [each for k in np.unique(self.owner) for each in self.materials[k].maps.values()]
+
+    @cached_property
+    def kinds(self) -> list[str]:
+        """Of each material what no picture holds: two of one kind can become one."""
+        return [material.kind for material in self.materials]
 
     def shown_by(self, map: MaterialMap) -> Charted:
         """The triangles with the coordinates that a picture is shown by."""

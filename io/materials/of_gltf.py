@@ -1,6 +1,8 @@
 """Looks of glTF files, and new materials for one."""
 
+import json
 from collections.abc import Sequence
+from copy import deepcopy
 from typing import Any
 
 import numpy as np
@@ -13,6 +15,7 @@ from ..meshes.gltf import Primitive
 from .material_set import Material, MaterialMap, MaterialSet
 
 EMISSIVE, ROUGH = "emissiveTexture", "pbrMetallicRoughness/metallicRoughnessTexture"
+PICTURED = ("name", "extras", "pbrMetallicRoughness", "emissiveFactor")  # or of no effect
 
 
 def material_set(
@@ -110,18 +113,36 @@ def _material(name: str, parts: Sequence[Primitive], own: Sequence[Primitive]) -
         sampler = document.tree["textures"][info["index"]].get("sampler")
         options = None if sampler is None else document.tree["samplers"][sampler]
         wrap = document.wrap_of(info["index"])
-        maps[slot] = MaterialMap(content, gltf_materials.kind_of(slot), where, made[key], wrap, options)
-    return Material(material.get("name", ""), maps, material, factors(material))
+        opaque = _is_opaque(material) and slot in (gltf_materials.BASE, gltf_materials.DIFFUSE)
+        maps[slot] = MaterialMap(
+            content, gltf_materials.kind_of(slot), where, made[key], wrap, options, opaque
+        )
+    kind = json.dumps(unpictured(material), sort_keys=True)
+    return Material(material.get("name", ""), maps, material, factors(material), kind)
 
 
 def factors(material: dict[str, Any]) -> dict[str, tuple[float, ...]]:
     """What the pictures of a material's colours, light, roughness and metal are multiplied by."""
     rough = material.get("pbrMetallicRoughness", {})
+    colour = rough.get("baseColorFactor", (1, 1, 1, 1))
     return {
-        gltf_materials.BASE: tuple(rough.get("baseColorFactor", (1, 1, 1, 1))),
+        gltf_materials.BASE: (*colour[:3], 1) if _is_opaque(material) else tuple(colour),
         ROUGH: (1.0, rough.get("roughnessFactor", 1), rough.get("metallicFactor", 1)),
         EMISSIVE: tuple(material.get("emissiveFactor", (0, 0, 0))),
     }
+
+
+def _is_opaque(material: dict[str, Any]) -> bool:
+    return material.get("alphaMode", "OPAQUE") == "OPAQUE"
+
+
+def unpictured(material: dict[str, Any]) -> dict[str, Any]:
+    """What of a material no picture holds: transparency, sides, extensions; a material shows one of each."""
+    left = deepcopy(material)
+    gltf_materials.bare(left, set())
+    left = {key: value for key, value in left.items() if key not in PICTURED and value not in ({}, False)}
+    mode, cutoff = left.pop("alphaMode", "OPAQUE"), left.pop("alphaCutoff", gltf_materials.CUTOFF)
+    return left | {"alphaMode": mode} | ({"alphaCutoff": cutoff} if mode == "MASK" else {})
 
 
 def multiplied_slots(material: dict[str, Any], slots: set[str]) -> None:

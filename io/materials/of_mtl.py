@@ -1,5 +1,6 @@
 """Looks of OBJ files with their material libraries, and of what holds no more than one picture."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -76,7 +77,17 @@ def _material(
         kind = _kind(word, picture, most)
         wrap = material_library.wrap(rest)
         maps[word] = MaterialMap(picture, kind, str(picture), _place(sheet.uv, rest), wrap)
-    return Material(name, maps, lines)
+    return Material(name, maps, lines, kind=f"d {cover(lines):g}")
+
+
+def cover(lines: Iterable[str]) -> float:
+    """How opaque a material is by its numbers, `d` and `Tr`: 0 … 1."""
+    found = 1.0
+    for line in lines:
+        word, rest = material_library.split(line)
+        if word.lower() in ("d", "tr") and material_library.is_number(rest):
+            found = float(rest) if word.lower() == "d" else 1 - float(rest)
+    return found
 
 
 def _place(uv: Real, rest: str) -> Real | None:

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
+from ...arrays import Index
 from ...errors import InputError
 from ...meshes.charted import Charted
-from ...meshes.relayout import Origin, partners
+from ...meshes.relayout import Origin, nearest, partners
 from ...surfaces.matching import matched
 from .. import formats
 from ..meshes import gltf_materials
@@ -115,16 +116,42 @@ class Relaid:
             raise InputError(f"{self.name}: materials are written to .glb and .obj")
 
     @cached_property
+    def _pairs(self) -> tuple[Charted, Index, Index]:
+        """The new triangles brought to the old ones, and `partners` of both."""
+        sheet = matched(self.before.sheet, self.after.sheet, self.how.match)
+        return sheet, *partners(self.before.sheet, sheet)
+
+    @cached_property
+    def owner(self) -> Index:
+        """(m,) the material of each triangle in the new file: its own, and one more for each kind of old ones it shows.
+
+        OBJ: its own. There transparency is a picture of its own.
+        """
+        own = self.after.owner
+        names, kind = np.unique(self.before.kinds, return_inverse=True)
+        if self.dialect == "mtl" or names.size == 1:
+            return own
+        sheet, old, _ = self._pairs
+        alone = np.flatnonzero(old < 0)
+        old = old.copy()
+        old[alone] = nearest(self.before.sheet, sheet.points[sheet.faces[alone]].mean(axis=1))[0]
+        return np.unique(names.size * own + kind[self.before.owner[old]], return_inverse=True)[1]
+
+    @cached_property
     def carriers(self) -> list[Carrier]:
         """What makes the pictures of each material of the new mesh; of those that show nothing of the old one none."""
-        sheet = matched(self.before.sheet, self.after.sheet, self.how.match)
-        first, order = partners(self.before.sheet, sheet)
-        found = []
-        for k in range(len(self.after.materials)):
-            own = np.flatnonzero(self.after.owner == k)
+        sheet, first, order = self._pairs
+        found, count = [], len(self.after.materials)
+        if self.owner is not self.after.owner:
+            count = int(self.owner.max(initial=-1)) + 1
+            if count > np.unique(self.after.owner).size:
+                kinds = "transparency, sides or extensions differ"
+                self.told([f"has {count} materials, as {kinds} among those of {self.before.sheet.name}"])
+        for k in range(count):
+            own = np.flatnonzero(self.owner == k)
             carrier = Carrier(self.before, part(sheet, own), (first[own], order[own]), self.how)
             if self.before.dialect != self.dialect:  # two pictures may become one: all are of one size
-                carrier.how = replace(self.how, size=carrier.size)
+                carrier.how = replace(self.how, size=carrier.size, settled=self.dialect == "mtl")
             found.append(carrier)
         return found
 
@@ -140,13 +167,11 @@ class Relaid:
         for carrier in self.carriers:
             found.append({slot: carrier.image(slot) for slot in carrier.slots})
             self.told(carrier.notes)
-            if len({self._mode(carrier, k) for k in carrier.materials}) > 1:
-                self.told(["materials of several kinds of transparency become one"])
+            if len({self.before.kinds[k] for k in carrier.materials}) > 1:
+                self.told(
+                    ["materials that differ in more than pictures become one, as triangles show several"]
+                )
         return found
-
-    def _mode(self, carrier: Carrier, material: int) -> str:
-        source = self.before.materials[material].source
-        return source.get("alphaMode", "OPAQUE") if isinstance(source, dict) else ""
 
     def told(self, notes: Iterable[str]) -> None:
         """Add remarks on the new file, each once."""

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from ..meshes import gltf_materials, material_library
 from ..pictures.image import Image
+from . import of_mtl
 from .carried import Pictures
 from .material_set import Material
 from .of_gltf import EMISSIVE, ROUGH
@@ -20,6 +21,7 @@ TO_MTL = {
 }
 TO_GLTF = {"map_kd": gltf_materials.BASE, "map_ke": EMISSIVE}
 GREYS = ("map_pr", "map_pm")  # roughness and metal: green and blue of glTF's picture of both
+COVER = "map_d"  # how opaque it is
 PLAIN = ["Ka 1 1 1", "Kd 1 1 1", "Ks 0 0 0", "illum 2"]
 
 
@@ -43,10 +45,13 @@ def to_gltf(
     material: dict[str, Any] = {"name": source_material.name or "iccm", "pbrMetallicRoughness": rough}
     if EMISSIVE in made:
         material["emissiveFactor"] = [1.0, 1.0, 1.0]
-    if "map_d" in images and gltf_materials.BASE in made:
-        made[gltf_materials.BASE] = _clear(made[gltf_materials.BASE], images["map_d"])
+    if COVER in images and gltf_materials.BASE in made:
+        made[gltf_materials.BASE] = _clear(made[gltf_materials.BASE], images[COVER])
         material["alphaMode"] = "BLEND"
-    known = {*TO_GLTF, *GREYS, "map_d"}
+    if (alpha := of_mtl.cover(source_material.source or [])) < 1:
+        rough["baseColorFactor"] = [*rough.get("baseColorFactor", (1.0, 1.0, 1.0))[:3], alpha]
+        material["alphaMode"] = "BLEND"
+    known = {*TO_GLTF, *GREYS, COVER}
     left = [word for word in images if word not in known and kinds[word] != "normal"]
     return made, material, _left_out(left)
 
@@ -54,6 +59,8 @@ def to_gltf(
 def to_mtl(images: Pictures, source_material: Material) -> tuple[Pictures, list[str], list[str]]:
     """Pictures of glTF's slots as those of MTL statements; the material's lines, and what has no place."""
     made = {TO_MTL[slot]: image for slot, image in images.items() if slot in TO_MTL}
+    if "map_kd" in made and made["map_kd"].alpha >= 0:
+        made |= _covered(made["map_kd"])
     if ROUGH in images:
         for k, word in enumerate(GREYS, 1):
             made[word] = Image(np.ascontiguousarray(images[ROUGH].pixels[..., k : k + 1]))
@@ -63,6 +70,9 @@ def to_mtl(images: Pictures, source_material: Material) -> tuple[Pictures, list[
         lines[1] = "Kd {:g} {:g} {:g}".format(*base.get("baseColorFactor", (1, 1, 1))[:3])
     if ROUGH not in images and base:
         lines += [f"Pr {base.get('roughnessFactor', 1):g}", f"Pm {base.get('metallicFactor', 1):g}"]
+    source = source_material.source or {}
+    if source.get("alphaMode") == "BLEND" and (alpha := base.get("baseColorFactor", (1, 1, 1, 1))[3]) < 1:
+        lines.append(f"d {alpha:g}")
     left = [slot for slot in images if slot not in TO_MTL and slot != ROUGH]
     return made, lines, _left_out([gltf_materials.name_slots([slot]) for slot in left])
 
@@ -88,6 +98,14 @@ def _clear(base: Image, cover: Image) -> Image:
     colours = base.pixels[..., :3]
     alpha = _as(cover.pixels[..., 0], colours.dtype)
     return Image(np.dstack([colours if colours.shape[2] == 3 else colours[..., [0, 0, 0]], alpha]), alpha=3)
+
+
+def _covered(base: Image) -> Pictures:
+    """Colours without alpha, and what of that is seen in a picture of its own."""
+    pixels, alpha = base.pixels, base.pixels[..., base.alpha, None]
+    colours = Image(np.ascontiguousarray(pixels[..., : base.alpha]))
+    seen = (alpha < np.iinfo(alpha.dtype).max).any()
+    return {"map_kd": colours} | ({COVER: Image(np.ascontiguousarray(alpha))} if seen else {})
 
 
 def _as(pixels: NDArray, dtype: np.dtype) -> NDArray:

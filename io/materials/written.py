@@ -1,10 +1,11 @@
 """Meshes with carried materials as files: GLB, and OBJ with its library and pictures."""
 
 from copy import deepcopy
+from dataclasses import replace
 from pathlib import Path
 
 from .. import files
-from ..meshes import gltf, material_library, obj_materials, obj_write
+from ..meshes import gltf, gltf_write, material_library, obj_materials, obj_write
 from ..meshes.material_library import Library
 from ..pictures.image_files import as_png
 from . import gltf_dressed, of_gltf, translate
@@ -31,7 +32,7 @@ def beside(relaid: Relaid) -> list[Path]:
         return []
     words = {word for source_material in relaid.before.materials for word in source_material.maps}
     if relaid.before.dialect == "gltf":
-        words = {*translate.TO_MTL.values(), *translate.GREYS}
+        words = {*translate.TO_MTL.values(), *translate.GREYS, translate.COVER}
     names = [source_material.name for source_material in relaid.after.materials]
     return [
         relaid.name.with_suffix(".mtl"),
@@ -42,10 +43,11 @@ def beside(relaid: Relaid) -> list[Path]:
 def _glb(relaid: Relaid) -> bytes:
     primitives = relaid.meshes[0].primitives
     if primitives:
-        document, groups = primitives[0].document, of_gltf.groups(primitives)
+        shown = [primitive for primitive in primitives if of_gltf.has_layout(primitive)]
+        document, groups = gltf_write.parted(shown, relaid.owner)
     else:
-        document = gltf_dressed.sheets(relaid.meshes[0].path.stem, relaid.after.sheet, relaid.after.owner)
-        groups = [[gltf.Primitive(document, 0, k)] for k in range(len(relaid.after.materials))]
+        document = gltf_dressed.sheets(relaid.meshes[0].path.stem, relaid.after.sheet, relaid.owner)
+        groups = [[gltf.Primitive(document, 0, k)] for k in range(len(relaid.carriers))]
     found = zip(relaid.carriers, relaid.pictures, groups)
     clothes = [_clothes(relaid, *each) for each in found if each[0].material is not None]
     used = dict.fromkeys(name for each in clothes for name in each.material.get("extensions", {}))
@@ -100,7 +102,9 @@ def _statements(relaid: Relaid, carrier: Carrier, images: Pictures) -> tuple[Pic
     assert carrier.material is not None
     if relaid.before.dialect == "mtl":
         return images, list(carrier.material.source or translate.PLAIN)
-    images, lines, notes = translate.to_mtl(_without_profiles(images), carrier.material)
+    material = replace(carrier.material, source=deepcopy(carrier.material.source))
+    of_gltf.multiplied_slots(material.source, carrier.multiplied)
+    images, lines, notes = translate.to_mtl(_without_profiles(images), material)
     relaid.told(notes)
     return images, lines
 

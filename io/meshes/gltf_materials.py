@@ -6,6 +6,7 @@ from typing import Any
 BASE = "pbrMetallicRoughness/baseColorTexture"
 NORMALS = "normalTexture"
 DIFFUSE = "extensions/KHR_materials_pbrSpecularGlossiness/diffuseTexture"  # what programs show that know it
+CUTOFF = 0.5  # of a mask that names none (Khronos, *glTF 2.0*, §3.9.4)
 NEW = {"name": "iccm", "pbrMetallicRoughness": {"metallicFactor": 0.0}}
 COLOURS = ("basecolor", "diffuse", "emissive", "sheencolor", "specularcolor")
 

@@ -194,6 +194,33 @@ def _change(
     return _notes(staying, kept)
 
 
+def parted(parts: Sequence[Primitive], owner: Index) -> tuple[Gltf, list[list[Primitive]]]:
+    """The primitives, of one file, by the number of their triangles (m,), of all of them one after the other.
+
+    A primitive whose triangles have several numbers becomes as many, which have its vertices in common.
+    """
+    draft, first = Draft(parts[0].document), 0
+    places: list[list[tuple[int, int]]] = [[] for _ in range(int(owner.max()) + 1)]
+    for part in parts:
+        faces, inside = part.faces, draft.tree["meshes"][part.mesh]["primitives"]
+        own = owner[first : first + len(faces)]
+        first += own.size
+        numbers = np.unique(own)
+        for number in numbers[1:]:
+            count = part.document.tree["accessors"][part.attributes["POSITION"]]["count"]
+            inside.append(deepcopy(inside[part.number]))
+            _index(draft, inside[-1], faces[own == number].ravel(), part.tree.get("indices"), count)
+            places[number].append((part.mesh, len(inside) - 1))
+        if numbers.size > 1:
+            _index(
+                draft, inside[part.number], faces[own == numbers[0]].ravel(), part.tree.get("indices"), count
+            )
+        if numbers.size:
+            places[numbers[0]].append((part.mesh, part.number))
+    made = Gltf(parts[0].document.path, draft.tree, draft.views)
+    return made, [[Primitive(made, *place) for place in group] for group in places]
+
+
 def subdivided(parts: Sequence[Primitive], plan: Subdivision) -> tuple[Primitive, ...]:
     """The primitives, of one file, with smaller triangles in the place of some, of all of them one after the other."""
     source = parts[0].document

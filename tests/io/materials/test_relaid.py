@@ -4,6 +4,7 @@ import io
 import json
 
 import numpy as np
+import pygltflib as gl
 import pytest
 from matplotlib.tri import LinearTriInterpolator, Triangulation
 from PIL import Image
@@ -16,6 +17,7 @@ N = 256
 POINTS, NORMALS, UV, FACES = rich_glb.sheet(16)
 C, S = np.cos(0.5), np.sin(0.5)
 TURNED = (UV - 0.5) * 0.6 @ np.array([[C, -S], [S, C]]) + 0.5
+LEFT = POINTS[FACES].mean(axis=1)[:, 0] < 0.5
 BENT = TURNED + 0.02 * np.column_stack([np.sin(4 * UV[:, 1]), np.cos(3 * UV[:, 0])])
 
 
@@ -192,13 +194,7 @@ def test_a_material_that_gets_a_bump_map_of_another_shows_it_fully(there, iccm):
 )  # whether what is plain green has coordinates; whether no colours are in pictures
 def test_several_materials_become_one_with_their_factors(there, iccm, bare, plain):
     """Half of the old surface shows a picture times red, half of it no picture but green."""
-    file = rich_glb.read(there / "old.glb")
-    left = POINTS[FACES].mean(axis=1)[:, 0] < 0.5
-    make = rich_glb.Builder()
-    make.file, make.data = file, file.binary_blob()
-    halves = [make.accessor(FACES[own].astype(np.uint16).reshape(-1, 1), "SCALAR") for own in (left, ~left)]
-    import pygltflib as gl
-
+    make, file, halves = in_halves(there)
     material_set = file.materials[0]
     material_set.normalTexture = material_set.occlusionTexture = material_set.emissiveTexture = None
     material_set.emissiveFactor = [0, 0, 0]
@@ -233,6 +229,115 @@ def test_several_materials_become_one_with_their_factors(there, iccm, bare, plai
     assert (np.abs(made[red] - right[red])[:, 0] > 8).mean() <= 0.005
     assert np.abs(linear(made[red][:, 1] / 255) - 0.25 * linear(right[red][:, 1] / 255)).max() < 0.03
     assert (np.abs(linear(made[green] / 255) - [0, 0.5, 0]) < 0.01).all()
+
+
+def in_halves(there):
+    """old.glb as a builder and a file, and the indices of its left half and its right."""
+    make, file = rich_glb.Builder(), rich_glb.read(there / "old.glb")
+    make.file, make.data = file, file.binary_blob()
+    return (
+        make,
+        file,
+        [make.accessor(FACES[own].astype(np.uint16).reshape(-1, 1), "SCALAR") for own in (LEFT, ~LEFT)],
+    )
+
+
+@pytest.fixture
+def clear(there):
+    """two.glb: its left half an opaque material, its right half one of a mask, both of the same picture with alpha."""
+    make, file, halves = in_halves(there)
+    made, clear = io.BytesIO(), np.where(texels()[..., 0] < 0.5, 100, 150)
+    rgba = np.dstack([shade(texels(), 1).round(), clear]).astype(np.uint8)
+    Image.fromarray(rgba).save(made, "PNG")
+    shown = gl.TextureInfo(index=make.texture(made.getvalue()))
+    for k, (name, mode) in enumerate((("wall", "OPAQUE"), ("leaf", "MASK"))):
+        cutoff = 0.5 if mode == "MASK" else None
+        look = gl.PbrMetallicRoughness(baseColorTexture=shown)
+        file.materials[k] = gl.Material(
+            name=name, alphaMode=mode, alphaCutoff=cutoff, pbrMetallicRoughness=look
+        )
+    one = file.meshes[0].primitives[0]
+    file.meshes[1].primitives[0].material = None
+    one.indices = halves[0]
+    file.meshes[0].primitives.append(gl.Primitive(attributes=one.attributes, indices=halves[1], material=1))
+    file.buffers.clear()
+    (there / "two.glb").write_bytes(make.bytes())
+    return there
+
+
+def test_what_is_opaque_and_what_is_not_stay_materials_of_their_own(clear, iccm):
+    """The new mesh is one primitive."""
+    done = iccm("relayout", "two.glb", "new.glb#body", "-o", "out.glb", "--size", N)
+    assert done.code == 0 and "has 2 materials, as transparency" in done.err, done.err
+    out = rich_glb.read(clear / "out.glb")
+    parts = [p for p in out.meshes[0].primitives]
+    assert {out.materials[p.material].alphaMode for p in parts} == {"OPAQUE", "MASK"}
+    seen = []
+    for part in parts:
+        material = out.materials[part.material]
+        at = corners(out, part)["POSITION"].reshape(-1, 3, 3).mean(axis=1)
+        assert ((at[:, 0] < 0.5) == (material.alphaMode == "OPAQUE")).all()
+        made = pixels(rich_glb.picture(out, material.pbrMetallicRoughness.baseColorTexture.index))
+        assert made.shape[2] == (3 if material.alphaMode == "OPAQUE" else 4)
+        seen.append(len(at))
+    assert sum(seen) == len(FACES) and min(seen) > 0
+
+
+def test_of_an_obj_a_picture_says_what_is_opaque(clear, iccm):
+    done = iccm("relayout", "two.glb", "new.obj", "-o", "out.obj", "--size", N)
+    assert done.code == 0, done.err
+    library = (clear / "out.mtl").read_text()
+    assert "map_d out-d.png" in library
+    cover, kd = (np.asarray(Image.open(clear / f"out-{word}.png")) for word in ("d", "kd"))
+    at = np.stack(
+        [
+            LinearTriInterpolator(Triangulation(*BENT.T, FACES), values)(
+                *np.moveaxis(texels(), -1, 0)
+            ).filled(np.nan)
+            for values in (POINTS[:, 0], UV[:, 0])
+        ]
+    )
+    left, right, low = at[0] < 0.45, at[0] > 0.55, at[1] < 0.47
+    assert (
+        (cover[left] == 255).all()
+        and (cover[right & low] == 0).all()
+        and (cover[right & (at[1] > 0.53)] == 255).all()
+    )
+    assert (np.abs(kd.astype(float) - wanted(BENT, 1))[left] > 8).mean() <= 0.005
+
+
+def test_colours_below_no_alpha_are_seen_where_a_material_is_opaque(there, iccm):
+    make, file, _ = in_halves(there)
+    made = io.BytesIO()
+    rgba = np.dstack([shade(texels(), 1).round(), np.zeros((N, N))]).astype(np.uint8)
+    Image.fromarray(rgba).save(made, "PNG")
+    file.materials[0] = gl.Material(
+        pbrMetallicRoughness=gl.PbrMetallicRoughness(
+            baseColorTexture=gl.TextureInfo(index=make.texture(made.getvalue()))
+        )
+    )
+    file.buffers.clear()
+    (there / "old.glb").write_bytes(make.bytes())
+    assert iccm("relayout", "old.glb", "new.glb#body", "-o", "out.glb", "--size", N).code == 0
+    out = rich_glb.read(there / "out.glb")
+    colours = rich_glb.picture(out, out.materials[0].pbrMetallicRoughness.baseColorTexture.index)
+    assert off(pixels(colours)[..., :3], BENT, 1) <= 0.005
+
+
+def test_an_objs_materials_stay_as_opaque_as_they_are(there, iccm):
+    old = (there / "old.obj").read_text().splitlines()
+    half = [k for k, line in enumerate(old) if line.startswith("f ")]
+    old.insert(half[len(half) // 2], "usemtl glass")
+    (there / "old.obj").write_text("\n".join(old))
+    with (there / "old.mtl").open("a") as library:
+        library.write("newmtl glass\nKd 1 1 1\nTr 0.7\nmap_Kd kd.png\n")
+    assert iccm("relayout", "old.obj", "new.obj", "-o", "out.glb", "--size", N).code == 0
+    out = rich_glb.read(there / "out.glb")
+    modes = {m.alphaMode: m.pbrMetallicRoughness.baseColorFactor for m in out.materials}
+    assert set(modes) == {"OPAQUE", "BLEND"} and modes["BLEND"] == pytest.approx([1, 1, 1, 0.3])
+    assert iccm("relayout", "old.obj", "new.obj", "-o", "out.obj", "--size", N).err.count(
+        "differ in more than"
+    )
 
 
 @pytest.mark.parametrize(
