@@ -219,11 +219,15 @@ class Carrier:
     def _settle(self, slot: str, image: Image, own: Flags, material: int) -> None:
         """Make the alpha of a mask what is seen of it, all or nothing (Khronos, *glTF 2.0*, §3.9.4)."""
         source = self.material_set.materials[material].source
+        factor = (
+            () if slot in self.multiplied else self.material_set.materials[material].factors.get(slot, ())
+        )
         if image.alpha < 0 or slot not in (BASE, DIFFUSE) or not isinstance(source, dict):
             return
         if source.get("alphaMode") == "MASK":
             top = np.iinfo(image.pixels.dtype).max
-            seen = image.pixels[own, image.alpha] >= source.get("alphaCutoff", CUTOFF) * top
+            by = factor[3] if len(factor) > 3 else 1.0
+            seen = by * image.pixels[own, image.alpha] >= source.get("alphaCutoff", CUTOFF) * top
             image.pixels[own, image.alpha] = np.where(seen, top, 0)
 
 

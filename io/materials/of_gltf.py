@@ -137,12 +137,18 @@ def _is_opaque(material: dict[str, Any]) -> bool:
 
 
 def unpictured(material: dict[str, Any]) -> dict[str, Any]:
-    """What of a material no picture holds: transparency, sides, extensions; a material shows one of each."""
+    """What of a material no picture holds: transparency, sides, extensions, scales of normals; it shows one of each."""
     left = deepcopy(material)
+    scales = {
+        f"{slot} {key}": info[key]
+        for slot, info in gltf_materials.slots(material)
+        for key in ("scale", "strength")
+        if info.get(key, 1) != 1
+    }
     gltf_materials.bare(left, set())
     left = {key: value for key, value in left.items() if key not in PICTURED and value not in ({}, False)}
     mode, cutoff = left.pop("alphaMode", "OPAQUE"), left.pop("alphaCutoff", gltf_materials.CUTOFF)
-    return left | {"alphaMode": mode} | ({"alphaCutoff": cutoff} if mode == "MASK" else {})
+    return left | scales | {"alphaMode": mode} | ({"alphaCutoff": cutoff} if mode == "MASK" else {})
 
 
 def multiplied_slots(material: dict[str, Any], slots: set[str]) -> None:

@@ -145,7 +145,7 @@ class Relaid:
         if self.owner is not self.after.owner:
             count = int(self.owner.max(initial=-1)) + 1
             if count > np.unique(self.after.owner).size:
-                kinds = "transparency, sides or extensions differ"
+                kinds = "transparency, sides, scales of normals or extensions differ"
                 self.told([f"has {count} materials, as {kinds} among those of {self.before.sheet.name}"])
         for k in range(count):
             own = np.flatnonzero(self.owner == k)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ... import ahead, progress
 from ...errors import InputError
@@ -13,8 +13,12 @@ from . import outputs, parts, report
 from .constraints import add_names, go_on, solve
 from .inputs import Inputs
 from .job import Job, Outcome
-from .phases import Phases
+from .parts import Pair, Pairs
+from .phases import Doubt, Phases
 from .state import Run, Tell
+
+if TYPE_CHECKING:
+    from ...solve import Fit
 
 
 def run(
@@ -57,6 +61,7 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases, dry: bool) -
         run = Run.read(job, inputs, threads, tell, phases)
         wanted = outputs.check(run, wanted)
     if dry:
+        outputs.tell_share(run)
         return Outcome(True, "", {}, tuple(name for name in job.outputs if name != "-"), tuple(run.notes))
     if job.method in (None, "balanced") and ahead.missing():
         with phases.timed("compile"):
@@ -64,6 +69,7 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases, dry: bool) -
     if any(output.samples for output in wanted):
         run.begin("sampler")
     solve_pairs(run)
+    outputs.tell_share(run)
     run.begin("fit_report")
     with ExitStack() as stack:
         for output in wanted:
@@ -80,22 +86,39 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases, dry: bool) -
 
 
 def solve_pairs(run: Run) -> None:
-    """The map of each pair of shapes."""
+    """The map of each pair of shapes; of several those that have none are left out, and told.
+
+    Raises:
+        InputError: none has a map.
+    """
     job, count, given = run.job, len(run.pairs), run.constraints | run.job.solver
     if job.target and job.exact:
         given |= {"holes": "keep"} if job.holes == "keep" else {}
         meshes = any(shape.is_mesh for pair in run.pairs for shape in pair)
         given |= {"fit": "whole"} if (meshes or job.start) and job.fit is None else {}
+    solved, failed = Pairs(), list[tuple[Pair, InputError]]()
     with run.phases.timed("solve"):
-        for k, (source, target) in enumerate(run.pairs):
+        for k, pair in enumerate(run.pairs):
             within = progress.within("solve" if count == 1 else f"solve part {k + 1} of {count}")
-            with within, add_names(run.called):
-                aim = target if job.target else None
-                how: dict[str, Any] = {"holed": job.holed, "tell": run.note}
-                start = run.start
-                run.fits.append(
-                    go_on(start, source, aim, given, **how) if start else solve(source, aim, given, **how)
-                )
+            try:
+                with within, add_names(run.called):
+                    run.fits.append(_solved(run, pair, given))
+                    solved.append(pair)
+            except InputError as error:
+                failed.append((pair, error))
+    if not solved:
+        raise failed[0][1]
+    run.pairs = solved
+    if failed:
+        run.figures["without_map"] = parts.without_map(failed)
+    for pair, why in failed:
+        run.note(Doubt(parts.label(pair, f"left out: {why}")))
     for pair, fit in zip(run.pairs, run.fits):
         for note in fit.notes:
             run.note(parts.label(pair, note))
+
+
+def _solved(run: Run, pair: Pair, given: dict[str, Any]) -> Fit:
+    (source, target), start = pair, run.start
+    aim, how = target if run.job.target else None, dict[str, Any](holed=run.job.holed, tell=run.note)
+    return go_on(start, source, aim, given, **how) if start else solve(source, aim, given, **how)

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from ..shapes.shape import Shape
     from .inputs import Inputs
 
-Pairs = list[tuple["Shape", "Shape"]]
+Pair = tuple["Shape", "Shape"]
+Pairs = list[Pair]
 
 LISTED = 12
 TOUCHING = 1e-3  # of the smaller part's area: so much that two have in common, or not, is where they touch
@@ -124,7 +125,7 @@ def _name(shape: Shape) -> str:
     return f"#{shape.part}{own}"
 
 
-def label(pair: tuple[Shape, Shape], note: str) -> str:
+def label(pair: Pair, note: str) -> str:
     """A remark with the name of the part that it is about, the source's or else the target's, if there are several."""
     part = pair[0].part or pair[1].part
     return f"#{part}: {note}" if part else note
@@ -149,4 +150,12 @@ def figures(pairs: Pairs, found: Sequence[dict[str, Any]]) -> list[dict[str, Any
     return [
         {"source": source.part, "target": target.part} | {name: each[name] for name in FIGURES}
         for (source, target), each in zip(pairs, found)
+    ]
+
+
+def without_map(failed: Sequence[tuple[Pair, InputError]]) -> list[dict[str, Any]]:
+    """What the report says of each part that no map was found for."""
+    return [
+        {"source": source.part, "target": target.part, "message": str(error)}
+        for (source, target), error in failed
     ]

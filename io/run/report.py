@@ -119,6 +119,8 @@ def verdict(run: Run, report: dict[str, Any]) -> tuple[bool, str]:
         if wanted is not None and not share >= wanted:
             found = f"{share:.4g} of the source's area are certified injective, less than {wanted:g}"
             return False, label(pair, f"{found} (--require-injective)")
+    if left := report.get("without_map"):
+        return False, f"{len(left)} of {len(left) + len(run.fits)} parts have no map, and are left out."
     return not has_flips(report), report["message"]
 
 

@@ -273,7 +273,8 @@ class Run:
     def _fit_report(self) -> dict[str, Any]:
         with self.phases.timed("evaluate"):
             found = [fit.report() for fit in self.fits]
-        return found[0] | ({"parts": parts.figures(self.pairs, found)} if len(found) > 1 else {})
+        several = len(found) > 1 or "without_map" in self.figures
+        return found[0] | ({"parts": parts.figures(self.pairs, found)} if several else {})
 
     @cached_property
     def canvas(self) -> Canvas:

@@ -157,3 +157,32 @@ def test_each_goes_in_batches_and_without_pins(drawings, iccm):
     assert len(json.loads((drawings / "r.json").read_text())["parts"]) == 3
     refused = iccm("map", "square.svg", "word.svg", "--parts", "each", "--pin", "50,50:50,50")
     assert refused.code == 2 and "--parts each: pins and strokes are for one shape" in refused.err
+
+
+def test_a_part_without_a_map_is_left_out_told_and_counted(drawings, iccm):
+    """A triangle 1e-5 of its width high has none; the figures of the other part are as they are alone."""
+    corners = ["v 0 0 0", "v 1 0 0", "v 1 1 0", "v 0 1 0", "v 3 0 0", "v 4 0 0", "v 3.4 1e-5 0"]
+    (drawings / "two.obj").write_text("\n".join([*corners, "f 1 2 3", "f 1 3 4", "f 5 6 7"]))
+    each = ("map", "square.svg", "two.obj", "--parts", "each")
+    done = iccm(*each, "-o", "o.obj", "--report", "r.json", "-q")
+    assert done.code == 1 and "1 of 2 parts have no map, and are left out" in done.err
+    assert "#piece-2: left out: no map without folds" in done.err
+    report = json.loads((drawings / "r.json").read_text())
+    assert report["mapped"] == pytest.approx(2 / 3) and [part["target"] for part in report["parts"]] == [
+        "piece-1"
+    ]
+    assert [(left["source"], left["target"]) for left in report["without_map"]] == [("", "piece-2")]
+    faces = [line for line in (drawings / "o.obj").read_text().splitlines() if line.startswith("f ")]
+    assert ["/" in face for face in faces] == [True, True, False]
+    alone = iccm("map", "square.svg", "two.obj#piece-1", "-o", "alone.obj", "--report", "alone.json")
+    assert alone.code == 0
+    own = json.loads((drawings / "alone.json").read_text())
+    assert own["dilatation"] == report["dilatation"] and own["boundary"] == report["boundary"]
+
+
+def test_where_no_part_has_a_map_nothing_is_written(drawings, iccm):
+    thin = '<path d="M5 {0}H95L40 {0}.00001z"/>'
+    (drawings / "thin.svg").write_text(SVG.format(thin.format(20) + thin.format(60)))
+    done = iccm("map", "square.svg", "thin.svg", "--parts", "each", "-o", "o.png")
+    assert done.code == 2 and "error: no map without folds" in done.err
+    assert not (drawings / "o.png").exists()

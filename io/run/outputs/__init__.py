@@ -68,7 +68,6 @@ def check(run: Run, wanted: list[Output]) -> list[Output]:
         checks.texture(run)
         if not any(output.shows for output in outputs):
             run.note(f"{run.job.texture}: nothing that is written shows it; a picture (-o FILE.png) does")
-    _tell_share(run)
     placed = placing_options(run.job)
     if placed and not any(output.shows or output.name == run.job.stmap for output in outputs):
         raise InputError(f"{placed[0]}: nothing that is written shows a texture")
@@ -79,7 +78,7 @@ def check(run: Run, wanted: list[Output]) -> list[Output]:
     return outputs
 
 
-def _tell_share(run: Run) -> None:
+def tell_share(run: Run) -> None:
     """Report how many of the faces of a mesh file are mapped, and note where they are not all and no part is named."""
     if run.job.target is None or not run.target.is_mesh:
         return

@@ -2,6 +2,7 @@
 
 import io
 import json
+from copy import deepcopy
 
 import numpy as np
 import pygltflib as gl
@@ -283,7 +284,12 @@ def test_what_is_opaque_and_what_is_not_stay_materials_of_their_own(clear, iccm)
     assert sum(seen) == len(FACES) and min(seen) > 0
 
 
-def test_of_an_obj_a_picture_says_what_is_opaque(clear, iccm):
+@pytest.mark.parametrize(("factor", "cutoff"), [(1, 0.5), (0.5, 0.25)])
+def test_of_an_obj_a_picture_says_what_is_opaque(clear, iccm, factor, cutoff):
+    file = rich_glb.read(clear / "two.glb")
+    file.materials[1].pbrMetallicRoughness.baseColorFactor = [1, 1, 1, factor]
+    file.materials[1].alphaCutoff = cutoff
+    file.save_binary(str(clear / "two.glb"))
     done = iccm("relayout", "two.glb", "new.obj", "-o", "out.obj", "--size", N)
     assert done.code == 0, done.err
     library = (clear / "out.mtl").read_text()
@@ -304,6 +310,23 @@ def test_of_an_obj_a_picture_says_what_is_opaque(clear, iccm):
         and (cover[right & (at[1] > 0.53)] == 255).all()
     )
     assert (np.abs(kd.astype(float) - wanted(BENT, 1))[left] > 8).mean() <= 0.005
+
+
+def test_materials_whose_normals_are_scaled_differently_stay_apart(there, iccm):
+    make, file, halves = in_halves(there)
+    file.materials[1] = deepcopy(file.materials[0])
+    file.materials[0].normalTexture.scale, file.materials[1].normalTexture.scale = 0.8, 0.4
+    one = file.meshes[0].primitives[0]
+    file.meshes[1].primitives[0].material = None
+    one.indices = halves[0]
+    file.meshes[0].primitives.append(gl.Primitive(attributes=one.attributes, indices=halves[1], material=1))
+    file.buffers.clear()
+    (there / "two.glb").write_bytes(make.bytes())
+    done = iccm("relayout", "two.glb", "new.glb#body", "-o", "out.glb", "--size", N)
+    assert done.code == 0 and "has 2 materials" in done.err, done.err
+    out = rich_glb.read(there / "out.glb")
+    shown = [out.materials[part.material].normalTexture.scale for part in out.meshes[0].primitives]
+    assert sorted(shown) == [0.4, 0.8]
 
 
 def test_colours_below_no_alpha_are_seen_where_a_material_is_opaque(there, iccm):
