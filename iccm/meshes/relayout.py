@@ -170,7 +170,8 @@ def texels_across(
 ) -> int:
     """How many texels a square picture of the new layout is wide that shows what a texture of the old one shows.
 
-    As many as the texture has along the surface where these are closest, as a root of the mean square over the layout.
+    As many as the texture has along the surface where these are closest, as a root of the mean square over the layout:
+    the texels of a triangle, however few or many, count for its area there.
 
     Args:
         probe: places in both, in however many texels.
@@ -188,7 +189,10 @@ def texels_across(
     extent = 1 + 1j if tiles is None else tiles[1] - tiles[0]
     spots = _extents(probe.old)[probe.triangles[rows, columns]] * size < (2 * extent.real, 2 * extent.imag)
     most[spots.all(axis=1)] = COLOURS**2
-    return int(np.ceil(np.sqrt(most.mean()) - 1e-6))
+    own = probe.grid.owners.owner[rows, columns]
+    areas = np.maximum(np.abs(triangle_areas(complex_of(probe.grid.corners[own]))), 1e-300)
+    mean = np.average(most, weights=areas / np.bincount(own)[own])
+    return int(np.ceil(np.sqrt(mean) - 1e-6))
 
 
 def limited(across: int, size: tuple[int, int]) -> int:

@@ -23,18 +23,21 @@ def matched(old: Charted, new: Charted, match: str = "auto") -> Charted:
         old, new: the meshes.
         match: "index": face by face, in their order; "topology": by connectivity, in whatever order; "position": where
             it is, or the best similarity takes it if no triangle is the same there; "auto": where it is if half of the
-            triangles are the same there, else by index, by topology, or by similarity.
+            triangles are the same there, else by index, by topology, or by similarity; by index, too, if not all are
+            the same there and those that are have the same numbers.
 
     Raises:
         InputError: by index, and their faces are not the same in the same order; by topology, and their connectivity
             is not the same.
     """
-    same = float((partners(old, new)[0] >= 0).mean()) if match in ("auto", "position") else 0.0
-    if match != "position" and same < 0.5:
+    partner = partners(old, new)[0] if match in ("auto", "position") else np.full(len(new.faces), -1)
+    here = np.flatnonzero(partner >= 0)
+    same, ordered = here.size / max(partner.size, 1), np.array_equal(partner[here], here)
+    if match != "position" and (same < 0.5 or (same < 1 and ordered)):
         corner = None
         if match != "topology" and _by_index(old.points, old.faces.ravel(), new.points, new.faces.ravel()):
             corner = np.arange(new.faces.size)
-        elif match != "index":
+        elif match != "index" and same < 0.5:
             corner = isomorphism(*(Polygons.triangles(each.points, each.faces) for each in (old, new)))
         if corner is not None:
             return _laid_on(old, new, corner)

@@ -130,6 +130,7 @@ def test_a_texture_in_another_layout_is_what_a_brute_force_bake_makes(there, icc
     [
         (False, lambda x, y, z: (3 * x, y + 2, np.sin(9 * x)), "auto"),  # another shape, by index
         (False, lambda x, y, z: (3 * x, y + 2, np.sin(9 * x)), "index"),
+        (False, lambda x, y, z: (x, y, z + 0.3 * (x > 0.7)), "auto"),  # most of it in the same place
         (True, lambda x, y, z: (100 * y, 100 * z + 7, 100 * x), "auto"),  # in another place and order
         (True, lambda x, y, z: (100 * y, 100 * z + 7, 100 * x), "position"),  # by the best similarity
         (True, lambda x, y, z: ((x + 2) ** 2, y + 2, z), "auto"),  # another shape and order, by connectivity
@@ -221,6 +222,34 @@ def test_pictures_are_as_dense_on_the_surface_as_the_old_ones(there, iccm, layou
     made = image_files.read("o.png").pixels.shape
     assert made[:2] == (np.ceil(side), np.ceil(side))
     assert json.loads((there / "r.json").read_text())["size"] == [made[1], made[0]]
+
+
+def test_a_triangle_far_smaller_than_a_texel_does_not_make_pictures_larger(there, iccm):
+    """It is a quarter of a texel high in the old layout, and a thousandth of that in the new one."""
+    write(there / "new.obj", turned(0.0))
+    words = (
+        "relayout",
+        "old.obj",
+        "new.obj",
+        "--texture",
+        "old.png",
+        "-o",
+        "o.png",
+        "--report",
+        "r.json",
+        "--force",
+    )
+    sizes = []
+    for _ in range(2):
+        assert iccm(*words).code == 0
+        sizes.append(json.loads((there / "r.json").read_text())["size"])
+        for name, uv in (
+            ("old", "vt 0 .96\nvt .04 .96\nvt 0 .961\n"),
+            ("new", "vt .9 .1\nvt .94 .1\nvt .9 .100001\n"),
+        ):
+            with (there / f"{name}.obj").open("a") as file:
+                file.write("v 2 0 0\nv 2.1 0 0\nv 2 .1 0\n" + uv + "f -3/-3 -2/-2 -1/-1\n")
+    assert sizes[1] == pytest.approx(sizes[0], rel=0.02)
 
 
 def test_pictures_that_would_need_more_texels_than_are_made_unasked_are_told(there, iccm, monkeypatch):
