@@ -3,7 +3,8 @@
 Where only the targets of pins inside have moved their goals move, and Newton's method follows, on the mesh of the map
 at rest: nothing is to be seen when it comes to rest again. Where only the sources have, so does that of the inverse.
 Everything else (a pin more or less, one on the outline, a stroke) takes a new mesh at each step, a coarse one.
-While something is dragged each step has a budget, and the map may lag behind; at rest it has none.
+While something is dragged each step has a budget of Newton steps, and the map may lag behind; what is left is done with
+the next one. At rest it has none.
 """
 
 from collections.abc import Sequence
@@ -38,6 +39,7 @@ from .search.warm_start import AT_REST, on_its_mesh
 SIZE = 0.06
 """Mesh size h of coarse meshes of domains of area one, 1200 triangles: 25 ms carry a map there."""
 FORWARD, BACKWARD = 8, 3  # Newton steps on the map, then on its inverse
+BUDGET = FORWARD  # of both together in a step of a drag on a fine mesh: some 35 ms on 7500 triangles
 SQUEEZED = 0.01
 """Of the smallest area on the mesh when it was new: smaller triangles are between corners of source and target that
 want to pass each other on the outline, which they can on a new mesh only."""
@@ -200,7 +202,7 @@ class Live:
         state, least, age = self._pulled(given), self.least, self.age + 1
         behind = state is None or not _at_sources(state)
         if state is not None and not behind:
-            state = _towards(state, settings.theta)
+            state = _within(state, settings.theta) if waits else _towards(state, settings.theta)
             state = _relax(state, settings.theta) if coarse else state
         if not waits and (state is None or behind or state.miss > 0):
             age = 0
@@ -246,11 +248,15 @@ class Live:
             return None
         sources, goals = np.ascontiguousarray(now.inner.T)
         if np.array_equal(sources, before.inner[:, 0]) and not self.behind:
-            return self.state.with_goals(goals)
+            return replace(self.state.with_goals(goals), spared=BUDGET)
         if self.state.miss > 0 or not np.array_equal(goals, before.inner[:, 1]):
             return None
         pulled = replace(self.state, inside=inside._replace(z=sources))
-        return pulled.backward(self.settings.theta, POWER, FORWARD, AT_REST)
+        theta = self.settings.theta
+        near = pulled.backward(theta, POWER, BACKWARD, AT_REST)
+        if _at_sources(near):
+            return replace(near, spared=BUDGET - BACKWARD + near.spared)
+        return near.backward(theta, POWER, BUDGET - BACKWARD, AT_REST)
 
     @property
     def met(self) -> bool:
@@ -292,6 +298,14 @@ def _towards(state: DiscreteMap, theta: float) -> DiscreteMap:
     """The map after some Newton steps, at POWER as the map at rest; where that does not reach the goals, at 1."""
     found = state.forward(theta, POWER, FORWARD, AT_REST, corners=True)
     return found if found.miss == 0 else state.forward(theta, 1.0, FORWARD, AT_REST, corners=True)
+
+
+def _within(state: DiscreteMap, theta: float) -> DiscreteMap:
+    """The same with the steps of a budget that are left, going on at 1 from where it came to at POWER."""
+    for power in (POWER, 1.0):
+        if state.spared > 0 and (power == POWER or state.miss > 0):
+            state = state.forward(theta, power, state.spared, AT_REST, corners=True)
+    return state
 
 
 def _relax(state: DiscreteMap, theta: float) -> DiscreteMap:

@@ -61,7 +61,7 @@ class DiscreteMap:
         weights: (m,) 1, FILLED and BAY for voids, triangles in holes without a partner and in bays, and PASSED_OVER for
             those in holes of a surface; None where there are none.
         multipliers: (m,) by which triangles count more, for the sake of bounds; None where all count alike.
-        settled: whether the last descent ended before its steps did.
+        spared: how many of its steps the last descent did without.
         metrics: of surfaces that the planes of source and target stand for.
         upright: what turning the picture costs: upside down 1 + this times as much.
         ground: the target in space, whose metric changes as vertices move; None for the one that `metrics` has.
@@ -81,7 +81,7 @@ class DiscreteMap:
     bound: bool = False
     weights: Real | None = None
     multipliers: Real | None = None
-    settled: bool = True
+    spared: int = 1
     metrics: Metrics = PLANES
     upright: float = 0.0
     ground: Ground | None = None
@@ -127,6 +127,11 @@ class DiscreteMap:
         rigid = regions_of(z[faces].mean(axis=1), regions) if regions else None
         state = cls(faces, pattern, z, u, boundary, inside=inside, weights=weights, rigid=rigid)
         return replace(state, metrics=metrics, upright=upright)
+
+    @property
+    def settled(self) -> bool:
+        """Whether the last descent ended before its steps did."""
+        return self.spared > 0
 
     @property
     def border(self) -> int:
@@ -362,7 +367,7 @@ class DiscreteMap:
         upright = Upright.of(self._counted(rest), u.size, self.upright) if counts else ANY_TURN
         system = newton.System.of(self.pattern, self.faces, rest, constraints, upright)
         energy, done, _ = newton.descend(system, objective, surface, u, tau, steps, tolerance)
-        return u, tau, {"energy": float(energy), "settled": bool(done < steps)}
+        return u, tau, {"energy": float(energy), "spared": int(steps - done)}
 
     def _rest(self, forward: bool, q: float) -> RestShapes:
         """The triangles at rest on the side that is kept."""

@@ -6,7 +6,8 @@ from scipy.spatial import cKDTree
 
 import iccm
 from iccm.arrays import xy_of
-from iccm.balanced.interactive import STEPS_A_MESH, Live
+from iccm.balanced.interactive import BUDGET, STEPS_A_MESH, Live
+from iccm.balanced.minimise import newton
 from iccm.balanced.model.settings import Settings
 from iccm.curve import Curve
 from iccm.errors import InputError
@@ -137,6 +138,26 @@ def test_a_drag_waits_for_a_new_mesh_and_lags_behind_without_folds(side):
     gap = np.abs(live.map(pins[:, 0]) - pins[:, 1]).max()
     assert gap < 1e-8 or not live.met
     sound(live.moved(pins), pins)
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_a_step_of_a_drag_keeps_to_its_budget_and_goes_on_with_the_next(side, monkeypatch):
+    _, live, pins = begun()
+    descend, made = newton.descend, []
+
+    def counted(*given):
+        end = descend(*given)
+        made.append(end[1])
+        return end
+
+    monkeypatch.setattr(newton, "descend", counted)
+    pins = pins + 0j
+    pins[1, side] *= 0.7
+    for _ in range(STEPS_A_MESH // 2):
+        made.clear()
+        live = live.moved(pins, dragged=True)
+        assert 0 < sum(made) <= BUDGET
+    sound(live, pins)
 
 
 @pytest.mark.slow
