@@ -4,7 +4,7 @@ Where only the targets of pins inside have moved their goals move, and Newton's 
 at rest: nothing is to be seen when it comes to rest again. Where only the sources have, so does that of the inverse.
 Everything else (a pin more or less, one on the outline, a stroke) takes a new mesh at each step, a coarse one.
 While something is dragged each step has a budget of Newton steps, and the map may lag behind; what is left is done with
-the next one. At rest it has none.
+the next one, and after that on a new mesh. At rest it has none.
 """
 
 from collections.abc import Sequence
@@ -202,9 +202,10 @@ class Live:
         state, least, age = self._pulled(given), self.least, self.age + 1
         behind = state is None or not _at_sources(state)
         if state is not None and not behind:
-            state = _within(state, settings.theta) if waits else _towards(state, settings.theta)
+            state = _within(state, settings.theta) if dragged else _towards(state, settings.theta)
             state = _relax(state, settings.theta) if coarse else state
-        if not waits and (state is None or behind or state.miss > 0):
+        goes_on = dragged and self.met and state is not None  # what one step has not reached, the next one may
+        if not waits and not goes_on and (state is None or behind or state.miss > 0):
             age = 0
             try:
                 state, coarse = self.pair.carried_anyhow(state or self.state, given, settings, coarse=coarse)

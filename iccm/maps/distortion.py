@@ -13,7 +13,7 @@ import numpy as np
 from ..arrays import Complex, Index, Real
 from .approximation import AnyMap
 from .inverse import extended_inverse
-from .triangulated.map import TriangulatedMap
+from .triangulated.map import TriangulatedMap, inverted
 from .triangulated.patches import cross
 
 STRETCHED, DILATED = 5.0, 10.0  # over 5 % of the target: from here pictures look like combed stripes
@@ -143,9 +143,9 @@ def in_middles(map: TriangulatedMap) -> Distortion:
     d, e, f = map.source[map.faces].T
     area, before = (0.5 * np.abs(turn) for turn in (cross(b - a, c - a), cross(e - d, f - d)))
     triangle, place = np.arange(len(map.faces)), np.full((len(map.faces), 3), 1 / 3)
-    f_z, f_zbar = map.derivatives_at(triangle, place)
+    z, p, q = map.jet_at(triangle, place)
     scale = float(np.sqrt(area.sum() / before.sum()))
-    return Distortion(area, f_z, f_zbar, scale, map.jet_at(triangle, place)[0], (a + b + c) / 3)
+    return Distortion(area, *inverted(p, q), scale, z, (a + b + c) / 3)
 
 
 def inside_triangles(map: TriangulatedMap) -> Distortion:
@@ -155,9 +155,8 @@ def inside_triangles(map: TriangulatedMap) -> Distortion:
     triangle = np.repeat(np.arange(len(map.faces)), len(_INNER))
     place = np.tile(_INNER, (len(map.faces), 1))
     w = np.einsum("pk,pk->p", place, map.corners[triangle])
-    z = map.jet_at(triangle, place)[0]
-    f_z, f_zbar = map.derivatives_at(triangle, place)
-    return Distortion(np.repeat(area / len(_INNER), len(_INNER)), f_z, f_zbar, 1.0, z, w)
+    z, p, q = map.jet_at(triangle, place)
+    return Distortion(np.repeat(area / len(_INNER), len(_INNER)), *inverted(p, q), 1.0, z, w)
 
 
 def of_inverse(map: AnyMap, w: Complex, scale: float) -> Distortion:

@@ -142,7 +142,9 @@ def test_a_drag_waits_for_a_new_mesh_and_lags_behind_without_folds(side):
 
 @pytest.mark.parametrize("side", [0, 1])
 def test_a_step_of_a_drag_keeps_to_its_budget_and_goes_on_with_the_next(side, monkeypatch):
-    _, live, pins = begun()
+    fit, _, pins = begun()
+    live = Live.of(iccm.fit(fit.source, fit.target, pins=pins), Settings(), pins)
+    assert live.met and not live.coarse
     descend, made = newton.descend, []
 
     def counted(*given):
@@ -151,12 +153,14 @@ def test_a_step_of_a_drag_keeps_to_its_budget_and_goes_on_with_the_next(side, mo
         return end
 
     monkeypatch.setattr(newton, "descend", counted)
-    pins = pins + 0j
+    pins, meshes = pins + 0j, []
     pins[1, side] *= 0.7
     for _ in range(STEPS_A_MESH // 2):
         made.clear()
+        meshes.append(live.state.faces)
         live = live.moved(pins, dragged=True)
-        assert 0 < sum(made) <= BUDGET
+        assert live.state.faces is not meshes[-1] or 0 < sum(made) <= BUDGET
+    assert len({id(faces) for faces in meshes}) <= 2
     sound(live, pins)
 
 
