@@ -199,11 +199,11 @@ class Live:
         others = self._changes_vertices(given)
         coarse = self.coarse or others
         waits = dragged and not others and self.age + 1 < STEPS_A_MESH
-        state, least, age = self._pulled(given), self.least, self.age + 1
+        state, least, age = self._pulled(given, BUDGET // 2 if dragged else BUDGET), self.least, self.age + 1
         behind = state is None or not _at_sources(state)
-        if state is not None and not behind:
+        if state is not None and (dragged or not behind):
             state = _within(state, settings.theta) if dragged else _towards(state, settings.theta)
-            state = _relax(state, settings.theta) if coarse else state
+            state = _relax(state, settings.theta) if coarse and not behind else state
         goes_on = dragged and self.met and state is not None  # what one step has not reached, the next one may
         if not waits and not goes_on and (state is None or behind or state.miss > 0):
             age = 0
@@ -241,9 +241,9 @@ class Live:
         same = before.inner.shape == given.inner.shape and np.array_equal(before.outer, given.outer)
         return not same or bool(before.strokes or given.strokes)
 
-    def _pulled(self, given: Pins) -> DiscreteMap | None:
-        """The map with new goals for the same vertices, or with these on their way to their new sources; None where
-        other vertices are needed."""
+    def _pulled(self, given: Pins, steps: int) -> DiscreteMap | None:
+        """The map with new goals for the same vertices, or with these on their way to their new sources by so many
+        steps; None where other vertices are needed."""
         before, now, inside = self.given, given, self.state.inside
         if self._changes_vertices(given):
             return None
@@ -253,11 +253,8 @@ class Live:
         if self.state.miss > 0 or not np.array_equal(goals, before.inner[:, 1]):
             return None
         pulled = replace(self.state, inside=inside._replace(z=sources))
-        theta = self.settings.theta
-        near = pulled.backward(theta, POWER, BACKWARD, AT_REST)
-        if _at_sources(near):
-            return replace(near, spared=BUDGET - BACKWARD + near.spared)
-        return near.backward(theta, POWER, BUDGET - BACKWARD, AT_REST)
+        near = pulled.backward(self.settings.theta, POWER, steps, AT_REST)
+        return replace(near, spared=BUDGET - steps + near.spared)
 
     @property
     def met(self) -> bool:
@@ -281,6 +278,8 @@ class Live:
         cut = without_filled(state, mirrored=frames[0].mirrored)
         z, u = (f.world(w[cut.vertices]) for f, w in zip(frames, (state.z, state.u)))
         map = TriangulatedMap(z, u, cut.faces, cut.loops)
+        if not len(cut.lines):
+            return map
         return replace(map, bulge=bulges(cut.faces, u, z, map.edges, cut.lines))
 
 
