@@ -204,7 +204,7 @@ class Live:
         if state is not None and (dragged or not behind):
             state = _within(state, settings.theta) if dragged else _towards(state, settings.theta)
             state = _relax(state, settings.theta) if coarse and not behind else state
-        goes_on = dragged and self.met and state is not None  # what one step has not reached, the next one may
+        goes_on = dragged and self.met and state is not None  # the next step may reach what this one has not
         if not waits and not goes_on and (state is None or behind or state.miss > 0):
             age = 0
             try:
