@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fnmatch
 import json
+import os
 import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -131,7 +132,7 @@ def compare(name: str, run: Path, baseline: Path, allowed: Tolerances) -> Verdic
     if formats.of(baseline).picture:
         _pictures(run, baseline, allowed.pictures, verdict)
     elif baseline.suffix.lower() == ".json":
-        _reports(run, baseline, allowed, verdict)
+        _reports(name, run, baseline, allowed, verdict)
     elif files.sha256(run) == files.sha256(baseline):
         pass
     elif baseline.suffix.lower() in UNLAID:
@@ -259,8 +260,11 @@ def _glb(path: Path) -> tuple[NDArray[np.float64], Any]:
 UNLAID = {".obj": _obj, ".glb": _glb}
 
 
-def _reports(run: Path, baseline: Path, allowed: Tolerances, verdict: Verdict) -> None:
-    a, b = flat(_json(run)), flat(_json(baseline))
+def _reports(name: str, run: Path, baseline: Path, allowed: Tolerances, verdict: Verdict) -> None:
+    a, b = (
+        {key: _named(value, path.parents[name.count("/")]) for key, value in flat(_json(path)).items()}
+        for path in (run, baseline)
+    )
     for key in [*b, *(key for key in a if key not in b)]:
         tolerance = allowed.figure(key)
         if tolerance.ignore:
@@ -291,6 +295,16 @@ def flat(value: Any, key: str = "") -> dict[str, Any]:
             k: v for name, item in items for k, v in flat(item, f"{key}.{name}" if key else str(name)).items()
         }
     return {key: value}
+
+
+def _named(value: Any, folder: Path) -> Any:
+    """A remark on a file of the folder, or its path, as they are wherever that lies: `base/a.obj: …`, `a.obj: …`."""
+    if not isinstance(value, str):
+        return value
+    path, colon, text = value.partition(": ")
+    parts = [part for part in path.split("/") if part not in ("", ".")]
+    ends = ("/".join(parts[k:]) for k in range(len(parts)))
+    return next((end for end in ends if os.path.isfile(folder / end)), path) + colon + text
 
 
 def _same(a: Any, b: Any, tolerance: Figure) -> bool:

@@ -257,3 +257,21 @@ def test_texture_coordinates_may_move_a_little_and_nothing_else_of_a_mesh(folder
             f"{name}: the bytes differ, and not in texture coordinates alone" in iccm("check", run, base).err
         )
         written(name)
+
+
+@pytest.mark.parametrize("root", ["base", "/far off/run", "."])
+def test_remarks_that_name_other_folders_are_the_same(folders, iccm, root):
+    """Reports name what was written by its path; wrong is only what is not in the folder."""
+    run, base = folders
+
+    def noted(name):
+        return report_with(
+            lambda r: r.update(notes=[f"{name}/deep/b.png: is empty"], also_written=[f"{name}/other.obj"])
+        )
+
+    (run / "r.json").write_text(noted("out/run"))
+    (base / "r.json").write_text(noted(root))
+    assert iccm("check", run, base).code == 0
+    (base / "r.json").write_text(noted(root).replace("b.png", "c.png"))
+    done = iccm("check", run, base)
+    assert done.code == 1 and "r.json: notes.0" in done.err
