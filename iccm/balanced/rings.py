@@ -19,13 +19,15 @@ from .holes.given import NONE
 from .model.frames import frames_of
 from .model.settings import Settings, SolveLog
 from .search import multilevel
-from .search.candidates import PROMISING
 from .search.partial import cost
 
 THIN = 1e-6  # of the diagonal, the width of a seam: a thousandth of a pixel of 1024
 OVERLAP = 10  # widths by which it is longer than the ring is wide, so that it cuts slanting outlines
 SEAMS, HALVINGS = 4, 3
 """Places tried all around, and how often the two halfway to the neighbours of the best are."""
+SAVED = 0.2
+"""Of a seam's cost, the most that the best place can save beside the best of SEAMS ones: 16 % on 34 rings. Half of it
+beside one twice as close."""
 
 
 def open_ring(outer: Curve, hole: Curve, s: float) -> Curve | None:
@@ -49,7 +51,7 @@ def best_seam(
     outer: Curve, hole: Curve, price: Callable[[Curve], float], most: float = np.inf
 ) -> Curve | None:
     """The ring opened where a map costs the least by `price`, which is infinite where there is none; None if none costs
-    less than `most`, or none tried all around is `PROMISING` beside it."""
+    less than `most`, or is going to."""
     found: dict[float, tuple[float, Curve]] = {}
 
     def attempt(share: float) -> None:
@@ -61,7 +63,7 @@ def best_seam(
         attempt(k / SEAMS)
     for halving in range(1, HALVINGS + 1):
         best = min(found, key=lambda share: found[share][0], default=0.0)
-        if not found or found[best][0] > PROMISING * most:
+        if not found or not (1 - SAVED / 2 ** (halving - 1)) * found[best][0] < most:
             return None
         for step in (-1, 1):
             attempt((best + step / (SEAMS * 2**halving)) % 1.0)

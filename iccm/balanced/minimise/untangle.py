@@ -21,6 +21,9 @@ SLOW = 3e-3  # relative decrease below which ε shrinks
 SHRINK = 0.6  # of ε where the energy hardly falls: without it a few folds lock up
 LEAST_EPSILON = 1e-5  # below, what is folded stays so (by hand)
 STEPS = 40  # at most (by hand)
+PACE = 15
+"""Steps over which it is seen how fast the least determinant rises: where it would not get to zero at that pace in the
+steps that are left, they are not made. Of 620 maps that unfold on five slow pairs 7 do not; a fifth of the time."""
 UNTANGLING, HARMONIC = Objective(1.0, 1.0), Objective(1.0, 1.0, quadratic=True)
 
 
@@ -86,8 +89,12 @@ def untangle(
         _pull(pattern, springs(rest.gradients, rest.weights), u, system.workspace)
         stepped(HARMONIC)
     epsilon, shrink, kept, best = -1.0, 1.0, u.copy(), 0.0
-    for _ in range(steps):
+    highest: list[float] = []  # least determinant so far
+    for left in range(steps, 0, -1):
         least = least_determinant(rest, u)
+        highest.append(max([least, *highest[-1:]]))
+        if len(highest) > PACE and highest[-1] + left * (highest[-1] - highest[-1 - PACE]) / PACE < 0:
+            break
         if least > best:  # the smoothed energy lets thin triangles fold again
             best, kept = least, u.copy()
         if least > ENOUGH:
