@@ -347,8 +347,10 @@ def check_sizes(fit: Fit, asked: float | str | None) -> None:
         room = wanted / region.scale if region.of_target else region.scale / wanted
         if asked == "free" or not region.is_rigid or room > 1 - SIZE_OFF:
             continue
-        said, instead = ("from", "more") if region.of_target else ("up to", "less")
-        told = f"finds room {said} {region.scale:.2f} of the mean scale"
+        said, instead, rounded = (
+            ("from", "more", np.ceil) if region.of_target else ("up to", "less", np.floor)
+        )
+        told = f"finds room {said} {rounded(round(1000 * region.scale) / 10) / 100:.2f} of the mean scale"
         if asked is not None:
             raise InputError(f"rigid_size: region {k + 1} {told}, not {wanted:g}; ask for {instead}")
         fit.notes.append(f"Rigid region {k + 1} {told} (regions).")

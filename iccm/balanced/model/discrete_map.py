@@ -24,10 +24,10 @@ from ..meshing.mesh import Sizes, closed_links, triangulate
 from ..minimise import newton
 from ..minimise.energy import LOST, NO_AIMS, Objective, RestShapes, geometry
 from ..minimise.in_space import Ground, SurfaceMap, separate
-from ..minimise.sliding import HELD, SLIDING, Border, Constraints, Rails
+from ..minimise.sliding import HELD, SLIDING, Border, Constraints, Rails, border_energy
 from ..minimise.unfold import BARE, unfold
 from ..minimise.untangle import STEPS, springs, untangle
-from ..minimise.upright import ANY_TURN, Upright
+from ..minimise.upright import ANY_TURN, Upright, turn_cost
 from .boundary import Boundary, MatchedBoundary, MatchedLoop
 from .boundary_pairs import Loop, Match, Pairs
 from .inner_constraints import InnerConstraints
@@ -232,6 +232,13 @@ class DiscreteMap:
         """(n,) the vertices as rigid regions are to keep them."""
         return self.z if self.flat is None else self.flat
 
+    @property
+    def kept(self) -> Index:
+        """(k,) the vertices of rigid regions that have aims."""
+        if self.rigid is None or not self.aims.size:
+            return np.empty(0, np.int64)
+        return np.unique(self.faces[self.rigid >= 0])
+
     @cached_property
     def turn(self) -> float:
         """Radians by which the picture is turned."""
@@ -333,6 +340,21 @@ class DiscreteMap:
             inside = inside.slid(u[self.inner], tau[self.inner], stay)
         boundary = self.boundary.slid(True, tau[: self.border], corners)
         return replace(self, u=u, boundary=boundary, inside=inside, **end)
+
+    def with_firm_regions(self, theta: float, q: float, strain: float) -> "DiscreteMap":
+        """The map with regions so stiff that a descent strains none that keeps to its aim by more than this (root mean
+        square, relative to the aim): that would cost more than all that it can gain elsewhere."""
+        assert self.rigid is not None
+        rest = self._rest(True, q)
+        elsewhere = rest._replace(weights=np.where(rest.aims != 0, 0, rest.weights))
+        tau, constraints = self.constraints(True, True, self.inside.at_target)
+        gain = elsewhere.energy(self.u, Objective.of(theta, q, self.boundary.area_share(True)))
+        gain = (gain + border_energy(constraints.border, tau)) * turn_cost(
+            self.upright, np.cos(self.turn)
+        ) ** q
+        inside = self.rigid >= 0
+        areas = np.bincount(self.rigid[inside], np.abs(triangle_areas(self.form[self.faces[inside]])))
+        return replace(self, stiffness=float(gain / (strain**2 * (np.abs(self.aims) ** 2 * areas).min())))
 
     def inside_moved(self, theta: float, q: float, steps: int, tolerance: float) -> "DiscreteMap":
         """Newton steps on the image with the outline where it is."""

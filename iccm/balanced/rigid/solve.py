@@ -1,15 +1,16 @@
 """Rigid regions: parts of the source that a map moves as a whole, by a similarity each.
 
 The triangles of a region follow a similarity c z + t, of which c is given, or what the region has on average, and t is
-free: their density is quadratic and counts more and more (a penalty method: Nocedal and Wright, *Numerical
-Optimization*, 17.1) until what is left of their distortion is below what anyone sees. What surrounds them gives way by
-the balanced energy, so that nothing folds on the way.
+free: their density is quadratic (a penalty method: Nocedal and Wright, *Numerical Optimization*, 17.1). Where c is
+what they have it counts more and more, until what is left of their distortion is below what anyone sees; regions that
+are put in their places are rigid from the first, and count so much that no descent of what surrounds them could pay for
+more than that. What surrounds them gives way by the balanced energy, so that nothing folds on the way.
 
 First the map without regions is carried to a mesh that has the regions' outlines as edges; the regions are put into
 their places, and what surrounds them is unfolded and comes to rest. Where a region has no room for its size, because
 the map takes it into a limb, or where folds remain, it is cut out and put where there is: the map of the domains with
 holes, a region's outline going to its image point by point, is found from scratch, and the regions are put into it.
-Where that does not work either they begin small in the map without them, and go as far as they come.
+Where that does not work either they begin small in the map without them, and grow as far as they come.
 """
 
 from collections.abc import Callable
@@ -23,7 +24,6 @@ import shapely
 from ... import progress
 from ...arrays import Complex, Flags, Real, xy_of
 from ...curve import Curve
-from ...maps.distortion import weighted_quantile
 from ...plane import Similarity
 from ..errors import NoMapError, Stuck
 from ..meshing.transfer import interpolate
@@ -42,18 +42,11 @@ KEPT = 5e-3  # strain of a region that no eye sees: a pixel in 200
 STIFF, STIFFER, SOFTEST = 10.0, 10.0, 1e4
 """Weights of regions, times the energy without them: the first one, the factor to the next, and the one from which a
 region that gives way no more is stuck."""
-FIRM = 1e3  # weight of regions that are put in place, times the least energy of a map, 1
 STUCK = 0.8  # of the strain, that is left for ten times the weight
 STEPS, DECREASE = 12, 1e-3  # of Newton for a weight, and the relative decrease that ends them
-SMALL = 0.05  # share of a region's area that is squeezed more than by the size it begins to grow from
 NEXT, LEAST = 1.5, 0.02  # shares of growing: as in `homotopy`
 SMALLEST = 0.01  # of its size, at which a region begins that has no room anywhere
-SIZES = 1.0, 0.5, 0.25  # of what finds room, that are tried in turn: what surrounds regions needs some, too
-HARDENINGS = 6  # of regions that give way when the rest comes to rest
-STEPS_AROUND, UNFOLDING = (
-    40,
-    200,
-)  # of unfolding what surrounds regions: on their way, and where they are put anew
+ROUNDS = 6  # of steps for what surrounds regions, between which their weight falls with its energy
 LARGE = 0.98  # of what was asked: a region that large is not sent elsewhere
 VARIANTS = ((True, False), (True, True), (False, False))
 """Whether the outlines' kinks come last, and if so, whether before the regions are rigid."""
@@ -92,18 +85,6 @@ class Placing:
     middles: Complex
     images: Complex
 
-    def towards(self, goal: "Placing", share: float) -> "Placing":
-        """A share of the way to another one, evenly in size and turn."""
-        factors = self.factors * np.exp(share * np.log(goal.factors / self.factors))
-        return replace(self, factors=factors, images=self.images + share * (goal.images - self.images))
-
-    def only(self, which: Flags, others: "Placing") -> "Placing":
-        """That of some regions, and others'."""
-        factors, images = (
-            np.where(which, a, b) for a, b in ((self.factors, others.factors), (self.images, others.images))
-        )
-        return replace(self, factors=factors, images=images)
-
 
 def keep_rigid(
     problem: UnitProblem, start: Meshed, rigid: Rigid, settings: Settings, journal: SolveLog
@@ -115,18 +96,15 @@ def keep_rigid(
     """
     progress.tell("rigid regions")
     sketch = Sketch(start.z, start.u, start.faces, start.border, loops=start.loops, weights=start.weights)
+    places, sent_away, room = places_of(problem, sketch, rigid)
+    around = partial(around_places, patient=bool((room == 1).all()))
+    ways: list[Callable[..., Begin]] = [around, from_map] if sent_away else [from_map, around]
     found: list[DiscreteMap] = []
-    for size in SIZES:
-        places, sent_away = places_of(problem, sketch, rigid, size)
-        around: Callable[..., Begin] = partial(around_places, patient=size == 1)
-        ways = [around, from_map] if sent_away else [from_map, around]
-        for way in (*ways, growing) if size == 1 else ways:
-            with suppress(Stuck, NoMapError):
-                begin = way(problem, sketch, rigid, places)
-                found += kept_by(problem, rigid, begin, settings, again=way is around)
-            if found and shortfall(found[-1], np.abs(places.factors)) <= 1 - LARGE:
-                break
-        if any(map(is_rigid, found)):
+    for way in (*ways, growing):
+        with suppress(Stuck, NoMapError):
+            begin = way(problem, sketch, rigid, places)
+            found += kept_by(problem, rigid, begin, settings, again=way is around)
+        if found and shortfall(found[-1], np.abs(places.factors)) <= 1 - LARGE:
             break
     if not found:
         raise NoMapError("rigid: no map without folds follows the outlines of the regions")
@@ -166,11 +144,10 @@ def keep_on_mesh(state: DiscreteMap, rigid: Rigid, theta: float, settings: Setti
     progress.tell("rigid regions")
     here = placing_of(state, rigid)
     goal = replace(here, factors=rigid.aims_beside(here.factors))
-    size = np.minimum(squeezed(state), np.abs(goal.factors)) / np.abs(here.factors)
     ways: tuple[Callable[[], DiscreteMap], ...] = (
         lambda: harden(state, rigid, theta, state.energy),
         lambda: at_rest(placed(state, goal), theta),
-        lambda: brought(state, replace(here, factors=size * here.factors), goal, rigid, theta),
+        lambda: grown(state, lambda shares: replace(goal, factors=shares * goal.factors), theta),
     )
     found = []
     for way in ways:
@@ -204,13 +181,12 @@ def from_map(problem: UnitProblem, sketch: Sketch, rigid: Rigid, places: Placing
 
 
 def growing(problem: UnitProblem, sketch: Sketch, rigid: Rigid, places: Placing) -> Begin:
-    """The map without regions, in which they begin small, each in its place, and go as far as they come."""
+    """The map without regions, in which they begin small, each where it has room for that size, and grow."""
+    _, _, most = places_of(problem, sketch, rigid)
 
     def begin(level: Level, changed: Callable[[DiscreteMap], DiscreteMap]) -> DiscreteMap:
         begun = changed(carried(level, problem, sketch, rigid))
-        here = placing_of(begun, rigid)
-        size = np.minimum(squeezed(begun), np.abs(places.factors)) / np.abs(here.factors)
-        return brought(begun, replace(here, factors=size * here.factors), places, rigid, problem.theta)
+        return grown(begun, lambda shares: places_of(problem, sketch, rigid, shares * most)[0], problem.theta)
 
     return begin
 
@@ -259,19 +235,21 @@ def around_places(
         fine = level.mapped(match_on(level, around), sizes)
         fine = replace(fine, bound=bool(fine.inside.z.size))
         fine = changed(fine.moved_to_border(interpolate(around.z, around.faces, around.u, fine.z)))
-        return at_rest(placed(fine, places, UNFOLDING), theta)
+        return at_rest(placed(fine, places), theta)
 
     return begin
 
 
-def places_of(problem: UnitProblem, sketch: Sketch, rigid: Rigid, size: float) -> tuple[Placing, bool]:
-    """Where regions find room for a share of their size, or as much of it as they can have, close to where a map has
-    them; and whether that is elsewhere."""
+def places_of(
+    problem: UnitProblem, sketch: Sketch, rigid: Rigid, sizes: Real | float = 1.0
+) -> tuple[Placing, bool, Real]:
+    """Where regions find room for shares (k,) of their sizes, or as much of these as they can have, close to where a
+    map has them; whether that is elsewhere, and how much (k,) of these it is."""
     domain = shapely.Polygon(xy_of(problem.target.z), [xy_of(hole.z) for hole in problem.holes[1]])
     goals = [interpolate(sketch.z, sketch.faces, sketch.u, rings[0]) for rings in rigid.regions]
     own = [Similarity.fit(rings[0], goal).factor for rings, goal in zip(rigid.regions, goals)]
-    aims = size * rigid.aims_beside(np.array(own))
-    middles, images, factors, away = [], [], [], False
+    aims = sizes * rigid.aims_beside(np.array(own))
+    middles, images, factors, shares, away = [], [], [], [], False
     for rings, aim, (here, there) in zip(rigid.regions, aims, rigid.held):
         corners = shapely.Polygon(xy_of(rings[0])).centroid
         middle = complex(corners.x, corners.y) if np.isnan(here) else here
@@ -284,9 +262,10 @@ def places_of(problem: UnitProblem, sketch: Sketch, rigid: Rigid, size: float) -
         middles.append(middle)
         images.append(image)
         factors.append(share * aim)
+        shares.append(share)
         domain = domain.difference(shapely.Polygon(xy_of(image + share * shape)))
         domain = max(shapely.get_parts(domain), key=lambda part: part.area)
-    return Placing(np.array(factors), np.array(middles), np.array(images)), bool(away)
+    return Placing(np.array(factors), np.array(middles), np.array(images)), bool(away), np.array(shares)
 
 
 def placing_of(state: DiscreteMap, rigid: Rigid) -> Placing:
@@ -304,7 +283,7 @@ def placing_of(state: DiscreteMap, rigid: Rigid) -> Placing:
     return Placing(factors, middles, images)
 
 
-def placed(state: DiscreteMap, places: Placing, steps: int = STEPS_AROUND) -> DiscreteMap:
+def placed(state: DiscreteMap, places: Placing) -> DiscreteMap:
     """The map with regions in their places, what surrounds them unfolded.
 
     Raises:
@@ -316,52 +295,50 @@ def placed(state: DiscreteMap, places: Placing, steps: int = STEPS_AROUND) -> Di
     still, k = np.flatnonzero(own >= 0), own[own >= 0]
     u = state.u.copy()
     u[still] = places.images[k] + places.factors[k] * (state.form[still] - places.middles[k])
-    moved = replace(state, u=u, aims=places.factors, stiffness=max(FIRM, state.stiffness))
+    moved = replace(state, u=u, aims=places.factors)
     try:
-        return moved.unfolded(harmonic=False, steps=steps, still=still)
+        return moved.unfolded(harmonic=False, still=still)
     except Stuck:
-        return moved.unfolded(steps=steps, still=still)
+        return moved.unfolded(still=still)
 
 
-def brought(state: DiscreteMap, begun: Placing, goal: Placing, rigid: Rigid, theta: float) -> DiscreteMap:
-    """The map with rigid regions brought from one placing to another, together and then each by itself, as far as they
-    go.
+def grown(state: DiscreteMap, places: Callable[[Real], Placing], theta: float) -> DiscreteMap:
+    """The map with rigid regions as large as they come, together and then each by itself; `places` says where shares
+    (k,) of their sizes belong.
 
     Raises:
         Stuck: not even a little.
     """
-    every, going = np.ones(rigid.aims.size, bool), False
-    for which in [every, *(np.eye(rigid.aims.size, dtype=bool) if rigid.aims.size > 1 else ())]:
-        share, step = 0.0, 1.0
-        while share < 1 and step >= LEAST:
-            new = min(1.0, share + step)
+    assert state.rigid is not None
+    count = int(state.rigid.max()) + 1
+    shares = np.zeros(count)
+    for which in [np.ones(count), *(np.eye(count) if count > 1 else ())]:
+        step = 1.0
+        while step >= LEAST and (which * (shares < 1)).any():
+            larger = np.minimum(1, shares + step * which)
             try:
-                way = begun.towards(goal.only(which, begun), (new - share) / (1 - share))
-                tried = at_rest(placed(state, way), theta)
+                state = at_rest(placed(state, places(larger)), theta)
+                shares, step = larger, NEXT * step
             except Stuck:
-                tried = None
-            if tried is None or not is_rigid(tried):
                 step *= 0.5
-                continue
-            state, share, step, going = tried, new, NEXT * step, True
-            begun = placing_of(state, rigid)
-        if share == 1 and which is every:
-            break
-    if not going:
-        raise Stuck("regions find no room")
+        if not shares.all():
+            raise Stuck("regions find no room")
     return state
 
 
 def at_rest(state: DiscreteMap, theta: float) -> DiscreteMap:
-    """The map at rest with its regions, which weigh more as long as they give way."""
-    state = relax_stretched(state, theta)
-    for _ in range(HARDENINGS):
-        state = state.forward(theta, POWER, STEPS, DECREASE)
-        if not is_rigid(state):
-            state = replace(state, stiffness=STIFFER * state.stiffness)
-        elif state.settled:
+    """The map at rest with its regions, which are rigid and stay so."""
+    state = relax_stretched(firm(state, theta, 1.0), theta)
+    for _ in range(ROUNDS):
+        state = firm(state, theta, POWER).forward(theta, POWER, STEPS, DECREASE)
+        if state.settled:
             break
     return state
+
+
+def firm(state: DiscreteMap, theta: float, q: float) -> DiscreteMap:
+    """The map with regions that a descent cannot bend."""
+    return state.with_firm_regions(theta, q, KEPT)
 
 
 def shortfall(state: DiscreteMap, sizes: Real) -> float:
@@ -387,14 +364,9 @@ def settle(state: DiscreteMap, theta: float, settings: Settings) -> DiscreteMap:
     """The map at rest with its regions rigid, and bounds met."""
 
     def descent(state: DiscreteMap, q: float) -> DiscreteMap:
-        return state.forward(theta, q, LAST_STEPS, LAST_DECREASE)
+        return firm(state, theta, q).forward(theta, q, LAST_STEPS, LAST_DECREASE)
 
-    for _ in range(HARDENINGS):
-        state = descent(state, POWER)
-        if is_rigid(state):
-            break
-        state = replace(state, stiffness=STIFFER * state.stiffness)
-    return meet_bounds_by(descent, state, settings) if settings.bounded else state
+    return meet_bounds_by(descent, state, settings)
 
 
 def is_rigid(state: DiscreteMap) -> bool:
@@ -413,14 +385,6 @@ def strains(state: DiscreteMap) -> Real:
     (a, b, areas), own = _inside(state)
     away = np.abs(a - state.aims[own]) ** 2 + np.abs(b) ** 2
     return np.sqrt(_mean(own, areas, away)) / np.abs(state.aims)
-
-
-def squeezed(state: DiscreteMap) -> Real:
-    """(k,) the smaller singular value that all but a SMALL share of each region exceeds."""
-    (a, b, areas), own = _inside(state)
-    least = np.abs(a) - np.abs(b)
-    count = int(own.max()) + 1
-    return np.array([weighted_quantile(least[own == k], areas[own == k], SMALL) for k in range(count)])
 
 
 def _inside(state: DiscreteMap) -> tuple[tuple[Complex, Complex, Real], np.ndarray]:

@@ -1,5 +1,6 @@
 """Rigid regions: moved by similarities, whatever surrounds them; the density that makes them so; what is refused."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +12,11 @@ from iccm.arrays import xy_of
 from iccm.balanced.meshing.mesh import Sizes, triangulate
 from iccm.balanced.minimise import energy
 from iccm.balanced.minimise.energy import Objective, RestShapes
+from iccm.balanced.model.boundary_pairs import Match
 from iccm.balanced.rigid.given import regions_of
 from iccm.balanced.rigid.room import room_for
+from iccm.balanced.rigid.solve import Placing, placed, strains
+from iccm.balanced.search.levels import Level, UnitProblem
 from iccm.curve import Curve
 from iccm.io.shapes import shape
 from iccm.linalg.cholesky import system_of
@@ -143,6 +147,22 @@ def test_the_density_of_regions_has_these_derivatives():
     assert rest.energy(z.conj(), objective) == np.inf
 
 
+@pytest.mark.parametrize("strain", [0.05, 5e-3, 1e-4])
+def test_no_descent_strains_firm_regions_by_more_than_they_may(strain):
+    square, box = Curve(np.array([0, 1, 1 + 1j, 1j])), 0.2 * SQUARE / 2 + 0.5 + 0.5j
+    problem = UnitProblem(square, square, 1.0, 0.0, regions=((box,),))
+    even = Match(np.arange(5.0), np.arange(5.0))
+    begun = placed(
+        Level.of(problem, 0.08, 0.0, 6e-4, 20.0).started(even),
+        Placing(np.array([2.3 + 0j]), np.array([0.5 + 0.5j]), np.array([0.5 + 0.5j])),
+    )
+    assert strains(begun).max() < 1e-9 and begun.kept.size
+    soft, firm = (
+        state.forward(1.0, 3.0, 50, 1e-6) for state in (begun, begun.with_firm_regions(1.0, 3.0, strain))
+    )
+    assert strains(firm).max() <= strain and strains(soft).max() > 0.05
+
+
 LEG = np.array([0, 6, 6 + 1j, 1j])
 BONE = np.array([0.2 + 0.1j, 2.4 + 0.1j, 2.4 + 0.9j, 0.2 + 0.9j])
 
@@ -182,7 +202,10 @@ def test_a_region_that_leaves_no_room_beside_it_is_made_smaller():
     fit = iccm.fit(bar, np.append(3 * ring, 2.6 * ring[::-1]), rigid=[region])
     (found,) = fit.rigid
     assert fit.status.ok and found.is_rigid and 0.2 < found.scale < 0.98
-    assert fit.certificate.share == 1 and any("room" in note for note in fit.notes)
+    (told,) = (re.search(r"room up to (0\.\d\d) of", note) for note in fit.notes if "room" in note)
+    assert fit.certificate.share == 1 and told
+    (same,) = iccm.fit(fit.source, fit.target, rigid=[region], rigid_size=float(told[1])).rigid
+    assert same.is_rigid and same.scale == pytest.approx(float(told[1]), rel=0.02)
 
 
 @pytest.mark.parametrize("angle", np.linspace(0.0, 1.5, 7))
