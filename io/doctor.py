@@ -27,6 +27,7 @@ EXTRAS = {
     "draco": "glTF files compressed by Draco",
     "dxf": "shapes from DXF files",
     "edit": "iccm edit",
+    "meshopt": "glTF files compressed by meshopt",
 }
 """What the requirements of an extra are needed for."""
 

@@ -22,7 +22,7 @@ from ...errors import InputError
 from ...meshes.mesh import Mesh
 from ...pixels.texture import REPEAT, Wrap
 from .. import files, limits, references
-from . import gltf_draco, gltf_schema
+from . import gltf_draco, gltf_meshopt, gltf_schema
 from .gltf_materials import base, set_of
 from .gltf_schema import DTYPES, TRIANGLES
 from .odd_forms import strip
@@ -30,7 +30,6 @@ from .size_limits import ITEMS
 
 LINES, STRIP, FAN = 1, 5, 6
 WRAPS = {33071: "clamp", 33648: "mirror"}
-COMPRESSED = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 ALIGNED = 8  # bytes that views begin at a multiple of: what the most exacting extension asks for
 
 
@@ -272,14 +271,12 @@ def read(path: Path) -> Gltf:
     data = files.read_bytes(path, max_bytes=limits.MESH_BYTES)
     text, held = _chunks(data) if data[:4] == b"glTF" else (data, b"")
     tree = json.loads(text)
-    for name in COMPRESSED:
-        if name in tree.get("extensionsRequired", []):
-            raise InputError(f"{path}: is compressed ({name}); save it without compression")
     gltf_schema.check(tree)
     buffers = [
         _content(path, buffer["uri"]) if "uri" in buffer else held for buffer in tree.get("buffers", [])
     ]
-    views = [_view(buffers, view) for view in tree.get("bufferViews", [])]
+    plain = gltf_meshopt.unpacked(path, tree, buffers)
+    views = [plain.get(k) or _view(buffers, view) for k, view in enumerate(tree.get("bufferViews", []))]
     return Gltf(path, *gltf_draco.expanded(path, tree, views))
 
 

@@ -6,11 +6,12 @@ import json
 import sys
 
 import DracoPy
+import meshopt
 import numpy as np
 import pytest
 from PIL import Image
 
-from iccm.io.meshes import gltf, gltf_draco
+from iccm.io.meshes import gltf, gltf_draco, gltf_meshopt
 from iccm.io.shapes import mesh_shape
 from tests import rich_glb
 
@@ -322,7 +323,6 @@ def test_sparse_and_normalised_accessors_and_placed_textures(tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"extensionsRequired": ["EXT_meshopt_compression"]}, "is compressed (EXT_meshopt_compression)"),
         ({"buffers": [{"uri": "../secret.bin", "byteLength": 4}]}, "which is not in its folder"),
         ({"buffers": [{"uri": "https://x.org/a.bin", "byteLength": 4}]}, "which is not in its folder"),
         ({"buffers": [{"uri": "gone.bin", "byteLength": 4}]}, "gone.bin: no such file"),
@@ -400,4 +400,66 @@ def test_draco_that_cannot_be_read_is_told_in_a_line(shapes, iccm, monkeypatch, 
     if how is None:
         monkeypatch.setitem(sys.modules, "DracoPy", None)
     done = iccm("flatten", "draco.glb")
+    assert done.code == 2 and len(done.lines) == 1 and message in done.err
+
+
+def packed(folder, name="EXT_meshopt_compression", **wrong):
+    """The same sheet as meshopt has it, as plain.glb and meshopt.gltf; `wrong` is what its first view says instead."""
+    squeezed(folder)
+    whole = gltf.read(folder / "plain.glb")
+    tree, data = json.loads(json.dumps(whole.tree)), b""
+    for k, view in enumerate(tree["bufferViews"]):
+        said = next(each for each in tree["accessors"] if each["bufferView"] == k)
+        stride = len(whole.views[k]) // said["count"]
+        mode = "TRIANGLES" if said["type"] == "SCALAR" else "ATTRIBUTES"
+        values = np.frombuffer(whole.views[k], np.uint8 if mode == "ATTRIBUTES" else np.uint16)
+        rows = values.reshape(said["count"], -1) if mode == "ATTRIBUTES" else values
+        packed = meshopt.encode_gltf_buffer(rows, mode)
+        here = {"buffer": 0, "byteOffset": len(data), "byteLength": len(packed), "byteStride": stride}
+        view |= {"buffer": 1, "extensions": {name: here | {"count": said["count"], "mode": mode}}}
+        data += packed
+    tree["bufferViews"][0]["extensions"][name] |= wrong
+    (folder / "packed.bin").write_bytes(data)
+    tree["buffers"] = [
+        {"uri": "packed.bin", "byteLength": len(data)},
+        {"byteLength": 9999, "extensions": {name: {"fallback": True}}},
+    ]
+    (folder / "meshopt.gltf").write_text(
+        json.dumps(tree | {"extensionsUsed": [name], "extensionsRequired": [name]})
+    )
+
+
+@pytest.mark.parametrize("name", gltf_meshopt.NAMES)
+def test_what_meshopt_compressed_is_the_mesh_it_was(tmp_path, iccm, name):
+    packed(tmp_path, name)
+    plain, found = (
+        gltf.primitives(gltf.read(tmp_path / each))["sheet"].triangles()
+        for each in ("plain.glb", "meshopt.gltf")
+    )
+    for values in ("points", "normals", "uv"):
+        assert np.array_equal(getattr(plain, values), getattr(found, values))
+    faces = [mesh.corners.reshape(-1, 3) for mesh in (plain, found)]  # a triangle may begin at any corner
+    one, two = (np.take_along_axis(f, (f.argmin(1)[:, None] + np.arange(3)) % 3, 1) for f in faces)
+    assert np.array_equal(one, two)
+    assert iccm("flatten", tmp_path / "meshopt.gltf", "--uv", tmp_path / "out.glb").code == 0
+    new = rich_glb.read(tmp_path / "out.glb")
+    assert not new.extensionsUsed and not new.extensionsRequired and not new.buffers[0].extensions
+    assert new.accessors[new.meshes[0].primitives[0].attributes.POSITION].count == 25
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"byteLength": 7}, "is no readable GLTF file"),
+        ({"mode": "PHOTONS"}, "is no readable GLTF file"),
+        ({"count": 12}, "is no readable GLTF file"),
+        ({"count": 10**12}, "items of 12 bytes"),
+        (None, "pip install 'iccm[meshopt]' reads it"),
+    ],
+)
+def test_meshopt_that_cannot_be_read_is_told_in_a_line(shapes, iccm, monkeypatch, wrong, message):
+    packed(shapes, **(wrong or {}))
+    if wrong is None:
+        monkeypatch.setitem(sys.modules, "meshopt", None)
+    done = iccm("flatten", "meshopt.gltf")
     assert done.code == 2 and len(done.lines) == 1 and message in done.err
