@@ -157,3 +157,27 @@ def test_what_is_written_by_hand_above_a_gallery_picture_stays(capsys):
     assert lines.index("Good: 1, 2.\nNot: 3.") < lines.index("![sheet](sheet.png)")
     assert "by hand" in capsys.readouterr().err
     assert "\n".join(lines) == "\n".join(gallery.table("sheet", [("a", "b")], "\n".join(lines)))
+
+
+@pytest.mark.slow
+def test_figures_of_reports_are_those_of_the_files(tmp_path):
+    """Of a bent sheet with a layout of its own, computed by code that shares nothing with iccm."""
+    from tests.bench.figures import checked, differing
+
+    x, y = (each.ravel() for each in np.meshgrid(np.linspace(0, 1, 9), np.linspace(0, 1, 9)))
+    rows = [f"v {a} {b} {0.4 * np.sin(3 * a) * b}" for a, b in zip(x, y)]
+    rows += [f"vt {0.1 + 0.8 * a} {0.1 + 0.6 * b + 0.2 * a * a}" for a, b in zip(x, y)]
+    at = [9 * j + i + 1 for j in range(8) for i in range(8)]
+    rows += ["f " + " ".join(f"{v}/{v}" for v in (k, k + 1, k + 10, k + 9)) for k in at]
+    (tmp_path / "sheet.obj").write_text("\n".join(rows))
+    found = list(checked(tmp_path / "sheet.obj", tmp_path))
+    assert [mode for mode, *_ in found] == [
+        "map (quads)",
+        "flatten (quads)",
+        "map",
+        "flatten",
+        "bake",
+        "relayout",
+    ]
+    for mode, _, report, figures in found:
+        assert figures and not differing(report, figures), mode

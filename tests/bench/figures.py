@@ -1,0 +1,395 @@
+"""Whether reports say what is in the files: the figures of meshes, computed anew from what is written.
+
+For each OBJ file of a folder, small ones first: `iccm map` and `iccm flatten --method` put it onto a disk, `iccm map
+--bake` paints its layout with coordinates, `iccm relayout` gives it another layout. Every figure of the reports that
+says something of the file is computed by other code: lines read here, signs of fractions, singular values by LAPACK,
+outlines by shapely, texels one triangle after another, derivatives of a baked map by differences of its pixels.
+
+python -m tests.bench.figures FOLDER [NAME …]
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from fractions import Fraction
+from itertools import chain, pairwise
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+COMMAND = str(Path(sys.executable).with_name("iccm"))
+ANGLES = np.arange(64) * np.pi / 32
+DISK = np.column_stack([50 + 40 * np.cos(ANGLES), 50 + 40 * np.sin(ANGLES)])
+CORNERS = " ".join(f"{x!r},{100 - y!r}" for x, y in DISK.tolist())
+DRAWING = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><polygon points="{CORNERS}"/></svg>'
+CLOSE, SIDE, LIMIT = 0.01, 2048, 600  # of a figure; texels; seconds
+SHARES = {"p05": 0.05, "p50": 0.5, "median": 0.5, "p95": 0.95, "max": 1.0}
+Figures = dict[str, float]
+
+
+class Written(NamedTuple):
+    """The faces of an OBJ that have coordinates.
+
+    Attributes:
+        points: (n, 3).
+        uv: (t, 2).
+        exact: the coordinates as fractions.
+        faces: of each its vertices, and its coordinates.
+    """
+
+    points: NDArray
+    uv: NDArray
+    exact: list[tuple[Fraction, Fraction]]
+    faces: list[tuple[list[int], list[int]]]
+
+    @property
+    def triangular(self) -> bool:
+        """Whether all faces are triangles."""
+        return all(len(face) == 3 for face, _ in self.faces)
+
+    @property
+    def fans(self) -> tuple[NDArray, NDArray]:
+        """(m, 3) vertices and coordinates of triangles."""
+        both = [
+            [each[0], each[k], each[k + 1]]
+            for part in (0, 1)
+            for each in (face[part] for face in self.faces)
+            for k in range(1, len(each) - 1)
+        ]
+        return np.array(both[: len(both) // 2]), np.array(both[len(both) // 2 :])
+
+
+def read(path: Path) -> Written:
+    """An OBJ file."""
+    points, uv, exact, faces = [], [], [], []
+    for line in path.read_text().splitlines():
+        word, *rest = line.split() or [""]
+        if word == "v":
+            points.append([float(each) for each in rest[:3]])
+        elif word == "vt":
+            uv.append([float(each) for each in rest[:2]])
+            exact.append((Fraction(rest[0]), Fraction(rest[1])))
+        elif word == "f":
+            corners = [each.split("/") for each in rest]
+            if all(len(each) > 1 and each[1] for each in corners):
+                faces.append(([int(each[0]) - 1 for each in corners], [int(each[1]) - 1 for each in corners]))
+    return Written(np.array(points), np.array(uv), exact, faces)
+
+
+def triangular(path: Path) -> bool:
+    """Whether all faces of an OBJ file are triangles."""
+    return all(len(line.split()) == 4 for line in path.read_text().splitlines() if line.startswith("f "))
+
+
+def cut(path: Path, out: Path) -> Path:
+    """An OBJ file with its polygons cut into triangles."""
+    lines = []
+    for line in path.read_text().splitlines():
+        word, *corners = line.split() or [""]
+        fans = [f"f {corners[0]} {a} {b}" for a, b in pairwise(corners[1:])] if word == "f" else [line]
+        lines += [] if word in ("mtllib", "usemtl") else fans
+    out.write_text("\n".join([*lines, ""]))
+    return out
+
+
+def sign(a: tuple, b: tuple, c: tuple) -> int:
+    """Of the area of a triangle."""
+    area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+    return (area > 0) - (area < 0)
+
+
+def signs(file: Written) -> Figures:
+    """Of triangles; of polygons how many are not convex."""
+    found: Figures = {}
+    turns = [
+        [sign(*(file.exact[uv[(k + j) % len(uv)]] for j in range(3))) for k in range(len(uv))]
+        for _, uv in file.faces
+    ]
+    if file.triangular:
+        found["uv flipped"] = sum(each[0] < 0 for each in turns)
+        found["uv degenerate"] = sum(each[0] == 0 for each in turns)
+    found["concave_polygons"] = sum(len(each) > 3 and min(each) <= 0 for each in turns)
+    return found
+
+
+def quantile(values: NDArray, weights: NDArray, share: float) -> float:
+    """Below which values are on a share of the weight."""
+    order = np.argsort(values)
+    total = np.cumsum(weights[order])
+    return float(values[order][min(np.searchsorted(total, share * total[-1]), values.size - 1)])
+
+
+def stretches(planar: NDArray, space: NDArray) -> tuple[NDArray, NDArray]:
+    """(m, 2) singular values of the linear maps of triangles (m, 3, 2) to (m, 3, 3), and whether they are upright."""
+    e, d = (np.stack([at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]], axis=-1) for at in (space, planar))
+    upright = np.linalg.det(d) > 0
+    found = np.full((len(d), 2), np.nan)
+    found[upright] = np.linalg.svd(e[upright] @ np.linalg.inv(d[upright]), compute_uv=False)
+    return found, upright
+
+
+def spreads(planar: NDArray, space: NDArray, *, surface: bool) -> Figures:
+    """The figures of distortion; of areas over the plane's area, or the surface's, whose plane they then are of."""
+    singular, upright = stretches(planar, space)
+    d = np.stack([planar[:, 1] - planar[:, 0], planar[:, 2] - planar[:, 0]], axis=-1)
+    before = np.abs(np.linalg.det(d)) / 2
+    after = np.linalg.norm(np.cross(space[:, 1] - space[:, 0], space[:, 2] - space[:, 0]), axis=1) / 2
+    scale = np.sqrt(after.sum() / before.sum())
+    most, least = singular.T
+    dilatation = np.where(upright, most / least, np.inf)
+    stretch = np.where(upright, np.maximum(most / scale, scale / least), np.inf)
+    found = {
+        f"dilatation {name}": quantile(dilatation, after, SHARES[name]) for name in ("median", "p95", "max")
+    }
+    found |= {f"stretch {name}": quantile(stretch, after, SHARES[name]) for name in ("p50", "p95", "max")}
+    size = np.sqrt(most * least) / scale
+    for k in (2, 4):
+        found[f"scale within{k}"] = float(after[(size < k) & (size > 1 / k)].sum() / after.sum())
+    areas, weights = (before / after * scale**2, after) if surface else (after / before, before)
+    for name in ("p05", "median", "p95"):
+        found[f"log10_area {name}"] = quantile(np.log10(areas), weights, SHARES[name])
+    return found
+
+
+def rim(file: Written, plane: NDArray) -> Figures:
+    """How far the outer ring of coordinates (t, 2) in the plane is from the disk."""
+    half = {(a, b) for _, uv in file.faces for a, b in zip(uv, [*uv[1:], uv[0]])}
+    after = {a: b for a, b in half if (b, a) not in half}
+    rings = []
+    while after:
+        ring = [next(iter(after))]
+        while (number := after.pop(ring[-1], None)) is not None and number != ring[0]:
+            ring.append(number)
+        rings.append(plane[ring])
+    outer = max((ring for ring in rings if len(ring) > 2), key=lambda ring: shapely.Polygon(ring).area)
+    rings = shapely.LinearRing(outer), shapely.LinearRing(DISK)
+    dense = [np.array(ring.segmentize(0.02).coords) for ring in rings]
+    away = [shapely.distance(shapely.points(at), other) for at, other in zip(dense, rings[::-1])]
+    middles, lengths = (dense[0][1:] + dense[0][:-1]) / 2, np.linalg.norm(np.diff(dense[0], axis=0), axis=1)
+    square = np.average(shapely.distance(shapely.points(middles), rings[1]) ** 2, weights=lengths)
+    diagonal = float(np.linalg.norm(np.ptp(DISK, axis=0)))
+    return {
+        "boundary hausdorff": float(max(each.max() for each in away)) / diagonal,
+        "boundary rms": float(np.sqrt(square)) / diagonal,
+    }
+
+
+def layout(file: Written, size: int) -> Figures:
+    """Of coordinates: charts, triangles, and texels of a square picture that they cover."""
+    exact, parent = file.exact, list(range(len(file.uv)))
+
+    def root(k: int) -> int:
+        while parent[k] != k:
+            parent[k] = k = parent[parent[k]]
+        return k
+
+    for _, uv in file.faces:
+        for each in uv[1:]:
+            parent[root(each)] = root(uv[0])
+    _, fans = file.fans
+    turns = np.array([sign(*(exact[k] for k in fan)) for fan in fans])
+    at = file.uv[fans]
+    outside = ((at < -1e-9) | (at > 1 + 1e-9)).any(axis=(1, 2))
+    times = np.zeros((size, size), int)
+    for z in at * size - 0.5:
+        low, high = np.ceil(z.min(axis=0)).astype(int), np.floor(z.max(axis=0)).astype(int)
+        x, y = np.meshgrid(*(np.arange(a, b + 1) for a, b in zip(low, high)))
+        if x.size:
+            edges = [(z[k], z[(k + 1) % 3]) for k in range(3)]
+            side = [(b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0]) for a, b in edges]
+            inside = np.all([s > 0 for s in side], axis=0) | np.all([s < 0 for s in side], axis=0)
+            np.add.at(times, (y[inside] % size, x[inside] % size), 1)
+    return {
+        "charts": len({root(uv[0]) for _, uv in file.faces}),
+        "mirrored_triangles": int((turns < 0).sum()),
+        "flat_triangles": int((turns == 0).sum()),
+        "outside_triangles": int(outside.sum()),
+        "covered_texels": int((times > 0).sum()),
+        "overlapping_texels": int((times > 1).sum()),
+    }
+
+
+def baked(file: Written, picture: Path) -> Figures:
+    """The dilatation of the map that a picture of coordinates was baked by, from differences of its texels."""
+    import OpenImageIO as oiio
+
+    values = oiio.ImageBuf(str(picture)).get_pixels(oiio.FLOAT)[::-1].astype(float)
+    size, corners = len(values), file.fans
+    space, at = file.points[corners[0]], file.uv[corners[1]] * size - 0.5
+    areas = np.linalg.norm(np.cross(space[:, 1] - space[:, 0], space[:, 2] - space[:, 0]), axis=1) / 2
+    owner = np.full((size, size), -1)
+    for k, z in enumerate(at):
+        low, high = np.ceil(z.min(axis=0)).astype(int), np.floor(z.max(axis=0)).astype(int)
+        x, y = np.meshgrid(*(np.arange(a, b + 1) for a, b in zip(low, high)))
+        if x.size:
+            edges = [(z[j], z[(j + 1) % 3]) for j in range(3)]
+            side = np.array([(b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0]) for a, b in edges])
+            inside = (side >= 0).all(axis=0) | (side <= 0).all(axis=0)
+            owner[y[inside], x[inside]] = k
+    inner = owner[1:-1, 1:-1]
+    good = inner >= 0
+    for dy, dx in ((0, 1), (2, 1), (1, 0), (1, 2)):
+        good &= owner[dy : dy + size - 2, dx : dx + size - 2] >= 0
+    rows, columns = (each + 1 for each in np.nonzero(good))
+    own = owner[rows, columns]
+    across, up = (
+        (values[rows + dy, columns + dx, :2] - values[rows - dy, columns - dx, :2]) / 2
+        for dy, dx in ((0, 1), (1, 0))
+    )
+    to_space, to_layout = (
+        np.stack([each[:, 1] - each[:, 0], each[:, 2] - each[:, 0]], axis=-1) for each in (space, at)
+    )
+    linear = to_space @ np.linalg.inv(to_layout)
+    found = np.linalg.svd(linear[own] @ np.linalg.inv(np.stack([across, up], axis=-1)), compute_uv=False)
+    weights = areas[own] / np.bincount(own)[own]
+    return {
+        f"dilatation {name}": quantile(found[:, 0] / found[:, 1], weights, SHARES[name])
+        for name in ("median", "p95")
+    }
+
+
+def said(report: dict[str, Any], name: str) -> float:
+    """A figure of a report by its name; null is infinite."""
+    value: Any = report
+    for word in name.split():
+        value = value[word]
+    return np.inf if value is None else value
+
+
+def off(name: str, found: float, told: float) -> bool:
+    """Whether a figure is off by more than a hundredth; of logarithms, of what they are of."""
+    if found == told:
+        return False
+    if name.startswith("log10"):
+        return not abs(found - told) <= np.log10(1 + CLOSE)
+    least = {"boundary": 1e-5, "covered_texels": 100, "overlapping_texels": 100}.get(name.split()[0], 0)
+    return not abs(found - told) <= max(CLOSE * max(abs(found), abs(told)), least)
+
+
+def differing(report: dict[str, Any], figures: Figures) -> list[str]:
+    """The figures that a report has otherwise."""
+    told = {name: said(report, name) for name in figures}
+    return [
+        f"{name}: {found:.5g}, said {told[name]:.5g}"
+        for name, found in figures.items()
+        if off(name, found, told[name])
+    ]
+
+
+def command(*words: object) -> int:
+    """Run iccm."""
+    return subprocess.run([COMMAND, *map(str, words)], capture_output=True, timeout=LIMIT).returncode
+
+
+def checked(path: Path, folder: Path) -> Iterator[tuple[str, int, dict[str, Any], Figures]]:
+    """What was run, its exit code, its report, and the figures of what it wrote."""
+    disk, out, flat = folder / "disk.svg", folder / "out.obj", folder / "flat.obj"
+    disk.write_text(DRAWING)
+    _write_places(folder / "places.png")
+    report, asked = folder / "report.json", ("--report", folder / "report.json", "--force")
+
+    def result(name: str, words: tuple[object, ...], *made: Any) -> Iterator[tuple[str, int, dict, Figures]]:
+        report.unlink(missing_ok=True)
+        code = command(*words, *asked)
+        whole = json.loads(report.read_text()) if report.exists() else {}
+        yield name, code, whole, dict(chain.from_iterable(each(whole).items() for each in made if whole))
+
+    def onto(place: Any) -> tuple[Any, ...]:
+        def figures(whole: dict[str, Any]) -> Figures:
+            file = read(out)
+            plane = place(file.uv, whole)
+            vertices, uv = file.fans
+            own = spreads(plane[uv], file.points[vertices], surface="box" in whole) if file.triangular else {}
+            return signs(file) | rim(file, plane) | own
+
+        return (figures,)
+
+    def placed(uv: NDArray, whole: dict[str, Any]) -> NDArray:
+        low, high = np.array(whole["box"])
+        return uv * (high - low).max() + low + (0, 100)
+
+    def flattened(path: Path, kind: str) -> Iterator[tuple[str, int, dict[str, Any], Figures]]:
+        words = ("map", disk, path, "--cut", "-o", out)
+        yield from result(f"map{kind}", words, *onto(lambda uv, whole: 100 * uv))
+        words = ("flatten", path, "--cut", "--method", disk, "--uv", out)
+        yield from result(f"flatten{kind}", words, *onto(placed))
+
+    if not triangular(path):
+        yield from flattened(path, " (quads)")
+        path = cut(path, folder / "triangles.obj")
+    yield from flattened(path, "")
+    if command("flatten", path, "--cut", "--uv", flat, "--force") not in (0, 1):
+        return
+    words = ("map", disk, flat, "--cut", "--bake", "--size", SIDE, "--texture", folder / "places.png")
+    words = (*words, "-o", folder / "baked.png", "--padding", 0)
+    file = read(flat)
+    yield from result(
+        "bake", words, lambda whole: layout(file, SIDE), lambda whole: baked(file, folder / "baked.png")
+    )
+    if not read(path).faces:
+        return
+    words = (
+        "relayout",
+        path,
+        flat,
+        "--texture",
+        folder / "places.png",
+        "--size",
+        SIDE,
+        "-o",
+        folder / "re.png",
+    )
+
+    def kept(whole: dict[str, Any]) -> Figures:
+        same = len(file.fans[0])
+        figures = {f"layout {name}": value for name, value in layout(file, SIDE).items()}
+        return figures | {"triangles": same, "same_triangles": same, "distance max": 0.0}
+
+    yield from result("relayout", words, kept)
+
+
+def main() -> None:
+    """Every OBJ of a folder, or those named."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("names", nargs="*")
+    given = parser.parse_args()
+    paths = [path for path in given.folder.rglob("*.obj") if not given.names or path.name in given.names]
+    every = wrong = 0
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for path in sorted(paths, key=lambda path: path.stat().st_size):
+            for mode, code, report, figures in checked(path, folder):
+                bad = differing(report, figures)
+                every, wrong = every + len(figures), wrong + len(bad)
+                line = f"{path.name[:30]:30} {mode:15} {code} {len(figures):3} figures"
+                print("  ".join([line, *bad]), flush=True)
+    print(f"{every - wrong} of {every} figures within {CLOSE:.0%}")
+
+
+def _write_places(path: Path) -> None:
+    import OpenImageIO as oiio
+
+    size = 1024
+    at = (np.arange(size) + 0.5) / size
+    pixels = np.stack(
+        [np.tile(at, (size, 1)), np.tile(at[::-1, None], (1, size)), np.zeros((size, size))], axis=-1
+    )
+    out = oiio.ImageOutput.create(str(path))
+    out.open(str(path), oiio.ImageSpec(size, size, 3, oiio.UINT16))
+    out.write_image(np.rint(65535 * pixels).astype(np.uint16))
+    out.close()
+
+
+if __name__ == "__main__":
+    main()
