@@ -12,8 +12,7 @@ ply               PLY files that keep what they hold
 ply_write         new texture coordinates for one
 gltf              glTF's tree, buffers and accessors, and GLB
 gltf_schema       what readers of glTF rely on, checked
-gltf_draco        what Draco compressed, as it was
-gltf_meshopt      what meshopt compressed, likewise
+gltf_compressed   what Draco or meshopt compressed, as it was
 gltf_materials    textures of a glTF material
 gltf_write        new texture coordinates and pictures for a glTF file
 splitting         vertices split where coordinates part

@@ -22,7 +22,7 @@ from ...errors import InputError
 from ...meshes.mesh import Mesh
 from ...pixels.texture import REPEAT, Wrap
 from .. import files, limits, references
-from . import gltf_draco, gltf_meshopt, gltf_schema
+from . import gltf_compressed, gltf_schema
 from .gltf_materials import base, set_of
 from .gltf_schema import DTYPES, TRIANGLES
 from .odd_forms import strip
@@ -275,9 +275,9 @@ def read(path: Path) -> Gltf:
     buffers = [
         _content(path, buffer["uri"]) if "uri" in buffer else held for buffer in tree.get("buffers", [])
     ]
-    plain = gltf_meshopt.unpacked(path, tree, buffers)
+    plain = gltf_compressed.meshopt_views(path, tree, buffers)
     views = [plain.get(k) or _view(buffers, view) for k, view in enumerate(tree.get("bufferViews", []))]
-    return Gltf(path, *gltf_draco.expanded(path, tree, views))
+    return Gltf(path, *gltf_compressed.without_draco(path, tree, views))
 
 
 def primitives(document: Gltf) -> dict[str, Primitive]:

@@ -1,0 +1,122 @@
+"""glTF files that are compressed by Draco or meshopt, as plain ones.
+
+Khronos, *KHR_draco_mesh_compression*, 2018: a primitive names a buffer view, and for each attribute its number there.
+*EXT_meshopt_compression*, 2020, and *KHR_meshopt_compression*, 2025: a buffer view names bytes of a buffer, and how
+many items of how many bytes they stand for.
+"""
+
+from collections.abc import Collection
+from copy import deepcopy
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...errors import InputError
+from .. import limits
+from .gltf_schema import DTYPES, TRIANGLES
+
+DRACO = "KHR_draco_mesh_compression"
+MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
+NEEDS = "{}: is compressed ({}); pip install 'iccm[{}]' reads it, or save it without compression"
+
+
+def meshopt_views(path: Path, tree: dict[str, Any], buffers: list[bytes]) -> dict[int, bytes]:
+    """The bytes of buffer views that must be decoded, by their numbers; the JSON names no such compression any more.
+
+    Raises:
+        InputError: meshopt is not installed.
+        ValueError: what is compressed is not what the file says.
+    """
+    needed, found = set(MESHOPT) & set(tree.get("extensionsRequired", [])), dict[int, bytes]()
+    for number, view in enumerate(tree.get("bufferViews", [])):
+        said = {name: view["extensions"].pop(name) for name in MESHOPT if name in view.get("extensions", {})}
+        for name in needed & said.keys():
+            found[number] = _decoded(path, name, f"bufferViews/{number}", said[name], buffers)
+            if len(found[number]) != view["byteLength"]:
+                raise ValueError(f"bufferViews/{number}: is not of {view['byteLength']} bytes")
+    for buffer in tree.get("buffers", []):  # what holds nothing but room for what is decoded
+        if set(MESHOPT) & set(buffer.get("extensions", {})):
+            del buffer["extensions"]
+    _forget(tree, MESHOPT)
+    return found
+
+
+def _decoded(path: Path, name: str, place: str, said: dict[str, Any], buffers: list[bytes]) -> bytes:
+    try:
+        import meshopt
+    except ImportError:
+        raise InputError(NEEDS.format(path, name, "meshopt")) from None
+    start, count, stride = said.get("byteOffset", 0), said["count"], said["byteStride"]
+    data = buffers[said["buffer"]][start : start + said["byteLength"]]
+    if not 0 <= count * stride <= limits.MESH_BYTES:
+        raise ValueError(f"{place}: {count} items of {stride} bytes")
+    try:
+        rows = meshopt.decode_gltf_buffer(data, count, stride, said["mode"], said.get("filter"))
+    except Exception as error:  # meshopt's own, which have no base of their own
+        raise ValueError(f"{place}: {error}") from None
+    return rows.tobytes()
+
+
+def _forget(tree: dict[str, Any], names: Collection[str]) -> None:
+    """Take extensions out of the lists of those that a file has."""
+    for key in ("extensionsUsed", "extensionsRequired"):
+        if set(names) & set(tree.get(key, [])):
+            tree[key] = [name for name in tree[key] if name not in names]
+            if not tree[key]:
+                del tree[key]
+
+
+def without_draco(path: Path, tree: dict[str, Any], views: list[bytes]) -> tuple[dict[str, Any], list[bytes]]:
+    """A file's JSON and the bytes of its buffer views, primitives by Draco made plain ones; the same without any.
+
+    Raises:
+        InputError: DracoPy is not installed.
+        ValueError: what is compressed is not what the file says.
+    """
+    if not any(DRACO in primitive.get("extensions", {}) for primitive in _primitives(tree)):
+        return tree, views
+    try:
+        import DracoPy
+    except ImportError:
+        raise InputError(NEEDS.format(path, DRACO, "draco")) from None
+    tree, views = deepcopy(tree), list(views)
+    decoded = dict[int, Any]()
+
+    def put(accessor: int, values: np.ndarray) -> None:
+        """What an accessor holds becomes a view of its own."""
+        said = tree["accessors"][accessor]
+        values = np.ascontiguousarray(values, DTYPES[said["componentType"]])
+        if len(values) != said["count"]:
+            raise ValueError(f"accessors/{accessor}: {said['count']} items, and {len(values)} are compressed")
+        tree.setdefault("bufferViews", []).append({"buffer": 0, "byteLength": values.nbytes})
+        views.append(values.tobytes())
+        said["bufferView"] = len(views) - 1
+        said.pop("byteOffset", None)
+
+    for primitive in _primitives(tree):
+        said = primitive.get("extensions", {}).pop(DRACO, None)
+        if said is None:
+            continue
+        at = said["bufferView"]
+        if at not in decoded:
+            try:
+                decoded[at] = DracoPy.decode(views[at])
+            except Exception as error:  # DracoPy's own, which have no base of their own
+                raise ValueError(f"bufferViews/{at}: {error}") from None
+        found = decoded[at]
+        if "indices" not in primitive or not hasattr(found, "faces"):
+            raise ValueError(f"bufferViews/{at}: no triangles are compressed")
+        primitive["mode"] = TRIANGLES
+        put(primitive["indices"], found.faces.reshape(-1, 1))
+        for name, number in said["attributes"].items():
+            attribute = found.get_attribute_by_unique_id(number)
+            if attribute is None:
+                raise ValueError(f"bufferViews/{at}: has no attribute {number} for {name}")
+            put(primitive["attributes"][name], attribute["data"])
+    _forget(tree, [DRACO])
+    return tree, views
+
+
+def _primitives(tree: dict[str, Any]) -> list[dict[str, Any]]:
+    return [primitive for mesh in tree.get("meshes", []) for primitive in mesh["primitives"]]
