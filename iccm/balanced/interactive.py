@@ -39,7 +39,8 @@ from .search.warm_start import AT_REST, on_its_mesh
 SIZE = 0.06
 """Mesh size h of coarse meshes of domains of area one, 1200 triangles: 25 ms carry a map there."""
 FORWARD, BACKWARD = 8, 3  # Newton steps on the map, then on its inverse
-BUDGET = FORWARD  # of both together in a step of a drag on a fine mesh: some 35 ms on 7500 triangles
+BUDGET = 60_000
+"""Newton steps in a step of a drag, times triangles: some 35 ms of the 60 that an update may take."""
 SQUEEZED = 0.01
 """Of the smallest area on the mesh when it was new: smaller triangles are between corners of source and target that
 want to pass each other on the outline, which they can on a new mesh only."""
@@ -199,7 +200,8 @@ class Live:
         others = self._changes_vertices(given)
         coarse = self.coarse or others
         waits = dragged and not others and self.age + 1 < STEPS_A_MESH
-        state, least, age = self._pulled(given, BUDGET // 2 if dragged else BUDGET), self.least, self.age + 1
+        steps = max(2, BUDGET // len(self.state.faces)) if dragged else 2 * FORWARD
+        state, least, age = self._pulled(given, steps), self.least, self.age + 1
         behind = state is None or not _at_sources(state)
         if state is not None and (dragged or not behind):
             state = _within(state, settings.theta) if dragged else _towards(state, settings.theta)
@@ -242,19 +244,19 @@ class Live:
         return not same or bool(before.strokes or given.strokes)
 
     def _pulled(self, given: Pins, steps: int) -> DiscreteMap | None:
-        """The map with new goals for the same vertices, or with these on their way to their new sources by so many
-        steps; None where other vertices are needed."""
+        """The map with new goals for the same vertices, or with these on their way to their new sources by half of so
+        many steps, and how many are `spared`; None where other vertices are needed."""
         before, now, inside = self.given, given, self.state.inside
         if self._changes_vertices(given):
             return None
         sources, goals = np.ascontiguousarray(now.inner.T)
         if np.array_equal(sources, before.inner[:, 0]) and not self.behind:
-            return replace(self.state.with_goals(goals), spared=BUDGET)
+            return replace(self.state.with_goals(goals), spared=steps)
         if self.state.miss > 0 or not np.array_equal(goals, before.inner[:, 1]):
             return None
         pulled = replace(self.state, inside=inside._replace(z=sources))
-        near = pulled.backward(self.settings.theta, POWER, steps, AT_REST)
-        return replace(near, spared=BUDGET - steps + near.spared)
+        near = pulled.backward(self.settings.theta, POWER, steps // 2, AT_REST)
+        return replace(near, spared=steps - steps // 2 + near.spared)
 
     @property
     def met(self) -> bool:

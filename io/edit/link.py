@@ -23,7 +23,8 @@ from .session import Session, Shown
 KINDS = ("follow", "solve", "compare")
 Keep = Callable[[Session, Scene], None]
 IDLE = 0.5  # seconds without a change after which a map is compared with that from scratch
-GRACE = 3.0  # seconds in which a page that is loaded again must be back
+GRACE = 3.0  # seconds in which a page that is loaded again must ask for its files
+LOADING = 30.0  # and in which it must be back then
 TAKEN = 4001  # close code: the page was opened elsewhere
 MISTAKE = "internal error, please report it ({}: {})"
 
@@ -41,8 +42,7 @@ class Links:
         """One page, from its first word to its last."""
         await socket.accept()
         before, self._current = self._current, socket
-        if self._leaving:
-            self._leaving.cancel()
+        self._leave(None)
         if before is not None:
             with suppress(RuntimeError, WebSocketDisconnect):
                 await before.close(TAKEN)
@@ -55,7 +55,19 @@ class Links:
         finally:
             if self._current is socket:
                 self._current = None
-                self._leaving = asyncio.get_running_loop().call_later(self._grace, self._gone)
+                self._leave(self._grace)
+
+    def expect(self) -> None:
+        """A page is being loaded: if there is no other, it is waited for."""
+        if self._leaving:
+            self._leave(LOADING)
+
+    def _leave(self, seconds: float | None) -> None:
+        """Leave after some seconds, or not at all."""
+        if self._leaving:
+            self._leaving.cancel()
+        loop = asyncio.get_running_loop()
+        self._leaving = None if seconds is None else loop.call_later(seconds, self._gone)
 
 
 async def _choosing(socket: WebSocket, desk: Desk) -> None:

@@ -54,7 +54,11 @@ def app(
     links = Links(desk, gone, keep, **options)
 
     def serving(content: bytes, kind: str) -> Callable[..., Any]:
-        return lambda _: Response(content, media_type=kind)
+        async def answer(_: Request) -> Response:
+            links.expect()
+            return Response(content, media_type=kind)
+
+        return answer
 
     def of_session(make: Callable[[Session, Request], Response]) -> Callable[..., Any]:
         return lambda request: make(desk.session, request) if desk.session else Response(status_code=404)

@@ -423,7 +423,7 @@ class Session:
             InputError: one is not inside its shape.
         """
         listed = Listed(pins=scene.pins, strokes=scene.strokes)
-        pins, strokes = constraints.pair(self.source, self.target, listed)
+        pins, strokes = constraints.pair(self.source, self.source if self.deforming else self.target, listed)
         for side, shape in enumerate((self.source, self.target)[: 1 if self.deforming else 2]):
             check_inside(shape, "pin", list(pins[:, side]))
             for number, stroke in enumerate(strokes):

@@ -18,7 +18,12 @@ from ..point_syntax import Place
 from .shape import Shape
 
 if TYPE_CHECKING:
-    from .listing import Listed, Stroke
+    from .listing import Listed, Pin, Stroke
+
+TURNED, CIRCLE = 0.05, 6
+"""Of the diagonal: the radius of what turns with a pin, if there is room, and how many pins around make it turn."""
+LEAST_ROOM = 2e-3
+"""Of the diagonal: about a pin that turns the shape."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +83,8 @@ def collect(source: Shape, target: Shape, listed: Listed | None = None) -> Const
         strokes.append((a, b, stroke.weight, stroke.name))
         if stroke.ends == "stick":
             pins += [(a.z[end], b.z[end], stroke.weight, stroke.name) for end in (0, -1)]
+    if listed and any(pin.turn is not None for pin in listed.all_pins):
+        pins += _around(source, target, listed.all_pins)
     return Constraints(
         np.array([pin[:2] for pin in pins], dtype=complex).reshape(-1, 2),
         np.array([pin[2] for pin in pins], dtype=float),
@@ -85,6 +92,32 @@ def collect(source: Shape, target: Shape, listed: Listed | None = None) -> Const
         np.array([stroke[2] for stroke in strokes], dtype=float),
         ([pin[3] for pin in pins], [stroke[3] for stroke in strokes]),
     )
+
+
+def _around(source: Shape, target: Shape, listed: list[Pin]) -> list[tuple]:
+    """Pins on circles about those that turn the shape.
+
+    Raises:
+        InputError: there is a target, which says how it turns, or no room about a pin.
+    """
+    if target is not source:
+        raise InputError("turn: a shape turns about its pins only where it has no target")
+    found: list[tuple] = []
+    z = np.array([source.at(pin.source) for pin in listed])
+    outlines, size = (source.curve, *map(Curve, source.holes)), source.curve.diagonal
+    for k, pin in enumerate(listed):
+        if pin.turn is None:
+            continue
+        away = [abs(each.at(each.closest(z[k : k + 1]))[0] - z[k]) for each in outlines]
+        room = min([*away, *np.abs(np.delete(z, k) - z[k])])
+        if room < LEAST_ROOM * size:
+            raise InputError(
+                f"pin {k + 1}: no room to turn the shape; move it off the outline and other pins"
+            )
+        around = min(TURNED * size, room / 2) * np.exp(2j * np.pi * np.arange(CIRCLE) / CIRCLE)
+        goals = target.at(pin.target) + around * np.exp(1j * np.radians(pin.turn))
+        found += [(*pair, pin.weight, pin.name) for pair in zip(z[k] + around, goals)]
+    return found
 
 
 def pairs_at(source: Shape, target: Shape, start: Place, end: Place) -> list[tuple[complex, complex]]:

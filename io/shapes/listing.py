@@ -17,8 +17,9 @@ them for each model.
 
 "files" may tell which shapes they are for, {"source": {"file": "a.svg", "size": [512, 512]}, "target": …}: those of
 another size are refused then. `name` (for messages), `weight` (relative to the other pins or strokes, 1) and `ends` are
-optional. A stroke with ends "free" slides along its target; with "stick" its first and last points also are pinned to
-those of the target.
+optional. A pin's `turn` is by how many degrees, counter-clockwise, a shape that is deformed turns there; without it is
+free. A stroke with ends "free" slides along its target; with "stick" its first and last points also are pinned to those
+of the target.
 
 "rigid" may list regions of the source that keep their form: "#id" of an element, the name of a mask, or polygons.
 
@@ -63,6 +64,7 @@ class Pin(_Entry):
 
     source: Place
     target: Place
+    turn: Annotated[float, Field(ge=-360, le=360, strict=True)] | None = None
 
 
 class Stroke(_Entry):

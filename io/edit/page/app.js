@@ -232,8 +232,8 @@ const does = {
   async place(side, point) {
     const answer = await link.ask({type: 'place', side, points: [point]});
     if (answer.error) return say(answer.error, true);
-    const ends = {[side]: point, [side === 'source' ? 'target' : 'source']: answer.points[0]};
-    scene.pins.push({name: '', weight: 1, ...ends});
+    const [source, target] = side === 'source' ? [point, answer.points[0]] : [answer.points[0], point];
+    scene.pins.push({name: '', weight: 1, source, target, turn: null});
     return commit();
   },
   async stroke(side, points, closed) {
@@ -247,8 +247,8 @@ const does = {
     const answer = await link.ask({type: 'place', side, points: finer(points)});
     if (answer.error) return say(answer.error, true);
     const image = simplified(answer.points.map((p) => other.page(p)), DRAWN / other.view.zoom);
-    const ends = {[side]: points, [other.side]: image.map((p) => other.units.file(p))};
-    scene.strokes.push({name: '', weight: 1, ends: 'free', ...ends});
+    const there = image.map((p) => other.units.file(p)), [source, target] = side === 'source' ? [points, there] : [there, points];
+    scene.strokes.push({name: '', weight: 1, source, target, ends: 'free'});
     return commit();
   },
   drag(side, {kind: group, number, point}, place) {
@@ -260,10 +260,14 @@ const does = {
       const from = pane.page(entry[side]), by = pane.page(place).map((value, k) => value - from[k]);
       for (const k of together(number)) scene.pins[k][side] = k === number ? place : pane.moved(scene.pins[k][side], by);
     }
-    ask('follow');
-    resting = setTimeout(() => { if (!document.body.classList.contains('bad')) ask('solve'); }, REST);
-    refresh();
+    followed();
     return true;
+  },
+  /** By how many degrees the shape turns about a pin; null: as it likes. */
+  turn({number}, degrees) {
+    if (locked(scene.pins[number])) return;
+    scene.pins[number].turn = degrees;
+    followed();
   },
   drop: () => commit(seq !== solving),
   remove({kind: group, number, point}, whole = false) {
@@ -284,12 +288,12 @@ const does = {
     scene[group][number].name = name;
     commit(false);
   },
-  /** Places that were typed: of the source, then of the target. */
+  /** Places that were typed: of the source, then of the target, and degrees where the shape turns about a pin. */
   move({kind: group, number}, typed) {
-    const {source, target} = scene[group][number];
-    if (locked(scene[group][number])) return refresh();
-    if (typed.length !== source.length + target.length) return say('write as many numbers as before', true);
-    Object.assign(scene[group][number], {source: typed.slice(0, source.length), target: typed.slice(source.length)});
+    const entry = scene[group][number], split = entry.source.length, all = split + entry.target.length;
+    if (locked(entry)) return refresh();
+    if (typed.length !== all && !(names.deforming && typed.length === all + 1)) return say('write as many numbers as before', true);
+    Object.assign(entry, {source: typed.slice(0, split), target: typed.slice(split, all), turn: typed[all] ?? null});
     commit();
   },
   choose(item) { chosen = item; },
@@ -300,6 +304,13 @@ const does = {
     }
   },
 };
+
+/** The map follows, and comes to rest when nothing moves. */
+function followed() {
+  ask('follow');
+  resting = setTimeout(() => { if (!document.body.classList.contains('bad')) ask('solve'); }, REST);
+  refresh();
+}
 
 function pen(down) {
   for (const pane of Object.values(panes)) if (!down && pane.drawing) Object.assign(pane, {drawing: null}).redraw();

@@ -25,7 +25,7 @@ void paint(vec2 s, mat2 metric) {
   float most = max(sqrt(0.5 * (size + root)), 1.0 / max(sqrt(max(0.5 * (size - root), 0.0)), 1e-4));
   float heat = clamp(0.5 * log2(most), 0.0, 1.0) * stretch;
   vec3 hot = mix(vec3(1.0, 0.85, 0.2), vec3(0.65, 0.0, 0.15), heat);
-  c = mix(c, vec4(hot, 1.0), 0.85 * smoothstep(0.0, 0.35, heat));
+  c = mix(c, vec4(hot, 1.0) * opacity, 0.85 * smoothstep(0.0, 0.35, heat));
   vec2 at = s / step_, line = abs(fract(at - 0.5) - 0.5) / max(fwidth(at), vec2(1e-9));
   float ink = grid * (1.0 - smoothstep(0.4, 1.4, min(line.x, line.y)));
   colour = mix(c, vec4(0.05, 0.1, 0.2, 1.0) * max(c.a, 0.4), 0.7 * ink);

@@ -16,6 +16,7 @@ const CORNER = 8, IMAGE = 6;          // pixels: so near a corner, or a mirror i
 const LOUPE = 150, LARGER = 4;        // pixels of the loupe's sides, and how many times larger it shows what is dragged
 const ROUGH = 0.5;                    // of the pixels of a side, while the map follows without a graphics card
 const STEP = 40, TURN = 0.008;        // pixels that an arrow key moves the view, and radians a pixel turns a mesh
+const ARM = 34, SWING = 5;            // pixels from a pin to the handle that turns it, and degrees an arrow key does
 
 export class Pane {
   /** @param does {place, drag, drop, remove, stroke, choose, hover}: what happens on it */
@@ -57,7 +58,7 @@ export class Pane {
       this.surface = new Surface(await answer.arrayBuffer(), this.shape.axes);
       this.painter.mesh(this.surface);
     }
-    new ResizeObserver(() => this.resized()).observe(this.element);
+    new ResizeObserver(() => { this.resized(); this.paint(); }).observe(this.element);  // at once: a new size has cleared it
   }
 
   /** Where the pins of a shape that is deformed have moved its outlines. */
@@ -204,6 +205,10 @@ export class Pane {
       const wrong = this.scene.wrong.strokes?.includes(k) ? ' wrong' : '';
       drawn.push({d: path(stroke[this.side].map((p) => this.page(p))), class: `stroke${wrong}`, hue: hue(k + 3)});
     });
+    for (const pin of this.turning) {
+      const [from, to] = [this.pixel(this.page(pin.target)), this.#arm(pin)].map((p) => p.map((v) => v.toFixed(1)).join(' '));
+      drawn.push({d: `M${from}L${to}`, class: pin.turn === null ? 'arm free' : 'arm'});
+    }
     if (this.drawing) drawn.push({d: path(this.drawing), class: 'stroke drawing'});
     if (this.guide) {
       const [x, y] = this.pixel(this.guide);
@@ -232,6 +237,10 @@ export class Pane {
       wrong: this.scene.wrong.pins?.includes(k), hue: hue(k), class: 'pin',
       selected: this.scene.selected.has(k), locked: this.scene.locked(pin),
     }));
+    this.turning.forEach((pin, k) => wanted.push({
+      key: `turn ${k}`, item: {kind: 'pins', number: k}, place: pin.target, text: pin.turn === null ? '' : `${pin.turn}°`, at: this.#arm(pin),
+      name: `turn of pin ${pin.name || k + 1}: ${pin.turn === null ? 'free' : `${pin.turn} degrees`}`, hue: hue(k), class: 'turn',
+    }));
     this.scene.suggested.forEach((pin, k) => wanted.push({
       key: `ghost ${pin.source} ${pin.target}`, item: {kind: 'suggested', number: k}, place: pin[this.side], text: pin.name || '+',
       name: `suggested pin ${pin.name || k + 1}`, hue: 0, class: 'ghost',
@@ -245,7 +254,7 @@ export class Pane {
     for (const handle of wanted) {
       const element = there.get(handle.key) ?? this.#handle(handle);
       there.delete(handle.key);
-      const point = this.page(handle.place), [x, y] = this.pixel(point);
+      const point = this.page(handle.place), [x, y] = handle.at ?? this.pixel(point);
       element.classList.toggle('behind', Boolean(this.surface?.hides(point)));
       element.style.transform = `translate(${x}px, ${y}px)`;
       element.style.setProperty('--hue', handle.hue);
@@ -266,6 +275,12 @@ export class Pane {
     element.className = `handle ${kind}`;
     if (kind === 'ghost') element.onpointerdown = (event) => event.stopPropagation();
     if (kind === 'ghost') return element;
+    if (kind === 'turn') {
+      element.onpointerdown = (event) => this.#swing(event, element, item.number);
+      element.ondblclick = (event) => { event.stopPropagation(); this.does.turn(item, null); this.does.drop(); };
+      element.onkeydown = (event) => this.#swingKey(event, item);
+      return element;
+    }
     element.onpointerdown = (event) => this.#grab(event, element, item);
     element.ondblclick = (event) => { event.stopPropagation(); this.does.remove(item); };
     element.onkeydown = (event) => this.#key(event, item);
@@ -297,6 +312,46 @@ export class Pane {
       this.loupe = this.guide = null;
       if (to) this.does.drop();
     };
+  }
+
+  /** The pins that may be turned: those of a shape that is deformed, where it is. */
+  get turning() {
+    return this.free ? this.scene.pins : [];
+  }
+
+  /** The pixel of the handle that turns a pin; above it where it does not. */
+  #arm({target, turn}) {
+    const [x, y] = this.pixel(this.page(target)), angle = (turn ?? 0) * Math.PI / 180;
+    return [x - ARM * Math.sin(angle), y - ARM * Math.cos(angle)];
+  }
+
+  #swing(event, element, number) {
+    if (event.button) return;
+    event.stopPropagation();
+    element.setPointerCapture(event.pointerId);
+    const start = this.#event(event);
+    let turned = false;
+    element.onpointermove = (next) => {
+      const here = this.#event(next), [x, y] = this.pixel(this.page(this.scene.pins[number].target));
+      turned ||= distance(here, start) > CLICK;
+      if (turned) this.does.turn({number}, Number((Math.atan2(x - here[0], y - here[1]) * 180 / Math.PI).toFixed(1)));
+    };
+    element.onpointerup = element.onpointercancel = () => {
+      element.onpointermove = element.onpointerup = element.onpointercancel = null;
+      if (turned) this.does.drop();
+    };
+  }
+
+  #swingKey(event, item) {
+    const [right, down] = ARROWS[event.key] ?? [], {turn} = this.scene.pins[item.number];
+    const by = -SWING * (event.shiftKey ? FINE : 1) * (right || down);
+    if (event.key === 'Delete' || event.key === 'Backspace') this.does.turn(item, null);
+    else if (by) this.does.turn(item, Number((((turn ?? 0) + by) % 360).toFixed(1)));
+    else return;
+    clearTimeout(this.still);
+    this.still = setTimeout(() => this.does.drop(), 250);
+    event.preventDefault();
+    event.stopPropagation();
   }
 
   #place({kind, number, point}) {

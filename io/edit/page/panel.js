@@ -24,7 +24,8 @@ export function list(element, scene, wrong, does) {
       name.setAttribute('aria-label', `name of ${word} ${k + 1}`);
       name.onchange = () => does.rename(item, name.value.trim());
       const numbers = kind === 'pins' && [entry.source, entry.target].flat().every((v) => typeof v === 'number');
-      const text = kind === 'pins' ? `${written(entry.source)} → ${written(entry.target)}`
+      const turned = typeof entry.turn === 'number' ? ` ∠ ${entry.turn}°` : '';
+      const text = kind === 'pins' ? `${written(entry.source)} → ${written(entry.target)}${turned}`
         : `${entry.source.length} → ${entry.target.length} points`;
       if (document.activeElement !== place) place.value = text;
       place.readOnly = !numbers;

@@ -11,7 +11,10 @@ export function change(before, after) {
   for (const [kind, word] of [['pins', 'pin'], ['strokes', 'stroke']]) {
     const other = after[kind].flatMap((entry, k) => (JSON.stringify(entry) === JSON.stringify(before[kind][k]) ? [] : [k]));
     if (other.length > 1) return `${other.length} ${word}s moved`;
-    if (other.length) return `${word} ${other[0] + 1} ${after[kind][other[0]].name === before[kind][other[0]].name ? 'moved' : 'named'}`;
+    if (other.length) {
+      const [now, then] = [after, before].map((scene) => scene[kind][other[0]]);
+      return `${word} ${other[0] + 1} ${now.name !== then.name ? 'named' : now.turn !== then.turn ? 'turned' : 'moved'}`;
+    }
   }
   return 'as before';
 }

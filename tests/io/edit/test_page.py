@@ -491,6 +491,117 @@ def test_the_drawings_themselves_are_seen(page, tmp_path):
     assert np.abs(seen[1][y, x] - (seen[0][y, x] + seen[2][y, x]) / 2).max() <= 2
 
 
+def test_the_drawing_blinks_until_it_is_told_to_stop(page):
+    edited = page("rose-leaf", "rose.svg", "leaf.svg", "--texture", "petals.jpg")
+    edited.js("""(() => { window.shares = [];
+      const {painter} = iccm.panes.target, draw = painter.draw.bind(painter);
+      painter.draw = (view, overlay) => { shares.push(overlay.own); draw(view, overlay); }; })()""")
+    edited.key("b")
+    edited.wait("shares.join('').includes('101')")
+    assert edited.js("document.getElementById('blink').getAttribute('aria-pressed')") == "true"
+    edited.js("document.getElementById('blink').click()")
+    edited.wait("shares.at(-1) === 0.3")
+    count = edited.js("shares.length")
+    time.sleep(2)
+    assert edited.js("shares.length") == count
+
+
+def test_the_loupe_shows_what_is_under_the_pin_larger(page):
+    edited = page("rose-leaf", "rose.svg", "leaf.svg", "--texture", "petals.jpg")
+    edited.click("source", 259, 156)
+    glass = "document.querySelector('#target .loupe').checkVisibility()"
+    assert not edited.js(glass)
+    x, y = edited.scene["pins"][0]["target"]
+    edited.drag("target", (x, y), (x + 20, y + 15), release=False)
+    assert edited.settled() == "full" and edited.js(glass)
+    seen = canvas(edited, "target")
+    left, top, side = edited.js(
+        "['x', 'y', 'width'].map((name) => Number(document.querySelector('#target .loupe').getAttribute(name)))"
+    )
+    loupe = seen[round(top) : round(top + side), round(left) : round(left + side)]
+    edited.mouse("mouseReleased", edited.at("target", x + 20, y + 15))
+    edited.wait(f"!{glass}")
+    assert edited.settled() == "full"
+    edited.js("""((pane, [x, y]) => Object.assign(pane.view, {x, y, zoom: 4 * pane.view.zoom}))
+      (iccm.panes.target, iccm.panes.target.page(iccm.scene.pins[0].target))""")
+    near = canvas(edited, "target")
+    begin = [round((length - side) / 2) for length in near.shape[:2]]
+    want = near[begin[0] : begin[0] + round(side), begin[1] : begin[1] + round(side)]
+    likeness = structural_similarity(over_white(loupe), over_white(want), data_range=255)
+    assert likeness >= 0.95, likeness
+
+
+def test_the_heat_of_stretch_is_that_of_the_map_as_the_legend_says(page, tmp_path):
+    """A pixel's stretch by the map's own derivatives: no colour at 1, the last one from 4 times on."""
+    from iccm.io.edit.messages import Scene
+    from iccm.io.edit.session import Session
+    from iccm.io.run.job import make
+
+    edited = page("rose-leaf", "rose.svg", "leaf.svg", "--texture", "petals.jpg")
+    edited.js("document.getElementById('own').value = 0, document.getElementById('own').oninput()")
+    cold, legend = canvas(edited, "target"), "document.getElementById('legend').checkVisibility()"
+    assert not edited.js(legend)
+    edited.key("h")
+    edited.wait(legend)
+    warm = canvas(edited, "target").astype(float)
+    session = Session(make({"source": str(tmp_path / "rose.svg"), "target": str(tmp_path / "leaf.svg")}))
+    session.solve(Scene())
+    rng = np.random.default_rng(1)
+    x, y = (rng.integers(length, size=4000) for length in cold.shape[1::-1])
+    places = edited.js(
+        "arguments[0].map((p) => iccm.panes.target.units.file(iccm.panes.target.at(p)))",
+        (np.column_stack([x, y]) + 0.5).tolist(),
+    )
+    w = np.array([session.target.at(tuple(place)) for place in places])
+    inside = session.target.curve.contains(w)
+    _, p, q = session._map.inverse_jet(w[inside])
+    mean = np.sqrt(session.source.curve.area / session.target.curve.area)
+    most = np.maximum((abs(p) + abs(q)) / mean, mean / (abs(p) - abs(q)))
+    heat = np.clip(np.log(most) / np.log(4), 0, 1)[:, None]
+    assert np.ptp(heat) > 0.5
+    hot = 255 * ((1 - heat) * [0.2, 0.85, 1] + heat * [0.15, 0, 0.65])
+    near = np.clip(heat / 0.35, 0, 1)
+    share = 0.85 * near**2 * (3 - 2 * near)
+    before, after = (picture[y[inside], x[inside], :3] for picture in (cold, warm))
+    wrong = np.abs((1 - share) * before + share * hot - after).max(axis=1)
+    assert np.nanquantile(wrong, 0.9) <= 4, np.nanquantile(wrong, [0.5, 0.9, 0.95])
+
+
+def test_the_panes_stay_where_they_are_whatever_is_told(page):
+    edited = page("rose-leaf", "rose.svg", "leaf.svg")
+    places = "['source', 'target'].map((id) => document.getElementById(id).getBoundingClientRect().toJSON())"
+    for width in (1400, 1024):
+        edited.screen(1, width)
+        before = edited.js(places)
+        edited.js("""(() => {
+          document.getElementById('other').hidden = false;
+          document.getElementById('other').textContent = 'Back to the one gone on from';
+          document.getElementById('status').textContent = 'It is told at length. '.repeat(40);
+          document.body.classList.add('bad', 'busy', 'dirty'); })()""")
+        assert edited.js(places) == before, width
+        edited.js("document.getElementById('other').hidden = true")
+        edited.js("document.body.classList.remove('bad', 'busy', 'dirty')")
+
+
+def test_copy_says_what_must_be_saved_before(page):
+    edited = page("rose-leaf", "rose.svg", "leaf.svg")
+    allowed = {"permissions": ["clipboardReadWrite", "clipboardSanitizedWrite"]}
+    edited.driver.execute_cdp_cmd("Browser.grantPermissions", allowed)
+    edited.click("source", 259, 156)
+    said = "document.getElementById('status').textContent"
+    edited.js("document.getElementById('copy').click()")
+    edited.wait(f"{said}.startsWith('Copied')")
+    assert "save first" in edited.js(said)
+    edited.key("s", ctrl=True)
+    edited.wait("!document.body.classList.contains('dirty')")
+    edited.js("document.getElementById('copy').click()")
+    edited.wait(f"{said} === 'Copied.'")
+    edited.driver.set_script_timeout(PATIENCE)
+    copied = edited.driver.execute_async_script("navigator.clipboard.readText().then(arguments[0])")
+    assert copied == edited.js("document.getElementById('command').textContent")
+    assert (edited.folder / copied.partition("--constraints ")[2].split()[0]).exists()
+
+
 def test_what_is_drawn_or_dragged_too_far_stays_in_reach(page):
     edited = page("rose-leaf", "rose.svg", "leaf.svg")
     edited.js("document.getElementById('pen').click()")
@@ -763,3 +874,48 @@ def test_without_a_target_pins_deform_the_shape_as_the_command_does(page, tmp_pa
     done = shell(f"{line} --size 400", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert similarity(edited, tmp_path / "gingerbread-deformed.png") > 0.97
+
+
+def test_without_a_target_pins_turn_the_shape_by_hand_and_keys(page):
+    edited = page("limbs", "gingerbread.svg", "--texture", "icing.png")
+    for x, y in ((256, 256), (256, 110)):
+        edited.click("source", x, y)
+    assert edited.js("document.querySelectorAll('.handle.turn').length") == 2
+    before = edited.picture(300, 300)
+    ring = "document.querySelectorAll('#target .handle.turn')[1]"
+    box = f"(r => [r.left + r.width / 2, r.top + r.height / 2])({ring}.getBoundingClientRect())"
+    begin, pin = np.array(edited.js(box)), np.array(edited.at("target", 256, 110))
+    arm = np.hypot(*(begin - pin))
+    edited.mouse("mousePressed", begin, 1)
+    for angle in np.radians(np.linspace(5, 30, 6)):  # to the left, which is counter-clockwise
+        edited.mouse("mouseMoved", pin - arm * np.array([np.sin(angle), np.cos(angle)]), 1)
+        time.sleep(0.03)
+    edited.mouse("mouseReleased", edited.js(box))
+    assert edited.settled() == "full"
+    assert edited.scene["pins"][1]["turn"] == pytest.approx(30, abs=1)
+    assert edited.js("document.querySelector('#past button').textContent") == "pin 2 turned"
+    assert not np.array_equal(edited.picture(300, 300), before)
+    edited.js(f"{ring}.focus()")
+    edited.key("ArrowRight")
+    edited.wait("iccm.scene.pins[1].turn < 26")
+    assert edited.settled() == "full"
+    edited.js(f"{ring}.focus()")
+    edited.key("Delete")
+    edited.wait("iccm.scene.pins[1].turn === null")
+    assert edited.settled() == "full"
+
+
+def test_undo_outlasts_a_new_load_whichever_side_was_clicked(page):
+    edited = page("rose-leaf", "rose.svg", "leaf.svg")
+    edited.click("target", 259, 156)
+    edited.js("document.getElementById('pen').click()")
+    edited.drag("source", (210, 380), (310, 385))
+    edited.wait("iccm.scene.strokes.length === 1")
+    edited.settled()
+    edited.driver.get(edited.address)
+    edited.wait("globalThis.iccm")
+    edited.settled()
+    for strokes, pins in ((0, 1), (0, 0)):
+        edited.key("z", ctrl=True)
+        edited.wait(f"iccm.scene.strokes.length === {strokes} && iccm.scene.pins.length === {pins}")
+        edited.settled()

@@ -358,3 +358,30 @@ def test_without_a_target_the_shape_is_deformed_and_nothing_jumps(shapes, shell)
     assert (shapes / "shown.png").read_bytes() == (shapes / "square-deformed.png").read_bytes()
     with pytest.raises(InputError, match="JSON"):
         saving.copy_names(edited, saving.ENDING)
+
+
+def test_a_pin_turns_a_shape_without_a_target_and_is_saved_so(shapes, iccm):
+    edited = Session(make({"source": "square.svg"}))
+    held = {"source": [30, 50], "target": [30, 50]}
+    free, turned = ({"source": [70, 50], "target": [70, 50], "turn": turn} for turn in (None, 40))
+    core, size = edited.core(scene(free))[0][0, 0], edited.source.curve.diagonal
+    around = 0.05 * size * np.exp(2j * np.pi * np.arange(6) / 6)
+    for pin, angle in ((free, 0), (turned, 40)):
+        shown = edited.solve(scene(held, pin))
+        assert shown.ok and edited._map.injectivity.certified
+        want = core + around * np.exp(1j * np.radians(angle))
+        assert np.abs(edited._map(core + around) - want).max() < 1e-6 * size
+    seen = edited._map.image
+    name = saving.save(edited, scene(held, turned), "turned.json", replace=False)
+    again = Session(make({"source": "square.svg", "constraints": name}))
+    assert again.first.pins[1].turn == 40 and again.solve(again.first).ok
+    assert np.array_equal(again._map.image, seen)
+    done = iccm("map", "square.svg", "blob.svg", "--constraints", name, "-o", "a.png")
+    assert done.code == 2 and "turn" in done.err
+
+
+def test_a_pin_on_the_outline_turns_nothing(shapes):
+    edited = Session(make({"source": "square.svg"}))
+    corner = edited.source.to_file(edited.source.curve.z[:1])[0].tolist()
+    shown = edited.solve(scene({"source": corner, "target": corner, "turn": 10}))
+    assert shown.kind == "error" and "no room" in shown.message and shown.wrong["pins"] == [0]
