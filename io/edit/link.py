@@ -23,7 +23,7 @@ from .session import Session, Shown
 KINDS = ("follow", "solve", "compare")
 Keep = Callable[[Session, Scene], None]
 IDLE = 0.5  # seconds without a change after which a map is compared with that from scratch
-GRACE = 3.0  # seconds in which a page that is loaded again must ask for its files
+GRACE = 3.0  # seconds in which a page that is loaded again must be asked for
 LOADING = 30.0  # and in which it must be back then
 TAKEN = 4001  # close code: the page was opened elsewhere
 MISTAKE = "internal error, please report it ({}: {})"
@@ -36,12 +36,14 @@ class Links:
         self._desk, self._gone, self._keep, self._grace = desk, gone, keep, grace
         self._current: WebSocket | None = None
         self._leaving: asyncio.TimerHandle | None = None
+        self._expected = False
         self._pools = {kind: ThreadPoolExecutor(1, f"iccm-{kind}") for kind in (*KINDS, "files")}
 
     async def serve(self, socket: WebSocket) -> None:
         """One page, from its first word to its last."""
         await socket.accept()
         before, self._current = self._current, socket
+        self._expected = False
         self._leave(None)
         if before is not None:
             with suppress(RuntimeError, WebSocketDisconnect):
@@ -55,10 +57,11 @@ class Links:
         finally:
             if self._current is socket:
                 self._current = None
-                self._leave(self._grace)
+                self._leave(LOADING if self._expected else self._grace)
 
     def expect(self) -> None:
-        """A page is being loaded: if there is no other, it is waited for."""
+        """A page was asked for: it is waited for when there is no other, which it may take the place of."""
+        self._expected = True
         if self._leaving:
             self._leave(LOADING)
 

@@ -53,9 +53,10 @@ def app(
     of the disk nothing is read that was not named on the command line or chosen."""
     links = Links(desk, gone, keep, **options)
 
-    def serving(content: bytes, kind: str) -> Callable[..., Any]:
+    def serving(name: str, content: bytes, kind: str) -> Callable[..., Any]:
         async def answer(_: Request) -> Response:
-            links.expect()
+            if not name:
+                links.expect()
             return Response(content, media_type=kind)
 
         return answer
@@ -123,7 +124,7 @@ def app(
         await links.serve(page)
 
     routes: list[Any] = [
-        Route(f"/{token}/{name}", serving(data, kind), methods=["GET"])
+        Route(f"/{token}/{name}", serving(name, data, kind), methods=["GET"])
         for name, (data, kind) in page_files().items()
     ]
     routes.append(Route(f"/{token}/texture.png", of_session(texture), methods=["GET"]))

@@ -197,16 +197,14 @@ def test_it_ends_when_the_page_is_closed_and_not_while_it_is_loaded_again(client
         assert not gone.wait(0.2)
 
 
-def test_a_page_whose_files_are_being_loaded_is_waited_for(shapes, gone):
-    made = server.app(Desk(source="square.svg", target="blob.svg"), TOKEN, PORT, gone.set, grace=1.0)
-    with TestClient(made, base_url=f"http://127.0.0.1:{PORT}") as client:
-        with linked(client) as socket:
-            socket.receive_json()
-        client.get(f"/{TOKEN}/app.js", headers=HERE)
-        assert not gone.wait(2)
-        with linked(client) as socket:
-            socket.receive_json()
-        assert gone.wait(2)
+def test_a_page_that_was_asked_for_is_waited_for(client, gone):
+    with linked(client) as socket:
+        socket.receive_json()
+        client.get(f"/{TOKEN}/", headers=HERE)  # a browser asks before it leaves the page that it shows
+    assert not gone.wait(0.5)
+    with linked(client) as socket:
+        socket.receive_json()
+    assert gone.wait(5)
 
 
 def test_a_mistake_of_ours_does_not_end_the_page(client, monkeypatch):
