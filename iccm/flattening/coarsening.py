@@ -2,23 +2,26 @@
 
 Vertices that are no neighbours are taken out in rounds, each drawn into a neighbour (half-edge collapse), so that no
 triangle folds in the layout; they come back in the opposite order, each at its place in its triangle, or nearer to that
-neighbour where a triangle would fold otherwise, so that there are no folds after it either. After Hormann, Greiner and
-Campagna, *Hierarchical parametrization of triangulated surfaces*, 1999.
+neighbour where a triangle would fold otherwise, so that there are no folds after it either, and from there to where the
+triangles around it have least energy. After Hormann, Greiner and Campagna, *Hierarchical parametrization of
+triangulated surfaces*, 1999.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from ..arrays import Complex, Index, Real
 from ..balanced.kernels import cross, dot, set_row, twice_area
+from ..balanced.minimise.energy import density_derivatives
 from ..jit import kernel
-from .free import LARGE, Elastic, surface
+from ..meshes.mesh import face_areas
+from .free import LARGE, SMALL, Elastic, surface
 
-FEWER = 8  # times the vertices of the next coarser triangulation (by hand)
-DEGREE = 12  # triangles around a vertex that is taken out, at most
+FEWER = 8  # times the vertices of the next coarser triangulation, on which a step costs as much less
+DEGREE = 12  # triangles around a vertex that is taken out, at most: twice as many as usual
 THIN = 0.2  # of an equilateral triangle's area over its squared sides: none thinner is made
-HALVINGS = 30  # of the way from a neighbour
 
 
 class Removed(NamedTuple):
@@ -59,15 +62,36 @@ def relaxed(
         steps: of Newton's method, at most, on each triangulation.
         tolerance: relative decrease that counts as none.
     """
-    if u.size >= LARGE:
-        coarse, removed = coarser(points, sheet.faces, u, u.size // FEWER)
-        kept, found = np.unique(coarse), u.copy()
-        if 2 * kept.size < u.size:
-            own = surface(points[kept], np.searchsorted(kept, coarse))
-            found[kept] = relaxed(own, points[kept], u[kept], theta, steps, tolerance)
-            if put_back(*removed, found) and sheet.energy(found, theta) < sheet.energy(u, theta):
-                u = found
+    u = by_coarser(
+        sheet,
+        points,
+        u,
+        theta,
+        lambda own, kept: relaxed(own, points[kept], u[kept], theta, steps, tolerance),
+    )
     return sheet.relaxed(u, theta, steps, tolerance)
+
+
+def by_coarser(
+    sheet: Elastic, points: Real, u: Complex, theta: float, solve: Callable[[Elastic, Index], Complex]
+) -> Complex:
+    """(n,) positions of less energy by way of a coarser triangulation; those given where the surface is small or there
+    are none.
+
+    Args:
+        sheet, points, u, theta: as of `relaxed`.
+        solve: positions (k,) without folds of the coarser surface, given that and the numbers (k,) of its vertices.
+    """
+    if u.size < LARGE:
+        return u
+    coarse, removed = coarser(points, sheet.faces, u, u.size // FEWER)
+    kept, found = np.unique(coarse), u.copy()
+    if 2 * kept.size > u.size:
+        return u
+    found[kept] = solve(surface(points[kept], np.searchsorted(kept, coarse)), kept)
+    unit = points / np.sqrt(face_areas(points[sheet.faces]).sum())
+    better = put_back(*removed, unit, theta, found) and sheet.energy(found, theta) < sheet.energy(u, theta)
+    return found if better else u
 
 
 def coarser(points: Real, faces: Index, z: Complex, goal: int) -> tuple[Index, Removed]:
@@ -231,27 +255,91 @@ def _bisector(edges, w, u):
 
 
 @kernel
-def put_back(vertex, into, corners, weights, starts, edges, u):
+def _room(edges, u, a, way):
+    """The share of a way from a up to which it faces all edges from the left; 0 if it does not even begin so."""
+    share = np.inf
+    for e in range(len(edges)):
+        x, y = u[edges[e, 0]] - a, u[edges[e, 1]] - a
+        left, more = cross(x, y), cross(way, x - y)
+        if x == 0 or y == 0:
+            left = 0.0
+        if more < 0 or left == more:
+            share = min(share, max(left, 0.0) / -more if more < 0 else 0.0)
+    return share
+
+
+@kernel
+def _pull(points, edges, v, u, theta):
+    """The energy of the triangles around v, its gradient by the place of v, and its Hessian's entries xx, yy, xy."""
+    energy, slope, xx, yy, xy = 0.0, 0j, 0.0, 0.0, 0.0
+    for e in range(len(edges)):
+        b, c = edges[e, 0], edges[e, 1]
+        square, along, other = 0.0, 0.0, 0.0
+        for k in range(3):
+            p, q = points[b, k] - points[v, k], points[c, k] - points[v, k]
+            square, along, other = square + p * p, along + p * q, other + q * q
+        length = np.sqrt(square)
+        height = np.sqrt(max(other - along * along / square, 0.0))
+        scale, z = complex(0.0, -0.5 / (length * height)), complex(along / length, -height)
+        beta, gamma = -scale * z, scale * length
+        alpha = -beta - gamma
+        x, y = u[b] - u[v], u[c] - u[v]
+        f, g = beta * x + gamma * y, beta.conjugate() * x + gamma.conjugate() * y
+        ff, gg, area = dot(f, f), dot(g, g), 0.5 * length * height
+        if not ff > gg:
+            return np.inf, slope, xx, yy, xy
+        w, w_p, w_d, w_pp, w_pd, w_dd = density_derivatives(ff + gg, ff - gg, theta, 1.0, 0.0)
+        f, g = 2 * alpha.conjugate() * f, 2 * alpha * g
+        p, d, same = f + g, f - g, 4 * w_p * dot(alpha, alpha)
+        energy += area * w
+        slope += area * (w_p * p + w_d * d)
+        xx += area * (same + w_pp * p.real**2 + 2 * w_pd * p.real * d.real + w_dd * d.real**2)
+        yy += area * (same + w_pp * p.imag**2 + 2 * w_pd * p.imag * d.imag + w_dd * d.imag**2)
+        xy += area * (
+            w_pp * p.real * p.imag + w_pd * (p.real * d.imag + p.imag * d.real) + w_dd * d.real * d.imag
+        )
+    return energy, slope, xx, yy, xy
+
+
+@kernel
+def _settle(points, edges, v, u, theta):
+    """Moves v by Newton's method to where the triangles around it have least energy, until a step gains little."""
+    energy, slope, xx, yy, xy = _pull(points, edges, v, u, theta)
+    while True:
+        square = xx * yy - xy * xy
+        if not (square > 0 and xx > 0):
+            return
+        step = -complex(yy * slope.real - xy * slope.imag, xx * slope.imag - xy * slope.real) / square
+        at, share = u[v], min(1.0, 0.5 * _room(edges, u, u[v], step))
+        u[v] = at + share * step
+        below, slope, xx, yy, xy = _pull(points, edges, v, u, theta)
+        if not below < energy:
+            u[v] = at
+            return
+        if energy - below < SMALL * energy:
+            return
+        energy = below
+
+
+@kernel
+def put_back(vertex, into, corners, weights, starts, edges, points, theta, u):
     """Fills in the positions u (n,) of vertices that were taken out, the last one first; False where one has none.
 
     A hole is seen whole from the vertex that its own was drawn into. So there is room, if not on the way to where it
-    was, then along the bisector.
+    was, then along the bisector. From there each goes where the triangles around it have least energy.
     """
     for number in range(vertex.size - 1, -1, -1):
-        around, a = edges[starts[number] : starts[number + 1]], u[into[number]]
+        around, a, v = edges[starts[number] : starts[number + 1]], u[into[number]], vertex[number]
         way = -a
         for k in range(3):
             way += weights[number, k] * u[corners[number, k]]
-        sound = False
-        for attempt in range(2 * HALVINGS):
-            if attempt == HALVINGS:
-                way = _bisector(around, into[number], u)
-            v, sound = a + way * 0.5 ** (attempt % HALVINGS), True
-            for e in range(len(around)):
-                sound = sound and cross(u[around[e, 0]] - v, u[around[e, 1]] - v) > 0
-            if sound:
-                u[vertex[number]] = v
-                break
-        if not sound:
-            return False
+        share = _room(around, u, a, way)
+        if share == 0:
+            way = _bisector(around, into[number], u)
+            share = _room(around, u, a, way)
+        u[v] = a + (way if share > 1 else 0.5 * share * way)
+        _settle(points, around, v, u, theta)
+        for e in range(len(around)):
+            if not cross(u[around[e, 0]] - u[v], u[around[e, 1]] - u[v]) > 0:
+                return False
     return True

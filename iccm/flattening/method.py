@@ -11,7 +11,7 @@ from ..meshes.cut import extend_cut
 from ..meshes.flatten import Flattening, lscm, overlap, upright
 from ..meshes.patch import Patch
 from . import seams, tutte
-from .coarsening import relaxed
+from .coarsening import by_coarser, relaxed
 from .free import LARGE, Elastic, surface
 from .opening import open_up
 from .scaffold import relax_with_scaffold
@@ -77,10 +77,10 @@ def flatten(
     joins = growing and (chart or joins)
     sound = plain if fault is None else None
     if method == "balanced":
-        return _check(_even_with_seam(plain, growing, joins, sound=sound)[0])
+        return _check(_even_with_seam(plain, growing, joins, sound)[0])
     if fault is None and not growing:
         return plain
-    found = _conformal(*_even_with_seam(plain, growing, joins, sound=sound))
+    found = _conformal(*_even_with_seam(plain, growing, joins, sound))
     found = _check(_lengthen_seam(found) if growing and chart else found)
     return replace(found, notes=() if fault is None else (f"LSCM gave {fault}: laid out without",))
 
@@ -99,8 +99,10 @@ def even_layout(layout: Flattening) -> Flattening:
     """
     if layout.method == "balanced":
         return layout
+    if layout.even is not None and overlap(layout.even) is None:
+        return layout.even
     sheet = surface(layout.patch.points, layout.patch.faces)
-    return replace(_check(_relax(layout, layout, sheet, 1.0)), method="balanced")
+    return replace(_check(_relax(layout, sheet, 1.0)), method="balanced")
 
 
 def _least_squares(patch: Patch, loop: int, growing: bool) -> Flattening:
@@ -117,11 +119,7 @@ def _least_squares(patch: Patch, loop: int, growing: bool) -> Flattening:
 
 
 def _even_with_seam(
-    layout: Flattening,
-    growing: bool = False,
-    joins: bool = False,
-    steps: Iterable[int] = range(APART),
-    sound: Flattening | None = None,
+    layout: Flattening, growing: bool, joins: bool, sound: Flattening | None
 ) -> tuple[Flattening, Elastic]:
     """The layout of least symmetric Dirichlet energy, its seam long enough, and the surface as it was found on.
 
@@ -129,34 +127,40 @@ def _even_with_seam(
         layout: any, for its patch and outline.
         growing: whether the seam may be lengthened.
         joins: whether it may run into holes.
-        steps: an item for each step with a scaffold that may be taken.
         sound: a layout of this patch without folds or overlaps, from which it is sought where that is near.
     """
-    patch, outline = layout.patch, layout.loop
-    for _ in range(ROUNDS + 1):
+    patch = layout.patch
+    coarsely = len(patch.points) >= LARGE and not growing  # where the way from afar is short
+    near = sound is not None and (coarsely or sound.strained(95) < STRETCHED)
+    start = replace(sound, method="balanced") if sound and near else _start(patch, layout.loop)
+    if not growing:
         sheet = surface(patch.points, patch.faces)
-        coarsely = len(patch.points) >= LARGE and not growing  # where the way from afar is short
-        near = sound is not None and (coarsely or sound.strained(95) < STRETCHED)
-        start = replace(sound, method="balanced") if sound and near else _start(patch, outline)
-        sound = None
-        result = start
-        if not growing:
-            break
-        result = _place(start, relaxed(sheet, patch.points, _unit(start), 1, FEW, ROUGH))
+        return _relax(start, sheet, 1.0), sheet
+    result, sheet, _ = _roughly(start)
+    for _ in range(ROUNDS):
         if result.strained(95) < STRETCHED:
             break
-        patch, before = seams.longer(result, joins), patch
-        if patch is before:
+        longer = [_roughly(result.cut_further(further)) for further in seams.longer(result, joins)]
+        if not longer:
             break
-        outline = patch.loop_of(before, outline)
-    return _relax(start, result, sheet, 1.0, steps), sheet
+        result, sheet, _ = min(longer, key=lambda found: found[2])
+    return _relax(result, sheet, 1.0), sheet
+
+
+def _roughly(start: Flattening) -> tuple[Flattening, Elastic, float]:
+    """A layout that is nearly even, from one without folds; its surface, and its energy."""
+    points = start.patch.points
+    sheet = surface(points, start.patch.faces)
+    flat = relaxed(sheet, points, _unit(start), 1, FEW, ROUGH)
+    return _place(start, flat), sheet, sheet.energy(flat, 1)
 
 
 def _conformal(even: Flattening, sheet: Elastic, steps: Iterable[int] = range(APART)) -> Flattening:
     """From an even layout to a conformal one."""
+    found = even
     for theta in SOFTER:
-        even = _relax(even, even, sheet, theta, steps)
-    return replace(even, method="conformal")
+        found = _relax(found, sheet, theta, steps)
+    return replace(found, method="conformal", even=even)
 
 
 def _lengthen_seam(found: Flattening) -> Flattening:
@@ -168,8 +172,8 @@ def _lengthen_seam(found: Flattening) -> Flattening:
         patch = seams.sharper(found)
         if patch is found.patch:
             break
-        outline = patch.loop_of(found.patch, found.loop)
-        found = _conformal(*_even_with_seam(replace(found, patch=patch, loop=outline), steps=steps), steps)
+        start, sheet = (found.even or found).cut_further(patch), surface(patch.points, patch.faces)
+        found = _conformal(_relax(start, sheet, 1.0, steps), sheet, steps)
         best, fewest = min((best, fewest), (found, _angle_loss(found)), key=lambda pair: pair[1])
     return best
 
@@ -180,15 +184,27 @@ def _angle_loss(result: Flattening) -> float:
 
 
 def _relax(
-    start: Flattening, better: Flattening, sheet: Elastic, theta: float, steps: Iterable[int] = range(APART)
+    start: Flattening, sheet: Elastic, theta: float, steps: Iterable[int] = range(APART)
 ) -> Flattening:
-    """A layout relaxed to the end; where it overlaps itself then, from a start that does not, with a scaffold."""
-    flat = relaxed(sheet, start.patch.points, _unit(better), theta, STEPS, TOLERANCE)
-    result = _place(better, flat)
+    """A layout without folds relaxed to the end; where it overlaps itself then, from one that does not, with a
+    scaffold."""
+    points = start.patch.points
+    result = _place(start, relaxed(sheet, points, _unit(start), theta, STEPS, TOLERANCE))
     if overlap(result) is None:
         return result
+    if overlap(start) is not None:
+        start = _start(start.patch, start.loop)
+    u = _unit(start)
     loops = [start.loop, *(loop for loop in start.patch.loops if not np.array_equal(loop, start.loop))]
-    return _place(start, relax_with_scaffold(sheet, _unit(start), loops, theta, steps, TOLERANCE))
+
+    def apart(own: Elastic, kept: Index) -> Complex:
+        rings = [np.searchsorted(kept, loop[np.isin(loop, kept)]) for loop in loops]
+        rings = [ring for ring in rings if ring.size > 2]
+        return relax_with_scaffold(own, u[kept], rings, theta, steps, TOLERANCE)
+
+    near = by_coarser(sheet, points, u, theta, apart)
+    near = u if overlap(_place(start, near)) else near
+    return _place(start, relax_with_scaffold(sheet, near, loops, theta, steps, TOLERANCE))
 
 
 def _start(patch: Patch, outline: Index) -> Flattening:

@@ -4,7 +4,7 @@ Lévy, Petitjean, Ray, Maillot, *Least Squares Conformal Maps*, SIGGRAPH 2002. F
 of the surface (equal area) and turned so that up on the surface is up in the plane.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -30,6 +30,7 @@ class Flattening:
         loop: vertices of the boundary loop that is the domain's outline, counter-clockwise.
         method: "lscm", "conformal" (free of folds and overlaps) or "balanced" (even).
         notes: what was repaired.
+        even: the even layout that it was found from, if any.
     """
 
     patch: Patch
@@ -37,6 +38,13 @@ class Flattening:
     loop: Index
     method: str
     notes: tuple[str, ...] = ()
+    even: "Flattening | None" = None
+
+    def cut_further(self, patch: Patch) -> "Flattening":
+        """The same layout of the patch cut further: both sides of the cut lie on each other."""
+        flat = np.empty(len(patch.points), complex)
+        flat[patch.faces] = self.flat[self.patch.faces]
+        return replace(self, patch=patch, flat=flat, loop=patch.loop_of(self.patch, self.loop))
 
     @cached_property
     def boundary(self) -> Curve:

@@ -259,13 +259,13 @@ def test_lengthening_a_seam_takes_no_more_scaffolds_than_a_layout(monkeypatch):
     layout = flatten(disk_patch(grid(4, 4, dome)))
     taken = []
 
-    def slow(found, **given):
-        taken.extend(itertools.islice(given["steps"], 140))
-        return found, None
+    def slow(start, sheet, theta, steps):
+        taken.extend(itertools.islice(steps, 140))
+        return start
 
     monkeypatch.setattr(seams, "sharper", lambda found: replace(found.patch))
     monkeypatch.setattr(method, "_angle_loss", lambda found: np.inf)
-    monkeypatch.setattr(method, "_even_with_seam", slow)
+    monkeypatch.setattr(method, "_relax", slow)
     monkeypatch.setattr(method, "_conformal", lambda even, sheet, steps: even)
     assert method._lengthen_seam(layout) is layout
     assert len(taken) <= method.APART and len(taken) > 0.9 * method.APART
@@ -290,13 +290,14 @@ def test_a_coarser_triangulation_has_no_folds_and_as_many_holes():
     assert shared.max() == 2 and left.size - len(edges) + len(faces) == 0  # of a ring
 
 
-def test_vertices_come_back_where_they_were_in_any_affine_image():
+def test_vertices_of_a_flat_surface_come_back_where_they_were_and_rest_there():
     patch, z = annulus_cut_open()
-    faces, removed = coarsening.coarser(patch.points, patch.faces, z, 300)
-    image = (2 + 1j) * z + 0.5 * z.conj() + 3
+    flat = np.column_stack([z.real, z.imag, 0 * z.real])
+    faces, removed = coarsening.coarser(flat, patch.faces, z, 300)
+    image = np.exp(0.7j) * z + 3
     found = np.full_like(image, np.nan)
     found[np.unique(faces)] = image[np.unique(faces)]
-    assert coarsening.put_back(*removed, found)
+    assert coarsening.put_back(*removed, flat, 1.0, found)
     assert np.abs(found - image).max() < 1e-12
 
 
@@ -307,8 +308,29 @@ def test_vertices_come_back_without_folds_whatever_became_of_their_triangles():
     kept = np.unique(faces)
     rest = surface(patch.points[kept], np.searchsorted(kept, faces))
     found[kept] = rest.relaxed(z[kept], 1.0, 40, 1e-6)
-    assert coarsening.put_back(*removed, found)
+    assert coarsening.put_back(*removed, patch.points, 1.0, found)
     assert (triangle_areas(found[patch.faces]) > 0).all()
+
+
+@pytest.mark.parametrize("theta", [1.0, 0.1])
+def test_the_pull_on_a_vertex_is_the_slope_of_the_energy_of_the_whole(theta):
+    patch, z = annulus_cut_open()
+    unit = patch.points / np.sqrt(patch.areas.sum())
+    sheet = surface(patch.points, patch.faces)
+    v = int(np.setdiff1d(np.arange(z.size), np.concatenate(patch.loops))[50])
+    around = np.array([np.roll(face, -list(face).index(v))[1:] for face in patch.faces if v in face])
+
+    def moved(by):
+        u = z.copy()
+        u[v] += by
+        return sheet.energy(u, theta), coarsening._pull(unit, around, v, u, theta)
+
+    (whole, (own, slope, xx, yy, xy)), h = moved(0), 1e-3 * np.abs(z[around] - z[v]).min()
+    east, west, north, south = (moved(h * way) for way in (1, -1, 1j, -1j))
+    assert east[0] - whole == pytest.approx(east[1][0] - own, rel=1e-6)
+    assert slope == pytest.approx((east[0] - west[0] + 1j * (north[0] - south[0])) / (2 * h), rel=1e-3)
+    turns = [(a[1][1] - b[1][1]) / (2 * h) for a, b in ((east, west), (north, south))]
+    assert [xx, xy, xy, yy] == pytest.approx([w for t in turns for w in (t.real, t.imag)], rel=1e-3)
 
 
 def test_the_way_by_coarser_triangulations_leads_where_newton_leads(monkeypatch):
