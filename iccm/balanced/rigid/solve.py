@@ -123,14 +123,15 @@ def kept_by(
         level = final_level(problem._replace(regions=rigid.regions), settings, smooth=smooth)
         try:
             state = begin(level, split_at_vertices if split else lambda state: state)
-            state = split_at_vertices(state) if smooth and not split else state
-            found.append(settle(state, problem.theta, settings))
         except Stuck:  # where regions fold the map without them, kinks are not what is in the way
             if again:
                 continue
             break
-        if is_rigid(found[-1]):
-            break
+        with suppress(Stuck):
+            state = split_at_vertices(state) if smooth and not split else state
+            found.append(settle(state, problem.theta, settings))
+            if is_rigid(found[-1]):
+                break
     return found
 
 
