@@ -265,6 +265,19 @@ def test_a_group_of_a_mesh_keeps_its_form_in_a_drawing(drawn, iccm):
     )
 
 
+def test_a_region_of_a_mesh_that_finds_no_room_is_smaller_and_told(drawn, iccm):
+    (drawn / "pipe.obj").write_text(pipe())
+    (drawn / "bar.svg").write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 400 10"><rect width="400" height="10"/></svg>'
+    )
+    common = ("--rigid", "#label", "--stmap", "o.tif", "--size", "60", "--report", "r.json")
+    done = iccm("map", "pipe.obj", "bar.svg", *common)
+    assert done.code == 0 and "finds room up to 0." in done.err
+    (region,) = json.loads((drawn / "r.json").read_text())["regions"]
+    label = 5 / 16 * np.sqrt(400 * 10 / (2 * 1))  # its height at the mean scale
+    assert region["dilatation"] <= 1.02 and 0.5 * 10 / label < region["scale"] < 10 / label
+
+
 def test_an_element_of_a_target_is_kept(drawn, iccm):
     done = iccm(
         "map", "blob.svg", "rigid-logo.svg", "--rigid-target", "mask.png", "--report", "r.json", "-o", "o.npz"
