@@ -10,7 +10,8 @@ First the map without regions is carried to a mesh that has the regions' outline
 their places, and what surrounds them is unfolded and comes to rest. Where a region has no room for its size, because
 the map takes it into a limb, or where folds remain, it is cut out and put where there is: the map of the domains with
 holes, a region's outline going to its image point by point, is found from scratch, and the regions are put into it.
-Where that does not work either they begin small in the map without them, and grow as far as they come.
+Where that does not work either they begin small, in the map without them or in one around them, and grow as far as they
+come.
 """
 
 from collections.abc import Callable
@@ -46,6 +47,12 @@ STUCK = 0.8  # of the strain, that is left for ten times the weight
 STEPS, DECREASE = 12, 1e-3  # of Newton for a weight, and the relative decrease that ends them
 NEXT, LEAST = 1.5, 0.02  # shares of growing: as in `homotopy`
 SMALLEST = 0.01  # of its size, at which a region begins that has no room anywhere
+BEGUN = (
+    0.0,
+    0.5,
+    0.25,
+    0.125,
+)  # shares of their sizes from which regions grow, in turn; 0 in the map without them
 ROUNDS = 6  # of steps for what surrounds regions, between which their weight falls with its energy
 LARGE = 0.98  # of what was asked: a region that large is not sent elsewhere
 VARIANTS = ((True, False), (True, True), (False, False))
@@ -99,12 +106,15 @@ def keep_rigid(
     places, sent_away, room = places_of(problem, sketch, rigid)
     around = partial(around_places, patient=bool((room == 1).all()))
     ways: list[Callable[..., Begin]] = [around, from_map] if sent_away else [from_map, around]
+    growths: list[Callable[..., Begin]] = [partial(growing, begun=size) for size in BEGUN]
     found: list[DiscreteMap] = []
-    for way in (*ways, growing):
+    for way in (*ways, *growths):
         with suppress(Stuck, NoMapError):
             begin = way(problem, sketch, rigid, places)
             found += kept_by(problem, rigid, begin, settings, again=way is around)
         if found and shortfall(found[-1], np.abs(places.factors)) <= 1 - LARGE:
+            break
+        if way in growths and any(map(is_rigid, found)):
             break
     if not found:
         raise NoMapError("rigid: no map without folds follows the outlines of the regions")
@@ -181,13 +191,23 @@ def from_map(problem: UnitProblem, sketch: Sketch, rigid: Rigid, places: Placing
     return begin
 
 
-def growing(problem: UnitProblem, sketch: Sketch, rigid: Rigid, places: Placing) -> Begin:
-    """The map without regions, in which they begin small, each where it has room for that size, and grow."""
+def growing(problem: UnitProblem, sketch: Sketch, rigid: Rigid, places: Placing, *, begun: float) -> Begin:
+    """Regions that grow, each where it has room for its size: in the map without them, or around regions that have
+    `begun` with a share of the size that finds room.
+
+    Raises:
+        Stuck, NoMapError: as of `around_places`.
+    """
     _, _, most = places_of(problem, sketch, rigid)
 
+    def put(shares: Real | float) -> Placing:
+        return places_of(problem, sketch, rigid, shares * most)[0]
+
+    around = around_places(problem, sketch, rigid, put(begun), patient=False) if begun else None
+
     def begin(level: Level, changed: Callable[[DiscreteMap], DiscreteMap]) -> DiscreteMap:
-        begun = changed(carried(level, problem, sketch, rigid))
-        return grown(begun, lambda shares: places_of(problem, sketch, rigid, shares * most)[0], problem.theta)
+        state = around(level, changed) if around else changed(carried(level, problem, sketch, rigid))
+        return grown(state, put, problem.theta, begun)
 
     return begin
 
@@ -303,16 +323,18 @@ def placed(state: DiscreteMap, places: Placing) -> DiscreteMap:
         return moved.unfolded(still=still)
 
 
-def grown(state: DiscreteMap, places: Callable[[Real], Placing], theta: float) -> DiscreteMap:
+def grown(
+    state: DiscreteMap, places: Callable[[Real], Placing], theta: float, begun: float = 0.0
+) -> DiscreteMap:
     """The map with rigid regions as large as they come, together and then each by itself; `places` says where shares
-    (k,) of their sizes belong.
+    (k,) of their sizes belong, of which they have `begun` with one.
 
     Raises:
         Stuck: not even a little.
     """
     assert state.rigid is not None
     count = int(state.rigid.max()) + 1
-    shares = np.zeros(count)
+    shares = np.full(count, begun)
     for which in [np.ones(count), *(np.eye(count) if count > 1 else ())]:
         step = 1.0
         while step >= LEAST and (which * (shares < 1)).any():
