@@ -22,6 +22,7 @@ from .free import LARGE, SMALL, Elastic, surface
 FEWER = 8  # times the vertices of the next coarser triangulation, on which a step costs as much less
 DEGREE = 12  # triangles around a vertex that is taken out, at most: twice as many as usual
 THIN = 0.2  # of an equilateral triangle's area over its squared sides: none thinner is made
+NONE = np.empty(0, np.int64)
 
 
 class Removed(NamedTuple):
@@ -73,7 +74,12 @@ def relaxed(
 
 
 def by_coarser(
-    sheet: Elastic, points: Real, u: Complex, theta: float, solve: Callable[[Elastic, Index], Complex]
+    sheet: Elastic,
+    points: Real,
+    u: Complex,
+    theta: float,
+    solve: Callable[[Elastic, Index], Complex],
+    stay: Index = NONE,
 ) -> Complex:
     """(n,) positions of less energy by way of a coarser triangulation; those given where the surface is small or there
     are none.
@@ -81,10 +87,11 @@ def by_coarser(
     Args:
         sheet, points, u, theta: as of `relaxed`.
         solve: positions (k,) without folds of the coarser surface, given that and the numbers (k,) of its vertices.
+        stay: vertices that are not taken out.
     """
     if u.size < LARGE:
         return u
-    coarse, removed = coarser(points, sheet.faces, u, u.size // FEWER)
+    coarse, removed = coarser(points, sheet.faces, u, u.size // FEWER, stay)
     kept, found = np.unique(coarse), u.copy()
     if 2 * kept.size > u.size:
         return u
@@ -94,9 +101,9 @@ def by_coarser(
     return found if better else u
 
 
-def coarser(points: Real, faces: Index, z: Complex, goal: int) -> tuple[Index, Removed]:
-    """(k, 3) triangles with about `goal` vertices or as few as there can be, without folds in a layout z (n,) that has
-    none; and what was taken out."""
+def coarser(points: Real, faces: Index, z: Complex, goal: int, stay: Index = NONE) -> tuple[Index, Removed]:
+    """(k, 3) triangles with about `goal` vertices or as few as there can be, some of which stay, without folds in a
+    layout z (n,) that has none; and what was taken out."""
     faces, parts = faces.copy(), list[Removed]()
     count = left = z.size
     while left > goal:
@@ -105,6 +112,7 @@ def coarser(points: Real, faces: Index, z: Complex, goal: int) -> tuple[Index, R
         around = np.argsort(corners, kind="stable") // 3
         room = left // 3 + 1
         vertex, into, blocked = *np.empty((2, room), np.int64), np.zeros(count, bool)
+        blocked[stay] = True
         triangle, weights = np.empty((room, 3), np.int64), np.empty((room, 3))
         ends, edges = np.zeros(room + 1, np.int64), np.empty((len(corners), 2), np.int64)
         given = points, z, starts, around, blocked, left - goal
@@ -190,7 +198,7 @@ def _round(faces, points, z, starts, around, blocked, most, vertex, into, triang
         z: (n,) layout.
         starts: (n + 1,) where the triangles of each vertex begin in `around`.
         around: (3m,) triangles of the vertices.
-        blocked: (n,) false, written: vertices that stay.
+        blocked: (n,) vertices that stay, written.
         most: how many may go.
         vertex, into, triangle, weights, ends, edges: of `Removed`, written.
     """

@@ -198,13 +198,12 @@ def _relax(
     loops = [start.loop, *(loop for loop in start.patch.loops if not np.array_equal(loop, start.loop))]
 
     def apart(own: Elastic, kept: Index) -> Complex:
-        rings = [np.searchsorted(kept, loop[np.isin(loop, kept)]) for loop in loops]
-        rings = [ring for ring in rings if ring.size > 2]
+        rings = [np.searchsorted(kept, loop) for loop in loops]
         return relax_with_scaffold(own, u[kept], rings, theta, steps, TOLERANCE)
 
-    near = by_coarser(sheet, points, u, theta, apart)
-    near = u if overlap(_place(start, near)) else near
-    return _place(start, relax_with_scaffold(sheet, near, loops, theta, steps, TOLERANCE))
+    # with the whole boundary kept, what does not overlap itself on the coarser triangulation does not anywhere
+    u = by_coarser(sheet, points, u, theta, apart, np.concatenate(loops))
+    return _place(start, relax_with_scaffold(sheet, u, loops, theta, steps, TOLERANCE))
 
 
 def _start(patch: Patch, outline: Index) -> Flattening:

@@ -290,6 +290,14 @@ def test_a_coarser_triangulation_has_no_folds_and_as_many_holes():
     assert shared.max() == 2 and left.size - len(edges) + len(faces) == 0  # of a ring
 
 
+def test_a_boundary_that_stays_is_that_of_the_coarser_triangulation():
+    patch, z = annulus_cut_open()
+    rim = np.concatenate(patch.loops)
+    faces, removed = coarsening.coarser(patch.points, patch.faces, z, 300, rim)
+    assert removed.vertex.size and not np.isin(removed.vertex, rim).any()
+    assert triangle_areas(z[faces]).sum() == pytest.approx(triangle_areas(z[patch.faces]).sum(), rel=1e-12)
+
+
 def test_vertices_of_a_flat_surface_come_back_where_they_were_and_rest_there():
     patch, z = annulus_cut_open()
     flat = np.column_stack([z.real, z.imag, 0 * z.real])
