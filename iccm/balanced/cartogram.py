@@ -1,10 +1,11 @@
 """Areas that a size map asks for: each connected part of one size is given as much as it lacked, and mapped again.
 
 The energy weighs areas against angles, so that parts that should grow much get less than they should. A fixed-point
-iteration: the size of each part is multiplied by the root of the area wished over that it got, or by half of that where
-all of it leaves more area misplaced. Where a round on the mesh that is there hardly helps, the outlines slide anew:
-corners that hold their vertices are in the way of that, and necks need it. It stops where all are CLOSE, or where
-PATIENCE rounds came hardly closer.
+iteration: the size of each part is multiplied by the root of the area wished over that it got, or by less where the
+round before left more area misplaced; it goes on from there all the same, as a map that had not come to rest may have
+been closer than it stays. Where a round on the mesh that is there hardly helps, the outlines slide anew: corners that
+hold their vertices are in the way of that, and necks need it. It stops where all are CLOSE, or where PATIENCE rounds
+came hardly closer.
 """
 
 from collections.abc import Callable
@@ -38,25 +39,27 @@ def met(field: Field, first: Fit, again: Callable[[Field, TriangulatedMap, bool]
         again: the map by others, gone on to from an earlier one, and whether its outlines slide anew.
     """
     parts = parts_of(field)
-    best, sizes, lacks, step, since = first, field.values, missing(first, field, parts), 1.0, 0
-    mark, gained, slides = lacks.misplaced, 1.0, False
-    while lacks.off > CLOSE and since < PATIENCE:
+    here, sizes, lacks, step, since = first, field.values, missing(first, field, parts), 1.0, 0
+    best, least, mark, gained, slides = first, lacks, lacks.misplaced, 1.0, False
+    while least.off > CLOSE and since < PATIENCE:
         since += 1
         slides = gained < GAIN and not slides
         tried = sizes * lacks.factors[parts] ** step
         try:
-            found = again(Field(tried, field.box), triangulated(best.map), slides)
+            found = again(Field(tried, field.box), triangulated(here.map), slides)
         except InputError:
             break
         now = missing(found, field, parts)
         gained = 1 - now.misplaced / lacks.misplaced
-        if not found.status.ok or gained <= 0:
-            step *= 0.5
+        step = min(1.0, 2 * step) if found.status.ok and gained > 0 else 0.5 * step
+        if not found.status.ok or (slides and gained <= 0):
             continue
-        best, sizes, lacks, step = found, tried, now, min(1.0, 2 * step)
-        if lacks.misplaced <= (1 - GAIN) * mark:
-            mark, since = lacks.misplaced, 0
-    best.notes.append(TOLD.format(lacks.off, int(np.count_nonzero(lacks.factors != 1))))
+        here, sizes, lacks = found, tried, now
+        if now.misplaced < least.misplaced:
+            best, least = found, now
+        if least.misplaced <= (1 - GAIN) * mark:
+            mark, since = least.misplaced, 0
+    best.notes.append(TOLD.format(least.off, int(np.count_nonzero(least.factors != 1))))
     return best
 
 

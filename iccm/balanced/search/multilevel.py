@@ -154,7 +154,8 @@ def warm_started(
             return meet_bounds(state, problem.theta, settings, journal), meets_constraints(problem, state)
     level = final_level(problem, settings)
     kept = warm_start.met_on_its_mesh(level, start)
-    decrease = LAST_DECREASE if kept is None else warm_start.AT_REST
+    resting = kept is not None and settings.metric is None  # where other sizes are asked for it has to move
+    decrease = warm_start.AT_REST if resting else LAST_DECREASE
     try:
         state = kept or warm_start.continue_from(level, start, problem)
     except Stuck:
