@@ -1,7 +1,7 @@
 // iccm edit: what is edited, its history, and what goes between the two shapes, the list and the server.
 
 import {Link} from './link.js';
-import {finer, simplified} from './geometry.js';
+import {called, finer, simplified} from './geometry.js';
 import {DRAWN, Pane} from './pane.js';
 import {choose} from './open.js';
 import {figures, list} from './panel.js';
@@ -148,7 +148,9 @@ async function begin(hello) {
     Object.assign($('picture'), {value: hello.picture});
     Object.assign($('ending'), {value: hello.ending});
     for (const id of ['file', 'save-as']) $(id).disabled = hello.drawn;
-    $('title').textContent = hello.deforming ? `${hello.source.name}, deformed` : `${hello.source.name} → ${hello.target.name}`;
+    const [source, target] = [hello.source.name, hello.target.name];
+    $('title').textContent = hello.deforming ? `${called(source)}, deformed` : `${called(source)} → ${called(target)}`;
+    $('title').title = `${source} → ${target}`;
     document.title = `${$('title').textContent} · iccm edit`;
     globalThis.iccm = {panes, get scene() { return scene; }, get kind() { return kind; }, get seq() { return [seq, shown]; }};
   }

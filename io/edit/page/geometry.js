@@ -19,6 +19,9 @@ export class Units {
   }
 }
 
+/** What a file is called, without its folder, and the part of it. */
+export const called = (spec) => spec.replace(/^[^#]*[\\/]/, '');
+
 export function inside(ring, [x, y]) {
   let odd = false;
   ring.forEach(([a, b], k) => {

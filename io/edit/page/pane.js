@@ -1,6 +1,6 @@
 // One half of the page: the painted shape, and over it handles of pins and strokes.
 
-import {between, clipped, closest, distance, inside, simplified, Units} from './geometry.js';
+import {between, called, clipped, closest, distance, inside, simplified, Units} from './geometry.js';
 import {Painter} from './gl.js';
 import {Surface} from './surface.js';
 
@@ -33,7 +33,7 @@ export class Pane {
     this.handles = element.appendChild(document.createElement('div'));
     this.handles.className = 'handles';
     this.caption = element.appendChild(document.createElement('p'));
-    this.caption.textContent = `${this.free ? 'deformed' : side}: ${shape.name}`;
+    this.caption.textContent = `${this.free ? 'deformed' : side}: ${called(shape.name)}`;
     this.caption.className = 'caption';
     this.rings = [shape.outline, ...shape.holes];
     this.painter = new Painter(this.canvas, shape);

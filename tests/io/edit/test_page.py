@@ -747,6 +747,17 @@ def test_axe_finds_nothing_at_any_width(page, axe):
         edited.js(f"document.getElementById('{dialog}').close()")
 
 
+def test_axe_finds_nothing_where_pins_turn(page, axe):
+    edited = page("limbs", "gingerbread.svg", "--texture", "icing.png")
+    edited.click("source", 256, 110)
+    edited.wait("document.querySelector('.handle.turn')")
+    edited.driver.set_script_timeout(PATIENCE)
+    edited.driver.execute_script(axe)
+    for scheme in ("light", "dark"):
+        edited.screen(1, 1400, 700, scheme)
+        assert edited.driver.execute_async_script(FINDINGS) == [], scheme
+
+
 def test_closing_with_changes_asks_first(page):
     """Whether the page wants to be asked for: ChromeDriver answers such questions itself."""
     edited = page("rose-leaf", "rose.svg", "leaf.svg")
