@@ -138,7 +138,8 @@ class Page:
         features = [{"name": "prefers-color-scheme", "value": scheme}]
         self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
         self.wait(f"innerWidth === {width} && devicePixelRatio === {ratio}")
-        fits = "Math.abs(c.width - devicePixelRatio * c.clientWidth) <= 1"
+        sides = "[c.width - devicePixelRatio * c.clientWidth, c.height - devicePixelRatio * c.clientHeight]"
+        fits = f"{sides}.every((away) => Math.abs(away) <= 1)"
         self.wait(f"Object.values(iccm.panes).every(({{canvas: c}}) => {fits})", 20)
         self.wait("Object.values(iccm.panes).every((p) => !p.waiting)", 20)
 
