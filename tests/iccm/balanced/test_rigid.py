@@ -13,6 +13,7 @@ from iccm.balanced.meshing.mesh import Sizes, triangulate
 from iccm.balanced.minimise import energy
 from iccm.balanced.minimise.energy import Objective, RestShapes
 from iccm.balanced.model.boundary_pairs import Match
+from iccm.balanced.model.measures import energy_between
 from iccm.balanced.rigid.given import regions_of
 from iccm.balanced.rigid.room import room_for
 from iccm.balanced.rigid.solve import Placing, placed, strains
@@ -65,6 +66,16 @@ def test_it_has_the_size_asked_for():
     fit = iccm.fit(SQUARE, STAR, rigid=[LETTER], rigid_size=0.7)
     assert similarity_of(fit).factor == pytest.approx(0.7 * MEAN, rel=0.02)
     assert fit.report()["regions"][0]["scale"] == pytest.approx(0.7, rel=0.02)
+
+
+def test_a_free_size_is_the_one_that_bends_the_rest_least():
+    def energy_with(size):
+        fit = iccm.fit(SQUARE, STAR, rigid=[LETTER], rigid_size=size)
+        assert fit.status.ok and fit.rigid[0].is_rigid
+        return energy_between(fit.map.source, fit.map.image, fit.map.faces, 1.0), fit.rigid[0].scale
+
+    least, scale = energy_with("free")
+    assert least < min(energy_with(factor * scale)[0] for factor in (0.85, 1.15))
 
 
 def test_it_turns_where_the_map_may():
