@@ -172,6 +172,8 @@ def always_there(pairs: list[tuple[Complex, Complex]], seed: int) -> None:
             lost += 1
             print(f"  {k}: {error}")
         taken = time.process_time() - start
+        if taken > LONG:
+            print(f"  {k}: {taken:.1f} CPU-s", flush=True)
         slow, worst = slow + (taken > LONG), max(worst, taken)
     goal("noisy outlines without a map", lost, 0)
     goal(f"noisy outlines over {LONG:g} CPU-s", slow, 0)
