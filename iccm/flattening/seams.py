@@ -55,15 +55,16 @@ def longer(result: Flattening, joins: bool) -> Iterator[Patch]:
     patch = result.patch
     sources = result.loop if joins else np.unique(np.concatenate(patch.loops))
     strain = at_vertices(np.log(result.strain), patch.faces, len(patch.points))
-    first = ways = Ways.of(patch, sources, joins)
+    first: Ways | None = None
     for _ in range(TRIED):
+        ways = Ways.of(patch, sources, joins)
+        first = first or ways
         end = int(np.argmax(strain * np.where(np.isfinite(ways.reach), ways.reach, 0)))
         way = walk(first.before, end)
         if len(way) < 2 or ways.reach[end] == 0:
             return
         yield cut_along(patch, [way])
         sources = np.union1d(sources, way)
-        ways = Ways.of(patch, sources, joins)
 
 
 def sharper(result: Flattening) -> Patch:

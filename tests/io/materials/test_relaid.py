@@ -243,6 +243,16 @@ def in_halves(there):
     )
 
 
+def write_halves(there, make, file, halves):
+    """two.glb, whose first mesh has a primitive of each half and the first two materials."""
+    one = file.meshes[0].primitives[0]
+    file.meshes[1].primitives[0].material = None
+    one.indices = halves[0]
+    file.meshes[0].primitives.append(gl.Primitive(attributes=one.attributes, indices=halves[1], material=1))
+    file.buffers.clear()
+    (there / "two.glb").write_bytes(make.bytes())
+
+
 @pytest.fixture
 def clear(there):
     """two.glb: its left half an opaque material, its right half one of a mask, both of the same picture with alpha."""
@@ -257,12 +267,7 @@ def clear(there):
         file.materials[k] = gl.Material(
             name=name, alphaMode=mode, alphaCutoff=cutoff, pbrMetallicRoughness=look
         )
-    one = file.meshes[0].primitives[0]
-    file.meshes[1].primitives[0].material = None
-    one.indices = halves[0]
-    file.meshes[0].primitives.append(gl.Primitive(attributes=one.attributes, indices=halves[1], material=1))
-    file.buffers.clear()
-    (there / "two.glb").write_bytes(make.bytes())
+    write_halves(there, make, file, halves)
     return there
 
 
@@ -316,12 +321,7 @@ def test_materials_whose_normals_are_scaled_differently_stay_apart(there, iccm):
     make, file, halves = in_halves(there)
     file.materials[1] = deepcopy(file.materials[0])
     file.materials[0].normalTexture.scale, file.materials[1].normalTexture.scale = 0.8, 0.4
-    one = file.meshes[0].primitives[0]
-    file.meshes[1].primitives[0].material = None
-    one.indices = halves[0]
-    file.meshes[0].primitives.append(gl.Primitive(attributes=one.attributes, indices=halves[1], material=1))
-    file.buffers.clear()
-    (there / "two.glb").write_bytes(make.bytes())
+    write_halves(there, make, file, halves)
     done = iccm("relayout", "two.glb", "new.glb#body", "-o", "out.glb", "--size", N)
     assert done.code == 0 and "has 2 materials" in done.err, done.err
     out = rich_glb.read(there / "out.glb")
