@@ -48,7 +48,7 @@ def _minimise() -> None:
     pairs = Pairs(s, s.copy(), corners, corners)
     system = system_of(FAN, np.roll(np.arange(4), -1), z.size)
     state = DiscreteMap(FAN, system, z, z, MatchedBoundary(outline, outline, pairs, ~corners))
-    state.unfolded().forward(1.0, 1.0, 1, 1e-3, corners=True)
+    state.unfolded().forward(1.0, 1, 1e-3, corners=True)
 
 
 def _mesh() -> None:

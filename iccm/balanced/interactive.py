@@ -97,11 +97,11 @@ class _Pair:
             else:
                 level = final_level(problem, settings)
                 sizes = graded(state.z, state.u, state.faces, 0.5 * level.size**2)
-            new = brought(refine(level, state, sizes), settings.theta)
+            new = brought(refine(level, state, sizes))
             if new.miss > 0 and not given.strokes:  # other triangles may let the pins pass
-                anew = move_on_new_meshes(level, new.held(), new.inside.goals, settings.theta)
+                anew = move_on_new_meshes(level, new.held(), new.inside.goals)
                 new = min(anew, new, key=lambda each: each.miss)
-            return _relax(new if coarse else _towards(new, settings.theta), settings.theta)
+            return _relax(new if coarse else _towards(new))
         except Stuck as error:
             raise NoMapError(f"the map cannot follow: {error}") from error
 
@@ -195,7 +195,9 @@ class Live:
             NoMapError: the map cannot be carried there without folds.
             InputError: pins or strokes that no one-to-one map meets.
         """
-        settings = self.settings if theta is None else replace(self.settings, theta=theta)
+        if theta is not None:
+            settings, begun = replace(self.settings, theta=theta), replace(self.state, theta=theta)
+            return replace(self, settings=settings, state=begun).moved(pins, strokes, dragged=dragged)
         given = self.pair.checked(pins, strokes)
         others = self._changes_vertices(given)
         coarse = self.coarse or others
@@ -204,13 +206,15 @@ class Live:
         state, least, age = self._pulled(given, steps), self.least, self.age + 1
         behind = state is None or not _at_sources(state)
         if state is not None and (dragged or not behind):
-            state = _within(state, settings.theta) if dragged else _towards(state, settings.theta)
-            state = _relax(state, settings.theta) if coarse and not behind else state
+            state = _within(state) if dragged else _towards(state)
+            state = _relax(state) if coarse and not behind else state
         goes_on = dragged and self.met and state is not None  # the next step may reach what this one has not
         if not waits and not goes_on and (state is None or behind or state.miss > 0):
             age = 0
             try:
-                state, coarse = self.pair.carried_anyhow(state or self.state, given, settings, coarse=coarse)
+                state, coarse = self.pair.carried_anyhow(
+                    state or self.state, given, self.settings, coarse=coarse
+                )
                 least, behind = _least_area(state), False
             except NoMapError:
                 if not dragged or others:
@@ -219,23 +223,14 @@ class Live:
         if waits and area < SQUEEZED**2 * least:  # it would soon be flat
             state = None
         if state is None or behind:
-            return replace(self, settings=settings, state=state or self.state, age=age, behind=True)
+            return replace(self, state=state or self.state, age=age, behind=True)
         if not waits and not area >= SQUEEZED * least:
-            age, free = 0, state.forward(settings.theta, POWER, FORWARD, AT_REST, corners=False)
+            age, free = 0, state.forward(POWER, FORWARD, AT_REST, corners=False)
             with suppress(NoMapError):
-                anew = self.pair.carried(free, given, settings, coarse=coarse)
+                anew = self.pair.carried(free, given, self.settings, coarse=coarse)
                 state = min(anew, state, key=lambda each: each.miss)
                 least = _least_area(state)
-        return replace(
-            self,
-            settings=settings,
-            given=given,
-            state=state,
-            least=least,
-            coarse=coarse,
-            age=age,
-            behind=False,
-        )
+        return replace(self, given=given, state=state, least=least, coarse=coarse, age=age, behind=False)
 
     def _changes_vertices(self, given: Pins) -> bool:
         """Whether constraints need other vertices than those that the mesh has, which each step may do again."""
@@ -255,7 +250,7 @@ class Live:
         if self.state.miss > 0 or not np.array_equal(goals, before.inner[:, 1]):
             return None
         pulled = replace(self.state, inside=inside._replace(z=sources))
-        near = pulled.backward(self.settings.theta, POWER, steps // 2, AT_REST)
+        near = pulled.backward(POWER, steps // 2, AT_REST)
         return replace(near, spared=steps - steps // 2 + near.spared)
 
     @property
@@ -296,20 +291,20 @@ def _at_sources(state: DiscreteMap) -> bool:
     return float(np.abs(away).max(initial=0.0)) < 1e-9
 
 
-def _towards(state: DiscreteMap, theta: float) -> DiscreteMap:
+def _towards(state: DiscreteMap) -> DiscreteMap:
     """The map after some Newton steps, at POWER as the map at rest; where that does not reach the goals, at 1."""
-    found = state.forward(theta, POWER, FORWARD, AT_REST, corners=True)
-    return found if found.miss == 0 else state.forward(theta, 1.0, FORWARD, AT_REST, corners=True)
+    found = state.forward(POWER, FORWARD, AT_REST, corners=True)
+    return found if found.miss == 0 else state.forward(1.0, FORWARD, AT_REST, corners=True)
 
 
-def _within(state: DiscreteMap, theta: float) -> DiscreteMap:
+def _within(state: DiscreteMap) -> DiscreteMap:
     """The same with the steps of a budget that are left, going on at 1 from where it came to at POWER."""
     for power in (POWER, 1.0):
         if state.spared > 0 and (power == POWER or state.miss > 0):
-            state = state.forward(theta, power, state.spared, AT_REST, corners=True)
+            state = state.forward(power, state.spared, AT_REST, corners=True)
     return state
 
 
-def _relax(state: DiscreteMap, theta: float) -> DiscreteMap:
+def _relax(state: DiscreteMap) -> DiscreteMap:
     """The map after some Newton steps on its inverse, if it has reached its goals."""
-    return state if state.miss > 0 else state.backward(theta, POWER, BACKWARD, AT_REST)
+    return state if state.miss > 0 else state.backward(POWER, BACKWARD, AT_REST)

@@ -180,7 +180,7 @@ def _gone_on(ready: _Prepared, start: TriangulatedMap, settings: Settings) -> Di
     z, u = (side.inward(w) for side, w in zip(ready.sides, (start.source, start.image)))
     sketch = method.sketch_of(TriangulatedMap(z, u, start.faces, start.loops), ready.frames)
     try:
-        return continue_from(final_mesh.final_level(ready.unit, settings), sketch, ready.unit)
+        return continue_from(final_mesh.final_level(ready.unit, settings), sketch)
     except Stuck:
         raise NoMapError("start: cannot be gone on from without folds; do without it") from None
 
@@ -291,20 +291,17 @@ def _on_own(ready: _Prepared, state: Meshed, settings: Settings, journal: SolveL
         Stuck: there is none.
     """
     problem = ready.unit.inverse() if ready.onto else ready.unit
-    theta = problem.theta
     step = -1 if ready.onto else 1
     level = final_mesh.final_level(problem, settings)
-    own = on_own_mesh(ready.sides[::step], ready.frames[::step], level, state, problem)
+    own = on_own_mesh(ready.sides[::step], ready.frames[::step], level, state)
     other = ready.sides[not ready.onto].even
     if other is None:
-        begun = relax_stretched(own.state, theta)
-        return replace(own, state=final_mesh.meet_bounds(begun, theta, settings, journal))
+        begun = relax_stretched(own.state)
+        return replace(own, state=final_mesh.meet_bounds(begun, settings, journal))
     begun = replace(own.state, ground=ground_of(other, ready.frames[not ready.onto]))
-    first = begun.forward(theta, 1.0, STEPS, DECREASE)
+    first = begun.forward(1.0, STEPS, DECREASE)
     journal.level("own", first, 1.0)
-    state = final_mesh.meet_bounds_by(
-        lambda state, q: state.forward(theta, q, STEPS, DECREASE), first, settings
-    )
+    state = final_mesh.meet_bounds_by(lambda state, q: state.forward(q, STEPS, DECREASE), first, settings)
     return replace(own, state=state, energy=first.energy)
 
 
@@ -319,7 +316,7 @@ def _with_rigid(ready: _Prepared, own: OwnMap | None, settings: Settings, journa
         raise NoMapError("rigid: no map without folds follows the surface's own triangles")
     places = own.of_layout(ready.sides[ready.onto].given.flat)
     asked = settings.inverse() if ready.onto else settings
-    return rigid.keep_rigid(own, places, ready.regions, ready.unit.theta, asked, journal)
+    return rigid.keep_rigid(own, places, ready.regions, asked, journal)
 
 
 def _repair(state: DiscreteMap, there: Complex, *, mirrored: bool) -> Complex:

@@ -30,7 +30,6 @@ def keep_rigid(
     own: OwnMap,
     places: Complex,
     regions: Sequence[Complex],
-    theta: float,
     settings: Settings,
     journal: SolveLog,
 ) -> OwnMap:
@@ -40,7 +39,6 @@ def keep_rigid(
         own: the map without them.
         places: (n,) its vertices in the user's plane.
         regions: polygons there.
-        theta: the balance.
         settings: what is asked of the map.
         journal: what happened.
 
@@ -71,7 +69,7 @@ def keep_rigid(
     size = settings.rigid_size
     aims, said, held = aims_by(count, holding[state.inner], pins, size or 1.0)
     wanted = Rigid((), aims, ~said, ~said & (size is None), held)
-    kept = keep_on_mesh(replace(state, rigid=labels, flat=flat), wanted, theta, settings)
+    kept = keep_on_mesh(replace(state, rigid=labels, flat=flat), wanted, settings)
     journal.level("rigid", kept, POWER)
     return replace(own, state=kept, energy=kept.energy)
 

@@ -89,21 +89,19 @@ def on_own_mesh(
     frames: Sequence[UnitFrame],
     level: Level,
     state: DiscreteMap | Sketch,
-    problem: UnitProblem,
 ) -> OwnMap:
     """A map without folds on the surface's own triangles, from one on any mesh.
 
     Args:
         sides: the surface, source of the map, and what it is mapped to.
         frames: of their unit coordinates.
-        level: the outlines; on surfaces all vertices are added to them.
+        level: what is solved, the surface being the source; on surfaces all vertices are added to its outlines.
         state: the map so far.
-        problem: what is solved, the surface being the source.
 
     Raises:
         Stuck: none was found.
     """
-    met = [loop.source for loop in state.loops]
+    met, problem = [loop.source for loop in state.loops], level.problem
     loops, rims = _rims(sides[0], frames[0], met, (problem.source, problem.holes[0]))
     loops = [np.roll(loop, -rim.first) for loop, rim in zip(loops, rims)]
     own = _with_exact(level, rims, met, target=False)
@@ -111,7 +109,7 @@ def on_own_mesh(
         goals = [loop.target for loop in state.loops]
         _, there = _rims(sides[1], frames[1], goals, (problem.target, problem.holes[1]))
         own = _with_exact(own, there, goals, target=True)
-    own = _reanchor(own, problem)
+    own = _reanchor(own)
     boundary = own.boundary(match_on(own, state), fewest=1)
     return _mesh(sides[0], frames[0], state, problem, boundary, loops)
 
@@ -159,13 +157,13 @@ def _with_exact(level: Level, rims: list[_ExactOutline], met: list[int], *, targ
     return replace(found, target=rims[0].outline) if target else replace(found, source=rims[0].outline)
 
 
-def _reanchor(level: Level, problem: UnitProblem) -> Level:
+def _reanchor(level: Level) -> Level:
     """The level with pins on its outlines where these have them now."""
     if level.anchors is None:
         return level
-    s = level.source.curve.closest(np.array(problem.anchors[0]))
+    s = level.source.curve.closest(np.array(level.problem.anchors[0]))
     order = np.argsort(s)
-    tau = level.target.arclengths(problem.anchors[1])[order]
+    tau = level.target.arclengths(level.problem.anchors[1])[order]
     tau = tau[0] + np.mod(tau - tau[0], level.target.length)
     return replace(level, anchors=level.anchors._replace(s=s[order], tau=tau))
 
@@ -232,6 +230,7 @@ class _On(NamedTuple):
             bound=pinned.size > 0,
             weights=None if material.all() else weights,
             metrics=(OwnMetric(maps, material), self.problem.metrics[1]),
+            theta=self.problem.theta,
         )
         return OwnMap(found, mesh, order)
 

@@ -22,6 +22,7 @@ SPACING = 0.75  # of the outline's vertices, in mesh sizes
 def mesh_of(
     outlines: Sequence[Curve],
     pins: Pins,
+    theta: float,
     size: float,
     drawn: list[Match] | None = None,
     regions: Sequence[Sequence[Complex]] = (),
@@ -32,6 +33,7 @@ def mesh_of(
         outlines: the outer one, counter-clockwise, and those of holes, clockwise, around an area of about one, with a
             vertex at every pin on them.
         pins: in its coordinates.
+        theta: weight of the area part of the energy.
         size: h of the triangles.
         drawn: where the vertices of strokes go; ends to ends, evenly, if None.
         regions: polygons of rigid regions.
@@ -52,7 +54,9 @@ def mesh_of(
     boundary = FreeBoundary((outer.size, *(hole.size for hole in holes)), pinned, pins.outer[:, 1])
     pattern = system_of(faces, np.append(boundary.following, boundary.size + kept.following), z.size)
     rigid = regions_of(z[faces].mean(axis=1), bones) if bones else None
-    return DiscreteMap(faces, pattern, z, z.copy(), boundary, inside=kept, bound=True, rigid=rigid)
+    return DiscreteMap(
+        faces, pattern, z, z.copy(), boundary, inside=kept, bound=True, rigid=rigid, theta=theta
+    )
 
 
 def space_out(outline: Curve, spacing: float, points: Complex) -> Complex:

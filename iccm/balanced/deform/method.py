@@ -128,36 +128,38 @@ def refine(
     size, theta = np.sqrt(TRIANGLES_PER_AREA / settings.triangles), settings.theta
     levels = []
     if start is None:
-        levels = [roughly(outlines, pins, max(COARSE, size), theta)]
-        rough = levels[0].forward(theta, 1.0, FORWARD, SETTLED, corners=False) if pins.strokes else levels[0]
+        levels = [roughly(outlines, pins, theta, max(COARSE, size))]
+        rough = levels[0].forward(1.0, FORWARD, SETTLED, corners=False) if pins.strokes else levels[0]
         start, drawn = (rough.z, rough.u, rough.faces), rough.inside.matches
     else:
         drawn = aim_feet(
-            pins.strokes, start_from(mesh_of(outlines, pins, size), start), EVENED
+            pins.strokes, start_from(mesh_of(outlines, pins, theta, size), start), EVENED
         ).inside.matches
-    fine = start_from(mesh_of(outlines, pins, size, drawn, bones.polygons), start)
-    levels.append(relax(brought(fine, theta, MOVING_STEPS, SETTLED), theta, 1.0))
+    fine = start_from(mesh_of(outlines, pins, theta, size, drawn, bones.polygons), start)
+    levels.append(relax(brought(fine, MOVING_STEPS, SETTLED), 1.0))
     if bones.polygons:
-        levels.append(stiffened(levels[-1], bones, pins, theta))
-    levels.append(meet_bounds_by(lambda state, q: relax(state, theta, q), levels[-1], settings, scale_of))
+        levels.append(stiffened(levels[-1], bones, pins))
+    levels.append(meet_bounds_by(relax, levels[-1], settings, scale_of))
     return levels
 
 
-def stiffened(state: DiscreteMap, bones: Regions, pins: Pins, theta: float) -> DiscreteMap:
+def stiffened(state: DiscreteMap, bones: Regions, pins: Pins) -> DiscreteMap:
     """The map with rigid bones."""
     aims, said, held = aims_of(bones, pins, 1.0)
     wanted = Rigid(bones.polygons, aims, ~said, np.zeros(said.size, bool), held)
-    return harden(state, wanted, theta, state.energy)
+    return harden(state, wanted, state.energy)
 
 
-def roughly(outlines: Sequence[Curve], pins: Pins, size: float, theta: float) -> DiscreteMap:
+def roughly(outlines: Sequence[Curve], pins: Pins, theta: float, size: float) -> DiscreteMap:
     """The deformation on a coarse mesh; ends of strokes that slide pass corners of theirs between meshes."""
-    state = aim_feet(pins.strokes, rigid_motion(mesh_of(outlines, pins, size)), BESIDE)
-    state = relax(brought(state, theta, MOVING_STEPS, SETTLED), theta, 1.0)
+    state = aim_feet(pins.strokes, rigid_motion(mesh_of(outlines, pins, theta, size)), BESIDE)
+    state = relax(brought(state, MOVING_STEPS, SETTLED), 1.0)
     for _ in range(RELEASES if any(not all(stroke.sticks) for stroke in pins.strokes) else 0):
-        freed = state.forward(theta, 1.0, FORWARD, SETTLED, corners=False)
-        new = start_from(mesh_of(outlines, pins, size, freed.inside.matches), (freed.z, freed.u, freed.faces))
-        new = relax(brought(new, theta, MOVING_STEPS, SETTLED), theta, 1.0)
+        freed = state.forward(1.0, FORWARD, SETTLED, corners=False)
+        new = start_from(
+            mesh_of(outlines, pins, theta, size, freed.inside.matches), (freed.z, freed.u, freed.faces)
+        )
+        new = relax(brought(new, MOVING_STEPS, SETTLED), 1.0)
         if new.miss > 0 or new.energy > (1 - ROUND_DECREASE) * state.energy:
             break
         state = new
@@ -185,14 +187,14 @@ def rigid_motion(state: DiscreteMap) -> DiscreteMap:
     return replace(state, u=there.mean() + turn * (state.z - here.mean()))
 
 
-def relax(state: DiscreteMap, theta: float, q: float) -> DiscreteMap:
+def relax(state: DiscreteMap, q: float) -> DiscreteMap:
     """The map at rest; what has not met its goal stays where it is, and along strokes vertices find their places."""
     goals = state.goals
     resting = state if state.miss == 0 else state.held()
-    resting = resting.forward(theta, q, SETTLING_STEPS, SETTLED)
+    resting = resting.forward(q, SETTLING_STEPS, SETTLED)
     for _ in range(ROUNDS if state.inside.strokes else 0):
         before = resting.energy
-        resting = resting.backward(theta, q, BACKWARD, SETTLED).forward(theta, q, FORWARD, SETTLED)
+        resting = resting.backward(q, BACKWARD, SETTLED).forward(q, FORWARD, SETTLED)
         if before - resting.energy < ROUND_DECREASE * before:
             break
     return resting if state.miss == 0 else resting.with_goals(goals)

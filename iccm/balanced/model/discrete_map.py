@@ -64,6 +64,7 @@ class DiscreteMap:
         spared: how many of its steps the last descent did without.
         metrics: of surfaces that the planes of source and target stand for.
         upright: what turning the picture costs: upside down 1 + this times as much.
+        theta: weight of the area part of the energy.
         ground: the target in space, whose metric changes as vertices move; None for the one that `metrics` has.
         rigid: (m,) the rigid region that each triangle is in, -1 for none; None where there are none.
         aims: (k,) complex, the derivative that each region is to have.
@@ -84,6 +85,7 @@ class DiscreteMap:
     spared: int = 1
     metrics: Metrics = PLANES
     upright: float = 0.0
+    theta: float = 1.0
     ground: Ground | None = None
     rigid: Index | None = None
     aims: Complex = field(default_factory=lambda: NO_AIMS)
@@ -97,9 +99,7 @@ class DiscreteMap:
         sizes: Sizes,
         inside: InnerConstraints = NONE_INSIDE,
         filled: Sequence[Complex] = (),
-        metrics: Metrics = PLANES,
         bays: Sequence[Complex] = (),
-        upright: float = 0.0,
         regions: Sequence[Sequence[Complex]] = (),
     ) -> "DiscreteMap":
         """A mesh for a boundary; the image is given there and zero inside. `filled` are the polygons of holes that are
@@ -125,8 +125,7 @@ class DiscreteMap:
         rings = [np.append(bay, outer[mouth[-2:0:-1]]) for bay, mouth in zip(bays, mouths)]
         weights = weights_of(z, faces, filled, rings) if filled or bays else None
         rigid = regions_of(z[faces].mean(axis=1), regions) if regions else None
-        state = cls(faces, pattern, z, u, boundary, inside=inside, weights=weights, rigid=rigid)
-        return replace(state, metrics=metrics, upright=upright)
+        return cls(faces, pattern, z, u, boundary, inside=inside, weights=weights, rigid=rigid)
 
     @property
     def settled(self) -> bool:
@@ -324,9 +323,7 @@ class DiscreteMap:
             raise Tangled(u)
         return replace(self, u=u)
 
-    def forward(
-        self, theta: float, q: float, steps: int, tolerance: float, *, corners: bool = True
-    ) -> "DiscreteMap":
+    def forward(self, q: float, steps: int, tolerance: float, *, corners: bool = True) -> "DiscreteMap":
         """Newton steps on the image; target corners keep their vertices if `corners`.
 
         Bound vertices that are not at their goals go there, as far as no triangle folds.
@@ -335,20 +332,20 @@ class DiscreteMap:
         stay = inside.at_target if corners else inside.stuck
         if not met:  # strokes slide once they are where they belong
             stay = np.ones(stay.size, bool)
-        u, tau, end = self._descended(True, corners, stay, theta, q, steps, tolerance)
+        u, tau, end = self._descended(True, corners, stay, q, steps, tolerance)
         if self.bound and inside.strokes and met:
             inside = inside.slid(u[self.inner], tau[self.inner], stay)
         boundary = self.boundary.slid(True, tau[: self.border], corners)
         return replace(self, u=u, boundary=boundary, inside=inside, **end)
 
-    def with_firm_regions(self, theta: float, q: float, strain: float) -> "DiscreteMap":
+    def with_firm_regions(self, q: float, strain: float) -> "DiscreteMap":
         """The map with regions so stiff that a descent strains none that keeps to its aim by more than this (root mean
         square, relative to the aim): that would cost more than all that it can gain elsewhere."""
         assert self.rigid is not None
         rest = self._rest(True, q)
         elsewhere = rest._replace(weights=np.where(rest.aims != 0, 0, rest.weights))
         tau, constraints = self.constraints(True, True, self.inside.at_target)
-        gain = elsewhere.energy(self.u, Objective.of(theta, q, self.boundary.area_share(True)))
+        gain = elsewhere.energy(self.u, Objective.of(self.theta, q, self.boundary.area_share(True)))
         gain = (gain + border_energy(constraints.border, tau)) * turn_cost(
             self.upright, np.cos(self.turn)
         ) ** q
@@ -356,16 +353,16 @@ class DiscreteMap:
         areas = np.bincount(self.rigid[inside], np.abs(triangle_areas(self.form[self.faces[inside]])))
         return replace(self, stiffness=float(gain / (strain**2 * (np.abs(self.aims) ** 2 * areas).min())))
 
-    def inside_moved(self, theta: float, q: float, steps: int, tolerance: float) -> "DiscreteMap":
+    def inside_moved(self, q: float, steps: int, tolerance: float) -> "DiscreteMap":
         """Newton steps on the image with the outline where it is."""
         held = replace(self.matched, anchored=np.ones(self.border, bool))
-        moved = replace(self, boundary=held).forward(theta, q, steps, tolerance)
+        moved = replace(self, boundary=held).forward(q, steps, tolerance)
         return replace(moved, boundary=self.boundary)
 
-    def backward(self, theta: float, q: float, steps: int, tolerance: float) -> "DiscreteMap":
+    def backward(self, q: float, steps: int, tolerance: float) -> "DiscreteMap":
         """Newton steps on the source, the images being kept: target corners slide along the source."""
         inside = self.inside
-        z, s, end = self._descended(False, True, inside.at_source, theta, q, steps, tolerance)
+        z, s, end = self._descended(False, True, inside.at_source, q, steps, tolerance)
         if self.bound and inside.strokes:
             inside = inside._replace(s=s[self.inner], z=z[self.inner].copy())
         elif not self.bound and inside.z.size:  # they are vertices like any others
@@ -375,12 +372,12 @@ class DiscreteMap:
         )
 
     def _descended(
-        self, forward: bool, corners: bool, stay: Flags, theta: float, q: float, steps: int, tolerance: float
+        self, forward: bool, corners: bool, stay: Flags, q: float, steps: int, tolerance: float
     ) -> tuple[Complex, Real, dict[str, Any]]:
         """Newton on the map, or on its inverse: positions, arclengths of the constrained vertices, and how it ended;
         `stay` (k,) are those inside that do."""
         moving = self.u if forward else self.z
-        objective = Objective.of(theta, q, self.boundary.area_share(forward), forward=forward)
+        objective = Objective.of(self.theta, q, self.boundary.area_share(forward), forward=forward)
         rest, surface = self._rest(forward, q), None
         if forward and self.ground is not None:
             rest, surface = self._in_space(self.ground, objective.theta)

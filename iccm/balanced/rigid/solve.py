@@ -104,14 +104,14 @@ def keep_rigid(
     progress.tell("rigid regions")
     sketch = Sketch(start.z, start.u, start.faces, start.border, loops=start.loops, weights=start.weights)
     places, sent_away, room = places_of(problem, sketch, rigid)
-    around = partial(around_places, patient=bool((room == 1).all()))
-    ways: list[Callable[..., Begin]] = [around, from_map] if sent_away else [from_map, around]
-    growths: list[Callable[..., Begin]] = [partial(growing, begun=size) for size in BEGUN]
+    around = partial(around_places, problem, sketch, rigid, places, patient=bool((room == 1).all()))
+    inside = partial(from_map, sketch, rigid, places)
+    ways: list[Callable[[], Begin]] = [around, inside] if sent_away else [inside, around]
+    growths: list[Callable[[], Begin]] = [partial(growing, problem, sketch, rigid, size) for size in BEGUN]
     found: list[DiscreteMap] = []
     for way in (*ways, *growths):
         with suppress(Stuck, NoMapError):
-            begin = way(problem, sketch, rigid, places)
-            found += kept_by(problem, rigid, begin, settings, again=way is around)
+            found += kept_by(problem, rigid, way(), settings, again=way is around)
         if found and shortfall(found[-1], np.abs(places.factors)) <= 1 - LARGE:
             break
         if way in growths and any(map(is_rigid, found)):
@@ -139,13 +139,13 @@ def kept_by(
             break
         with suppress(Stuck):
             state = split_at_vertices(state) if smooth and not split else state
-            found.append(settle(state, problem.theta, settings))
+            found.append(settle(state, settings))
             if is_rigid(found[-1]):
                 break
     return found
 
 
-def keep_on_mesh(state: DiscreteMap, rigid: Rigid, theta: float, settings: Settings) -> DiscreteMap:
+def keep_on_mesh(state: DiscreteMap, rigid: Rigid, settings: Settings) -> DiscreteMap:
     """The map gone on to on the mesh that it has, of whose triangles the regions consist; these may be smaller than
     asked for, or not quite rigid.
 
@@ -156,14 +156,14 @@ def keep_on_mesh(state: DiscreteMap, rigid: Rigid, theta: float, settings: Setti
     here = placing_of(state, rigid)
     goal = replace(here, factors=rigid.aims_beside(here.factors))
     ways: tuple[Callable[[], DiscreteMap], ...] = (
-        lambda: harden(state, rigid, theta, state.energy),
-        lambda: at_rest(placed(state, goal), theta),
-        lambda: grown(state, lambda shares: replace(goal, factors=shares * goal.factors), theta),
+        lambda: harden(state, rigid, state.energy),
+        lambda: at_rest(placed(state, goal)),
+        lambda: grown(state, lambda shares: replace(goal, factors=shares * goal.factors)),
     )
     found = []
     for way in ways:
         with suppress(Stuck):
-            found.append(settle(way(), theta, settings))
+            found.append(settle(way(), settings))
             if shortfall(found[-1], np.abs(goal.factors)) <= 1 - LARGE:
                 return found[-1]
     if not found:
@@ -175,23 +175,22 @@ Begin = Callable[[Level, Callable[[DiscreteMap], DiscreteMap]], DiscreteMap]
 """What gives a map with rigid regions on a level, by what its mesh is changed by before."""
 
 
-def from_map(problem: UnitProblem, sketch: Sketch, rigid: Rigid, places: Placing) -> Begin:
+def from_map(sketch: Sketch, rigid: Rigid, places: Placing) -> Begin:
     """The map without regions, in which they are put in their places; those that may turn, or have any size, become
     stiff where they are."""
-    theta = problem.theta
 
     def begin(level: Level, changed: Callable[[DiscreteMap], DiscreteMap]) -> DiscreteMap:
-        begun = changed(carried(level, problem, sketch, rigid))
+        begun = changed(carried(level, sketch))
         if (rigid.turns | rigid.sizes).any():
-            found = harden(begun, rigid, theta, begun.energy)
+            found = harden(begun, rigid, begun.energy)
             if is_rigid(found):
                 return found
-        return at_rest(placed(begun, places), theta)
+        return at_rest(placed(begun, places))
 
     return begin
 
 
-def growing(problem: UnitProblem, sketch: Sketch, rigid: Rigid, places: Placing, *, begun: float) -> Begin:
+def growing(problem: UnitProblem, sketch: Sketch, rigid: Rigid, begun: float) -> Begin:
     """Regions that grow, each where it has room for its size: in the map without them, or around regions that have
     `begun` with a share of the size that finds room.
 
@@ -206,16 +205,16 @@ def growing(problem: UnitProblem, sketch: Sketch, rigid: Rigid, places: Placing,
     around = around_places(problem, sketch, rigid, put(begun), patient=False) if begun else None
 
     def begin(level: Level, changed: Callable[[DiscreteMap], DiscreteMap]) -> DiscreteMap:
-        state = around(level, changed) if around else changed(carried(level, problem, sketch, rigid))
-        return grown(state, put, problem.theta, begun)
+        state = around(level, changed) if around else changed(carried(level, sketch))
+        return grown(state, put, begun)
 
     return begin
 
 
-def carried(level: Level, problem: UnitProblem, sketch: Sketch, rigid: Rigid) -> DiscreteMap:
+def carried(level: Level, sketch: Sketch) -> DiscreteMap:
     """The map without regions, at rest on a mesh that has their outlines as edges."""
-    state = warm_start.continue_from(level, sketch, problem._replace(regions=rigid.regions))
-    return state.forward(problem.theta, POWER, STEPS, DECREASE)
+    state = warm_start.continue_from(level, sketch)
+    return state.forward(POWER, STEPS, DECREASE)
 
 
 def around_places(
@@ -249,14 +248,13 @@ def around_places(
     whole: Meshed = multilevel.invert(found) if used.inverted else found
     kept = tuple(loop for loop in whole.loops if loop.source < first[0])
     around = Sketch(whole.z, whole.u, whole.faces, whole.loops[len(kept)].first, loops=kept)
-    theta = problem.theta
 
     def begin(level: Level, changed: Callable[[DiscreteMap], DiscreteMap]) -> DiscreteMap:
         sizes = mesh_sizes.graded(around.z, around.u, around.faces, 0.5 * level.size**2)
         fine = level.mapped(match_on(level, around), sizes)
         fine = replace(fine, bound=bool(fine.inside.z.size))
         fine = changed(fine.moved_to_border(interpolate(around.z, around.faces, around.u, fine.z)))
-        return at_rest(placed(fine, places), theta)
+        return at_rest(placed(fine, places))
 
     return begin
 
@@ -323,9 +321,7 @@ def placed(state: DiscreteMap, places: Placing) -> DiscreteMap:
         return moved.unfolded(still=still)
 
 
-def grown(
-    state: DiscreteMap, places: Callable[[Real], Placing], theta: float, begun: float = 0.0
-) -> DiscreteMap:
+def grown(state: DiscreteMap, places: Callable[[Real], Placing], begun: float = 0.0) -> DiscreteMap:
     """The map with rigid regions as large as they come, together and then each by itself; `places` says where shares
     (k,) of their sizes belong, of which they have `begun` with one.
 
@@ -340,7 +336,7 @@ def grown(
         while step >= LEAST and (which * (shares < 1)).any():
             larger = np.minimum(1, shares + step * which)
             try:
-                state = at_rest(placed(state, places(larger)), theta)
+                state = at_rest(placed(state, places(larger)))
                 shares, step = larger, NEXT * step
             except Stuck:
                 step *= 0.5
@@ -349,19 +345,19 @@ def grown(
     return state
 
 
-def at_rest(state: DiscreteMap, theta: float) -> DiscreteMap:
+def at_rest(state: DiscreteMap) -> DiscreteMap:
     """The map at rest with its regions, which are rigid and stay so."""
-    state = relax_stretched(firm(state, theta, 1.0), theta)
+    state = relax_stretched(firm(state, 1.0))
     for _ in range(ROUNDS):
-        state = firm(state, theta, POWER).forward(theta, POWER, STEPS, DECREASE)
+        state = firm(state, POWER).forward(POWER, STEPS, DECREASE)
         if state.settled:
             break
     return state
 
 
-def firm(state: DiscreteMap, theta: float, q: float) -> DiscreteMap:
+def firm(state: DiscreteMap, q: float) -> DiscreteMap:
     """The map with regions that a descent cannot bend."""
-    return state.with_firm_regions(theta, q, KEPT)
+    return state.with_firm_regions(q, KEPT)
 
 
 def shortfall(state: DiscreteMap, sizes: Real) -> float:
@@ -371,23 +367,23 @@ def shortfall(state: DiscreteMap, sizes: Real) -> float:
     return float(np.max(1 - np.abs(mean_derivatives(state)) / sizes))
 
 
-def harden(state: DiscreteMap, rigid: Rigid, theta: float, energy: float) -> DiscreteMap:
+def harden(state: DiscreteMap, rigid: Rigid, energy: float) -> DiscreteMap:
     """The map with regions that weigh more and more, until they are rigid or stuck."""
     weight, before = STIFF * energy, np.inf
     while True:
         aims = rigid.aims_beside(mean_derivatives(state))
-        state = replace(state, aims=aims, stiffness=weight).forward(theta, POWER, STEPS, DECREASE)
+        state = replace(state, aims=aims, stiffness=weight).forward(POWER, STEPS, DECREASE)
         strain = strains(state).max()
         if strain <= KEPT or (weight >= SOFTEST * energy and strain > STUCK * before):
             return state
         weight, before = STIFFER * weight, strain
 
 
-def settle(state: DiscreteMap, theta: float, settings: Settings) -> DiscreteMap:
+def settle(state: DiscreteMap, settings: Settings) -> DiscreteMap:
     """The map at rest with its regions rigid, and bounds met."""
 
     def descent(state: DiscreteMap, q: float) -> DiscreteMap:
-        return firm(state, theta, q).forward(theta, q, LAST_STEPS, LAST_DECREASE)
+        return firm(state, q).forward(q, LAST_STEPS, LAST_DECREASE)
 
     return meet_bounds_by(descent, state, settings)
 

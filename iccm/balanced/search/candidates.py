@@ -9,7 +9,7 @@ from ... import progress
 from ..errors import Stuck
 from ..model import mesh_sizes
 from ..model.discrete_map import DiscreteMap
-from .levels import BACKWARD, GOOD_ENOUGH, RELEASED_STEPS, Level, UnitProblem, alternate, refine
+from .levels import BACKWARD, GOOD_ENOUGH, RELEASED_STEPS, Level, alternate, refine
 
 SCREENING = ((3, 9), (5, 5))
 """Newton steps, then how many maps go on: within 2 % of settling all nine on 78 pairs. More steps, (5, 9), (12, 5), are
@@ -27,12 +27,12 @@ RELEASES = 3  # rounds of released corners
 GAIN = 3e-3  # of the energy, for which there is another round
 
 
-def screen(states: list[DiscreteMap], problem: UnitProblem) -> list[DiscreteMap]:
-    """The best maps after a few steps, best first."""
+def screen(states: list[DiscreteMap], starts: int) -> list[DiscreteMap]:
+    """The best maps after a few steps, best first; `starts` times as many go on."""
     for steps, keep in SCREENING:
         tried = progress.counted(f"coarse maps, {steps} steps", states)
-        states = [s.forward(problem.theta, 1.0, steps, GOOD_ENOUGH, corners=False) for s in tried]
-        states = sorted(states, key=lambda s: s.energy)[: keep * problem.starts]
+        states = [s.forward(1.0, steps, GOOD_ENOUGH, corners=False) for s in tried]
+        states = sorted(states, key=lambda s: s.energy)[: keep * starts]
     return [s for s in states if s.energy <= PROMISING * states[0].energy]
 
 
@@ -51,7 +51,7 @@ def are_equivalent(one: DiscreteMap, other: DiscreteMap) -> bool:
     return bool(abs(one.energy / other.energy - 1) < ALIKE[0] and abs(turned) < ALIKE[1])
 
 
-def best_of(level: Level, states: list[DiscreteMap], problem: UnitProblem) -> DiscreteMap:
+def best_of(level: Level, states: list[DiscreteMap]) -> DiscreteMap:
     """The best of some maps, best first: all settled on new meshes, then corners released where that may win.
 
     Raises:
@@ -60,18 +60,17 @@ def best_of(level: Level, states: list[DiscreteMap], problem: UnitProblem) -> Di
     settled = []
     for state in progress.counted("coarse maps", without_duplicates(states)):
         with suppress(Stuck):
-            settled.append(settle(level, state, problem, SETTLING))
+            settled.append(settle(level, state, SETTLING))
     if not settled:
         raise Stuck("no start")
     settled.sort(key=lambda s: s.energy)
-    finalists = [
-        state for state in settled[: FINALISTS * problem.starts] if state.energy <= CLOSE * settled[0].energy
-    ]
+    most = FINALISTS * level.problem.starts
+    finalists = [state for state in settled[:most] if state.energy <= CLOSE * settled[0].energy]
     counted = progress.counted("coarse maps, corners released", finalists)
-    return min((release_corners(level, s, problem) for s in counted), key=lambda s: s.energy)
+    return min((release_corners(level, s) for s in counted), key=lambda s: s.energy)
 
 
-def settle(level: Level, state: DiscreteMap, problem: UnitProblem, rounds: int) -> DiscreteMap:
+def settle(level: Level, state: DiscreteMap, rounds: int) -> DiscreteMap:
     """The map at rest on a new mesh; where that folds, on the one that it has, where it may still get somewhere.
 
     Raises:
@@ -79,22 +78,22 @@ def settle(level: Level, state: DiscreteMap, problem: UnitProblem, rounds: int) 
     """
     with suppress(Stuck):
         state = remesh(level, state)
-    state = alternate(state, problem.theta, 1.0, rounds, BACKWARD)
+    state = alternate(state, 1.0, rounds, BACKWARD)
     if not np.isfinite(state.energy):
         raise Stuck("no map without folds was found for this correspondence of the outlines")
     return state
 
 
-def release_corners(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteMap:
+def release_corners(level: Level, state: DiscreteMap) -> DiscreteMap:
     """The best map of a few rounds: corners released, pinned again on a new mesh, settled."""
     best = state
     for _ in range(RELEASES):
-        state = state.forward(problem.theta, 1.0, RELEASED_STEPS, GOOD_ENOUGH, corners=False)
+        state = state.forward(1.0, RELEASED_STEPS, GOOD_ENOUGH, corners=False)
         try:
             state = remesh(level, state)
         except Stuck:
             break
-        state = alternate(state, problem.theta, 1.0, ROUNDS, BACKWARD)
+        state = alternate(state, 1.0, ROUNDS, BACKWARD)
         before, best = best.energy, min(best, state, key=lambda s: s.energy)
         if not best.energy < (1 - GAIN) * before:
             break

@@ -78,18 +78,20 @@ class FilledMap:
     turned: complex = 1.0
 
     @classmethod
-    def of(cls, outer: Outline, holes: Sequence[Outline], level: Level, theta: float) -> "FilledMap":
+    def of(cls, outer: Outline, holes: Sequence[Outline], level: Level) -> "FilledMap":
         """The balanced one.
 
         Raises:
             Stuck: triangles are too thin for double precision.
         """
         goal = disc()
-        problem = UnitProblem(outer.curve, goal, theta, 0.0, holes=(tuple(h.curve for h in holes), ()))
+        problem = UnitProblem(
+            outer.curve, goal, level.problem.theta, 0.0, holes=(tuple(h.curve for h in holes), ())
+        )
         own = Level.of(problem, level.size, 0.0, CORNER_FINENESS, level.steepest)
         plain = own.mapped(initial_matches.arclength_matches(own.source.curve, own.target.curve)[0])
         state = replace(plain, weights=None).unfolded()
-        return cls(state.forward(theta, 1.0, STEPS, GOOD_ENOUGH, corners=False), plain.material)
+        return cls(state.forward(1.0, STEPS, GOOD_ENOUGH, corners=False), plain.material)
 
     @property
     def u(self) -> Complex:
@@ -106,7 +108,7 @@ class FilledMap:
         """Where the holes are, in radii of the disc."""
         return np.sqrt(np.pi) * np.array([middle_of(Curve(rim)) for rim in self.rims[1:]])
 
-    def onto(self, goal: tuple[Curve, tuple[Curve, ...]], level: Level, theta: float) -> Sketch:
+    def onto(self, goal: tuple[Curve, tuple[Curve, ...]], level: Level) -> Sketch:
         """The map onto a circle domain, going on from the disc.
 
         Raises:
@@ -116,15 +118,17 @@ class FilledMap:
         root = np.sqrt(sum(Curve(rim).area for rim in rims))
         holes = tuple(Curve(rim / root) for rim in rims[1:]), goal[1]
         same = tuple((k, k) for k in range(len(goal[1])))
-        problem = UnitProblem(Curve(rims[0] / root), goal[0], theta, 0.0, holes=holes, partners=same)
+        problem = UnitProblem(
+            Curve(rims[0] / root), goal[0], level.problem.theta, 0.0, holes=holes, partners=same
+        )
         between = Level.of(problem, level.size, 0.0, 0.0, level.steepest)
-        state = harmonic_map(between, problem)
+        state = harmonic_map(between)
         u = interpolate(state.z, state.faces, state.u, self.u / root)
         loops = tuple(loop._replace(target=loop.source) for loop in self.state.filled)
         return Sketch(self.state.z, u, self.material, self.state.border, loops=loops)
 
 
-def through_circles(level: Level, pairs: Sequence[tuple[int, int]], theta: float) -> DiscreteMap:
+def through_circles(level: Level, pairs: Sequence[tuple[int, int]]) -> DiscreteMap:
     """A map without folds that takes hole i of the source to hole j of the target for each of the pairs.
 
     Raises:
@@ -132,11 +136,11 @@ def through_circles(level: Level, pairs: Sequence[tuple[int, int]], theta: float
     """
     sides = [[side[pair[k]] for pair in pairs] for k, side in enumerate(level.holes)]
     outlines = list(zip((level.source, level.target), sides))
-    filled = [FilledMap.of(outer, holes, level, theta) for outer, holes in outlines]
+    filled = [FilledMap.of(outer, holes, level) for outer, holes in outlines]
     filled[0] = replace(filled[0], turned=rotation(filled[0].middles, filled[1].middles))
     goal = circle_domain(0.5 * (filled[0].middles + filled[1].middles))
     there, back = (
-        onto_circles(each, outer.curve, [hole.curve for hole in holes], goal, level, theta)
+        onto_circles(each, outer.curve, [hole.curve for hole in holes], goal, level)
         for each, (outer, holes) in zip(filled, outlines)
     )
     try:
@@ -147,7 +151,7 @@ def through_circles(level: Level, pairs: Sequence[tuple[int, int]], theta: float
     return _compose(level.inverse(), back, there, [(j, i) for i, j in pairs]).inverse()
 
 
-def circle_starts(level: Level, matches: Sequence[Match], theta: float) -> list[DiscreteMap]:
+def circle_starts(level: Level, matches: Sequence[Match]) -> list[DiscreteMap]:
     """Maps without folds by way of circle domains, for the pairs of holes that most matches agree on."""
     if level.pinned or level.anchors:
         return []
@@ -155,7 +159,7 @@ def circle_starts(level: Level, matches: Sequence[Match], theta: float) -> list[
     found = []
     for pairs, _ in counts.most_common(PAIRINGS):
         try:
-            found.append(through_circles(level, sorted(pairs), theta))
+            found.append(through_circles(level, sorted(pairs)))
         except Stuck:
             continue
     return found
@@ -167,7 +171,6 @@ def onto_circles(
     holes: Sequence[Curve],
     goal: tuple[Curve, tuple[Curve, ...]],
     level: Level,
-    theta: float,
 ) -> DiscreteMap:
     """The balanced map of a shape onto a circle domain, hole onto hole in order.
 
@@ -175,13 +178,15 @@ def onto_circles(
         Stuck: every start folds.
     """
     partners = tuple((k, k) for k in range(len(holes)))
-    problem = UnitProblem(outer, goal[0], theta, 0.0, holes=(tuple(holes), goal[1]), partners=partners)
+    problem = UnitProblem(
+        outer, goal[0], level.problem.theta, 0.0, holes=(tuple(holes), goal[1]), partners=partners
+    )
     own = Level.of(problem, level.size, 0.0, CORNER_FINENESS, level.steepest)
     try:
-        start = remesh(own, filled.onto(goal, level, theta))
+        start = remesh(own, filled.onto(goal, level))
     except Stuck:
-        start = harmonic_map(own, problem)
-    return start.forward(theta, 1.0, STEPS, GOOD_ENOUGH, corners=False)
+        start = harmonic_map(own)
+    return start.forward(1.0, STEPS, GOOD_ENOUGH, corners=False)
 
 
 def remesh(level: Level, sketch: Sketch) -> DiscreteMap:
@@ -205,13 +210,13 @@ def _finer(level: Level, z: Complex, u: Complex, faces: Index) -> Iterator[Sizes
         yield mesh_sizes.graded(z, u, faces, 0.5 * (smaller * level.size) ** 2)
 
 
-def harmonic_map(level: Level, problem: UnitProblem) -> DiscreteMap:
+def harmonic_map(level: Level) -> DiscreteMap:
     """A map onto a circle domain without folds.
 
     Raises:
         Stuck: every start folds.
     """
-    partners = Partners(*level.domains, problem.partners)
+    partners = Partners(*level.domains, level.problem.partners)
     curves = level.source.curve, level.target.curve
     matches = [
         next(initial_matches.elastic_matches(*curves, 0.0)),

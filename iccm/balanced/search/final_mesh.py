@@ -55,18 +55,18 @@ def fine_map(problem: UnitProblem, state: DiscreteMap, size: float, journal: Sol
     """The map on a finer mesh, its worst stretch lowered."""
     progress.tell("fine map")
     level = Level.of(problem, size, *FINE_EXACTNESS, STEEPEST_FINE)
-    state = on_finer(level, state, problem)
+    state = on_finer(level, state)
     if problem.constrained and not meets_constraints(problem, state):
-        state = pin_continuation.again(level, state, problem)
-    state = alternate(state, problem.theta, POWER, FINE_ROUNDS, FINE_BACKWARD)
+        state = pin_continuation.again(level, state)
+    state = alternate(state, POWER, FINE_ROUNDS, FINE_BACKWARD)
     journal.level("fine", state, POWER)
     return state
 
 
-def on_finer(level: Level, state: Meshed, problem: UnitProblem) -> DiscreteMap:
+def on_finer(level: Level, state: Meshed) -> DiscreteMap:
     """The map on the mesh of a finer level, smaller triangles where it magnifies."""
     sizes = mesh_sizes.graded(state.z, state.u, state.faces, 0.5 * level.size**2)
-    return relax_stretched(refine_pinned(level, state, problem, sizes), problem.theta)
+    return relax_stretched(refine_pinned(level, state, sizes))
 
 
 def finish(
@@ -100,9 +100,9 @@ def on_final_mesh(
     found = []
     for smooth in (True, False):
         with suppress(Stuck):
-            last = on_finer(final_level(problem, settings, share, smooth=smooth), state, problem)
-            last = descend(last, problem.theta, POWER, journal)
-            found.append((eased(split_at_vertices(last), problem.theta) if smooth else last, last))
+            last = on_finer(final_level(problem, settings, share, smooth=smooth), state)
+            last = descend(last, POWER, journal)
+            found.append((eased(split_at_vertices(last)) if smooth else last, last))
             if energy(found[-1][0]) <= KNOTTED * energy(state):
                 break
     if not found:
@@ -112,13 +112,13 @@ def on_final_mesh(
         return best
     if sliding is not best:  # once all vertices are in, the outlines hardly slide
         with suppress(Stuck):
-            best = split_at_vertices(meet_bounds(sliding, problem.theta, settings, journal))
-    return meet_bounds(best, problem.theta, settings, journal)
+            best = split_at_vertices(meet_bounds(sliding, settings, journal))
+    return meet_bounds(best, settings, journal)
 
 
-def eased(state: DiscreteMap, theta: float) -> DiscreteMap:
+def eased(state: DiscreteMap) -> DiscreteMap:
     """A map with new vertices on its outlines, which stay; a few steps widen what is thin beside them."""
-    return state.inside_moved(theta, POWER, EASING_STEPS, EASED)
+    return state.inside_moved(POWER, EASING_STEPS, EASED)
 
 
 def final_level(
@@ -130,10 +130,10 @@ def final_level(
 
 
 def meet_bounds(
-    state: DiscreteMap, theta: float, settings: Settings, journal: SolveLog, decrease: float = LAST_DECREASE
+    state: DiscreteMap, settings: Settings, journal: SolveLog, decrease: float = LAST_DECREASE
 ) -> DiscreteMap:
     """The map at rest with its worst stretch lowered, and the bounds asked for met; for `decrease` see `descend`."""
-    return meet_bounds_by(lambda state, q: descend(state, theta, q, journal, decrease), state, settings)
+    return meet_bounds_by(lambda state, q: descend(state, q, journal, decrease), state, settings)
 
 
 def meet_bounds_by(
@@ -163,9 +163,7 @@ def meet_bounds_by(
     return found
 
 
-def descend(
-    state: DiscreteMap, theta: float, q: float, journal: SolveLog, decrease: float = LAST_DECREASE
-) -> DiscreteMap:
+def descend(state: DiscreteMap, q: float, journal: SolveLog, decrease: float = LAST_DECREASE) -> DiscreteMap:
     """The map on the last mesh after Newton's steps, until they gain less than `decrease`; a note where they do not
     settle.
 
@@ -173,11 +171,11 @@ def descend(
     """
     before = np.inf
     for _ in range(LAST_ROUNDS):
-        state = state.forward(theta, q, LAST_STEPS, decrease, corners=True)
+        state = state.forward(q, LAST_STEPS, decrease, corners=True)
         if before - state.energy < decrease * state.energy:
             break
         before = state.energy
-        state = state.inside_moved(theta, q, LAST_STEPS, decrease)
+        state = state.inside_moved(q, LAST_STEPS, decrease)
         if state.settled and before - state.energy < decrease * before:
             break
     journal.level("last", state, q)
@@ -186,10 +184,10 @@ def descend(
     return state
 
 
-def refine_pinned(level: Level, state: Meshed, problem: UnitProblem, sizes: Sizes) -> DiscreteMap:
+def refine_pinned(level: Level, state: Meshed, sizes: Sizes) -> DiscreteMap:
     """The map on a finer mesh, pins as they were."""
     if isinstance(state, DiscreteMap):
-        return pin_continuation.refine_pinned(level, state, problem.theta, sizes)
+        return pin_continuation.refine_pinned(level, state, sizes)
     return refine(level, state, sizes)
 
 

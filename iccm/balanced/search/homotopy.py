@@ -34,24 +34,20 @@ def way_to(begun: Complex, goals: Complex) -> Callable[[float], Complex]:
     return at
 
 
-def brought(
-    state: DiscreteMap, theta: float, steps: int = MOVING_STEPS, decrease: float = MOVING_DECREASE
-) -> DiscreteMap:
+def brought(state: DiscreteMap, steps: int = MOVING_STEPS, decrease: float = MOVING_DECREASE) -> DiscreteMap:
     """The map with constrained vertices at their goals, straight or in stages; or as close as they got."""
-    straight = moved(state, theta, steps, decrease)
+    straight = moved(state, steps, decrease)
     if straight.miss == 0:
         return straight
-    return min(in_stages(state, theta), straight, key=lambda each: each.miss)
+    return min(in_stages(state), straight, key=lambda each: each.miss)
 
 
-def moved(
-    state: DiscreteMap, theta: float, steps: int = MOVING_STEPS, decrease: float = MOVING_DECREASE
-) -> DiscreteMap:
+def moved(state: DiscreteMap, steps: int = MOVING_STEPS, decrease: float = MOVING_DECREASE) -> DiscreteMap:
     """The map with constrained vertices moved straight to their goals, as far as they go."""
-    return replace(state, bound=True).forward(theta, 1.0, steps, decrease)
+    return replace(state, bound=True).forward(1.0, steps, decrease)
 
 
-def in_stages(state: DiscreteMap, theta: float) -> DiscreteMap:
+def in_stages(state: DiscreteMap) -> DiscreteMap:
     """The map with constrained vertices moved along `way_to` their goals in stages, smaller where they get stuck; or as
     far as that goes."""
     goals = state.goals
@@ -59,7 +55,7 @@ def in_stages(state: DiscreteMap, theta: float) -> DiscreteMap:
     share, step = 0.0, FIRST_SHARE
     while share < 1 and step > LEAST_SHARE:
         new = min(1.0, share + step)
-        tried = moved(state.with_goals(way(new)), theta, STAGE_STEPS)
+        tried = moved(state.with_goals(way(new)), STAGE_STEPS)
         if tried.miss > 0:
             step *= 0.5
             continue

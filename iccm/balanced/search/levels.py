@@ -152,23 +152,17 @@ class UnitProblem(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Level:
-    """The two outlines at one fineness and the size h of the triangles; on `smooth` ones vertices slide past all kinks
-    but the sharp ones."""
+    """A problem with its outlines at one fineness and the size h of the triangles; on `smooth` ones vertices slide past
+    all kinks but the sharp ones. `bays` are those of the problem, simplified like the outlines."""
 
+    problem: UnitProblem
     source: Outline
     target: Outline
     size: float
     anchors: Match | None
     steepest: float
-    pins: Complex
-    strokes: tuple[StrokePair, ...]
-    halved: bool = False
     holes: tuple[tuple[Outline, ...], tuple[Outline, ...]] = ((), ())
-    metrics: Metrics = PLANES
     bays: tuple[Complex, ...] = ()
-    upright: float = 0.0
-    regions: tuple[tuple[Complex, ...], ...] = ()
-    cut_out: int = 0
     smooth: bool = False
 
     @classmethod
@@ -196,13 +190,9 @@ class Level:
             s, tau = s[order], tau[order]
             anchors = Match(s, tau[0] + np.mod(tau - tau[0], target.length))
         return cls(
-            *(source, target, size, anchors, steepest, problem.pins, problem.strokes, problem.halved),
+            *(problem, source, target, size, anchors, steepest),
             holes=(tuple(rims), tuple(goals)),
-            metrics=problem.metrics,
             bays=bays_within(source, problem.bays, fineness if smooth else corner_fineness, SPACING * size),
-            upright=problem.upright,
-            regions=problem.regions,
-            cut_out=problem.cut_out,
             smooth=smooth,
         )
 
@@ -210,23 +200,25 @@ class Level:
         self, match: Match, sizes: Sizes | None = None, drawn: list[Match] | None = None
     ) -> DiscreteMap:
         """A mesh for a match of the outlines, and of each stroke, without an inside yet."""
-        boundary, spacing = self.boundary(match), SPACING * self.size
+        boundary, spacing, problem = self.boundary(match), SPACING * self.size, self.problem
         sizes = sizes or Sizes.even(0.5 * self.size**2)
         if self.bays:
             sizes = coarser_in_bays(sizes, self.source.curve.z, self.bays)
-        drawn = drawn or [stroke.even for stroke in self.strokes]
-        kept = inside(self.strokes, drawn, spacing, self.pins)
+        drawn = drawn or [stroke.even for stroke in problem.strokes]
+        kept = inside(problem.strokes, drawn, spacing, problem.pins)
         alone = self.alone(match.holes)  # whose outlines do not slide
         filled = [space_out(self.holes[0][k], spacing, kinks=self.smooth) for k in alone]
         sizes_of_filled = [(k, -1, rim.size) for k, rim in zip(alone, filled)]
         sizes_of_filled += [(-1, -1, bay.size - 2) for bay in self.bays]
         boundary = boundary.with_filled(loops_of(sizes_of_filled, boundary.size + kept.z.size))
-        rings = spaced(self.regions, spacing)
-        return DiscreteMap.on(boundary, sizes, kept, filled, self.metrics, self.bays, self.upright, rings)
+        state = DiscreteMap.on(boundary, sizes, kept, filled, self.bays, spaced(problem.regions, spacing))
+        return replace(state, metrics=problem.metrics, upright=problem.upright, theta=problem.theta)
 
     def boundary(self, match: Match, fewest: int = FEWEST) -> MatchedBoundary:
         """The boundary of a mesh for a match of the outlines, with at least `fewest` vertices on each hole."""
-        outer = through(limit_slope(match, self.steepest), self.anchors, 0.0 if self.halved else SPREAD)
+        outer = through(
+            limit_slope(match, self.steepest), self.anchors, 0.0 if self.problem.halved else SPREAD
+        )
         spacing = SPACING * self.size
         if max(self.source.length, self.target.length) > MOST_PAIRS * spacing:
             raise Stuck("an outline is too long for its area")
@@ -240,7 +232,7 @@ class Level:
             )
         sizes = [(hole.source, hole.target, each.s.size) for hole, each in zip(match.holes, pairs[1:])]
         holes = MeshHoles(outlines, loops_of(sizes, pairs[0].s.size))
-        axis = self.anchors.s[-1] if self.anchors and self.halved else np.inf
+        axis = self.anchors.s[-1] if self.anchors and self.problem.halved else np.inf
         joined = Pairs.joined(pairs)
         found = MatchedBoundary.of(self.source, self.target, joined, self.anchors, holes, axis)
         for loop in holes.loops:
@@ -249,7 +241,7 @@ class Level:
 
     def keeps(self, hole: int) -> bool:
         """Whether a hole of the source is one of those that are cut out."""
-        return hole >= len(self.holes[0]) - self.cut_out
+        return hole >= len(self.holes[0]) - self.problem.cut_out
 
     def with_cut_out(self, match: Match) -> Match:
         """A match with holes that are cut out going to their partners by shares of the length."""
@@ -268,10 +260,13 @@ class Level:
 
     def inverse(self) -> "Level":
         """That of the inverse map."""
-        anchors = self.anchors and self.anchors.inverse()
-        holes, metrics = self.holes[::-1], self.metrics[::-1]
         return replace(
-            self, source=self.target, target=self.source, anchors=anchors, holes=holes, metrics=metrics
+            self,
+            problem=self.problem.inverse(),
+            source=self.target,
+            target=self.source,
+            anchors=self.anchors and self.anchors.inverse(),
+            holes=self.holes[::-1],
         )
 
     def started(self, match: Match) -> DiscreteMap:
@@ -284,7 +279,12 @@ class Level:
         try:
             return self.mapped(match).unfolded()
         except Stuck:
-            if len(match.holes) != max(map(len, self.holes)) or self.halved or self.pinned or self.bays:
+            if (
+                len(match.holes) != max(map(len, self.holes))
+                or self.problem.halved
+                or self.pinned
+                or self.bays
+            ):
                 raise
         return self.inverse().mapped(match.inverse()).unfolded().inverse()
 
@@ -300,7 +300,7 @@ class Level:
     @property
     def pinned(self) -> bool:
         """Whether there are pins or strokes inside."""
-        return bool(self.strokes) or bool(len(self.pins))
+        return bool(self.problem.strokes) or bool(len(self.problem.pins))
 
 
 def spaced(regions: Sequence[Sequence[Complex]], spacing: float) -> list[list[Complex]]:
@@ -324,12 +324,12 @@ def initial_maps(level: Level, matches: list[Match]) -> list[DiscreteMap]:
     return states
 
 
-def alternate(state: DiscreteMap, theta: float, q: float, rounds: int, backward: int) -> DiscreteMap:
+def alternate(state: DiscreteMap, q: float, rounds: int, backward: int) -> DiscreteMap:
     """Newton steps on the map and on its inverse in turn, so that neither shape's corners are privileged."""
     before = np.inf  # the energy so far may be another one, of q = 1
     for _ in range(rounds):
-        state = state.forward(theta, q, FORWARD, 0.5 * GOOD_ENOUGH, corners=True)
-        state = state.backward(theta, q, backward, 0.5 * GOOD_ENOUGH)
+        state = state.forward(q, FORWARD, 0.5 * GOOD_ENOUGH, corners=True)
+        state = state.backward(q, backward, 0.5 * GOOD_ENOUGH)
         if before - state.energy < SETTLED * state.energy:
             break
         before = state.energy
@@ -409,11 +409,11 @@ def interpolate_on(level: Level, state: DiscreteMap | Sketch, sizes: Sizes | Non
     return fine.moved_to_border(interpolate(state.z, state.faces, state.u, fine.z))
 
 
-def relax_stretched(state: DiscreteMap, theta: float) -> DiscreteMap:
+def relax_stretched(state: DiscreteMap) -> DiscreteMap:
     """A few steps at q = 1 where a triangle is badly stretched, of the inside and then of all: Newton at q widens it
     slowly."""
     _, stretch, _ = stretches(state.z, state.u, state.material, state.metrics)
     if stretch.max() < BADLY_STRETCHED:
         return state
-    state = state.inside_moved(theta, 1.0, EASING_STEPS, EASED)
-    return state.forward(theta, 1.0, EASING_STEPS, EASED, corners=True)
+    state = state.inside_moved(1.0, EASING_STEPS, EASED)
+    return state.forward(1.0, EASING_STEPS, EASED, corners=True)

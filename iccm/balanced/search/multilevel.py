@@ -150,17 +150,17 @@ def warm_started(
     """
     with suppress(Stuck):
         if slides:
-            state = warm_start.slide_anew(final_level(problem, settings, smooth=True), start, problem)
-            return meet_bounds(state, problem.theta, settings, journal), meets_constraints(problem, state)
+            state = warm_start.slide_anew(final_level(problem, settings, smooth=True), start)
+            return meet_bounds(state, settings, journal), meets_constraints(problem, state)
     level = final_level(problem, settings)
     kept = warm_start.met_on_its_mesh(level, start)
     resting = kept is not None and settings.metric is None  # where other sizes are asked for it has to move
     decrease = warm_start.AT_REST if resting else LAST_DECREASE
     try:
-        state = kept or warm_start.continue_from(level, start, problem)
+        state = kept or warm_start.continue_from(level, start)
     except Stuck:
         raise NoMapError("start: cannot be gone on from without folds; do without it") from None
-    return meet_bounds(state, problem.theta, settings, journal, decrease), meets_constraints(problem, state)
+    return meet_bounds(state, settings, journal, decrease), meets_constraints(problem, state)
 
 
 def free_map(
@@ -436,29 +436,30 @@ def coarse_map(
     """The best map of all starts on coarse meshes, for outlines and corners of a certain fineness; of elastic matches
     alone if asked for."""
     level = Level.of(problem, size, *exactness, STEEPEST)
-    matches = correspondences(level, problem, elastic=elastic)
+    matches = correspondences(level, elastic=elastic)
     if problem.constrained:
-        return pin_continuation.coarse(level, matches, problem, journal)
+        return pin_continuation.coarse(level, matches, journal)
     states = initial_maps(level, matches)
     journal.starts["tried"] += len(matches)
     journal.starts["failed"] += len(matches) - len(states)
     most = max(len(match.holes) for match in matches)
-    if (most > 1 or (most and not states)) and not level.bays and not level.cut_out:
-        states += circle_starts(level, matches, problem.theta)
-    states = screen(states or through_disc(level, problem.theta), problem)
-    best = best_of(level, states, problem)
+    if (most > 1 or (most and not states)) and not level.bays and not problem.cut_out:
+        states += circle_starts(level, matches)
+    states = screen(states or through_disc(level), problem.starts)
+    best = best_of(level, states)
     journal.level("coarse", best, 1.0)
     return best
 
 
-def correspondences(level: Level, problem: UnitProblem, *, elastic: bool = False) -> list[Match]:
+def correspondences(level: Level, *, elastic: bool = False) -> list[Match]:
     """The correspondences of the outlines to start from."""
+    problem = level.problem
     curves = level.source.curve, level.target.curve
     free = problem.upright == 0 and level.anchors is None
     turns = initial_matches.ANY_TURN if free else initial_matches.TURNS
     matches = initial_matches.candidates(*curves, turns, problem.starts)
     if problem.holed:
-        return with_partners(level, matches, problem)
+        return with_partners(level, matches)
     if problem.halved:  # whose ends leave arclengths no shift
         return matches[: 1 - problem.starts * initial_matches.ARCLENGTHS]
     if elastic:
@@ -468,10 +469,10 @@ def correspondences(level: Level, problem: UnitProblem, *, elastic: bool = False
     return matches
 
 
-def with_partners(level: Level, matches: list[Match], problem: UnitProblem) -> list[Match]:
+def with_partners(level: Level, matches: list[Match]) -> list[Match]:
     """The matches with those of holes, and those by way of a ring where there is one hole."""
-    partners = Partners(*level.domains, problem.partners)
-    rings = ring_matches(level, problem.theta) if [len(side) for side in level.holes] == [1, 1] else []
+    partners = Partners(*level.domains, level.problem.partners)
+    rings = ring_matches(level) if [len(side) for side in level.holes] == [1, 1] else []
     return [level.with_cut_out(match) for match in [*map(partners.of, matches), *rings]]
 
 

@@ -22,7 +22,6 @@ from .levels import (
     GOOD_ENOUGH,
     RELEASED_STEPS,
     Level,
-    UnitProblem,
     alternate,
     interpolate_on,
     refine,
@@ -48,7 +47,7 @@ def aim_feet(pairs: tuple[StrokePair, ...], state: DiscreteMap, even: float) -> 
     return replace(state, inside=strokes.aim_feet(state.inside, pairs, state.u[state.inner], even))
 
 
-def lead_one_by_one(level: Level, state: DiscreteMap, theta: float) -> DiscreteMap:
+def lead_one_by_one(level: Level, state: DiscreteMap) -> DiscreteMap:
     """The map with its pins led to their goals one after the other, the nearest first, along ways around the others and
     the outline; or as far as that goes."""
     goals = state.inside.goals
@@ -58,19 +57,19 @@ def lead_one_by_one(level: Level, state: DiscreteMap, theta: float) -> DiscreteM
         for place in route(level.target.curve, here[pin], goals[pin], np.delete(here, pin)):
             aims = state.inside.goals.copy()
             aims[pin] = place
-            state = move_on_new_meshes(level, state, aims, theta)
+            state = move_on_new_meshes(level, state, aims)
             if state.miss > 0:
                 return state.with_goals(goals)
     return state
 
 
-def move_on_new_meshes(level: Level, state: DiscreteMap, aims: Complex, theta: float) -> DiscreteMap:
+def move_on_new_meshes(level: Level, state: DiscreteMap, aims: Complex) -> DiscreteMap:
     """The map with its pins moved straight, on new meshes where they get stuck; or as close as they got."""
     for attempt in range(1 + REMESHES):
-        tried = moved(state.with_goals(aims), theta)
+        tried = moved(state.with_goals(aims))
         if tried.miss == 0 or attempt == REMESHES:
             break
-        rested = tried.held().forward(theta, 1.0, FIRST_STEPS, MOVING_DECREASE, corners=True)
+        rested = tried.held().forward(1.0, FIRST_STEPS, MOVING_DECREASE, corners=True)
         try:
             sizes = mesh_sizes.graded(rested.z, rested.u, rested.faces, 0.5 * level.size**2)
             state = refine(level, rested, sizes, only=HELD_STEPS)
@@ -97,38 +96,36 @@ def rank(state: DiscreteMap) -> tuple[float, float]:
     return state.miss, state.energy
 
 
-def screen(level: Level, matches: list[Match], problem: UnitProblem) -> tuple[list[DiscreteMap], float, int]:
+def screen(level: Level, matches: list[Match]) -> tuple[list[DiscreteMap], float, int]:
     """The best maps with pins moved, best first; the least energy without pins; and how many matches failed."""
     states, failed = [], 0
     for match in progress.counted("starts", matches):
         try:
-            states.append(
-                level.mapped(match).unfolded().forward(problem.theta, 1.0, FIRST_STEPS, 1e-4, corners=False)
-            )
+            states.append(level.mapped(match).unfolded().forward(1.0, FIRST_STEPS, 1e-4, corners=False))
         except Stuck:
             failed += 1
     free = min((state.energy for state in states), default=np.inf)
-    states = [aim_feet(level.strokes, state, BESIDE) for state in states]
-    straight = (moved(state, problem.theta) for state in progress.counted("pins moved", states))
+    states = [aim_feet(level.problem.strokes, state, BESIDE) for state in states]
+    straight = (moved(state) for state in progress.counted("pins moved", states))
     ends = sorted(straight, key=rank)
     if ends and ends[0].miss > 0:
         states = sorted(states, key=lambda s: s.energy)[:BROUGHT]
-        staged = (brought(s, problem.theta) for s in progress.counted("pins moved in stages", states))
+        staged = (brought(s) for s in progress.counted("pins moved in stages", states))
         ends = sorted(staged, key=rank)
-    if ends and ends[0].miss > 0 and not problem.strokes:
+    if ends and ends[0].miss > 0 and not level.problem.strokes:
         ways = progress.counted("pins led around each other", states[:LED])
-        led_ends = [lead_one_by_one(level, state, problem.theta) for state in ways]
+        led_ends = [lead_one_by_one(level, state) for state in ways]
         ends = sorted([*led_ends, *ends], key=rank)
     return ends[:KEPT], free, failed
 
 
-def settle_pinned(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteMap:
+def settle_pinned(level: Level, state: DiscreteMap) -> DiscreteMap:
     """The best of a few rounds with pins held: corners released, a new mesh, settled."""
-    best = state = alternate(state, problem.theta, 1.0, 4, BACKWARD)
+    best = state = alternate(state, 1.0, 4, BACKWARD)
     for _ in range(RELEASES):
         try:
-            state = state.forward(problem.theta, 1.0, RELEASED_STEPS, GOOD_ENOUGH, corners=False)
-            state = alternate(refine_pinned(level, state, problem.theta), problem.theta, 1.0, 4, BACKWARD)
+            state = state.forward(1.0, RELEASED_STEPS, GOOD_ENOUGH, corners=False)
+            state = alternate(refine_pinned(level, state), 1.0, 4, BACKWARD)
         except Stuck:
             break
         if state.energy >= best.energy:
@@ -137,7 +134,7 @@ def settle_pinned(level: Level, state: DiscreteMap, problem: UnitProblem) -> Dis
     return best
 
 
-def refine_pinned(level: Level, state: DiscreteMap, theta: float, sizes: Sizes | None = None) -> DiscreteMap:
+def refine_pinned(level: Level, state: DiscreteMap, sizes: Sizes | None = None) -> DiscreteMap:
     """The map carried to another mesh with pins held; where that folds, with them free and then moved again.
 
     Raises:
@@ -153,9 +150,9 @@ def refine_pinned(level: Level, state: DiscreteMap, theta: float, sizes: Sizes |
     try:
         new = replace(fine, bound=False).unfolded(harmonic=False)
     except Stuck:
-        relaxed = state.forward(theta, 1.0, RELAXING_STEPS, MOVING_DECREASE, corners=True)
+        relaxed = state.forward(1.0, RELAXING_STEPS, MOVING_DECREASE, corners=True)
         new = refine(level, relaxed, sizes)
-    new = brought(replace(new, inside=new.inside.with_pins_of(state.inside)), theta)
+    new = brought(replace(new, inside=new.inside.with_pins_of(state.inside)))
     if new.miss > 0:
         raise Stuck("the constraints are not met on a new mesh")
     return new
@@ -172,35 +169,35 @@ def unfold_pinned(fine: DiscreteMap) -> DiscreteMap:
     return fine.unfolded(harmonic=False, steps=HELD_STEPS)
 
 
-def again(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteMap:
+def again(level: Level, state: DiscreteMap) -> DiscreteMap:
     """The map with pins met that coarser meshes left on their way; as it is where they are not met on this one."""
-    if problem.strokes:
+    if level.problem.strokes:
         return state
-    free = replace(state.with_goals(problem.pins[:, 1].copy()), bound=False)
-    new = brought(free, problem.theta)
-    new = new if new.miss == 0 else lead_one_by_one(level, free, problem.theta)
+    free = replace(state.with_goals(level.problem.pins[:, 1].copy()), bound=False)
+    new = brought(free)
+    new = new if new.miss == 0 else lead_one_by_one(level, free)
     return new if new.miss == 0 else state
 
 
-def coarse(level: Level, matches: list[Match], problem: UnitProblem, journal: SolveLog) -> DiscreteMap:
+def coarse(level: Level, matches: list[Match], journal: SolveLog) -> DiscreteMap:
     """The best map of all starts on coarse meshes, pins met or as close as they got.
 
     Raises:
         Stuck: no start without folds.
     """
-    matches = matches + pin_aligned_matches(level, problem.all_pins)
-    states, free, failed = screen(level, matches, problem)
+    matches = matches + pin_aligned_matches(level, level.problem.all_pins)
+    states, free, failed = screen(level, matches)
     journal.starts["tried"] += len(matches)
     journal.starts["failed"] += failed
     if not states:
         raise Stuck("no start")
     met = [state for state in states if state.miss == 0]
     if met:
-        best = min((settle_pinned(level, s, problem) for s in met), key=lambda s: s.energy)
-    elif problem.strokes:
-        best = settle_pinned(level, replace(states[0], bound=False), problem)
+        best = min((settle_pinned(level, s) for s in met), key=lambda s: s.energy)
+    elif level.problem.strokes:
+        best = settle_pinned(level, replace(states[0], bound=False))
     else:
-        best = settle_pinned(level, states[0].held(), problem)
+        best = settle_pinned(level, states[0].held())
     earlier = [note for note in journal.notes if note != STRETCHED]  # an attempt given up may have noted it
     journal.notes = [*earlier, STRETCHED] if best.energy > STRONG * free else earlier
     journal.level("coarse", best, 1.0)

@@ -28,10 +28,10 @@ def ring() -> tuple[Curve, Curve]:
     return Curve(outer.z / root), Curve(inner.z / root)
 
 
-def onto_ring(outer: Curve, hole: Curve, level: Level, theta: float) -> Match | None:
+def onto_ring(outer: Curve, hole: Curve, level: Level) -> Match | None:
     """How the outlines of a shape with a hole correspond to those of a ring; None where every start folds."""
     goal = ring()
-    problem = UnitProblem(outer, goal[0], theta, 0.0, holes=((hole,), goal[1:]))
+    problem = UnitProblem(outer, goal[0], level.problem.theta, 0.0, holes=((hole,), goal[1:]))
     own = Level.of(problem, level.size, 0.0, CORNER_FINENESS, level.steepest)
     matches = [next(initial_matches.elastic_matches(own.source.curve, own.target.curve, 0.0))]
     matches += initial_matches.arclength_matches(own.source.curve, own.target.curve)[:1]
@@ -41,14 +41,14 @@ def onto_ring(outer: Curve, hole: Curve, level: Level, theta: float) -> Match | 
             state = own.started(partners.of(match))
         except Stuck:
             continue
-        return state.forward(theta, 1.0, STEPS, GOOD_ENOUGH, corners=False).match
+        return state.forward(1.0, STEPS, GOOD_ENOUGH, corners=False).match
     return None
 
 
-def ring_matches(level: Level, theta: float) -> list[Match]:
+def ring_matches(level: Level) -> list[Match]:
     """Correspondences of two shapes with one hole each; none where one cannot be mapped onto a ring."""
     sides = ((level.source, level.holes[0][0]), (level.target, level.holes[1][0]))
-    found = [onto_ring(outer.curve, hole.curve, level, theta) for outer, hole in sides]
+    found = [onto_ring(outer.curve, hole.curve, level) for outer, hole in sides]
     if found[0] is None or found[1] is None:
         return []
     return [_compose(found[0], found[1], k / TURNS) for k in range(TURNS)]

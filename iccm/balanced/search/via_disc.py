@@ -23,24 +23,25 @@ def disc() -> Curve:
     return Curve(outline.z / np.sqrt(outline.area))
 
 
-def onto_disc(curve: Curve, level: Level, theta: float) -> DiscreteMap:
+def onto_disc(curve: Curve, level: Level) -> DiscreteMap:
     """The balanced map of a shape onto a disc.
 
     Raises:
         Stuck: its triangles are too thin for double precision.
     """
-    own = Level.of(UnitProblem(curve, disc(), theta, 0.0), level.size, 0.0, CORNER_FINENESS, level.steepest)
+    problem = UnitProblem(curve, disc(), level.problem.theta, 0.0)
+    own = Level.of(problem, level.size, 0.0, CORNER_FINENESS, level.steepest)
     match = initial_matches.arclength_matches(own.source.curve, own.target.curve)[0]
-    return own.started(match).forward(theta, 1.0, STEPS, GOOD_ENOUGH, corners=False)
+    return own.started(match).forward(1.0, STEPS, GOOD_ENOUGH, corners=False)
 
 
-def through_disc(level: Level, theta: float) -> list[DiscreteMap]:
+def through_disc(level: Level) -> list[DiscreteMap]:
     """Maps without folds between outlines without pairs of holes, pins and strokes; those turns of the disc that give
     one."""
     if level.pinned or level.anchors or all(level.holes):
         return []
     try:
-        there, back = (onto_disc(outline.curve, level, theta) for outline in (level.source, level.target))
+        there, back = (onto_disc(outline.curve, level) for outline in (level.source, level.target))
     except Stuck:
         return []
     found = []

@@ -28,7 +28,6 @@ from .levels import (
     POWER,
     RELEASED_STEPS,
     Level,
-    UnitProblem,
     alternate,
     refine,
     relax_stretched,
@@ -43,7 +42,7 @@ and when it is gone on from: it stays where it was seen."""
 FEWER = 0.5  # of the triangles that the last mesh is to have: an earlier map's mesh with fewer is made anew
 
 
-def continue_from(level: Level, start: Sketch, problem: UnitProblem) -> DiscreteMap:
+def continue_from(level: Level, start: Sketch) -> DiscreteMap:
     """The earlier map with the problem's constraints met, or as close as they got; itself where it meets them.
 
     Raises:
@@ -55,7 +54,7 @@ def continue_from(level: Level, start: Sketch, problem: UnitProblem) -> Discrete
     state = state or refine(
         level, start, mesh_sizes.graded(start.z, start.u, start.faces, 0.5 * level.size**2)
     )
-    return relax_stretched(_constrained(level, state, problem), problem.theta)
+    return relax_stretched(_constrained(level, state))
 
 
 def met_on_its_mesh(level: Level, start: Sketch) -> DiscreteMap | None:
@@ -64,29 +63,30 @@ def met_on_its_mesh(level: Level, start: Sketch) -> DiscreteMap | None:
     return state if state is not None and state.miss == 0 else None
 
 
-def slide_anew(level: Level, start: Sketch, problem: UnitProblem) -> DiscreteMap:
+def slide_anew(level: Level, start: Sketch) -> DiscreteMap:
     """The earlier map with its outline slid to rest, on a level with smooth outlines. Corners hold their vertices, in
     both shapes where two of them meet, and nothing gets past until they are released and pinned again on a new mesh.
 
     Raises:
         Stuck: it folds.
     """
-    state = continue_from(level, start, problem)
-    state = state.forward(problem.theta, POWER, RELEASED_STEPS, GOOD_ENOUGH, corners=False)
-    state = alternate(on_finer(level, state, problem), problem.theta, POWER, FINE_ROUNDS, FINE_BACKWARD)
+    state = continue_from(level, start)
+    state = state.forward(POWER, RELEASED_STEPS, GOOD_ENOUGH, corners=False)
+    state = alternate(on_finer(level, state), POWER, FINE_ROUNDS, FINE_BACKWARD)
     return split_at_vertices(state)
 
 
-def _constrained(level: Level, state: DiscreteMap, problem: UnitProblem) -> DiscreteMap:
+def _constrained(level: Level, state: DiscreteMap) -> DiscreteMap:
+    strokes = level.problem.strokes
     if not state.inside.z.size:
         return state
-    if level.strokes:  # corners of theirs get vertices where the earlier map has them
-        state = refine(level, aim_feet(level.strokes, state, EVENED))
-    new = brought(replace(state, bound=False), problem.theta)
-    new = new if new.miss == 0 or problem.strokes else lead_one_by_one(level, new, problem.theta)
+    if strokes:  # corners of theirs get vertices where the earlier map has them
+        state = refine(level, aim_feet(strokes, state, EVENED))
+    new = brought(replace(state, bound=False))
+    new = new if new.miss == 0 or strokes else lead_one_by_one(level, new)
     if new.miss == 0:
         return new
-    return replace(state, bound=False) if problem.strokes else new.held()
+    return replace(state, bound=False) if strokes else new.held()
 
 
 def outlines_followed(
@@ -124,11 +124,12 @@ def _followed(rim: Complex, given: Curve, near: float) -> Curve | None:
 def on_its_mesh(level: Level, start: Sketch) -> DiscreteMap | None:
     """The earlier map itself, if its outlines are the level's, all pins are among its vertices, and it has enough
     triangles; None if not."""
+    problem = level.problem
     if len(start.faces) < FEWER * TRIANGLES_PER_AREA / level.size**2:
         return None
     if folds(start.faces, start.u) or folds(start.faces, start.z):  # as outlines that move may leave it
         return None
-    if level.strokes or level.regions or len(start.loops) < len(level.holes[1]):
+    if problem.strokes or problem.regions or len(start.loops) < len(level.holes[1]):
         return None
     vertices = [start.outer, *(loop.vertices for loop in start.loops)]
     outlines = list(zip(*level.outlines(start.loops)))
@@ -146,17 +147,17 @@ def on_its_mesh(level: Level, start: Sketch) -> DiscreteMap | None:
             return None
     alone = level.alone(start.loops)
     filled = [_vertices_on(level.holes[0][k], start.z) for k in alone]
-    order = _kept_first(start, level.pins[:, 0], [rim for rim in filled if rim is not None])
+    order = _kept_first(start, problem.pins[:, 0], [rim for rim in filled if rim is not None])
     if order is None or any(rim is None for rim in filled):
         return None
     place = np.argsort(order)
     faces, z = place[start.faces], start.z[order]
     sizes = [(k, -1, rim.size) for k, rim in zip(alone, filled) if rim is not None]
-    first = start.border + len(level.pins)
+    first = start.border + len(problem.pins)
     around = closed_links([each.s.size for each in rims])
     following = [
         around,
-        start.border + np.arange(len(level.pins)),
+        start.border + np.arange(len(problem.pins)),
         first + closed_links([n for *_, n in sizes]),
     ]
     loops = loops_of(sizes, first)
@@ -164,11 +165,12 @@ def on_its_mesh(level: Level, start: Sketch) -> DiscreteMap | None:
     return DiscreteMap(
         *(faces, system_of(faces, np.concatenate(following), order.size), z, start.u[order]),
         MatchedBoundary(level.source, level.target, pairs, anchored, holes=holes),
-        inside=InnerConstraints.of_pins(level.pins),
+        inside=InnerConstraints.of_pins(problem.pins),
         bound=True,
         weights=weights_of(z, faces, [z[loop.vertices] for loop in loops]) if loops else None,
-        metrics=level.metrics,
-        upright=level.upright,
+        metrics=problem.metrics,
+        upright=problem.upright,
+        theta=problem.theta,
     )
 
 

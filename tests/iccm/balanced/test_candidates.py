@@ -28,7 +28,7 @@ LEVEL = Level.of(PROBLEM, 0.15, *multilevel.COARSE_EXACTNESS, multilevel.STEEPES
 @pytest.fixture(scope="module")
 def screened():
     matches = initial_matches.candidates(LEVEL.source.curve, LEVEL.target.curve, initial_matches.TURNS)
-    return candidates.screen(initial_maps(LEVEL, matches), PROBLEM)
+    return candidates.screen(initial_maps(LEVEL, matches), PROBLEM.starts)
 
 
 def test_maps_that_are_alike_run_once(screened):
@@ -43,21 +43,21 @@ def test_turned_maps_are_not_alike(screened):
 
 
 def test_the_winner_is_about_as_good_as_any_map_released_to_the_end(screened):
-    won = candidates.best_of(LEVEL, screened, PROBLEM)
-    settled = (candidates.settle(LEVEL, state, PROBLEM, candidates.ROUNDS) for state in screened)
-    ends = [candidates.release_corners(LEVEL, state, PROBLEM).energy for state in settled]
+    won = candidates.best_of(LEVEL, screened)
+    settled = (candidates.settle(LEVEL, state, candidates.ROUNDS) for state in screened)
+    ends = [candidates.release_corners(LEVEL, state).energy for state in settled]
     assert not folds(won.faces, won.u)
     assert won.energy <= 1.01 * min(ends)
 
 
 def test_without_maps_there_is_no_winner():
     with pytest.raises(Stuck):
-        candidates.best_of(LEVEL, [], PROBLEM)
+        candidates.best_of(LEVEL, [])
 
 
 def test_more_starts_are_tried_where_asked():
     level, problem = LEVEL, PROBLEM._replace(starts=3)
-    few, many = (multilevel.correspondences(level, given) for given in (PROBLEM, problem))
+    few, many = (multilevel.correspondences(replace(level, problem=given)) for given in (PROBLEM, problem))
     assert len(many) >= len(few) + 2 * initial_matches.ARCLENGTHS
     found = [multilevel.coarse_map(given, 0.15, SolveLog()).energy for given in (PROBLEM, problem)]
     assert found[1] <= found[0]

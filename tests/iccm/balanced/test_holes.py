@@ -176,7 +176,7 @@ def test_a_shape_with_a_hole_finds_its_way_around_a_ring():
     root = np.sqrt(outer.area + hole.area)
     unit = Curve(outer.z / root), Curve(hole.z / root)
     level = Level.of(UnitProblem(unit[0], unit[0], 1.0, 0.0), 0.1, 0.0, 6e-3, 8.0)
-    match = onto_ring(*unit, level, 1.0)
+    match = onto_ring(*unit, level)
     assert match is not None and len(match.holes) == 1
     for curve, goal, found in ((unit[0], ring()[0], match), (unit[1], ring()[1], match.holes[0].match)):
         assert found.s[-1] - found.s[0] == pytest.approx(curve.length)
@@ -263,7 +263,7 @@ def test_shapes_whose_outlines_give_no_start_go_by_way_of_a_circle_domain():
     problem = UnitProblem(*curves, 1.0, 3.0, holes=holes.sides)
     level = Level.of(problem, 0.05, 5e-4, 6e-3, 8.0)
     for pairs in ([(0, 0), (1, 1)], [(0, 1), (1, 0)]):
-        state = through_circles(level, pairs, 1.0)
+        state = through_circles(level, pairs)
         assert [(loop.source, loop.target) for loop in state.loops] == pairs
         assert all((orientation(*w[state.faces].T) > 0).all() for w in (state.z, state.u))
         rims = [state.u[rim.vertices] for rim in state.rims]

@@ -252,7 +252,7 @@ def test_a_spiral_onto_a_star_by_way_of_a_disc():
     curves = (Curve(c.z / np.sqrt(c.area)) for c in (spiral(3), STAR))
     problem = UnitProblem(*curves, 1.0, 0.0)
     level = Level.of(problem, 0.06, *multilevel.COARSE_EXACTNESS, multilevel.STEEPEST)
-    found = via_disc.through_disc(level, 1.0)
+    found = via_disc.through_disc(level)
     assert len(found) >= 6 and not any(folds(state.faces, state.u) for state in found)
 
 

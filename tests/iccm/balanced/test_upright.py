@@ -83,8 +83,8 @@ def test_newton_lowers_the_cost_of_the_turn():
         level = Level.of(UnitProblem(PEAR, BLOB, 1.0, upright), 0.1, 0.0, 6e-4, 20.0, smooth=True)
         even = np.linspace(0, 1, 9)
         match = Match(even * level.source.length, (even + 0.1) * level.target.length)
-        state = level.started(match).forward(1.0, 1.0, 60, 1e-9)
-        turned.append((abs(state.turn), replace(state, upright=0.0).forward(1.0, 1.0, 1, 1e-9).energy))
+        state = level.started(match).forward(1.0, 60, 1e-9)
+        turned.append((abs(state.turn), replace(state, upright=0.0).forward(1.0, 1, 1e-9).energy))
     assert turned[1][0] < np.radians(3) < np.radians(20) < turned[0][0]
     assert turned[0][1] < turned[1][1]
 

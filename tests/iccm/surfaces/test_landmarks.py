@@ -242,7 +242,7 @@ def test_newtons_method_in_space_lowers_the_energy_and_folds_nothing(shaken):
         inside = total_in_space(rest, surface, state.u, Objective.of(1.0, 1.0))
         return inside + border_energy(constraints.border, tau)
 
-    before, found = energy(shaken), shaken.forward(1.0, 1.0, 40, 1e-3)
+    before, found = energy(shaken), shaken.forward(1.0, 40, 1e-3)
     assert found.energy == pytest.approx(energy(found))
     assert found.energy < 0.9 * before
     assert (triangle_areas(found.u[found.faces]) > 0).all()
