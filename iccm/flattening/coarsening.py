@@ -8,6 +8,7 @@ triangulated surfaces*, 1999.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +17,10 @@ from ..arrays import Complex, Index, Real
 from ..balanced.kernels import cross, dot, set_row, twice_area
 from ..balanced.minimise.energy import density_derivatives
 from ..jit import kernel
-from ..meshes.mesh import face_areas
+from ..meshes.flatten import Flattening
+from ..meshes.mesh import Mesh, face_areas
+from ..meshes.patch import Patch
+from ..meshes.topology import Triangles
 from .free import LARGE, SMALL, Elastic, surface
 
 FEWER = 8  # times the vertices of the next coarser triangulation, on which a step costs as much less
@@ -89,16 +93,44 @@ def by_coarser(
         solve: positions (k,) without folds of the coarser surface, given that and the numbers (k,) of its vertices.
         stay: vertices that are not taken out.
     """
-    if u.size < LARGE:
+    small = _much_coarser(points, sheet.faces, u, stay)
+    if small is None:
         return u
-    coarse, removed = coarser(points, sheet.faces, u, u.size // FEWER, stay)
-    kept, found = np.unique(coarse), u.copy()
-    if 2 * kept.size > u.size:
-        return u
-    found[kept] = solve(surface(points[kept], np.searchsorted(kept, coarse)), kept)
+    kept, faces, removed = small
+    found = u.copy()
+    found[kept] = solve(surface(points[kept], faces), kept)
     unit = points / np.sqrt(face_areas(points[sheet.faces]).sum())
     better = put_back(*removed, unit, theta, found) and sheet.energy(found, theta) < sheet.energy(u, theta)
     return found if better else u
+
+
+def coarser_layout(layout: Flattening) -> tuple[Flattening, Index] | None:
+    """A layout without folds on a coarser triangulation, a mesh of its own, and the patch's vertex (k,) behind each of
+    its vertices; None where the surface is small or there is none."""
+    patch = layout.patch
+    small = _much_coarser(patch.points, patch.faces, layout.flat, NONE)
+    if small is None:
+        return None
+    kept, faces, _ = small
+    mesh = Mesh.triangles(patch.mesh.name, patch.points[kept], faces)
+    own = Patch(
+        mesh,
+        mesh.points,
+        Triangles(faces, kept.size),
+        np.arange(kept.size),
+        np.arange(faces.size).reshape(-1, 3),
+    )
+    loops = [loop for loop in own.loops if np.isin(kept[loop], layout.loop).all()]
+    return (replace(layout, patch=own, flat=layout.flat[kept], loop=loops[0]), kept) if loops else None
+
+
+def _much_coarser(points: Real, faces: Index, z: Complex, stay: Index) -> tuple[Index, Index, Removed] | None:
+    """The vertices (k,) that are left of many, the triangles (m, 3) of these, and what was taken out."""
+    if z.size < LARGE:
+        return None
+    coarse, removed = coarser(points, faces, z, z.size // FEWER, stay)
+    kept = np.unique(coarse)
+    return None if 2 * kept.size > z.size else (kept, np.searchsorted(kept, coarse), removed)
 
 
 def coarser(points: Real, faces: Index, z: Complex, goal: int, stay: Index = NONE) -> tuple[Index, Removed]:

@@ -11,7 +11,7 @@ from ..meshes.cut import extend_cut
 from ..meshes.flatten import Flattening, lscm, overlap, upright
 from ..meshes.patch import Patch
 from . import seams, tutte
-from .coarsening import by_coarser, relaxed
+from .coarsening import by_coarser, coarser_layout, relaxed
 from .free import LARGE, Elastic, surface
 from .opening import open_up
 from .scaffold import relax_with_scaffold
@@ -136,15 +136,32 @@ def _even_with_seam(
     if not growing:
         sheet = surface(patch.points, patch.faces)
         return _relax(start, sheet, 1.0), sheet
-    result, sheet, _ = _roughly(start)
-    for _ in range(ROUNDS):
-        if result.strained(95) < STRETCHED:
-            break
-        longer = [_roughly(result.cut_further(further)) for further in seams.longer(result, joins)]
-        if not longer:
-            break
-        result, sheet, _ = min(longer, key=lambda found: found[2])
+    result, sheet, _ = _with_seam(start, joins)
     return _relax(result, sheet, 1.0), sheet
+
+
+def _with_seam(start: Flattening, joins: bool) -> tuple[Flattening, Elastic, list[int]]:
+    """A layout that is nearly even, its seam long enough, from one without folds; its surface, and the vertices of the
+    mesh to which the seam was extended, of large surfaces on a coarser triangulation first."""
+    patch, ends = start.patch, list[int]()
+    if small := coarser_layout(start):
+        layout, kept = small
+        far = kept[_with_seam(layout, joins)[2]]
+        ends = patch.vertex[far].tolist()
+        if ends:
+            longer = seams.lengthened(start, far, joins)
+            start = _start(longer, longer.loop_of(patch, start.loop))
+    result, sheet, _ = _roughly(start)
+    while len(ends) < ROUNDS and result.strained(95) >= STRETCHED:
+        tried = []
+        for end in seams.ends(result, joins):
+            further = result.cut_further(seams.lengthened(result, [end], joins))
+            tried.append((*_roughly(further), int(result.patch.vertex[end])))
+        if not tried:
+            break
+        result, sheet, _, end = min(tried, key=lambda found: found[2])
+        ends.append(end)
+    return result, sheet, ends
 
 
 def _roughly(start: Flattening) -> tuple[Flattening, Elastic, float]:

@@ -6,7 +6,7 @@ Visualization 2002. A seam that `joins` holes may run into them; ways along
 their rims cost nothing.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -45,26 +45,31 @@ class Ways(NamedTuple):
         return total
 
 
-def longer(result: Flattening, joins: bool) -> Iterator[Patch]:
-    """The patch, its seam extended in each of a few ways.
+def ends(result: Flattening, joins: bool) -> Iterator[int]:
+    """Vertices to each of which the seam could be extended.
 
-    Each leads to the vertex that has the largest product of stretch and distance to a boundary, or to the ways before.
-    The stretch is the logarithm of max(s₁, 1/s₂), averaged over a vertex's triangles. Without the distance, or with
-    the most shrunk or most stretched vertex instead, seams were found that helped less.
+    Each has the largest product of stretch and distance to a boundary, or to the ways before. The stretch is the
+    logarithm of max(s₁, 1/s₂), averaged over a vertex's triangles. Without the distance, or with the most shrunk or
+    most stretched vertex instead, seams were found that helped less.
     """
-    patch = result.patch
-    sources = result.loop if joins else np.unique(np.concatenate(patch.loops))
+    patch, sources = result.patch, _sources(result, joins)
     strain = at_vertices(np.log(result.strain), patch.faces, len(patch.points))
-    first: Ways | None = None
     for _ in range(TRIED):
         ways = Ways.of(patch, sources, joins)
-        first = first or ways
         end = int(np.argmax(strain * np.where(np.isfinite(ways.reach), ways.reach, 0)))
-        way = walk(first.before, end)
-        if len(way) < 2 or ways.reach[end] == 0:
+        if not 0 < ways.reach[end] < np.inf:
             return
-        yield cut_along(patch, [way])
-        sources = np.union1d(sources, way)
+        yield end
+        sources = np.union1d(sources, walk(ways.before, end))
+
+
+def lengthened(result: Flattening, ends: Iterable[int], joins: bool) -> Patch:
+    """The patch, its seam extended to some vertices by the shortest ways, one after another."""
+    sources, found = _sources(result, joins), []
+    for end in ends:
+        found.append(walk(Ways.of(result.patch, sources, joins).before, end))
+        sources = np.union1d(sources, found[-1])
+    return cut_along(result.patch, found)
 
 
 def sharper(result: Flattening) -> Patch:
@@ -88,6 +93,11 @@ def sharper(result: Flattening) -> Patch:
         dilated[way] = 0
         found.append(way)
     return cut_along(patch, found)
+
+
+def _sources(result: Flattening, joins: bool) -> Index:
+    """The vertices from which ways go."""
+    return result.loop if joins else np.unique(np.concatenate(result.patch.loops))
 
 
 def _sums(faces: Index, values: Real) -> Real:
