@@ -1,6 +1,6 @@
 """A mesh with another mesh's materials, carried to its own texture coordinates: GLB and OBJ, each from either."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -52,24 +52,20 @@ def _name(meshes: Sequence[MeshFile]) -> str:
     return meshes[0].mesh.name if len(meshes) == 1 else str(meshes[0].path)
 
 
-def given_maps(kinds: Mapping[str, Sequence[str]], dialect: str) -> dict[str, MaterialMap]:
-    """Pictures that the user names for the old coordinates, by slot.
+def given_maps(maps: Sequence[tuple[str, str]], dialect: str) -> dict[str, MaterialMap]:
+    """Pictures that the user names for the old coordinates, with what their channels are, by slot.
 
     Raises:
         InputError: several of a kind, or one that materials have no one place for.
     """
-    found = {}
-    for kind, paths in kinds.items():
-        slot = GIVEN[dialect].get(kind)
-        if paths and slot is None:
-            option = "--data" if kind == "data" else f"--{kind}"
-            raise InputError(
-                f"{paths[0]}: materials of a mesh have no one place for {option}; use a picture's suffix for -o"
-            )
-        if len(paths) > 1:
-            raise InputError(f"{paths[1]}: a material shows one picture of the kind; name one")
-        if paths and slot:
-            found[slot] = MaterialMap(Path(paths[0]), kind, paths[0])
+    found = dict[str, MaterialMap]()
+    for path, kind in maps:
+        if (slot := GIVEN[dialect].get(kind)) is None:
+            text = f"materials of a mesh have no one place for --{kind}; use a picture's suffix for -o"
+            raise InputError(f"{path}: {text}")
+        if slot in found:
+            raise InputError(f"{path}: a material shows one picture of the kind; name one")
+        found[slot] = MaterialMap(Path(path), kind, path)
     return found
 
 

@@ -111,11 +111,8 @@ def solve_pairs(run: Run) -> None:
     run.pairs = solved
     if failed:
         run.figures["without_map"] = parts.without_map(failed)
-    for pair, why in failed:
-        run.note(Doubt(parts.label(pair, f"left out: {why}")))
-    for pair, fit in zip(run.pairs, run.fits):
-        for note in fit.notes:
-            run.note(parts.label(pair, note))
+    run.note(*(Doubt(parts.label(pair, f"left out: {why}")) for pair, why in failed))
+    run.note(*(parts.label(pair, note) for pair, fit in zip(run.pairs, run.fits) for note in fit.notes))
 
 
 def _solved(run: Run, pair: Pair, given: dict[str, Any]) -> Fit:

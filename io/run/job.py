@@ -161,7 +161,23 @@ def _each(value: str | Sequence[str] | None) -> Sequence[str]:
     return [value] if isinstance(value, str) else value or []
 
 
-class Job(Described, JobOptions):
+class Textured(Described):
+    """The values of a command that carries textures."""
+
+    texture: Any
+    normal: tuple[str, ...]
+    normal_down: tuple[str, ...]
+    data: tuple[str, ...]
+
+    @property
+    def maps(self) -> list[tuple[str, str]]:
+        """The textures, with what their channels are."""
+        found = [(path, getattr(self, "kind", "colour")) for path in _each(self.texture)]
+        further = {"normal": self.normal, "normal-down": self.normal_down, "data": self.data}
+        return found + [(path, kind) for kind, paths in further.items() for path in paths]
+
+
+class Job(Textured, JobOptions):
     """What to map onto what, how, and what to write. Paths are as the user gave them; coordinates in file units.
 
     `target` None means a deformation of the source by its constraints alone.
@@ -211,13 +227,6 @@ class Job(Described, JobOptions):
                 raise JobError([("", str(error))]) from None
 
     @property
-    def maps(self) -> list[tuple[str, str]]:
-        """The textures, with what their channels are."""
-        found = [(self.texture, self.kind)] if self.texture else []
-        further = {"normal": self.normal, "normal-down": self.normal_down, "data": self.data}
-        return found + [(path, kind) for kind, paths in further.items() for path in paths]
-
-    @property
     def solver(self) -> dict[str, Any]:
         """What of it goes to `iccm.fit` and `iccm.deform`."""
         return {name: value for name in SOLVER if (value := getattr(self, name)) is not None}
@@ -254,7 +263,7 @@ class FlattenJob(Described, FlattenOptions):
         return value not in METHODS
 
 
-class RelayoutJob(Described, RelayoutOptions):
+class RelayoutJob(Textured, RelayoutOptions):
     """A mesh whose textures are carried to another layout of it, and what to write."""
 
     command = "relayout"
@@ -271,16 +280,6 @@ class RelayoutJob(Described, RelayoutOptions):
     new: str
     filter: str
     max_pixels: int
-
-    @property
-    def given(self) -> dict[str, tuple[str, ...]]:
-        """The pictures to carry, by what their channels are."""
-        return {
-            "colour": self.texture,
-            "normal": self.normal,
-            "normal-down": self.normal_down,
-            "data": self.data,
-        }
 
 
 Kind = TypeVar("Kind", bound=Described)
@@ -337,7 +336,7 @@ def pair_outputs(outputs: Sequence[str], maps: Sequence[tuple[str, str]]) -> tup
     textures, kinds = zip(*maps) if maps else ((), ())
     pictures = [name for name in outputs if is_picture(name)]
     if len(pictures) == 1 and STEM in pictures[0]:
-        named = [pictures[0].replace(STEM, Path(path).stem) for path in textures]
+        named = name_each(pictures, maps)
         return tuple(each for name in outputs for each in (named if name is pictures[0] else [name]))
     alone = not pictures and any(map(is_mesh, outputs))
     if alone and (unshown := {"normal-down", "data"}.intersection(kinds)):
@@ -353,6 +352,13 @@ def pair_outputs(outputs: Sequence[str], maps: Sequence[tuple[str, str]]) -> tup
             f"name one -o for each texture, or one with {STEM} in it{also}"
         )
     return tuple(outputs)
+
+
+def name_each(pictures: Sequence[str], maps: Sequence[tuple[str, str]]) -> list[str]:
+    """The names of pictures, one of which, if it is alone and holds `{stem}`, stands for those of all maps."""
+    if len(pictures) != 1 or STEM not in pictures[0]:
+        return list(pictures)
+    return [pictures[0].replace(STEM, Path(path).stem) for path, _ in maps]
 
 
 def make(values: dict[str, Any]) -> Job:

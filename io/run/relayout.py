@@ -1,10 +1,10 @@
 """The run of `iccm relayout`: what it reads, writes and reports."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -37,15 +37,14 @@ from ..spec import Spec
 from . import report
 from .framing import size_within
 from .inputs import expand_tiles
-from .job import STEM, Outcome, RelayoutJob
+from .job import STEM, Outcome, RelayoutJob, name_each
 
 SCHEMA = "iccm.relayout/1"
 TEXELS = ("overlapping_texels", "covered_texels")  # of a layout, counted in each tile
 _Read = list[MeshFile]  # all geometries of a file
 
 
-@dataclass(frozen=True)
-class CarriedPicture:
+class CarriedPicture(NamedTuple):
     """A texture to carry over.
 
     Attributes:
@@ -59,8 +58,7 @@ class CarriedPicture:
     output: str
 
 
-@dataclass(frozen=True)
-class Plan:
+class Plan(NamedTuple):
     """What is to be made.
 
     Attributes:
@@ -83,25 +81,22 @@ def plan(job: RelayoutJob) -> Plan:
     if len(whole) > 1:
         raise InputError(f"{whole[1]}: one mesh is written at a time; name one")
     rest = [name for name in job.output if name not in whole]
-    pictures = _pictures(job.given, rest) if rest else []
+    pictures = _pictures(job.maps, rest) if rest else []
     named = [*whole, *(each.output for each in pictures)]
     files.check_outputs(named, expand_tiles(job.inputs), force=job.force)
     return Plan(pictures, whole[0] if whole else None)
 
 
-def _pictures(given: Mapping[str, Sequence[str]], outputs: Sequence[str]) -> list[CarriedPicture]:
-    all_of = [(path, kind) for kind, paths in given.items() for path in paths]
-    if not all_of:
+def _pictures(maps: Sequence[tuple[str, str]], outputs: Sequence[str]) -> list[CarriedPicture]:
+    if not maps:
         cure = "name one with --texture, --normal or --data, or a .glb or .obj for all that materials show"
         raise InputError(f"{outputs[0]}: no texture; {cure}")
-    names = outputs
-    if len(outputs) == 1 and STEM in outputs[0]:
-        names = [outputs[0].replace(STEM, Path(path).stem) for path, _ in all_of]
-    if len(names) != len(all_of):
+    names = name_each(outputs, maps)
+    if len(names) != len(maps):
         raise InputError(
-            f"{len(all_of)} textures and {len(outputs)} outputs: name one -o for each texture, or one with {STEM} in it"
+            f"{len(maps)} textures and {len(outputs)} outputs: name one -o for each texture, or one with {STEM} in it"
         )
-    return [CarriedPicture(path, kind, name) for (path, kind), name in zip(all_of, names)]
+    return [CarriedPicture(path, kind, name) for (path, kind), name in zip(maps, names)]
 
 
 class _Mesh:
@@ -109,7 +104,7 @@ class _Mesh:
 
     def __init__(self, name: str, job: RelayoutJob, before: _Read, after: _Read, how: How) -> None:
         material_set = relaid.material_set_of(before, plain=True)
-        material_set = material_set.instead(relaid.given_maps(job.given, material_set.dialect))
+        material_set = material_set.instead(relaid.given_maps(job.maps, material_set.dialect))
         self.name, self.force = name, job.force
         self.relaid = relaid.Relaid(material_set, after, Path(name), how)
         self.relaid.check()

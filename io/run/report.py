@@ -47,8 +47,7 @@ def note_doubts(run: Run) -> None:
     weighed = not run.job.exact
     for pair, part in zip(run.pairs, run.fit_report.get("parts", [run.fit_report])):
         doubted = doubts(run.fit_report | part, run.job.tolerance, run.job.quasi is not None, weighed=weighed)
-        for note in [*part["notes"], *doubted]:
-            run.note(label(pair, note))
+        run.note(*(label(pair, note) for note in [*part["notes"], *doubted]))
 
 
 def doubts(found: dict[str, Any], tolerance: float, quasi: bool, *, weighed: bool = True) -> list[str]:

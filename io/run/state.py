@@ -103,8 +103,7 @@ class Run:
             ]
         room = within(job.memory, next(iter(job.outputs), None))
         run = cls(job, inputs, pairs, room, tell, phases, threads, figures=figures)
-        for note in notes:
-            run.note(note)
+        run.note(*notes)
         if job.parts == "largest":
             run.constraints, run.called = constrain(job, run.source, run.target, inputs.listed)
             if job.target and run.target.rigid and not job.rigid_target:
@@ -301,9 +300,9 @@ class Run:
         box = framing.picture_box(self.job, self.target)
         return box if self.job.target is not None else bounding_box(np.append(self.fit.image, box))
 
-    def note(self, remark: str) -> None:
-        """Add a remark, once."""
-        if remark in self.notes:
-            return
-        self.notes.append(remark)
-        self.tell(remark)
+    def note(self, *remarks: str) -> None:
+        """Add remarks, each once."""
+        for remark in remarks:
+            if remark not in self.notes:
+                self.notes.append(remark)
+                self.tell(remark)

@@ -72,9 +72,8 @@ def check(run: Run, wanted: list[Output]) -> list[Output]:
     if placed and not any(output.shows or output.name == run.job.stmap for output in outputs):
         raise InputError(f"{placed[0]}: nothing that is written shows a texture")
     _check_others(run, [name for output in outputs for name in output.beside(run)])
-    told = [f"{shape.spec}: {note}" for pair in run.pairs for shape in pair for note in shape.notes]
-    for note in [*told, *about(run.pairs, keep=run.job.holes != "fill", mapped=run.job.holed)]:
-        run.note(note)
+    run.note(*(f"{shape.spec}: {note}" for pair in run.pairs for shape in pair for note in shape.notes))
+    run.note(*about(run.pairs, keep=run.job.holes != "fill", mapped=run.job.holed))
     return outputs
 
 

@@ -44,13 +44,11 @@ class Artwork(Output):
                     f"{target.spec}: its layout shows {chart} mirrored, and artwork is not; use a picture's suffix"
                 )
         check(run.source, run.target, len(run.pairs) if run.job.parts == "each" else 1)
-        for note in framing.remarks(run.job, run.source, run.target):
-            run.note(note)
+        run.note(*framing.remarks(run.job, run.source, run.target))
 
     def write(self, run: Run, path: Path) -> None:
         """All of it, and notes on what was cut off or left out."""
         with run.phases.timed("artwork"):
             carried = [(source, fit.map) for (source, _), fit in zip(run.pairs, run.fits)]
             target = replace(run.target, box=framing.picture_box(run.job, run.target))
-            for note in carry_parts(carried, target, path, each=run.job.parts == "each"):
-                run.note(note)
+            run.note(*carry_parts(carried, target, path, each=run.job.parts == "each"))

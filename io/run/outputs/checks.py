@@ -40,8 +40,7 @@ def texture(run: Run) -> None:
     Raises:
         InputError: it cannot be read, or has fewer channels than its kind needs.
     """
-    for note in (*run.image.notes, *framing.stretch_notes(run.job, run.source, run.image.pixels.shape)):
-        run.note(note)
+    run.note(*run.image.notes, *framing.stretch_notes(run.job, run.source, run.image.pixels.shape))
     check_kind(run.job.kind, run.image.pixels.shape[2], run.job.texture or run.job.source)
 
 
@@ -76,8 +75,7 @@ def canvas(run: Run, tile: complex | None = None) -> tuple[int, int]:
     Raises:
         InputError: more pixels than --max-pixels.
     """
-    for note in framing.remarks(run.job, run.source, run.target) if tile is None else ():
-        run.note(note)
+    run.note(*framing.remarks(run.job, run.source, run.target) if tile is None else ())
     return framing.canvas_size(run.job, framing.picture_box(run.job, run.target))
 
 

@@ -103,8 +103,7 @@ class TexturedMesh(Output):
         options |= {"tolerance": run.job.tolerance if run.job.subdivide_rim else None}
         with run.phases.timed("write"):
             figures = new_uvs(parts_of(run), lying, path, name=name, **options)
-        for note in figures.pop("material_notes"):
-            run.note(note)
+        run.note(*figures.pop("material_notes"))
         _measure(run, figures.pop("measured"))
         before = run.figures.get("also_written", [])
         run.figures |= figures | {"also_written": [*before, *figures["also_written"]]}
@@ -122,8 +121,8 @@ def _measure(run: Run, measured: list[Written]) -> None:
         at_most = f"at most {widest:.2%} of the picture's diagonal off (boundary)"
         whole["message"] = f"The mesh's vertices are on the outline; the edges between them are {at_most}."
     for pair, fit, each in zip(run.pairs, run.fits, measured):
-        for note in missed(each.boundary, run.job.tolerance, run.job.subdivide_rim):
-            run.note(parts.label(pair, note))
+        told = missed(each.boundary, run.job.tolerance, run.job.subdivide_rim)
+        run.note(*(parts.label(pair, note) for note in told))
         if fit.distortion.strain is None and (strain := each.distortion.strain):
             said = "in its coordinates as written lengths change by more than {:.1f} times on 5 %, and by {:.0f} times"
             run.note(parts.label(pair, f"{said} as much one way as the other (stretch)".format(*strain)))
