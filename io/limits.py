@@ -83,7 +83,7 @@ READ_PIXELS = 1 << 29
 MESH_BYTES = 4 << 30
 """Bytes of a mesh file, of a buffer beside it, or of the picture that it is written with."""
 SCENE_BYTES = 1 << 26
-"""Bytes of the JSON of a glTF file, and of a material library whose pictures are looked for."""
+"""Bytes of the JSON of a glTF file."""
 BUFFER_BYTES = 1 << 32
 """Bytes of one buffer view of a glTF file."""
 ITEMS_PER_FACE = 12

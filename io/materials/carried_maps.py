@@ -75,16 +75,13 @@ def carry(
     """
     material_set, corner = _material_set(file), _corners(file)
     new = replace(material_set.sheet, uv=uv, uv_faces=uv_corners[corner], stated=None)
-    keys = [group[0].key for group in of_gltf.groups(file.primitives)] or [
-        material.name for material in material_set.materials
-    ]
     made = dict[str, dict[str, bytes]]()
-    for k, (key, material) in enumerate(zip(keys, material_set.materials)):
+    for k, material in enumerate(material_set.materials):
         own = np.flatnonzero(material_set.owner == k)
         same = own, np.tile(np.arange(3), (own.size, 1))
         carrier = Carrier(material_set, part(new, own), same, How(threads=threads))
         slots = [slot for slot in material.maps if own.size and not (shown and slot in SHOWN)]
-        made[key] = {slot: as_png(carrier.image(slot)) for slot in slots}
+        made[material.key] = {slot: as_png(carrier.image(slot)) for slot in slots}
     return made
 
 

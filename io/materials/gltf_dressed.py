@@ -59,17 +59,13 @@ def _own(draft: Draft, clothes: Clothes) -> int:
         (k, n)
         for k, mesh in enumerate(draft.tree["meshes"])
         for n, primitive in enumerate(mesh["primitives"])
-        for variant in (primitive, *_variants(primitive))
+        for variant in (primitive, *gltf_materials.variants(primitive))
         if variant.get("material") == number
     }
     if number is not None and shown <= own:
         return number
     draft.tree["materials"].append({})
     return len(draft.tree["materials"]) - 1
-
-
-def _variants(primitive: dict) -> list[dict]:
-    return primitive.get("extensions", {}).get("KHR_materials_variants", {}).get("mappings", [])
 
 
 def _paint(draft: Draft, material: dict[str, Any], clothes: Clothes) -> None:

@@ -67,6 +67,7 @@ class Material:
 
     Attributes:
         name: what the file calls it.
+        key: what tells it from others, see `obj_materials.Pictures`.
         maps: its pictures by what they are for: slots of glTF (see `gltf_materials.slots`), or statements of MTL.
         source: all that the file says of it: glTF's JSON, or the lines of an MTL.
         factors: what its pictures of colours and numbers are multiplied by, and what is shown without one: linear
@@ -75,6 +76,7 @@ class Material:
     """
 
     name: str
+    key: str
     maps: dict[str, MaterialMap] = field(default_factory=dict)
     source: Any = None
     factors: dict[str, tuple[float, ...]] = field(default_factory=dict)

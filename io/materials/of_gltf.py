@@ -48,15 +48,6 @@ def material_set(
     return MaterialSet(sheet(name, parts, bare), tuple(materials), owner, "gltf", notes if left else ())
 
 
-def groups(parts: Sequence[Primitive]) -> list[list[Primitive]]:
-    """The primitives that have coordinates, by their materials."""
-    found: dict[str, list[Primitive]] = {}
-    for part in parts:
-        if has_layout(part):
-            found.setdefault(part.key, []).append(part)
-    return list(found.values())
-
-
 def sheet(name: str, parts: Sequence[Primitive], bare: bool) -> Charted:
     """The triangles of primitives, with the coordinates that colours are shown by; arguments as for `material_set`."""
     points = [part.points for part in parts]
@@ -118,7 +109,7 @@ def _material(name: str, parts: Sequence[Primitive], own: Sequence[Primitive]) -
             content, gltf_materials.kind_of(slot), where, made[key], wrap, options, opaque
         )
     kind = json.dumps(unpictured(material), sort_keys=True)
-    return Material(material.get("name", ""), maps, material, factors(material), kind)
+    return Material(material.get("name", ""), own[0].key, maps, material, factors(material), kind)
 
 
 def factors(material: dict[str, Any]) -> dict[str, tuple[float, ...]]:

@@ -39,7 +39,7 @@ def material_set(file: MeshFile, max_pixels: int = limits.READ_PIXELS) -> Materi
             if file.picture
             else {}
         )
-        return MaterialSet(sheet, (Material("", maps),), np.zeros(len(sheet.faces), np.int64), "mtl")
+        return MaterialSet(sheet, (Material("", "", maps),), np.zeros(len(sheet.faces), np.int64), "mtl")
     first = triangulate(file.mesh)[:, 0]
     face = np.searchsorted(file.mesh.starts, first, side="right") - 1
     which, uses = file.obj.current("usemtl")
@@ -77,16 +77,15 @@ def _material(
         kind = _kind(word, picture, most)
         wrap = material_library.wrap(rest)
         maps[word] = MaterialMap(picture, kind, str(picture), _place(sheet.uv, rest), wrap)
-    return Material(name, maps, lines, kind=f"d {cover(lines):g}")
+    return Material(name, name, maps, lines, kind=f"d {cover(lines):g}")
 
 
 def cover(lines: Iterable[str]) -> float:
     """How opaque a material is by its numbers, `d` and `Tr`: 0 … 1."""
     found = 1.0
-    for line in lines:
-        word, rest = material_library.split(line)
-        if word.lower() in ("d", "tr") and material_library.is_number(rest):
-            found = float(rest) if word.lower() == "d" else 1 - float(rest)
+    for word, values in material_library.numbers(lines).items():
+        if word in ("d", "tr") and len(values) == 1:
+            found = values[0] if word == "d" else 1 - values[0]
     return found
 
 

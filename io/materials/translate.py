@@ -33,14 +33,13 @@ def to_gltf(
     for word, image in images.items():
         if kinds[word] == "normal":
             made[gltf_materials.NORMALS] = image
-    rough: dict[str, Any] = {
-        "metallicFactor": 1.0 if "map_pm" in images else _number(source_material, "pm", 0.0)
-    }
+    said = material_library.numbers(source_material.source or [])
+    rough: dict[str, Any] = {"metallicFactor": 1.0 if "map_pm" in images else said.get("pm", [0.0])[0]}
     if "map_pr" not in images:
-        rough["roughnessFactor"] = _number(source_material, "pr", 1.0)
+        rough["roughnessFactor"] = said.get("pr", [1.0])[0]
     if any(word in images for word in GREYS):
         made[ROUGH] = _rough(*(images.get(word) for word in GREYS))
-    if "map_kd" not in images and (colour := _numbers(source_material, "kd")):
+    if "map_kd" not in images and len(colour := said.get("kd", [])[:3]) == 3:
         rough["baseColorFactor"] = [*colour, 1.0]
     material: dict[str, Any] = {"name": source_material.name or "iccm", "pbrMetallicRoughness": rough}
     if EMISSIVE in made:
@@ -112,21 +111,3 @@ def _as(pixels: NDArray, dtype: np.dtype) -> NDArray:
     if pixels.dtype == dtype:
         return pixels
     return pixels.astype(dtype) * 257 if dtype == np.uint16 else (pixels // 257).astype(dtype)
-
-
-def _numbers(source_material: Material, word: str) -> list[float]:
-    """The numbers of a material's line of three, if it has one."""
-    for line in source_material.source or []:
-        first, rest = material_library.split(line)
-        numbers = rest.split()
-        if first.lower() == word and len(numbers) >= 3 and all(map(material_library.is_number, numbers)):
-            return [float(number) for number in numbers[:3]]
-    return []
-
-
-def _number(source_material: Material, word: str, default: float) -> float:
-    for line in source_material.source or []:
-        first, rest = material_library.split(line)
-        if first.lower() == word and material_library.is_number(rest):
-            return float(rest)
-    return default

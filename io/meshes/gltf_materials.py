@@ -30,6 +30,11 @@ def base(material: dict[str, Any]) -> dict[str, Any]:
     return found.get(BASE, found.get(DIFFUSE, {}))
 
 
+def variants(primitive: dict[str, Any]) -> list[dict[str, Any]]:
+    """The materials that a primitive may have instead of its own (KHR_materials_variants)."""
+    return primitive.get("extensions", {}).get("KHR_materials_variants", {}).get("mappings", [])
+
+
 def kind_of(slot: str) -> str:
     """What the channels of a slot's picture are (see `pixels.sampler.KINDS`)."""
     name = slot.rpartition("/")[2].removesuffix("Texture").lower()

@@ -72,11 +72,8 @@ class Draft:
         sources = list(_named(textures, "source"))
         place = before if before is not None and before not in sources else len(images)
         name = {"name": images[place]["name"]} if place < len(images) and "name" in images[place] else {}
-        images[place : place + 1] = [{**name, "mimeType": _type_of(content)}]
-        images[place]["bufferView"] = self.view(content)
-        textures[number]["source"] = place
         self._made[content, like] = number
-        return number
+        return self._put(number, place, content, name)
 
     def new_texture(self, content: bytes, sampler: dict[str, Any] | None, name: str) -> int:
         """The number of a texture that shows a PNG or JPEG file, if possible in the place of one no more shown."""
@@ -85,10 +82,14 @@ class Draft:
         number = min(free, default=len(textures))
         textures[number : number + 1] = [{} if sampler is None else {"sampler": self._sampler(sampler)}]
         place = min(self._free_images(), default=len(images))
-        images[place : place + 1] = [{"name": name, "mimeType": _type_of(content)}]
-        images[place]["bufferView"] = self.view(content)
-        textures[number]["source"] = place
-        return number
+        return self._put(number, place, content, {"name": name})
+
+    def _put(self, texture: int, image: int, content: bytes, said: dict[str, Any]) -> int:
+        """Have a texture show a PNG or JPEG file as an image of this number; the texture's number."""
+        self.tree["images"][image : image + 1] = [{**said, "mimeType": _type_of(content)}]
+        self.tree["images"][image]["bufferView"] = self.view(content)
+        self.tree["textures"][texture]["source"] = image
+        return texture
 
     def _sampler(self, said: dict[str, Any]) -> int:
         samplers = self.tree.setdefault("samplers", [])
@@ -160,13 +161,11 @@ def with_coordinates(
         The bytes of a GLB file, and notes on textures that stay on the old coordinates.
     """
     draft, notes = Draft(parts[0].document), dict[str, None]()
-    first = corner = 0
-    for part in parts:
-        own = faces[first : first + len(part.faces)]
-        corners = uv_corners[corner : corner + 3 * int(own.sum())]
-        first, corner = first + own.size, corner + corners.size
-        if own.any():
-            notes |= dict.fromkeys(_change(draft, part, own, uv, corners, pictures.get(part.key, {})))
+    own = np.split(faces, np.cumsum([len(part.faces) for part in parts])[:-1])
+    corners = np.split(uv_corners, 3 * np.cumsum([each.sum() for each in own])[:-1])
+    for part, each, at in zip(parts, own, corners):
+        if each.any():
+            notes |= dict.fromkeys(_change(draft, part, each, uv, at, pictures.get(part.key, {})))
     return draft.bytes(), list(notes)
 
 
@@ -199,12 +198,10 @@ def parted(parts: Sequence[Primitive], owner: Index) -> tuple[Gltf, list[list[Pr
 
     A primitive whose triangles have several numbers becomes as many, which have its vertices in common.
     """
-    draft, first = Draft(parts[0].document), 0
+    draft = Draft(parts[0].document)
     places: list[list[tuple[int, int]]] = [[] for _ in range(int(owner.max()) + 1)]
-    for part in parts:
+    for part, own in zip(parts, np.split(owner, np.cumsum([len(part.faces) for part in parts])[:-1])):
         faces, inside = part.faces, draft.tree["meshes"][part.mesh]["primitives"]
-        own = owner[first : first + len(faces)]
-        first += own.size
         numbers = np.unique(own)
         for number in numbers[1:]:
             count = part.document.tree["accessors"][part.attributes["POSITION"]]["count"]
@@ -370,7 +367,7 @@ def _staying(draft: Draft, primitive: dict, pictures: set[str]) -> list[str]:
     """The slots that go on reading the old coordinates, of the material and of its variants."""
     own = primitive.get("material")
     found = list[str]()
-    for number in [own, *(mapping["material"] for mapping in _variants(primitive))]:
+    for number in [own, *(mapping["material"] for mapping in gltf_materials.variants(primitive))]:
         material = {} if number is None else draft.tree["materials"][number]
         shown = _shown(material, pictures) if number == own else set()
         found += [
@@ -385,16 +382,12 @@ def _shown(material: dict, pictures: set[str]) -> set[str]:
     return pictures | ({gltf_materials.DIFFUSE} if twice else set())
 
 
-def _variants(primitive: dict) -> list[dict]:
-    return primitive.get("extensions", {}).get("KHR_materials_variants", {}).get("mappings", [])
-
-
 def _rebind(draft: Draft, primitive: dict, pictures: Mapping[str, bytes], kept: int | None) -> None:
     """Materials of its own for the primitive, if they change: new pictures, others on the coordinates that are kept."""
     if not pictures and kept is None:
         return
     own = primitive.get("material")
-    for holder in [primitive, *_variants(primitive)]:
+    for holder in [primitive, *gltf_materials.variants(primitive)]:
         holder["material"] = _own_material(draft, holder.get("material"))
         material = draft.tree["materials"][holder["material"]]
         new = pictures if holder is primitive else {}

@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,17 +10,8 @@ from ...errors import InputError
 from ...pixels.texture import REPEAT, Wrap
 from .. import limits, references
 
-ARGUMENTS = {
-    "-blendu": 1,
-    "-blendv": 1,
-    "-cc": 1,
-    "-clamp": 1,
-    "-texres": 1,
-    "-imfchan": 1,
-    "-type": 1,
-    "-bm": 1,
-}
-ARGUMENTS |= {"-boost": 1, "-mm": 2}
+ONE = ("-blendu", "-blendv", "-cc", "-clamp", "-texres", "-imfchan", "-type", "-bm", "-boost")
+ARGUMENTS = dict.fromkeys(ONE, 1) | {"-mm": 2}
 UP_TO_THREE = ("-o", "-s", "-t")
 PLACING = (*UP_TO_THREE, "-clamp")  # options of where a picture lies
 SPELT = {"map_kd": "map_Kd", "map_ke": "map_Ke", "map_pr": "map_Pr", "map_pm": "map_Pm", "map_ks": "map_Ks"}
@@ -167,21 +158,7 @@ def relative(file: Path, folder: Path) -> str:
 
 def file_name(rest: str) -> str:
     """What a map statement names after its options; it may contain spaces."""
-    words = rest.split(" ")
-    k = 0
-    while k < len(words):
-        option = words[k].lower()
-        if option in ARGUMENTS:
-            k += 1 + ARGUMENTS[option]
-        elif option in UP_TO_THREE:
-            k += 1
-            for _ in range(3):
-                k += k < len(words) and is_number(words[k])
-        elif option == "":
-            k += 1
-        else:
-            break
-    return " ".join(words[k:]).strip()
+    return _options(rest)[1]
 
 
 def with_maps(lines: list[str], names: Mapping[str, str]) -> list[str]:
@@ -196,20 +173,13 @@ def with_maps(lines: list[str], names: Mapping[str, str]) -> list[str]:
 def _naming(line: str, name: str) -> str:
     """A statement, or its keyword, that names another picture; of its options those stay that place nothing."""
     word, rest = split(line)
-    kept, words, k = [word], rest[: len(rest) - len(file_name(rest))].split(), 0
-    while k < len(words):
-        option = words[k].lower()
-        stop = k + 1 + ARGUMENTS.get(option, 0)
-        while option in UP_TO_THREE and stop < len(words) and is_number(words[stop]):
-            stop += 1
-        kept += [] if option in PLACING else words[k:stop]
-        k = stop
-    return " ".join([*kept, name])
+    kept = [each for option in _options(rest)[0] if option[0].lower() not in PLACING for each in option]
+    return " ".join([word, *kept, name])
 
 
 def placing(rest: str) -> tuple[tuple[float, float], tuple[float, float]]:
     """By what a map statement multiplies texture coordinates, and what it adds: its `-s` and `-o`."""
-    said = _options(rest)
+    said = _said(rest)
     scale, offset = [1.0, 1.0], [0.0, 0.0]
     for found, name in ((scale, "-s"), (offset, "-o")):
         given = [float(word) for word in said.get(name, [])[:2]]
@@ -219,19 +189,26 @@ def placing(rest: str) -> tuple[tuple[float, float], tuple[float, float]]:
 
 def wrap(rest: str) -> Wrap:
     """What lies beyond the picture of a map statement: its edge, with `-clamp on`."""
-    clamped = [word.lower() for word in _options(rest).get("-clamp", [])] == ["on"]
+    clamped = [word.lower() for word in _said(rest).get("-clamp", [])] == ["on"]
     return ("clamp", "clamp") if clamped else REPEAT
 
 
-def _options(rest: str) -> dict[str, list[str]]:
-    """The options of a map statement, in lower case, and their words."""
-    found, words, k = dict[str, list[str]](), rest.split(), 0
-    while k < len(words) and (words[k].lower() in ARGUMENTS or words[k].lower() in UP_TO_THREE):
-        option, stop = words[k].lower(), k + 1 + ARGUMENTS.get(words[k].lower(), 0)
-        while option in UP_TO_THREE and stop < len(words) and is_number(words[stop]):
+def _said(rest: str) -> dict[str, list[str]]:
+    """The words of each option of a map statement, by its name in lower case."""
+    return {option.lower(): words for option, *words in _options(rest)[0]}
+
+
+def _options(rest: str) -> tuple[list[list[str]], str]:
+    """The options of a map statement, each with its words, and the name after them."""
+    found, places, k = list[list[str]](), list(re.finditer(r"\S+", rest)), 0
+    words = [place[0] for place in places]
+    while k < len(words) and words[k].lower() in (*ARGUMENTS, *UP_TO_THREE):
+        stop = k + 1 + ARGUMENTS.get(words[k].lower(), 0)
+        while words[k].lower() in UP_TO_THREE and stop < min(k + 4, len(words)) and is_number(words[stop]):
             stop += 1
-        found[option], k = words[k + 1 : stop], stop
-    return found
+        found.append(words[k:stop])
+        k = stop
+    return found, rest[places[k].start() :].strip() if k < len(words) else ""
 
 
 def _move(line: str, old: Path, new: Path) -> str:
@@ -250,6 +227,12 @@ def split(line: str) -> tuple[str, str]:
     """The keyword of a line, and the rest."""
     word, _, rest = line.strip().replace("\t", " ").partition(" ")
     return word, rest.strip()
+
+
+def numbers(lines: Iterable[str]) -> dict[str, list[float]]:
+    """What statements of nothing but numbers say, by their keywords in lower case."""
+    said = ((word.lower(), rest.split()) for word, rest in map(split, lines))
+    return {word: list(map(float, rest)) for word, rest in said if rest and all(map(is_number, rest))}
 
 
 def is_number(word: str) -> bool:

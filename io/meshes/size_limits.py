@@ -12,10 +12,10 @@ from typing import Any
 from ...errors import InputError
 from .. import limits
 from ..files import open_input
+from .gltf_schema import DTYPES
 from .obj_source import ObjSource
 
 HEADER = 1 << 16
-BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
 ITEMS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 
 
@@ -26,9 +26,9 @@ def faces(path: Path, most: int) -> int:
         InputError: more than `most`, or the file is missing.
     """
     open_input(path)
-    if path.suffix.lower() in (".glb", ".gltf"):
-        _check_backing(path, most)
-    return refuse(path, COUNTS.get(path.suffix.lower(), _unknown)(path), most)
+    suffix = path.suffix.lower()
+    count = _gltf(path, most) if suffix in (".glb", ".gltf") else COUNTS.get(suffix, lambda path: 0)(path)
+    return refuse(path, count, most)
 
 
 def refuse(path: Path, count: int, most: int) -> int:
@@ -40,10 +40,6 @@ def refuse(path: Path, count: int, most: int) -> int:
     if count > most:
         raise InputError(f"{path}: {count} faces are more than {most}; raise --max-faces")
     return count
-
-
-def _unknown(path: Path) -> int:
-    return 0
 
 
 def _obj(path: Path) -> int:
@@ -71,8 +67,22 @@ def _stl(path: Path) -> int:
     return size // 50
 
 
-def _gltf(path: Path) -> int:
-    return _gltf_faces(_scene(path))
+def _gltf(path: Path, most: int) -> int:
+    """Triangles over all primitives; 0 where the JSON makes no sense, which the reader will say.
+
+    Raises:
+        InputError: an accessor claims more than the file has data for: readers take the memory before they look.
+    """
+    try:
+        scene: Any = json.loads(_scene(path))
+        found = next(_unbacked(scene, most), None)
+        primitives = [p for mesh in scene.get("meshes", []) for p in mesh["primitives"]]
+        count = sum(scene["accessors"][p["indices"]]["count"] // 3 for p in primitives if "indices" in p)
+    except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
+        return 0
+    if found:
+        raise InputError(f"{path}: accessor {found[0]} claims {found[1]} items, more than there are data for")
+    return count
 
 
 def _scene(path: Path) -> bytes:
@@ -86,20 +96,6 @@ def _scene(path: Path) -> bytes:
         return file.read(min(struct.unpack_from("<I", start, 12)[0], limits.SCENE_BYTES))
 
 
-def _check_backing(path: Path, most: int) -> None:
-    """Refuse accessors that claim more than the file has data for: readers take the memory before they look.
-
-    Raises:
-        InputError: naming the first.
-    """
-    try:
-        found = next(_unbacked(json.loads(_scene(path)), most), None)
-    except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
-        return  # the reader will say what is wrong
-    if found:
-        raise InputError(f"{path}: accessor {found[0]} claims {found[1]} items, more than there are data for")
-
-
 def _unbacked(scene: Any, most: int) -> Iterator[tuple[int, int]]:
     """Number and count of each accessor that claims more items than it has data for."""
     views = scene.get("bufferViews", [])
@@ -108,19 +104,9 @@ def _unbacked(scene: Any, most: int) -> Iterator[tuple[int, int]]:
         held, size = limits.ITEMS_PER_FACE * most, 0
         if view is not None:
             size = views[view]["byteLength"]
-            held = size // (BYTES[accessor["componentType"]] * ITEMS[accessor["type"]])
+            held = size // (int(DTYPES[accessor["componentType"]][2]) * ITEMS[accessor["type"]])
         if not 0 <= count <= held or size > limits.BUFFER_BYTES:
             yield number, count
-
-
-def _gltf_faces(text: bytes) -> int:
-    """Triangles over all primitives; 0 where the JSON makes no sense, which the reader will say."""
-    try:
-        scene: Any = json.loads(text)
-        primitives = [p for mesh in scene.get("meshes", []) for p in mesh["primitives"]]
-        return sum(scene["accessors"][p["indices"]]["count"] // 3 for p in primitives if "indices" in p)
-    except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
-        return 0
 
 
 def _head(path: Path) -> bytes:
@@ -128,4 +114,4 @@ def _head(path: Path) -> bytes:
         return file.read(HEADER)
 
 
-COUNTS = {".obj": _obj, ".ply": _ply, ".off": _off, ".stl": _stl, ".glb": _gltf, ".gltf": _gltf}
+COUNTS = {".obj": _obj, ".ply": _ply, ".off": _off, ".stl": _stl}

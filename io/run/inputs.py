@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import re
 from collections.abc import Iterable, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...errors import InputError
 from .. import files, formats, limits, references
-from ..meshes import size_limits
+from ..meshes import material_library, size_limits
 from ..meshes.obj import Obj
 from ..meshes.obj_source import ObjSource
 from ..point_syntax import Place, vertex_of
@@ -24,8 +23,6 @@ from .job import Described, Job, is_mesh
 if TYPE_CHECKING:
     from ...surfaces.inserted import Opening
     from ..shapes.listing import Listed
-
-_MAP = re.compile(rb"^[ \t]*(?:map_\w+|bump|norm|disp|decal)[ \t]+([^\r\n]+)", re.MULTILINE | re.IGNORECASE)
 
 
 class Files:
@@ -263,11 +260,11 @@ def expand_tiles(names: Iterable[Path | bytes | str]) -> list[Any]:
 
 
 def _pictures(library: Path) -> list[str]:
-    """The last word of each map of a material library, and all its words: names may hold spaces."""
-    if not os.path.isfile(library) or library.stat().st_size > limits.SCENE_BYTES:
+    """The pictures that a material library names."""
+    if not os.path.isfile(library) or library.stat().st_size > limits.LIBRARY_BYTES:
         return []
-    lines = _MAP.findall(library.read_bytes())
-    return [_path_beside(library, name) for line in lines for name in (line, line.split()[-1])]
+    lines = library.read_bytes().decode("utf-8", "surrogateescape").splitlines()
+    return [str(library.parent / name) for name in map(material_library.picture_named, lines) if name]
 
 
 def _of_gltf(path: Path) -> list[str]:
