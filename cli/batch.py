@@ -64,8 +64,7 @@ def command(jobs: str, root: str | None, check: bool, **given: Any) -> int:
         counts = _report(dispatch.execute(tasks, pool, book, policy, **watch), len(tasks), results)
     if results is not None:
         page = overview.html(results, jobs, os.path.dirname(given["html"]) or ".")
-        with files.replacing(given["html"], force=True) as path:
-            path.write_bytes(page)
+        files.write_bytes(given["html"], page, force=True)
     _summary(counts, time.perf_counter() - start)
     if caught:
         return 128 + caught[0]

@@ -67,11 +67,10 @@ def _check(run: Path, baselines: Path, given: dict[str, Any]) -> int:
             path = regression.diff(verdict, run, baselines, Path(given["diff"]))
             logs.log.debug(f"wrote {path}" if path else f"{verdict.name}: no difference picture")
     if given["junit"]:
-        with files.replacing(given["junit"], force=True) as path:
-            path.write_bytes(regression.junit(verdicts, time.perf_counter() - start))
+        found = regression.junit(verdicts, time.perf_counter() - start)
+        files.write_bytes(given["junit"], found, force=True)
     if given["html"]:
-        with files.replacing(given["html"], force=True) as path:
-            path.write_bytes(reports.html(verdicts, run, baselines))
+        files.write_bytes(given["html"], reports.html(verdicts, run, baselines), force=True)
     if given["summary"]:
         with files.writing(given["summary"], force=True, suffix=".md") as path:
             path.write_text(reports.markdown(verdicts), encoding="utf-8")

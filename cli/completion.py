@@ -42,8 +42,7 @@ def command(action: str, shell: str | None) -> int:
     if path.is_file() and path.read_text(encoding="utf-8") == script:
         logs.log.info(f"{path}: is there already")
     else:
-        with files.replacing(path, force=True) as temporary:
-            temporary.write_text(script, encoding="utf-8")
+        files.write_bytes(path, script.encode(), force=True)
         logs.log.info(f"wrote {path}")
     if shell == "zsh":
         _name_in_zshrc(path)

@@ -216,6 +216,12 @@ def read_bytes(path: str | os.PathLike, *, max_bytes: int) -> bytes:
     return content
 
 
+def write_bytes(path: str | os.PathLike, content: bytes, *, force: bool = False) -> None:
+    """Write a file; arguments and errors as for `replacing`."""
+    with replacing(path, force=force) as temporary:
+        temporary.write_bytes(content)
+
+
 def sha256(path: str | os.PathLike) -> str:
     """The content's SHA-256 as 64 hexadecimal digits.
 

@@ -50,8 +50,7 @@ def install(program: str, to: str | None = None) -> list[Path]:
         except OSError as error:
             raise InputError(f"{home / OWN}: {error.strerror}") from error
         for name, content in given.items():
-            with files.replacing(home / OWN / name, force=True) as path:
-                path.write_bytes(content)
+            files.write_bytes(home / OWN / name, content, force=True)
     return [home / OWN for home in homes]
 
 

@@ -1,9 +1,8 @@
 """A shape of a drawing on its way through a map, and the SVG elements that it becomes."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import pairwise
 from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
@@ -11,9 +10,10 @@ import numpy as np
 from ...arrays import Complex
 from ...errors import InputError
 from .. import limits
-from ..svg import css, path_data, reader
+from ..svg import css, reader
 from ..svg.affine import Affine
-from ..svg.curves import Bezier, Piece
+from ..svg.batches import batches
+from ..svg.curves import Bezier
 from ..svg.drawing import Rectangle
 from ..svg.path_data import PenPath
 from ..svg.tree import Node
@@ -110,23 +110,17 @@ def runs_of(drawn: Node) -> list[PenPath]:
     Raises:
         InputError: a malformed attribute, or coordinates that are too large.
     """
-    if drawn.tag in ("polyline", "polygon"):
-        found = []
-        for line in reader._polyline(replace(drawn, affine=Affine())):
-            sides: list[Piece] = [Bezier((complex(a), complex(b))) for a, b in pairwise(line.z)]
-            found.append(PenPath(complex(line.z[0]), sides, line.closed))
-    else:
-        found = path_data.runs(reader._PATH[drawn.tag](drawn))
     out = []
-    for run in found:
+    for run in reader.pen_paths(drawn):
         pieces = list(run.pieces)
         if run.closed and pieces and pieces[-1].last() != run.start:
             pieces.append(Bezier((pieces[-1].last(), run.start)))
         if pieces:
             pieces = [piece.under(drawn.affine) for piece in pieces]
             out.append(PenPath(drawn.affine(run.start), pieces, run.closed))
-    rough = [point for run in out for piece in run.pieces for point in (run.start, *piece.rough())]
-    if not all(abs(point) <= limits.SVG_NUMBER for point in rough):  # NaN included
+    whole = batches([piece for run in out for piece in run.pieces], Affine())
+    rough = np.concatenate([[run.start for run in out], *(batch.rough() for batch in whole)])
+    if not (np.abs(rough) <= limits.SVG_NUMBER).all():  # NaN included
         raise InputError("its coordinates are too large")
     return out
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from ...errors import InputError
-from ..files import replacing
+from ..files import write_bytes
 from ..run.job import Job
 from ..shapes.starts import StartingMap
 from ..spec import path_of
@@ -89,8 +89,7 @@ def keep(session: Session, scene: Scene, port: int, token: str) -> None:
         folder().mkdir(mode=0o700, parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{folder()}: cannot be made: {error.strerror}") from error
-    with replacing(path(session.job), force=True) as file:
-        file.write_text(unsaved.model_dump_json(), encoding="utf-8")
+    write_bytes(path(session.job), unsaved.model_dump_json().encode(), force=True)
 
 
 def forget(job: Job) -> None:

@@ -74,8 +74,7 @@ class Desk:
             except OSError as error:
                 raise InputError(f"{folder}: cannot be made: {error.strerror}") from error
             if not path.exists():
-                with files.replacing(str(path)) as written:
-                    written.write_bytes(content)
+                files.write_bytes(path, content)
             os.utime(path)
         self._known.add(str(path))
         return str(path)

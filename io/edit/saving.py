@@ -92,8 +92,7 @@ def save(session: Session, scene: Scene, name: str, *, replace: bool) -> str:
     name = name if name == session.job.constraints else local(name)
     if formats.suffix_of(name) != ".json":
         raise InputError(f"{name}: constraints are written as .json")
-    with files.replacing(name, force=replace) as path:
-        path.write_text(constraints_json(session, scene), encoding="utf-8")
+    files.write_bytes(name, constraints_json(session, scene).encode(), force=replace)
     session.saved = scene
     session.written.add(name)
     return name

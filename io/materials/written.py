@@ -92,8 +92,7 @@ def _obj(relaid: Relaid, out: Path, force: bool) -> list[str]:
     binding = obj_write.Binding(library.name, rename, unclothed)
     out.write_bytes(obj_write.rebind(whole, faces, binding))
     for path, data in contents.items():
-        with files.replacing(path, force=force) as temporary:
-            temporary.write_bytes(data)
+        files.write_bytes(path, data, force=force)
     return [str(path) for path in contents]
 
 

@@ -135,6 +135,5 @@ def write(
     out.write_bytes(obj_write.retexture(whole, faces, uv, uv_corners, binding))
     contents = {library: text.encode("utf-8", "surrogateescape")} | contents
     for path, data in contents.items():
-        with files.replacing(path, force=force) as temporary:
-            temporary.write_bytes(data)
+        files.write_bytes(path, data, force=force)
     return [str(path) for path in contents], [*missing, *notes]

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...arrays import Flags, Index, Real, distinct_rows
 from ...meshes.mesh import Mesh
-from ...surfaces.subdivided import Mixtures, Subdivision
+from ...surfaces.subdivided import Subdivision
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,25 +71,9 @@ def replaced(plan: Subdivision, count: int) -> Flags:
     return found
 
 
-def grown(values: Real, mixed: Mixtures, *, unit: bool = False) -> Real:
-    """Values (n, …) and the new ones after them; `unit`: of length 1."""
-    new = mixed.of(values)
-    if unit:
-        new /= np.maximum(np.linalg.norm(new, axis=1, keepdims=True), 1e-300)
-    return np.concatenate([values, new])
-
-
 def subdivided(mesh: Mesh, plan: Subdivision) -> Mesh:
-    """A mesh with triangles in the place of some polygons."""
-    points = plan.mixtures(mesh.corners, len(mesh.points))
-    corners, starts = with_triangles(mesh.starts, mesh.corners, plan, points.number)
-    made = replace(mesh, points=grown(mesh.points, points), corners=corners, starts=starts, lines=None)
-    if mesh.uv is not None and mesh.uv_corners is not None:
-        mixed = plan.mixtures(mesh.uv_corners, len(mesh.uv))
-        own = with_triangles(mesh.starts, mesh.uv_corners, plan, mixed.number)[0]
-        made = replace(made, uv=grown(mesh.uv, mixed), uv_corners=own)
-    if mesh.normals is not None and mesh.normal_corners is not None:
-        mixed = plan.mixtures(mesh.normal_corners, len(mesh.normals))
-        own = with_triangles(mesh.starts, mesh.normal_corners, plan, mixed.number)[0]
-        made = replace(made, normals=grown(mesh.normals, mixed, unit=True), normal_corners=own)
-    return made
+    """A mesh without coordinates and normals with triangles in the place of some polygons."""
+    mixed = plan.mixtures(mesh.corners, len(mesh.points))
+    corners, starts = with_triangles(mesh.starts, mesh.corners, plan, mixed.number)
+    points = np.concatenate([mesh.points, mixed.of(mesh.points)])
+    return replace(mesh, points=points, corners=corners, starts=starts, lines=None)

@@ -1,7 +1,8 @@
-"""Many pieces of curves at once: the same arithmetic as `curves`, on arrays."""
+"""Pieces of curves made polylines, all of a kind at once: the arithmetic of `curves`, on arrays."""
 
 from collections.abc import Sequence
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -30,12 +31,12 @@ class Batch:
         raise NotImplementedError
 
     def counts(self, tolerance: float) -> Index:
-        """How many points each needs."""
+        """How many points each needs: with equal parameter steps h a chord errs by at most h² max|f''| / 8."""
         steps = np.ceil(np.sqrt(self.bend / (8 * tolerance))) if tolerance else np.ones(self.end.size)
         return np.maximum(1, np.minimum(steps, 2**40)).astype(np.int64)
 
     def rough(self) -> Complex:
-        """A few points on the pieces."""
+        """A few points on the pieces: their box is never larger than that of the pieces."""
         which = np.repeat(np.arange(self.end.size), ROUGH.size)
         inner = self.at(which, np.tile(ROUGH, self.end.size)) if self.bend.any() else np.empty(0, complex)
         return np.concatenate([inner, self.end])
@@ -87,15 +88,33 @@ class Arcs(Batch):
         return self.centre[which] + self.u[which] * np.cos(angle) + self.v[which] * np.sin(angle)
 
 
-def batches(pieces: Sequence[Piece], affine: Affine) -> list[Batch]:
-    """All pieces, by kind; no stretches of lines, which are arrays already."""
-    groups: dict[object, list[int]] = {}
+class Stretches(Batch):
+    """Stretches of lines, whose vertices are their points."""
+
+    def __init__(self, number: Index, pieces: Sequence[Lines], affine: Affine):
+        self.number = number
+        self.z = [affine(piece.z) for piece in pieces]
+
+    def counts(self, tolerance: float) -> Index:
+        """All vertices but the first, whatever the tolerance."""
+        return np.array([z.size - 1 for z in self.z])
+
+    def rough(self) -> Complex:
+        """All of them."""
+        return np.concatenate(self.z)
+
+    def points(self, counts: Index) -> Complex:
+        """The points of all pieces, one after the other, without their starts."""
+        return np.concatenate([z[1:] for z in self.z])
+
+
+def batches(pieces: Sequence[Piece | Lines], affine: Affine) -> list[Batch]:
+    """All pieces, by kind."""
+    groups: dict[Any, list[int]] = {}
     for number, piece in enumerate(pieces):
-        assert not isinstance(piece, Lines)
-        groups.setdefault(len(piece.p) if isinstance(piece, Bezier) else Arc, []).append(number)
-    found: list[Batch] = []
-    for kind, numbers in groups.items():
-        chosen = [pieces[k] for k in numbers]
-        make = Arcs if kind is Arc else Beziers
-        found.append(make(np.array(numbers), chosen, affine))  # type: ignore[arg-type]
-    return found
+        groups.setdefault(len(piece.p) if isinstance(piece, Bezier) else type(piece), []).append(number)
+    makers: dict[Any, Any] = {Arc: Arcs, Lines: Stretches}
+    return [
+        makers.get(kind, Beziers)(np.array(numbers), [pieces[k] for k in numbers], affine)
+        for kind, numbers in groups.items()
+    ]

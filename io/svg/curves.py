@@ -35,60 +35,12 @@ class Piece(ABC):
     def last(self) -> complex:
         """Its end, exactly."""
 
-    def rough(self) -> list[complex]:
-        """A few points on it: their box is never larger than the curve's."""
-        return [*self.at(np.array([0.25, 0.5, 0.75])), self.last()] if self.bend() else [self.last()]
-
-    def count(self, tolerance: float) -> int:
-        """How many points `points` gives: with uniform parameter steps h the error of a chord is at most
-        h² max|f''| / 8."""
-        bend = self.bend()
-        return max(1, math.ceil(math.sqrt(bend / (8 * tolerance)))) if bend and tolerance else 1
-
-    def points(self, tolerance: float) -> Complex:
-        """Vertices of a polyline at most `tolerance` away, without the start."""
-        count = self.count(tolerance)
-        if count == 1:
-            return np.array([self.last()])
-        points = self.at(np.arange(1, count + 1) / count)
-        points[-1] = self.last()
-        return points
-
 
 @dataclass(frozen=True, eq=False)
-class Lines(Piece):
+class Lines:
     """Straight segments from vertex to vertex: the long stretches of a drawing, without an object for each."""
 
     z: Complex
-
-    def under(self, affine: Affine) -> "Lines":
-        """Its image."""
-        return Lines(affine(self.z))
-
-    def last(self) -> complex:
-        """Its end, exactly."""
-        return complex(self.z[-1])
-
-    def bend(self) -> float:
-        """Nothing between its vertices."""
-        return 0.0
-
-    def at(self, t: np.ndarray) -> Complex:
-        """Points at parameters in [0, 1], the same share of them on every segment."""
-        return np.interp(t * (self.z.size - 1), np.arange(self.z.size), self.z)
-
-    def rough(self) -> list[complex]:
-        """The vertices that are farthest out."""
-        far = [f(part) for part in (self.z.real, self.z.imag) for f in (np.argmin, np.argmax)]
-        return [*map(complex, self.z[far]), self.last()]
-
-    def count(self, tolerance: float) -> int:
-        """All vertices but the first, whatever the tolerance."""
-        return self.z.size - 1
-
-    def points(self, tolerance: float) -> Complex:
-        """All vertices but the first."""
-        return self.z[1:]
 
 
 @dataclass(frozen=True, eq=False, slots=True)

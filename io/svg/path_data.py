@@ -33,7 +33,6 @@ _STRETCH = {
 }
 _FLAG = re.compile(r"\s*+(?:,\s*+)?([01])")
 STRETCH = 8  # lines in a row that are kept as one piece
-BATCH = 64  # pieces of a run, from where on they are flattened all at once
 LONG = 1 << 20  # characters of path data, whose numbers are counted before they are read
 
 
@@ -157,7 +156,7 @@ def runs(d: str, budget: Budget | None = None, *, joined: bool = False) -> list[
             if not pen.down:
                 pen.down = True
                 found.append(PenPath(pen.at))
-            found[-1].pieces.append(pen.stretch(command.islower(), values))
+            found[-1].pieces.append(pen.stretch(command.islower(), values))  # type: ignore[arg-type]
             continue
         for k in range(0, len(values), count or 1):
             group = values[k : k + count]
@@ -213,30 +212,17 @@ class _Pen:
 def subpaths(d: str, affine: Affine, flatness: float, budget: Budget | None = None) -> list[Subpath]:
     """The runs of path data under an affine map, each flattened to `flatness` times its own diagonal.
 
-    A run never deviates from its curve by more than the tolerance, and every end of a segment stays a vertex: with
-    uniform parameter steps h the error of a chord is at most h² max|f''| / 8.
+    A run never deviates from its curve by more than the tolerance, and every end of a segment stays a vertex.
 
     Raises:
         InputError: as `commands`, or the budget is spent.
     """
     budget = budget or Budget()
-    return [_flatten(run, affine, flatness, budget) for run in runs(d, budget, joined=True)]
+    return [flatten(run, affine, flatness, budget) for run in runs(d, budget, joined=True)]
 
 
-def _flatten(run: PenPath, affine: Affine, flatness: float, budget: Budget) -> Subpath:
-    if len(run.pieces) > BATCH and not any(isinstance(piece, Lines) for piece in run.pieces):
-        return _flatten_many(run, affine, flatness, budget)
-    pieces = [piece.under(affine) for piece in run.pieces]
-    start = affine(run.start)
-    tolerance = flatness * diagonal(
-        np.array([start, *(point for piece in pieces for point in piece.rough())])
-    )
-    budget.points.spend(sum(piece.count(tolerance) for piece in pieces))
-    return Subpath(np.concatenate([[start], *(piece.points(tolerance) for piece in pieces)]), run.closed)
-
-
-def _flatten_many(run: PenPath, affine: Affine, flatness: float, budget: Budget) -> Subpath:
-    """As `_flatten`, all pieces at once."""
+def flatten(run: PenPath, affine: Affine, flatness: float, budget: Budget) -> Subpath:
+    """A run under an affine map as a polyline, as `subpaths` makes it."""
     groups = batches(run.pieces, affine)
     start = affine(run.start)
     tolerance = flatness * diagonal(np.concatenate([[start], *(group.rough() for group in groups)]))

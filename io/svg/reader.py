@@ -4,7 +4,9 @@ import math
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -13,15 +15,15 @@ from ...curve import polygon_of
 from ...errors import InputError
 from ...plane import diagonal, distinct
 from .. import limits
-from . import tree
+from . import path_data, tree
 from .budget import Budget
 from .clips import Clips
 from .crossings import TooMuch
-from .curves import thinned
+from .curves import Bezier, Lines, thinned
 from .document import drawing_bytes
 from .drawing import Drawing
 from .fill import FilledOutline, Refused, outlines, outlines_of
-from .path_data import Subpath, least, numbers, subpaths
+from .path_data import PenPath, Subpath, flatten, least
 from .strokes import silhouette, width_of
 from .tree import Node
 
@@ -272,11 +274,8 @@ def runs_of(drawn: Node, flatness: float, budget: Budget | None = None) -> list[
     if not all(abs(part) <= limits.SVG_NUMBER for part in (a.alpha, a.beta, a.gamma)):  # NaN included
         raise InputError("its transforms are too large")
     budget = budget or Budget()
-    if drawn.tag in ("polyline", "polygon"):
-        runs = _polyline(drawn)
-        budget.segments.spend(sum(run.z.size for run in runs))
-    else:
-        runs = subpaths(_PATH[drawn.tag](drawn), drawn.affine, flatness, budget)
+    pens = pen_paths(drawn, budget, joined=True)
+    runs = [flatten(run, drawn.affine, flatness, budget) for run in pens]
     if not all((np.abs(run.z) <= limits.SVG_NUMBER).all() for run in runs):
         raise InputError("coordinates are too large")
     return [_fewer(run, THINNED * flatness) if run.z.size > MANY else run for run in runs]
@@ -287,15 +286,21 @@ def _fewer(run: Subpath, share: float) -> Subpath:
     return Subpath(thinned(run.z, share * size, closed=run.closed), run.closed, run.z.size)
 
 
-def _polyline(drawn: Node) -> list[Subpath]:
+def pen_paths(drawn: Node, budget: Budget | None = None, *, joined: bool = False) -> list[PenPath]:
+    """The runs of a shape in its own coordinates; arguments and errors as for `path_data.runs`."""
+    budget = budget or Budget()
+    if drawn.tag not in ("polyline", "polygon"):
+        return path_data.runs(_PATH[drawn.tag](drawn), budget, joined=joined)
     try:
-        values = numbers(drawn.properties.get("points", ""))
+        values = path_data.numbers(drawn.properties.get("points", ""))
     except InputError as error:
         raise InputError(f"points: {error}") from error
     if len(values) % 2:
         raise InputError(f"points: {len(values)} numbers; x and y of each point are needed")
-    z = drawn.affine(complex_of(np.array(values).reshape(-1, 2)))
-    return [Subpath(z, drawn.tag == "polygon")] if values else []
+    z = complex_of(np.array(values).reshape(-1, 2))
+    budget.segments.spend(z.size)
+    pieces: list[Any] = [Lines(z)] if joined else [Bezier(ends) for ends in pairwise(z.tolist())]
+    return [PenPath(complex(z[0]), pieces, drawn.tag == "polygon")] if z.size else []
 
 
 def _line(drawn: Node) -> str:

@@ -13,8 +13,9 @@ from iccm.io import artwork, limits
 from iccm.io.shapes import shape
 from iccm.io.svg import crossings, path_data, reader
 from iccm.io.svg.affine import Affine
-from iccm.io.svg.curves import thinned
+from iccm.io.svg.curves import Lines, thinned
 from iccm.io.svg.stylesheet import Stylesheet
+from iccm.plane import diagonal
 
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">{}</svg>'
 SECONDS = 2.0  # of this process: from the call to the refusal
@@ -237,19 +238,29 @@ def test_a_stretch_of_lines_is_what_its_commands_say():
     ends = [piece.last() for piece in one.pieces]
     assert len(many.pieces) < len(one.pieces) and many.pieces[-1].last() == ends[-1]
     straight = [piece for piece in one.pieces if not piece.bend()]
-    vertices = np.concatenate([piece.points(1.0) for piece in many.pieces if not piece.bend()])
-    assert np.array_equal(vertices, [piece.last() for piece in straight])
+    parts = [
+        piece.z[1:] if isinstance(piece, Lines) else [piece.last()]
+        for piece in many.pieces
+        if isinstance(piece, Lines) or not piece.bend()
+    ]
+    assert np.array_equal(np.concatenate(parts), [piece.last() for piece in straight])
 
 
-def test_flattening_many_pieces_at_once_is_flattening_each(monkeypatch):
+def test_flattening_many_pieces_at_once_is_flattening_each():
     d = "M1 2" + "c0 5 3 9 8 9s9-4 9-9q3 4 5 6t7 8a3 4 20 0 1 7 8h3a0 0 0 0 0 3 3z" * 30
     affine = Affine.matrix(1, 0.2, -0.3, 2, 5, 6)
-    many = path_data.subpaths(d, affine, 1e-4)
-    monkeypatch.setattr(path_data, "BATCH", 10**9)
-    each = path_data.subpaths(d, affine, 1e-4)
-    assert len(many) == len(each)
-    for a, b in zip(many, each):
-        assert a.z.size == b.z.size and np.abs(a.z - b.z).max() < 1e-9
+    many, runs = path_data.subpaths(d, affine, 1e-4), path_data.runs(d)
+    assert len(many) == len(runs) == 30
+    for made, run in zip(many, runs):
+        pieces = [piece.under(affine) for piece in run.pieces]
+        rough = [
+            affine(run.start),
+            *(z for p in pieces for z in (*p.at(np.array([0.25, 0.5, 0.75])), p.last())),
+        ]
+        tolerance = 1e-4 * diagonal(np.array(rough))
+        counts = [max(1, int(np.ceil(np.sqrt(p.bend() / (8 * tolerance))))) for p in pieces]
+        each = np.concatenate([p.at(np.arange(1, n + 1) / n) for p, n in zip(pieces, counts)])
+        assert made.z.size == 1 + each.size and np.abs(made.z[1:] - each).max() < 1e-9
 
 
 @pytest.mark.parametrize(
