@@ -120,7 +120,13 @@ def fit(
         return replace(conformal.solve(problem, settings), layouts=layouts)
     if any(layouts):
         from .surfaces import method as surfaces
+        from .surfaces import partial
 
+        if settings.fit in ("contain", "cover"):
+            found = partial.solve(problem, settings, layouts)
+            if found is not None:
+                return found
+            settings = replace(settings, fit="whole")
         return surfaces.solve(problem, settings, layouts, before)
     from .balanced import fit as balanced
 

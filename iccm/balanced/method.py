@@ -16,7 +16,7 @@ from ..maps.fields import Field
 from ..maps.triangulated.map import TriangulatedMap
 from ..result import closer_outline, hausdorff, interior_grid
 from . import injectivity
-from .constraints.validate import Pins, check, put_pins
+from .constraints.validate import NO_PINS, UNPINNED, Pins, check, put_pins
 from .holes.filled import Cut, without_filled
 from .holes.given import NONE, Holes, unequal, which
 from .model.boundary_pairs import loops_of
@@ -30,9 +30,7 @@ from .rigid.solve import Rigid, keep_rigid
 from .search import multilevel
 from .search.final_mesh import Meshed, excesses
 
-NO_PINS = np.empty((0, 2), np.complex128)
 SAMPLES = 20_000  # of fields over the source, for their means
-UNPINNED = Pins(NO_PINS, NO_PINS)
 
 
 def solve(
@@ -132,12 +130,12 @@ def _with_rigid(
     if len(holes.target) > len(holes.source):
         raise InputError("rigid: the target has more holes than the source; fill or cut them")
     journal.notes = [note for note in journal.notes if note != multilevel.SIMILAR] + list(regions.notes)
-    upright = multilevel.cost_of_turning(pins, settings)
     unit = Regions(tuple(tuple(map(frames[0].unit_ring, rings)) for rings in regions.polygons))
-    aims, said, held = aims_of(unit, pins.unit(frames), settings.rigid_size or 1.0)
+    given = pins.unit(frames)
+    problem = multilevel.problem_of(source, target, holes, given, settings)
+    aims, said, held = aims_of(unit, given, settings.rigid_size or 1.0)
     free = ~said & (settings.rigid_size is None)
-    wanted = Rigid(unit.polygons, aims, ~said & (upright == 0), free, held)
-    problem = multilevel.with_constraints(source, target, holes, pins.unit(frames), settings, upright)
+    wanted = Rigid(unit.polygons, aims, ~said & (problem.upright == 0), free, held)
     return keep_rigid(problem, state, wanted, settings, journal)
 
 

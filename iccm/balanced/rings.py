@@ -14,6 +14,7 @@ import shapely
 from ..arrays import complex_of, xy_of
 from ..curve import Curve, polygon_of
 from ..errors import InputError
+from .constraints.validate import UNPINNED
 from .errors import Stuck
 from .holes.given import NONE
 from .model.frames import frames_of
@@ -74,7 +75,8 @@ def best_seam(
 def coarse_cost(source: Curve, target: Curve, settings: Settings) -> float:
     """What the best coarse map of two whole outlines costs, of elastic matches; infinite where there is none."""
     frames = frames_of(source, target, settings.turn, ((), ()))
-    problem = multilevel.free_problem(frames[0].curve(source), frames[1].curve(target), NONE, settings)
+    outlines = frames[0].curve(source), frames[1].curve(target)
+    problem = multilevel.problem_of(*outlines, NONE, UNPINNED, settings)
     used = multilevel.directions(problem)[0]
     with suppress(Stuck, InputError):
         return cost(used, multilevel.coarse_map(used, multilevel.coarse_size(used), SolveLog(), elastic=True))

@@ -1,6 +1,8 @@
 """Balanced maps of surfaces.
 
 method            the method: layouts, a planar map, Newton on the surfaces
+partial           partial maps, by the outlines of even layouts
+problem           what is solved, checked, and in unit coordinates
 side              a domain of the plane, or a surface in an even layout
 icp_start         a start for layouts of almost the same shape
 ground            a surface in space as what a map goes onto

@@ -66,6 +66,10 @@ class Pins:
         return Pins(inner, outer, tuple(stroke.inverse() for stroke in self.strokes), self.notes)
 
 
+NO_PINS = np.empty((0, 2), np.complex128)
+UNPINNED = Pins(NO_PINS, NO_PINS)
+
+
 def check(
     source: Curve,
     target: Curve,

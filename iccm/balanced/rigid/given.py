@@ -10,7 +10,7 @@ from ...arrays import Complex, Flags, Index, complex_of, xy_of
 from ...curve import Curve
 from ...errors import InputError
 from ...plane import Similarity
-from ..constraints.validate import Pins
+from ..constraints.validate import NO_PINS, Pins
 
 # Of the root of the area, of which an edge of the last mesh is 0.02 long.
 MARGIN = 0.01  # how far regions keep off the outlines, which slide
@@ -20,7 +20,6 @@ LOST = 0.02  # of a region's area: less that is too close to an outline is not w
 SAME = 0.01  # of a region's scale: how far pins in it may be off a similarity
 MOST = 200  # regions: what is drawn by hand has fewer, noise in a mask more
 
-NO_PINS = np.empty((0, 2), np.complex128)
 
 Rings = tuple[Complex, ...]
 

@@ -11,6 +11,7 @@ from ... import progress
 from ...arrays import Complex, Real
 from ...curve import Curve
 from ..constraints.strokes import StrokePair, inside
+from ..constraints.validate import NO_PINS
 from ..errors import Stuck
 from ..holes.bays import bays_within
 from ..holes.outlines import FEWEST, outlines_of, rim_spacing, space_out
@@ -51,7 +52,6 @@ EASING_STEPS, EASED = 10, 1e-2  # on a new mesh, and the relative decrease that 
 GOOD_ENOUGH = 5e-4  # relative decrease of a Newton step that counts as none
 PATIENT = 200  # steps of unfolding, where fewer leave folds: 7 of 10 meshes that 40 leave folded
 STROKE_SAMPLES = 8  # of each stroke, which starts are compared by (by hand)
-NO_PINS = np.empty((0, 2), np.complex128)
 
 Numbers = tuple[tuple[int, ...], tuple[int, ...]]  # of holes of the source and of the target
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...curve import Curve
 from ...plane import rotation
-from ..constraints.validate import Pins, with_points
+from ..constraints.validate import UNPINNED, Pins, with_points
 from ..errors import NoMapError, Stuck
 from ..holes.given import Holes
 from ..holes.outlines import manageable_holes
@@ -108,35 +108,37 @@ def constrained_map(
 def problem_of(
     source: Curve, target: Curve, holes: Holes, pins: Pins, settings: Settings, start: Sketch | None = None
 ) -> UnitProblem:
-    """The problem in unit coordinates, its outlines those of an earlier map where that follows them."""
-    own = (
-        None
-        if start is None
-        else warm_start.outlines_followed(start, source, target, holes, settings.tolerance)
-    )
+    """The problem in unit coordinates, with vertices at the pins of its outlines; these are those of an earlier map
+    where that follows them. Turning the picture costs nothing where pins say how it is turned."""
+    own = None
+    if start is not None:
+        own = warm_start.outlines_followed(start, source, target, holes, settings.tolerance)
     if own is not None:
         (source, target, holes), settings = own, replace(settings, tolerance=0.0)
-    return with_constraints(source, target, holes, pins, settings, cost_of_turning(pins, settings))
-
-
-def cost_of_turning(pins: Pins, settings: Settings) -> float:
-    """What turning the picture upside down costs beside these pins: nothing where they say how it is turned."""
-    return 0.0 if settings.turn is None or pins.count > 1 or pins.strokes else UPRIGHT
-
-
-def with_constraints(
-    source: Curve, target: Curve, holes: Holes, pins: Pins, settings: Settings, upright: float
-) -> UnitProblem:
-    """The problem in unit coordinates, with vertices at the pins of its outlines."""
-    anchors = tuple(tuple(side.tolist()) for side in pins.outer.T)
-    curves = [with_points(c, side) for c, side in zip((source, target), pins.outer.T)]
-    curves = [manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors)]
-    ends = anchors[0], anchors[1]
-    metrics = settings.metric, None
-    problem = UnitProblem(
-        curves[0], curves[1], settings.theta, upright, ends, starts=settings.starts, metrics=metrics
+    free = settings.turn is None or pins.count > 1 or pins.strokes
+    ends = tuple(pins.outer[:, 0].tolist()), tuple(pins.outer[:, 1].tolist())
+    source, target = (
+        manageable(with_points(c, at), settings.tolerance, kept)
+        for c, at, kept in zip((source, target), pins.outer.T, ends)
     )
-    return with_holes(problem._replace(pins=pins.inner, strokes=pins.strokes), holes, settings)
+    rims, goals = (
+        tuple(manageable_holes(outline, inner, settings.tolerance))
+        for outline, inner in zip((source, target), holes.sides)
+    )
+    return UnitProblem(
+        source,
+        target,
+        settings.theta,
+        0.0 if free else UPRIGHT,
+        ends,
+        pins=pins.inner,
+        strokes=pins.strokes,
+        holes=(rims, goals),
+        partners=holes.partners,
+        numbers=(tuple(range(len(rims))), tuple(range(len(goals)))),
+        metrics=(settings.metric, None),
+        starts=settings.starts,
+    )
 
 
 def warm_started(
@@ -174,7 +176,7 @@ def free_map(
     """
     same = None if settings.metric else similarity(source, target, turns=settings.turn is None)
     if same is not None:
-        problem = free_problem(source, target, holes, settings)
+        problem = problem_of(source, target, holes, UNPINNED, settings)
         same = similar_with_holes(problem, same)
     if same is not None:
         journal.notes.append(SIMILAR)
@@ -182,7 +184,7 @@ def free_map(
     given = [[c.z for c in side] for side in ((source, *holes.source), (target, *holes.target))]
     if not settings.bounded:  # else what is put back might exceed bounds again
         source, target, holes = rounded(source, target, holes)
-    problem = free_problem(source, target, holes, settings)
+    problem = problem_of(source, target, holes, UNPINNED, settings)
     whole = settings.turn != 0 or problem.holed or settings.metric is not None
     halves = (None, None) if whole else (half_of(source), half_of(target))
     if halves[0] and halves[1]:
@@ -197,15 +199,6 @@ def free_map(
     kept = numbers[::-1] if found[0].inverted else numbers
     state = put_back(whole_map(*found, settings, journal), *given)
     return state, False, (kept[0], kept[1])
-
-
-def free_problem(source: Curve, target: Curve, holes: Holes, settings: Settings) -> UnitProblem:
-    """The problem in unit coordinates, without constraints."""
-    upright = 0.0 if settings.turn is None else UPRIGHT
-    simple, goal = (manageable(c, settings.tolerance) for c in (source, target))
-    metrics = settings.metric, None
-    problem = UnitProblem(simple, goal, settings.theta, upright, starts=settings.starts, metrics=metrics)
-    return with_holes(problem, holes, settings)
 
 
 def whole_map(used: UnitProblem, fine_map: Meshed, settings: Settings, journal: SolveLog) -> Meshed:
@@ -474,14 +467,6 @@ def with_partners(level: Level, matches: list[Match]) -> list[Match]:
     partners = Partners(*level.domains, level.problem.partners)
     rings = ring_matches(level) if [len(side) for side in level.holes] == [1, 1] else []
     return [level.with_cut_out(match) for match in [*map(partners.of, matches), *rings]]
-
-
-def with_holes(problem: UnitProblem, holes: Holes, settings: Settings) -> UnitProblem:
-    """The problem with its holes."""
-    source = tuple(manageable_holes(problem.source, holes.source, settings.tolerance))
-    target = tuple(manageable_holes(problem.target, holes.target, settings.tolerance))
-    numbers = tuple(range(len(source))), tuple(range(len(target)))
-    return problem._replace(holes=(source, target), partners=holes.partners, numbers=numbers)
 
 
 def similarity_map(problem: UnitProblem, match: Match, settings: Settings) -> Meshed:

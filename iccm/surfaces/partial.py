@@ -1,0 +1,44 @@
+"""Partial maps with a surface on either side: of the outlines of even layouts, since bays have no surface whose metric
+would be theirs."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..balanced import fit, method
+from ..balanced.injectivity import refuse_folds
+from ..balanced.model.settings import Solution
+from ..maps.triangulated.map import TriangulatedMap
+from ..problem import Options, Problem
+from ..result import Fit
+from .problem import Layouts, SurfaceProblem
+
+
+def solve(problem: Problem, options: Options, layouts: Layouts) -> Fit | None:
+    """The map with bays filled; None where that loses more than is allowed.
+
+    Raises:
+        NoMapError, InputError: as `method.solve`.
+    """
+    asked = SurfaceProblem.of(problem, options, layouts)
+    found = _solve(asked)
+    map = TriangulatedMap(found.source, found.image, found.faces, found.loops)
+    result = fit.result_of(problem, found, map, (asked.holes, asked.points), asked.settings, drawn=True)
+    if fit.loses_too_much(result, options):
+        return None
+    result.notes.extend(fit.parts_lost(result))
+    return replace(result, layouts=layouts)
+
+
+def _solve(asked: SurfaceProblem) -> Solution:
+    """The map in the user's planes."""
+    sides, pins = asked.sides, asked.inner_pins
+    points = np.concatenate([pins.inner, pins.outer])
+    strokes = [(stroke.source, stroke.target) for stroke in pins.strokes]
+    outlines = sides[0].solved[0], sides[1].solved[0]
+    found = method.solve(*outlines, asked.settings, points, strokes, asked.inner_holes)
+    z, u = (side.outward(w, side.is_on(w)) for side, w in zip(sides, (found.source, found.image)))
+    for name, w in (("source", z), ("image", u)):
+        refuse_folds(name, w, found.faces)
+    filled = found.filled and (sides[0].loop_outward(found.filled[0]), sides[1].loop_outward(found.filled[1]))
+    return replace(found, source=z, image=u, filled=filled)

@@ -1,0 +1,115 @@
+"""A problem with a surface on either side, checked, and where it is solved: in unit coordinates of even layouts."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ..arrays import Complex
+from ..balanced.constraints.validate import Pins, check
+from ..balanced.fit import settings_of
+from ..balanced.holes.given import Holes, named_partners, unequal
+from ..balanced.model.frames import UnitFrame, frames_of
+from ..balanced.model.metric import LaidMetric
+from ..balanced.model.settings import Settings, SolveLog
+from ..balanced.search import multilevel
+from ..balanced.search.levels import UnitProblem
+from ..meshes.flatten import Flattening
+from ..problem import Options, Problem
+from .side import Side
+
+ROUNDED = 0.2  # of the tolerance: for outlines between two surfaces, by hand
+Layouts = tuple[Flattening | None, Flattening | None]
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceProblem:
+    """What is solved.
+
+    Attributes:
+        sides: source and target.
+        holes: of both, in the user's planes.
+        points: (k, 2) the pins that are in no hole, likewise.
+        pins: these and strokes, checked, likewise.
+        regions: rigid ones, polygons in the plane of the surface.
+        settings: what is asked of the map.
+        journal: what happened.
+    """
+
+    sides: tuple[Side, Side]
+    holes: Holes
+    points: Complex
+    pins: Pins
+    regions: tuple[Complex, ...]
+    settings: Settings
+    journal: SolveLog
+
+    @classmethod
+    def of(cls, problem: Problem, options: Options, layouts: Layouts) -> "SurfaceProblem":
+        """Checked.
+
+        Raises:
+            InputError: pins or strokes that no one-to-one map meets; a surface without an even layout.
+        """
+        source, target = problem.given
+        given = Holes(problem.source_holes, problem.target_holes, problem.hole_partners)
+        strokes = problem.given_strokes
+        holes, points, numbers = named_partners(given, source, target, problem.given_pins, strokes)
+        pins = check(source, target, points, strokes, numbers)
+        sides = Side.of((source, *holes.source), layouts[0]), Side.of((target, *holes.target), layouts[1])
+        journal = SolveLog(notes=[*unequal(holes), *pins.notes])
+        regions = problem.rigid or problem.rigid_target
+        return cls(sides, holes, points, pins, regions, settings_of(options), journal)
+
+    @property
+    def as_given(self) -> "SurfaceProblem":
+        """To be solved for in the user's planes."""
+        return replace(self, sides=(self.sides[0].as_given, self.sides[1].as_given))
+
+    @property
+    def onto(self) -> bool:
+        """Whether the last map is on the target's own triangles; else it is on the source's."""
+        return self.sides[1].layout is not None
+
+    @property
+    def inner_holes(self) -> Holes:
+        """Where the problem is solved."""
+        source, target = (tuple(side.solved[1:]) for side in self.sides)
+        return Holes(source, target, self.holes.partners)
+
+    @cached_property
+    def inner_pins(self) -> Pins:
+        """Pins and strokes where the problem is solved."""
+        source, target = self.sides
+        inner, outer = (
+            np.column_stack([side.inward(z) for side, z in zip(self.sides, each.T)])
+            for each in (self.pins.inner, self.pins.outer)
+        )
+        strokes = tuple(
+            replace(
+                stroke, source=source.curve_inward(stroke.source), target=target.curve_inward(stroke.target)
+            )
+            for stroke in self.pins.strokes
+        )
+        return replace(self.pins, inner=inner, outer=outer, strokes=strokes)
+
+    @cached_property
+    def frames(self) -> tuple[UnitFrame, UnitFrame]:
+        """The unit coordinates of both sides."""
+        source, target = (side.solved[0] for side in self.sides)
+        return frames_of(source, target, self.settings.turn, self.inner_holes.sides)
+
+    @cached_property
+    def unit(self) -> UnitProblem:
+        """The problem in unit coordinates."""
+        settings, frames = self.settings, self.frames
+        if all(side.layout for side in self.sides):  # what one plane rounds off another may magnify
+            settings = replace(settings, tolerance=ROUNDED * settings.tolerance)
+        source, target = (frame.curve(side.solved[0]) for side, frame in zip(self.sides, frames))
+        holes, pins = self.inner_holes.unit(frames), self.inner_pins.unit(frames)
+        unit = multilevel.problem_of(source, target, holes, pins, settings)
+        metrics = [
+            None if side.even is None else LaidMetric.of(side.even, frame)
+            for side, frame in zip(self.sides, frames)
+        ]
+        return unit._replace(metrics=(metrics[0], metrics[1]))
