@@ -8,6 +8,28 @@ from .jit import kernel
 
 
 @kernel
+def join(faces, first, following, across):
+    """Writes the triangles beyond the sides of faces (m, 3), -1 for none.
+
+    Args:
+        first: (n,) -1 for every vertex; written: the last side that begins there,
+        following: (3m,) written: and the one before that.
+        across: (m or more, 3) written.
+    """
+    for t in range(len(faces)):
+        for k in range(3):
+            start, end = faces[t, (k + 1) % 3], faces[t, (k + 2) % 3]
+            across[t, k], following[3 * t + k], first[start] = -1, first[start], 3 * t + k
+            side = first[end]
+            while side >= 0:
+                u, j = side // 3, side % 3
+                if faces[u, (j + 2) % 3] == start:
+                    across[t, k], across[u, j] = u, t
+                    break
+                side = following[side]
+
+
+@kernel
 def relink(across, t, old, new):
     """Tells triangle t, unless it is -1, that its neighbour old is now new."""
     if t >= 0:

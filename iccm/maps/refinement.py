@@ -16,7 +16,7 @@ import shapely
 
 from ..arrays import Complex, Flags, Index
 from ..curve import polygon_of
-from ..flips import flip, opposite, push, relink, write
+from ..flips import flip, join, opposite, push, relink, write
 from ..jit import kernel
 from .triangulated.adjacency import Edges
 
@@ -89,34 +89,12 @@ def shaped(z: Complex, faces: Index) -> Triangulation:
     room = 3 * n + 2000
     points, triangles, across = np.empty(room, np.complex128), *np.empty((2, 2 * room, 3), np.int64)
     points[:n], triangles[:m] = z, faces
-    _join(faces, np.full(n, -1), np.empty(faces.size, np.int64), across)
+    join(faces, np.full(n, -1), np.empty(faces.size, np.int64), across)
     stack = np.zeros(8 * room, np.int64)
     stack[0], stack[1 : m + 1] = m, np.arange(m)
     tiniest = TINIEST * float(np.hypot(np.ptp(z.real), np.ptp(z.imag)))
     n, m = _mend(points, n, triangles, m, across, stack, THIN, tiniest**2)
     return Triangulation(points[:n].copy(), triangles[:m].copy(), across[:m].copy())
-
-
-@kernel
-def _join(faces, first, following, across):
-    """Writes the triangles beyond the sides of faces (m, 3), -1 for none.
-
-    Args:
-        first: (n,) -1 for every vertex; written: the last side that begins there,
-        following: (3m,) written: and the one before that.
-        across: (m or more, 3) written.
-    """
-    for t in range(len(faces)):
-        for k in range(3):
-            start, end = faces[t, (k + 1) % 3], faces[t, (k + 2) % 3]
-            across[t, k], following[3 * t + k], first[start] = -1, first[start], 3 * t + k
-            side = first[end]
-            while side >= 0:
-                u, j = side // 3, side % 3
-                if faces[u, (j + 2) % 3] == start:
-                    across[t, k], across[u, j] = u, t
-                    break
-                side = following[side]
 
 
 @kernel

@@ -10,6 +10,7 @@ boundary            what holds a mesh's boundary: outlines that it slides on, or
 discrete_map        a mesh, its image, what holds its vertices, and its triangles at rest
 sketch              the same without outlines: what is carried from mesh to mesh
 outline_split       a boundary split at the outlines' vertices that its mesh passes over
+retriangulation     edges flipped where that lowers the energy
 measures            turn, stretch, dilatation and scale of a piecewise linear map
 mesh_sizes          triangle sizes, smaller where a map magnifies
 """

@@ -201,6 +201,18 @@ class DiscreteMap:
         return self.inside.lines_with(self.z[: self.border])
 
     @property
+    def following(self) -> Index:
+        """(c,) the next vertex on the same loop, stroke or outline of a filled hole, or the vertex itself, for the
+        first c."""
+        inside = np.append(self.boundary.following, self.border + self.inside.following)
+        soft = sum(loop.after - loop.first for loop in self.filled)
+        return np.append(inside, inside.size + np.arange(soft))
+
+    def with_pattern(self) -> "DiscreteMap":
+        """With the pattern of its triangles, which are new."""
+        return replace(self, pattern=system_of(self.faces, self.following, self.z.size))
+
+    @property
     def aimed(self) -> Index:
         """(k,) the vertices that have goals, on the boundary and inside."""
         return np.append(self.boundary.pinned, self.border + np.arange(self.inside.z.size))

@@ -11,7 +11,6 @@ from dataclasses import replace
 import numpy as np
 
 from ...arrays import Flags, Index, Real
-from ...linalg.cholesky import system_of
 from ..errors import Stuck
 from .boundary import MatchedBoundary, MatchedLoop
 from .boundary_pairs import Match, Pairs, loops_of
@@ -39,19 +38,15 @@ def split_at_vertices(state: DiscreteMap) -> DiscreteMap:
     faces, parents = _bisect(place[state.faces], boundary.slices, old)
     if folds(faces, z):
         raise Stuck("a kink of the source's outline lies beyond the triangle beside it")
-    following = np.append(boundary.following, old.size + state.inside.following)
-    soft = sum(loop.after - loop.first for loop in state.filled)
-    following = np.append(following, following.size + np.arange(soft))
     split = replace(
         state,
         faces=faces,
-        pattern=system_of(faces, following, z.size),
         z=z,
         u=u,
         boundary=boundary,
         weights=None if state.weights is None else state.weights[parents],
         rigid=None if state.rigid is None else state.rigid[parents],
-    )
+    ).with_pattern()
     return split.unfolded(harmonic=False, weighed=True, still=split.kept) if folds(faces, u) else split
 
 

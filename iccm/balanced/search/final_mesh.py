@@ -15,6 +15,7 @@ from ..model.discrete_map import DiscreteMap
 from ..model.measures import energy_between, least_dilatations, stretches
 from ..model.metric import PLANES, Metrics
 from ..model.outline_split import split_at_vertices
+from ..model.retriangulation import retriangulated
 from ..model.settings import Settings, SolveLog
 from ..model.sketch import Sketch
 from . import pin_continuation
@@ -102,7 +103,7 @@ def on_final_mesh(
         with suppress(Stuck):
             last = on_finer(final_level(problem, settings, share, smooth=smooth), state)
             last = descend(last, POWER, journal)
-            found.append((eased(split_at_vertices(last)) if smooth else last, last))
+            found.append((eased(split_at_vertices(last) if smooth else last), last))
             if energy(found[-1][0]) <= KNOTTED * energy(state):
                 break
     if not found:
@@ -110,15 +111,15 @@ def on_final_mesh(
     best, sliding = min(found, key=lambda pair: energy(pair[0]))
     if not settings.bounded:
         return best
-    if sliding is not best:  # once all vertices are in, the outlines hardly slide
-        with suppress(Stuck):
-            best = split_at_vertices(meet_bounds(sliding, settings, journal))
+    with suppress(Stuck):  # once all vertices are in, the outlines hardly slide
+        best = retriangulated(split_at_vertices(meet_bounds(sliding, settings, journal)), POWER)
     return meet_bounds(best, settings, journal)
 
 
 def eased(state: DiscreteMap) -> DiscreteMap:
-    """A map with new vertices on its outlines, which stay; a few steps widen what is thin beside them."""
-    return state.inside_moved(POWER, EASING_STEPS, EASED)
+    """A map with its triangulation fitted to it, above all beside new vertices on its outlines, and a few steps."""
+    state = retriangulated(state, POWER).forward(POWER, EASING_STEPS, EASED, corners=True)
+    return retriangulated(state, POWER).backward(POWER, EASING_STEPS, EASED)
 
 
 def final_level(

@@ -1,0 +1,105 @@
+"""Edges of a map's triangulation flipped where that lowers its energy."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from iccm.balanced.meshing.mesh import Sizes
+from iccm.balanced.model.boundary_pairs import Match
+from iccm.balanced.model.discrete_map import DiscreteMap, folds
+from iccm.balanced.model.inner_constraints import InnerConstraints
+from iccm.balanced.model.retriangulation import retriangulated
+from iccm.balanced.search.levels import Level, UnitProblem
+from iccm.curve import Curve
+
+SQUARE = Curve(np.array([-0.5 - 0.5j, 0.5 - 0.5j, 0.5 + 0.5j, -0.5 + 0.5j]))
+BAR = Curve(np.array([-1 - 0.25j, 1 - 0.25j, 1 + 0.25j, -1 + 0.25j]))
+
+
+def square_onto_bar() -> DiscreteMap:
+    level = Level.of(UnitProblem(SQUARE, BAR, 1.0, 0.0), 0.15, 0.0, 0.0, 20.0)
+    corners = np.arange(5) / 4
+    return level.started(Match(corners * SQUARE.length, BAR.knots))
+
+
+def flips(state: DiscreteMap) -> list[np.ndarray]:
+    """The triangulations that one flip of an inner edge that does not join two vertices of the outline gives."""
+    faces, found = state.faces.tolist(), []
+    beyond = {(tri[k], tri[k - 2]): (t, tri[k - 1]) for t, tri in enumerate(faces) for k in range(3)}
+    for (b, c), (t, a) in beyond.items():
+        if b < c and (c, b) in beyond:
+            other, d = beyond[c, b]
+            if min(a, d) >= state.border or max(a, d) >= state.border > min(a, d):
+                flipped = state.faces.copy()
+                flipped[t], flipped[other] = (a, b, d), (a, d, c)
+                if not folds(flipped, state.z) and not folds(flipped, state.u):
+                    found.append(flipped)
+    return found
+
+
+@pytest.mark.parametrize("q", [1.0, 3.0])
+def test_no_flip_of_one_edge_is_left_that_lowers_the_energy(q):
+    before = square_onto_bar()
+    after = retriangulated(before, q)
+
+    least = energy_at(after, after.faces, q)
+    assert least < energy_at(before, before.faces, q)
+    assert all(energy_at(after, faces, q) > (1 - 1e-6) * least for faces in flips(after))
+
+
+def energy_at(state: DiscreteMap, faces, q: float) -> float:
+    """The energy of triangles, by singular values."""
+    total = 0.0
+    for z, u in zip(state.z[faces], state.u[faces]):
+        (e, f), (g, h) = [[w[1] - w[0], w[2] - w[0]] for w in (z, u)]
+        source, image = (
+            np.array([[e.real, f.real], [e.imag, f.imag]]),
+            np.array([[g.real, h.real], [g.imag, h.imag]]),
+        )
+        large, small = np.linalg.svd(image @ np.linalg.inv(source), compute_uv=False)
+        d = large * small
+        core = (large / small + small / large) / 2 * (d + 1 / d) / 2
+        total += 0.5 * np.linalg.det(source) * core**q * (1 + d) / 2
+    return total
+
+
+def test_vertices_and_both_areas_stay():
+    before = square_onto_bar()
+    after = retriangulated(before, 3.0)
+    assert np.array_equal(before.z, after.z) and np.array_equal(before.u, after.u)
+    assert not folds(after.faces, after.z) and not folds(after.faces, after.u)
+    assert len(after.faces) == len(before.faces)
+    again = retriangulated(after, 3.0)
+    assert np.array_equal(np.sort(again.faces, axis=1), np.sort(after.faces, axis=1))
+    assert after.forward(3.0, 5, 1e-3).energy < np.inf
+
+
+def test_voids_and_rigid_regions_keep_their_triangles():
+    before = square_onto_bar()
+    some = np.abs(before.z[before.faces].mean(axis=1)) < 0.3
+    for kept in (
+        replace(before, weights=np.where(some, 1e-2, 1.0)),
+        replace(before, rigid=np.where(some, 0, -1)),
+    ):
+        after = retriangulated(kept, 3.0)
+        assert np.array_equal(after.faces[some], before.faces[some])
+        assert not np.array_equal(after.faces, before.faces)
+
+
+def test_edges_of_strokes_stay():
+    match, lost = Match(np.arange(5) / 4 * SQUARE.length, BAR.knots), 0
+    level = Level.of(UnitProblem(SQUARE, BAR, 1.0, 0.0), 0.15, 0.0, 0.0, 20.0)
+    for turn in np.exp(1j * np.linspace(0, np.pi, 13)):
+        ends = np.array([-0.08, 0.08]) * turn
+        inside = InnerConstraints.of_pins(np.stack([ends, ends], axis=1))
+        stroke = inside._replace(links=np.array([1, -1]))
+        state = DiscreteMap.on(level.boundary(match), Sizes.even(0.01), stroke).unfolded()
+        edge = state.border + np.arange(2)
+        assert is_edge(state.faces, edge) and is_edge(retriangulated(state, 3.0).faces, edge)
+        lost += not is_edge(retriangulated(replace(state, inside=inside), 3.0).faces, edge)
+    assert lost
+
+
+def is_edge(faces, ends) -> bool:
+    return bool((np.isin(faces, ends).sum(axis=1) == 2).any())
