@@ -7,6 +7,7 @@ the even layouts are.
 """
 
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -35,8 +36,54 @@ COARSE = 3000  # triangles, by hand: with more an edge beside a geodesic is clos
 CLEAR = 0.03  # unlikeness of layouts from which down no more are
 
 
-def agreed_order(source: Patch, target: Patch, stops: Index) -> Index:
-    """(k,) the order of landmarks in which both surfaces are best cut through them.
+class Opened(NamedTuple):
+    """Two closed surfaces cut open through landmarks.
+
+    Attributes:
+        wholes: source and target before that; the source's triangles split where the cut needs it.
+        patches: both cut open.
+        stops: (k, 2) the landmarks' vertices of the wholes, in the order of the seam.
+    """
+
+    wholes: tuple[Patch, Patch]
+    patches: tuple[Patch, Patch]
+    stops: Index
+
+    @classmethod
+    def of(cls, source: Patch, target: Patch, stops: Index, opening: Opening | None = None) -> "Opened":
+        """Along geodesics, or the source where that opening is.
+
+        Raises:
+            InputError: no such seam.
+        """
+        there = cut_through(target, stops[:, 1].tolist())
+        if opening is None:
+            return cls((source, target), (cut_through(source, stops[:, 0].tolist()), there), stops)
+        split = sound_piece(opening.mesh)
+        marks = np.column_stack([nearest(split, source.points[stops[:, 0]]), stops[:, 1]])
+        return cls((split, target), (cut_along_path(split, nearest(split, opening.points)), there), marks)
+
+    def pins(self, layouts: Sequence[Flattening]) -> tuple[Complex, Complex]:
+        """Where layouts of the patches have the landmarks, around the outlines from the first on."""
+        here, there = (
+            on_seam(layout, side)
+            for layout, side in zip(layouts, zip(self.wholes, self.stops.T), strict=True)
+        )
+        return here, there
+
+    def unlikeness(self) -> float:
+        """How far the even layouts of both are from each other.
+
+        Raises:
+            InputError: one has no even layout.
+        """
+        layouts = [even_layout(flatten(patch)) for patch in self.patches]
+        return unlikeness(layouts[0].boundary, layouts[1].boundary, *self.pins(layouts))
+
+
+def agreed_orders(source: Patch, target: Patch, stops: Index) -> list[Index]:
+    """Orders (k,) of landmarks in which both surfaces may be cut through them, those first that make them most alike;
+    only the first where they are so much alike that no more are to be looked for.
 
     Args:
         source: a closed surface without handles.
@@ -46,16 +93,14 @@ def agreed_order(source: Patch, target: Patch, stops: Index) -> Index:
     given = np.arange(len(stops))
     large = max(len(source.faces), len(target.faces)) > MOST_TRIANGLES
     if len(stops) < 3 or large:
-        return given
-    cost = _cost(source, target, stops)
-    best, least = given, np.inf
-    for order in _orders(cost):
-        unlike = _unlikeness(source, target, stops[order])
-        if unlike < least:
-            best, least = order, unlike
-        if least < CLEAR:
-            break
-    return best
+        return [given]
+    found = []
+    for order in _orders(_cost(source, target, stops)):
+        found.append((_unlikeness(source, target, stops[order]), order))
+        if found[-1][0] < CLEAR:
+            return [order]
+    found.sort(key=lambda pair: pair[0])
+    return [order for unlike, order in found if unlike < np.inf] or [given]
 
 
 def same_seam(source: Patch, target: Patch, stops: Index) -> Opening | None:
@@ -74,13 +119,7 @@ def same_seam(source: Patch, target: Patch, stops: Index) -> Opening | None:
         found = with_way(source, same_way(source, target, stops, way))
         if found is None:
             return None
-        split, there = sound_piece(found.mesh), cut_along_path(target, way)
-        marks = np.column_stack([nearest(split, source.points[stops[:, 0]]), stops[:, 1]])
-        again = cut_along_path(split, nearest(split, found.points))
-        unlike = _layouts_unlikeness(
-            (source, target), (cut_through(source, stops[:, 0].tolist()), there), stops
-        )
-        alike = _layouts_unlikeness((split, target), (again, there), marks)
+        unlike, alike = (Opened.of(source, target, stops, each).unlikeness() for each in (None, found))
     except InputError:
         return None
     return found if alike < unlike else None
@@ -100,24 +139,11 @@ def _orders(cost: Real) -> Iterator[Index]:
 
 
 def _unlikeness(source: Patch, target: Patch, stops: Index) -> float:
-    """How far the even layouts of both, cut through the stops (k, 2) in their order, are from each other."""
-    wholes = source, target
+    """That of both cut through the stops (k, 2) in their order; infinite where they cannot be."""
     try:
-        opened = [cut_through(whole, side) for whole, side in zip(wholes, stops.T.tolist())]
-        return _layouts_unlikeness(wholes, opened, stops)
+        return Opened.of(source, target, stops).unlikeness()
     except InputError:
         return np.inf
-
-
-def _layouts_unlikeness(wholes: tuple[Patch, Patch], opened: Sequence[Patch], stops: Index) -> float:
-    """The same of surfaces that are opened.
-
-    Raises:
-        InputError: one has no even layout.
-    """
-    layouts = [even_layout(flatten(patch)) for patch in opened]
-    ends = [on_seam(layout, side) for layout, side in zip(layouts, zip(wholes, stops.T))]
-    return unlikeness(layouts[0].boundary, layouts[1].boundary, ends[0], ends[1])
 
 
 def on_seam(layout: Flattening, stops: tuple[Patch, Index]) -> Complex:

@@ -2,19 +2,25 @@
 connectivity."""
 
 from collections.abc import Sequence
+from itertools import chain
 
 import numpy as np
 
+from ...arrays import Index
+from ...errors import InputError
+from ...flattening import flatten
 from ...meshes.disk_patch import nearest, sound_piece
 from ...meshes.geodesics import GeodesicGraph
+from ...meshes.patch import Patch
 from ...surfaces.inserted import Opening
 from ...surfaces.isomorphism import Polygons, isomorphism
-from ...surfaces.seams import agreed_order, same_seam
+from ...surfaces.seams import COARSE, Opened, agreed_orders, same_seam
 from ..meshes import mesh_files
 from ..meshes.obj import Obj
 from ..point_syntax import Place
 from .mesh_shape import point_of, split_at
 
+MAPS = 3  # of meshes of few triangles that are looked at for one that is not twisted, each by another seam
 MARKS = 5  # vertices of meshes of the same connectivity that are pins: of a body, its head, hands and feet
 
 
@@ -77,5 +83,22 @@ def seam_order(
     stops = np.column_stack([nearest(patch, each) for patch, each in zip((source, target), points)])
     if any(np.unique(side).size < side.size for side in stops.T):
         return given, None
-    order = agreed_order(source, target, stops)
-    return order.tolist(), same_seam(source, target, stops[order])
+    orders = agreed_orders(source, target, stops)
+    tried = ((order, same_seam(source, target, stops[order])) for order in orders[:MAPS])
+    best = next(tried)
+    if len(orders) > 1 and max(len(source.faces), len(target.faces)) <= COARSE:
+        fine = (seam for seam in chain([best], tried) if not _twists(source, target, stops[seam[0]], seam[1]))
+        best = next(fine, best)
+    return best[0].tolist(), best[1]
+
+
+def _twists(source: Patch, target: Patch, stops: Index, opening: Opening | None) -> bool:
+    """Whether the map of two surfaces that are cut so is twisted, or there is none."""
+    import iccm
+
+    try:
+        opened = Opened.of(source, target, stops, opening)
+        layouts = [flatten(patch) for patch in opened.patches]
+        return not iccm.fit(*layouts, pins=np.column_stack(opened.pins(layouts))).status.ok
+    except InputError:
+        return True

@@ -281,7 +281,7 @@ def test_seams_take_an_order_in_which_they_are_the_same_on_both():
     wholes = sound_piece(coarse), sound_piece(fine)
     numbers = np.array(stops).T
     assert seams._unlikeness(*wholes, numbers) > 0.15  # a turn around the axis
-    order = seams.agreed_order(*wholes, numbers)
+    order = seams.agreed_orders(*wholes, numbers)[0]
     assert sorted(order) == [0, 1, 2, 3]
     assert seams._unlikeness(*wholes, numbers[order]) < 0.05
 
@@ -289,7 +289,7 @@ def test_seams_take_an_order_in_which_they_are_the_same_on_both():
 def test_seams_of_one_surface_agree_in_any_order():
     whole = sound_piece(capsule(500))
     stops = np.array(nearest(whole, np.array([[0, 0, 3], [1, 0, 1], [0, 1, -1], [0, 0, -3.0]])))
-    found = seams.agreed_order(whole, whole, np.column_stack([stops, stops]))
+    (found,) = seams.agreed_orders(whole, whole, np.column_stack([stops, stops]))
     assert sorted(found) == [0, 1, 2, 3]
     assert seams._unlikeness(whole, whole, np.column_stack([stops, stops])[found]) < 1e-6
 

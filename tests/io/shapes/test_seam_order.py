@@ -1,10 +1,15 @@
-"""Pins that two closed meshes of the same connectivity have without being given any."""
+"""Pins that two closed meshes of the same connectivity have without being given any; the seam through pins."""
+
+import itertools
 
 import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from iccm.io.shapes.seam_order import MARKS, same_vertices
+from iccm.io.shapes import seam_order as module
+from iccm.io.shapes.seam_order import MAPS, MARKS, same_vertices
+from iccm.meshes.disk_patch import nearest, sound_piece
+from iccm.meshes.mesh import Mesh
 
 
 def written(path, points, faces):
@@ -55,3 +60,29 @@ def test_open_meshes_have_none(ball, tmp_path):
     points, faces = ball
     spec = written(tmp_path / "a.obj", points, faces[1:])
     assert same_vertices((spec, spec), (None, None)) == []
+
+
+@pytest.mark.parametrize("twisted, taken", [([False], 0), ([True, False], 1), ([True] * MAPS, 0)])
+def test_the_first_seam_is_taken_whose_map_is_not_twisted(twisted, taken, monkeypatch, ball, tmp_path):
+    points, faces = ball
+    points = points * [1, 1.2, 2]
+    stops = [
+        int(np.argmax(points @ way)) for way in ([0, 0, 1], [0, 0, -1], [1, 0, 0], [0, 1, 0.5], [-1, -1, 0])
+    ]
+    specs = written(tmp_path / "a.obj", points, faces), written(tmp_path / "b.obj", points, faces)
+    orders, asked = list(itertools.permutations(range(len(stops))))[::7], []
+    monkeypatch.setattr(module, "agreed_orders", lambda *given: [np.array(order) for order in orders])
+    monkeypatch.setattr(module, "same_seam", lambda *given: None)
+    monkeypatch.setattr(module, "_twists", lambda *given: asked.append(given) or twisted[len(asked) - 1])
+    pins = [(f"v{stop + 1}", f"v{stop + 1}") for stop in stops]
+    assert module.seam_order(specs, (None, None), pins) == (list(orders[taken]), None)
+    assert len(asked) == len(twisted)
+
+
+@pytest.mark.slow
+def test_the_same_surface_is_not_twisted_and_one_is_whose_landmarks_are_swapped(ball, tmp_path):
+    points, faces = ball
+    whole = sound_piece(Mesh.triangles("ball", points * [1, 1, 3], faces))
+    stops = np.array(nearest(whole, np.array([[0, 0, 3], [0, 1, 1], [0, 1, -1], [0, 0, -3.0]])))
+    assert not module._twists(whole, whole, np.column_stack([stops, stops]), None)
+    assert module._twists(whole, whole, np.column_stack([stops, stops[[0, 2, 1, 3]]]), None)
