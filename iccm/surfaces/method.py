@@ -17,7 +17,7 @@ from ..balanced.model.discrete_map import DiscreteMap
 from ..balanced.model.settings import Solution
 from ..balanced.search import final_mesh, multilevel
 from ..balanced.search.final_mesh import Meshed
-from ..balanced.search.levels import UnitProblem, relax_stretched
+from ..balanced.search.levels import UnitProblem
 from ..balanced.search.warm_start import continue_from
 from ..maps.triangulated.map import TriangulatedMap
 from ..problem import Options, Problem
@@ -179,7 +179,7 @@ def _on_own(asked: SurfaceProblem, state: Meshed) -> OwnMap:
     own = on_own_mesh(asked.sides[::step], asked.frames[::step], level, state)
     other = asked.sides[not asked.onto].even
     if other is None:
-        begun = relax_stretched(own.state)
+        begun = own.state.relaxed()
         return replace(own, state=final_mesh.meet_bounds(begun, settings, journal))
     begun = replace(own.state, ground=ground_of(other, asked.frames[not asked.onto]))
     first = begun.forward(1.0, STEPS, DECREASE)

@@ -13,7 +13,8 @@ from ..holes.outlines import FEWEST
 from ..meshing.mesh import Sizes, triangulate
 from ..model.boundary import FreeBoundary
 from ..model.boundary_pairs import Match, subdivide
-from ..model.discrete_map import DiscreteMap, kept_by, regions_of
+from ..model.discrete_map import DiscreteMap
+from ..model.meshed import kept_by, regions_of
 from ..search.levels import spaced
 
 SPACING = 0.75  # of the outline's vertices, in mesh sizes

@@ -4,7 +4,6 @@ Planes, deformations and surfaces differ in what holds the boundary (`boundary`)
 (`metric`); Newton's method moves either side of the map.
 """
 
-from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -13,14 +12,12 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Complex, Flags, Index, Real
-from ...curve import Curve, inside_any, polygon_of
 from ...jit import kernel
 from ...linalg.cholesky import BlockPattern, system_of
 from ...maps.triangulated.patches import NO_LINES
 from ...plane import triangle_areas
 from ..errors import Tangled
 from ..kernels import twice_area
-from ..meshing.mesh import Sizes, closed_links, triangulate
 from ..minimise import newton
 from ..minimise.energy import LOST, NO_AIMS, Objective, RestShapes, geometry
 from ..minimise.in_space import Ground, SurfaceMap, separate
@@ -31,7 +28,7 @@ from ..minimise.upright import ANY_TURN, Upright, turn_cost
 from .boundary import Boundary, MatchedBoundary, MatchedLoop
 from .boundary_pairs import Loop, Match, Pairs
 from .inner_constraints import InnerConstraints
-from .measures import turn_of
+from .measures import stretches, turn_of
 from .metric import PLANES, Metrics, rest_geometry
 
 SMOOTHED_RINGS, SMOOTHINGS = 4, 20  # of inner vertices beside the outline on a new mesh, and sweeps over them
@@ -41,6 +38,11 @@ SMOOTHED_RINGS, SMOOTHINGS = 4, 20  # of inner vertices beside the outline on a 
 FILLED, BAY = 2e-2, 1e-2
 LOCAL = 0.5  # of the inside: unfolding where folds are hardly ever succeeds if more than that must move
 PASSED_OVER = 0.1  # weight of triangles in a hole of a surface that the map does not know of, by hand
+FORWARD = 8  # Newton steps on the map, before those on its inverse
+GOOD_ENOUGH = 5e-4  # relative decrease of a Newton step that counts as none
+SETTLED = 1e-3  # relative decrease of a round of steps that ends them
+BADLY_STRETCHED = 25.0  # on a new mesh; below, q = 1 makes as many bad triangles as it mends
+EASING_STEPS, EASED = 10, 1e-2  # on a new mesh, and the relative decrease that ends them
 ROUNDING = 1e-9  # of the root of the area: vertices this close to their goals are there
 NONE_INSIDE = InnerConstraints.of_pins(np.empty((0, 2), np.complex128))
 
@@ -91,41 +93,6 @@ class DiscreteMap:
     aims: Complex = field(default_factory=lambda: NO_AIMS)
     stiffness: float = 1.0
     flat: Complex | None = None
-
-    @classmethod
-    def on(
-        cls,
-        boundary: MatchedBoundary,
-        sizes: Sizes,
-        inside: InnerConstraints = NONE_INSIDE,
-        filled: Sequence[Complex] = (),
-        bays: Sequence[Complex] = (),
-        regions: Sequence[Sequence[Complex]] = (),
-    ) -> "DiscreteMap":
-        """A mesh for a boundary; the image is given there and zero inside. `filled` are the polygons of holes that are
-        covered, `bays` polylines from the outline to the outline beyond which it is as in these, `regions` the polygons
-        of rigid regions, the outer one first, all of whose edges are in the mesh."""
-        pairs = boundary.pairs
-        outer, *inner = (loop.source.curve.at(pairs.s[loop.vertices]) for loop in boundary.loops)
-        around = closed_links([rim.size for rim in filled])
-        soft = np.append(around, linked_on([bay.size - 2 for bay in bays], around.size))
-        kept, around_kept = kept_by(regions, inside.z)
-        soft = np.append(soft, np.where(around_kept < 0, -1, soft.size + around_kept))
-        links = np.append(inside.links, np.where(soft < 0, -1, inside.z.size + soft))
-        points = np.concatenate([inside.z, *filled, *(bay[1:-1] for bay in bays), kept])
-        mouths = [mouth_of(outer, bay) for bay in bays]
-        rays = np.concatenate([inside.rays(outer), bay_rays(bays, mouths, inside.z.size + around.size)])
-        z, faces = triangulate(outer, sizes, points, links, inner, rays)
-        given = np.arange(points.size)
-        ends = np.where((links >= 0) & (given < inside.z.size), links, given)
-        following = np.append(boundary.following, boundary.size + ends)
-        u = np.zeros(z.size, np.complex128)
-        u[: boundary.size] = boundary.images()
-        pattern = system_of(faces, following, z.size)
-        rings = [np.append(bay, outer[mouth[-2:0:-1]]) for bay, mouth in zip(bays, mouths)]
-        weights = weights_of(z, faces, filled, rings) if filled or bays else None
-        rigid = regions_of(z[faces].mean(axis=1), regions) if regions else None
-        return cls(faces, pattern, z, u, boundary, inside=inside, weights=weights, rigid=rigid)
 
     @property
     def settled(self) -> bool:
@@ -371,6 +338,25 @@ class DiscreteMap:
         moved = replace(self, boundary=held).forward(q, steps, tolerance)
         return replace(moved, boundary=self.boundary)
 
+    def relaxed(self) -> "DiscreteMap":
+        """A few steps at q = 1 where a triangle is badly stretched, of the inside and then of all: Newton at q widens
+        it slowly."""
+        _, stretch, _ = stretches(self.z, self.u, self.material, self.metrics)
+        if stretch.max() < BADLY_STRETCHED:
+            return self
+        return self.inside_moved(1.0, EASING_STEPS, EASED).forward(1.0, EASING_STEPS, EASED)
+
+    def alternated(self, q: float, rounds: int, backward: int) -> "DiscreteMap":
+        """Newton steps on the map and on its inverse in turn, so that neither shape's corners are privileged."""
+        state, before = self, np.inf  # the energy so far may be another one, of q = 1
+        for _ in range(rounds):
+            state = state.forward(q, FORWARD, 0.5 * GOOD_ENOUGH)
+            state = state.backward(q, backward, 0.5 * GOOD_ENOUGH)
+            if before - state.energy < SETTLED * state.energy:
+                break
+            before = state.energy
+        return state
+
     def backward(self, q: float, steps: int, tolerance: float) -> "DiscreteMap":
         """Newton steps on the source, the images being kept: target corners slide along the source."""
         inside = self.inside
@@ -461,64 +447,6 @@ class DiscreteMap:
             goals = np.append(goals, moving[soft])
             tau, border = np.append(tau, np.zeros(soft.size)), border.then(Border.still(soft))
         return tau.copy(), Constraints(kinds, goals, Rails.of(rails, own, closed), border)
-
-
-def linked_on(sizes: Sequence[int], first: int) -> Index:
-    """(k,) the next vertex on each of several open polylines of given sizes, of which `first` is the first; -1 at
-    their ends."""
-    links = first + np.arange(1, sum(sizes) + 1)
-    links[np.cumsum(sizes, dtype=np.int64) - 1] = -1
-    return links
-
-
-def mouth_of(outline: Complex, bay: Complex) -> Index:
-    """The vertices of an outline (b,) from the beginning of a bay's polyline to its end."""
-    start, stop = (int(np.abs(outline - end).argmin()) for end in (bay[0], bay[-1]))
-    return np.arange(start, stop + 1 if stop > start else stop + 1 + outline.size) % outline.size
-
-
-def bay_rays(bays: Sequence[Complex], mouths: Sequence[Index], first: int) -> Index:
-    """(2 k, 2) vertices of the outline at the ends of mouths, and those inside beside them, of which `first` is the
-    first."""
-    rays = []
-    for bay, mouth in zip(bays, mouths):
-        rays += [(mouth[0], first), (mouth[-1], first := first + bay.size - 3)]
-        first += 1
-    return np.array(rays, np.int64).reshape(-1, 2)
-
-
-def weights_of(z: Complex, faces: Index, filled: Sequence[Complex], bays: Sequence[Complex] = ()) -> Real:
-    """(m,) weights of triangles: FILLED in the polygons `filled`, BAY in those of bays, else 1."""
-    middles, weights = z[faces].mean(axis=1), np.ones(len(faces))
-    for polygons, weight in ((filled, FILLED), (bays, BAY)):
-        weights[inside_any(map(Curve, polygons), middles)] = weight
-    return weights
-
-
-def kept_by(regions: Sequence[Sequence[Complex]], pins: Complex) -> tuple[Complex, Index]:
-    """(k,) points that a mesh has for regions: their rings' vertices, and one inside each that holds no pin; and the
-    next on its ring."""
-    rings = [ring for region in regions for ring in region]
-    pinned = set(regions_of(pins, regions).tolist())
-    empty = [region for k, region in enumerate(regions) if k not in pinned]
-    seeds = np.array([middle_of(region) for region in empty], np.complex128)
-    links = np.append(closed_links([ring.size for ring in rings]), np.full(seeds.size, -1))
-    return np.concatenate([*rings, seeds]), links
-
-
-def middle_of(region: Sequence[Complex]) -> complex:
-    """A point inside a region, outer polygon first: a mesh refines a round one from there, whose vertices alone have
-    one circumcentre."""
-    point = polygon_of(*region).representative_point()
-    return complex(point.x, point.y)
-
-
-def regions_of(places: Complex, regions: Sequence[Sequence[Complex]]) -> Index:
-    """(p,) the region that each place is in, -1 for none; regions are apart, and may have holes."""
-    found = np.full(places.size, -1)
-    for k, (outer, *holes) in enumerate(regions):
-        found[Curve(outer).contains(places) & ~inside_any(map(Curve, holes), places)] = k
-    return found
 
 
 @kernel

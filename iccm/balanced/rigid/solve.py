@@ -29,14 +29,15 @@ from ...plane import Similarity
 from ..errors import NoMapError, Stuck
 from ..meshing.transfer import interpolate
 from ..model import mesh_sizes
-from ..model.discrete_map import DiscreteMap, regions_of
+from ..model.discrete_map import DiscreteMap
 from ..model.measures import derivatives
+from ..model.meshed import regions_of
 from ..model.outline_split import split_at_vertices
 from ..model.settings import Settings, SolveLog
 from ..model.sketch import Sketch
 from ..search import multilevel, warm_start
 from ..search.final_mesh import LAST_DECREASE, LAST_STEPS, Meshed, final_level, meet_bounds_by
-from ..search.levels import POWER, Level, UnitProblem, match_on, relax_stretched
+from ..search.levels import POWER, Level, UnitProblem, match_on
 from .room import room_for
 
 KEPT = 5e-3  # strain of a region that no eye sees: a pixel in 200
@@ -347,7 +348,7 @@ def grown(state: DiscreteMap, places: Callable[[Real], Placing], begun: float = 
 
 def at_rest(state: DiscreteMap) -> DiscreteMap:
     """The map at rest with its regions, which are rigid and stay so."""
-    state = relax_stretched(firm(state, 1.0))
+    state = firm(state, 1.0).relaxed()
     for _ in range(ROUNDS):
         state = firm(state, POWER).forward(POWER, STEPS, DECREASE)
         if state.settled:

@@ -8,8 +8,8 @@ import numpy as np
 from ... import progress
 from ..errors import Stuck
 from ..model import mesh_sizes
-from ..model.discrete_map import DiscreteMap
-from .levels import BACKWARD, GOOD_ENOUGH, RELEASED_STEPS, Level, alternate, refine
+from ..model.discrete_map import GOOD_ENOUGH, DiscreteMap
+from .levels import BACKWARD, RELEASED_STEPS, Level, refine
 
 SCREENING = ((3, 9), (5, 5))
 """Newton steps, then how many maps go on: within 2 % of settling all nine on 78 pairs. More steps, (5, 9), (12, 5), are
@@ -78,7 +78,7 @@ def settle(level: Level, state: DiscreteMap, rounds: int) -> DiscreteMap:
     """
     with suppress(Stuck):
         state = remesh(level, state)
-    state = alternate(state, 1.0, rounds, BACKWARD)
+    state = state.alternated(1.0, rounds, BACKWARD)
     if not np.isfinite(state.energy):
         raise Stuck("no map without folds was found for this correspondence of the outlines")
     return state
@@ -93,7 +93,7 @@ def release_corners(level: Level, state: DiscreteMap) -> DiscreteMap:
             state = remesh(level, state)
         except Stuck:
             break
-        state = alternate(state, 1.0, ROUNDS, BACKWARD)
+        state = state.alternated(1.0, ROUNDS, BACKWARD)
         before, best = best.energy, min(best, state, key=lambda s: s.energy)
         if not best.energy < (1 - GAIN) * before:
             break

@@ -21,12 +21,12 @@ from ..meshing.mesh import Sizes
 from ..meshing.transfer import interpolate
 from ..model import mesh_sizes
 from ..model.boundary_pairs import HoleMatch, Match
-from ..model.discrete_map import DiscreteMap
+from ..model.discrete_map import GOOD_ENOUGH, DiscreteMap
 from ..model.outline import Outline
 from ..model.sketch import Sketch
 from . import initial_matches
 from .hole_partners import Partners, middle_of
-from .levels import GOOD_ENOUGH, Level, UnitProblem, refine
+from .levels import Level, UnitProblem, refine
 from .via_annulus import CORNER_FINENESS, CORNERS, STEPS, through
 from .via_disc import disc
 

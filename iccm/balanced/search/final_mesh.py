@@ -11,7 +11,7 @@ from ...arrays import Complex, Index, Real
 from ..errors import Stuck
 from ..meshing.mesh import Sizes
 from ..model import mesh_sizes
-from ..model.discrete_map import DiscreteMap
+from ..model.discrete_map import EASED, EASING_STEPS, DiscreteMap
 from ..model.measures import energy_between, least_dilatations, stretches
 from ..model.metric import PLANES, Metrics
 from ..model.outline_split import split_at_vertices
@@ -20,16 +20,12 @@ from ..model.settings import Settings, SolveLog
 from ..model.sketch import Sketch
 from . import pin_continuation
 from .levels import (
-    EASED,
-    EASING_STEPS,
     FINE_BACKWARD,
     FINE_ROUNDS,
     POWER,
     Level,
     UnitProblem,
-    alternate,
     refine,
-    relax_stretched,
 )
 
 FINE_EXACTNESS = (2e-4, 6e-4)  # with 1e-3 limbs fold on the last mesh, with 3e-4 no map is better
@@ -59,7 +55,7 @@ def fine_map(problem: UnitProblem, state: DiscreteMap, size: float, journal: Sol
     state = on_finer(level, state)
     if problem.constrained and not meets_constraints(problem, state):
         state = pin_continuation.again(level, state)
-    state = alternate(state, POWER, FINE_ROUNDS, FINE_BACKWARD)
+    state = state.alternated(POWER, FINE_ROUNDS, FINE_BACKWARD)
     journal.level("fine", state, POWER)
     return state
 
@@ -67,7 +63,7 @@ def fine_map(problem: UnitProblem, state: DiscreteMap, size: float, journal: Sol
 def on_finer(level: Level, state: Meshed) -> DiscreteMap:
     """The map on the mesh of a finer level, smaller triangles where it magnifies."""
     sizes = mesh_sizes.graded(state.z, state.u, state.faces, 0.5 * level.size**2)
-    return relax_stretched(refine_pinned(level, state, sizes))
+    return refine_pinned(level, state, sizes).relaxed()
 
 
 def finish(

@@ -1,5 +1,5 @@
-"""One level of outlines and mesh size: maps without folds for correspondences of the outlines, Newton steps on a map
-and its inverse in turn, a map carried to the mesh of another level."""
+"""One level of outlines and mesh size: maps without folds for correspondences of the outlines, a map carried to the
+mesh of another level."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -31,25 +31,21 @@ from ..model.boundary_pairs import (
     through,
 )
 from ..model.discrete_map import DiscreteMap
-from ..model.measures import stretches
 from ..model.mesh_sizes import coarser_in_bays
+from ..model.meshed import meshed
 from ..model.metric import PLANES, Metrics
 from ..model.outline import Outline
 from ..model.sketch import Sketch
 
 SPACING = 0.75  # of the outline's vertices, in mesh sizes
+BACKWARD = 3  # Newton steps on the inverse of a coarse map, after those on the map
 RELEASED_STEPS = 8  # of Newton after each release (by hand)
-FORWARD, BACKWARD = 8, 3  # Newton steps on the map and on its inverse, in turn
 POWER = 3.0
 """q on fine meshes: at 1 a pin pulls out a spike; largest K of a square, its centre moved, 7.4, at 3 3.4."""
 FINE_ROUNDS, FINE_BACKWARD = 8, 4  # rounds of steps on the map and its inverse; 2 or 3 do for most pairs
-SETTLED = 1e-3  # relative decrease of a round that ends it
 EVENED = 0.02  # share of even spacing mixed into closest points, which bunch up at corners
 SPREAD = 0.02  # share of even spacing mixed in between outline pins, which may squeeze a match to nothing
 MOST_PAIRS = 3000  # of outline vertices: a bar of 4000 : 1 at the fine mesh size
-BADLY_STRETCHED = 25.0  # on a new mesh; below, q = 1 makes as many bad triangles as it mends
-EASING_STEPS, EASED = 10, 1e-2  # on a new mesh, and the relative decrease that ends them
-GOOD_ENOUGH = 5e-4  # relative decrease of a Newton step that counts as none
 PATIENT = 200  # steps of unfolding, where fewer leave folds: 7 of 10 meshes that 40 leave folded
 STROKE_SAMPLES = 8  # of each stroke, which starts are compared by (by hand)
 
@@ -211,7 +207,7 @@ class Level:
         sizes_of_filled = [(k, -1, rim.size) for k, rim in zip(alone, filled)]
         sizes_of_filled += [(-1, -1, bay.size - 2) for bay in self.bays]
         boundary = boundary.with_filled(loops_of(sizes_of_filled, boundary.size + kept.z.size))
-        state = DiscreteMap.on(boundary, sizes, kept, filled, self.bays, spaced(problem.regions, spacing))
+        state = meshed(boundary, sizes, kept, filled, self.bays, spaced(problem.regions, spacing))
         return replace(state, metrics=problem.metrics, upright=problem.upright, theta=problem.theta)
 
     def boundary(self, match: Match, fewest: int = FEWEST) -> MatchedBoundary:
@@ -324,18 +320,6 @@ def initial_maps(level: Level, matches: list[Match]) -> list[DiscreteMap]:
     return states
 
 
-def alternate(state: DiscreteMap, q: float, rounds: int, backward: int) -> DiscreteMap:
-    """Newton steps on the map and on its inverse in turn, so that neither shape's corners are privileged."""
-    before = np.inf  # the energy so far may be another one, of q = 1
-    for _ in range(rounds):
-        state = state.forward(q, FORWARD, 0.5 * GOOD_ENOUGH, corners=True)
-        state = state.backward(q, backward, 0.5 * GOOD_ENOUGH)
-        if before - state.energy < SETTLED * state.energy:
-            break
-        before = state.energy
-    return state
-
-
 def project(curve: Curve, points: Complex) -> Real:
     """Arclengths of the closest points of a curve, made monotone, for points in order along it."""
     s = np.mod(curve.closest(points), curve.length)
@@ -407,13 +391,3 @@ def interpolate_on(level: Level, state: DiscreteMap | Sketch, sizes: Sizes | Non
     if isinstance(state, DiscreteMap) and state.bound:
         fine = replace(fine, bound=True, inside=fine.inside.with_pins_of(state.inside))  # those not met stay
     return fine.moved_to_border(interpolate(state.z, state.faces, state.u, fine.z))
-
-
-def relax_stretched(state: DiscreteMap) -> DiscreteMap:
-    """A few steps at q = 1 where a triangle is badly stretched, of the inside and then of all: Newton at q widens it
-    slowly."""
-    _, stretch, _ = stretches(state.z, state.u, state.material, state.metrics)
-    if stretch.max() < BADLY_STRETCHED:
-        return state
-    state = state.inside_moved(1.0, EASING_STEPS, EASED)
-    return state.forward(1.0, EASING_STEPS, EASED, corners=True)

@@ -12,17 +12,15 @@ from ..errors import Stuck
 from ..meshing.mesh import Sizes
 from ..model import mesh_sizes
 from ..model.boundary_pairs import Match
-from ..model.discrete_map import DiscreteMap, folds
+from ..model.discrete_map import GOOD_ENOUGH, DiscreteMap, folds
 from ..model.settings import SolveLog
 from . import initial_matches
 from .grid_paths import route
 from .homotopy import MOVING_DECREASE, brought, moved
 from .levels import (
     BACKWARD,
-    GOOD_ENOUGH,
     RELEASED_STEPS,
     Level,
-    alternate,
     interpolate_on,
     refine,
 )
@@ -121,11 +119,11 @@ def screen(level: Level, matches: list[Match]) -> tuple[list[DiscreteMap], float
 
 def settle_pinned(level: Level, state: DiscreteMap) -> DiscreteMap:
     """The best of a few rounds with pins held: corners released, a new mesh, settled."""
-    best = state = alternate(state, 1.0, 4, BACKWARD)
+    best = state = state.alternated(1.0, 4, BACKWARD)
     for _ in range(RELEASES):
         try:
             state = state.forward(1.0, RELEASED_STEPS, GOOD_ENOUGH, corners=False)
-            state = alternate(refine_pinned(level, state), 1.0, 4, BACKWARD)
+            state = refine_pinned(level, state).alternated(1.0, 4, BACKWARD)
         except Stuck:
             break
         if state.energy >= best.energy:

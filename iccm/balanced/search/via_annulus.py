@@ -9,9 +9,10 @@ import numpy as np
 from ...curve import Curve
 from ..errors import Stuck
 from ..model.boundary_pairs import HoleMatch, Match
+from ..model.discrete_map import GOOD_ENOUGH
 from . import initial_matches
 from .hole_partners import Partners
-from .levels import GOOD_ENOUGH, Level, UnitProblem
+from .levels import Level, UnitProblem
 
 INNER = 0.5  # radius of the hole in radii of the ring
 CORNERS = 96  # of its outer outline

@@ -11,9 +11,9 @@ import numpy as np
 from ...curve import Curve
 from ..errors import Stuck
 from ..meshing.transfer import interpolate
-from ..model.discrete_map import DiscreteMap
+from ..model.discrete_map import GOOD_ENOUGH, DiscreteMap
 from . import initial_matches
-from .levels import GOOD_ENOUGH, Level, UnitProblem
+from .levels import Level, UnitProblem
 from .via_annulus import CORNER_FINENESS, CORNERS, STEPS, TURNS, through
 
 

@@ -13,8 +13,9 @@ from ..meshing.mesh import closed_links
 from ..model import mesh_sizes
 from ..model.boundary import MatchedBoundary, MeshHoles
 from ..model.boundary_pairs import Pairs, loops_of
-from ..model.discrete_map import DiscreteMap, folds, weights_of
+from ..model.discrete_map import GOOD_ENOUGH, DiscreteMap, folds
 from ..model.inner_constraints import InnerConstraints
+from ..model.meshed import weights_of
 from ..model.outline import Outline, simplify
 from ..model.outline_split import split_at_vertices
 from ..model.sketch import Sketch
@@ -24,13 +25,10 @@ from .levels import (
     EVENED,
     FINE_BACKWARD,
     FINE_ROUNDS,
-    GOOD_ENOUGH,
     POWER,
     RELEASED_STEPS,
     Level,
-    alternate,
     refine,
-    relax_stretched,
 )
 from .pin_continuation import aim_feet, lead_one_by_one
 
@@ -54,7 +52,7 @@ def continue_from(level: Level, start: Sketch) -> DiscreteMap:
     state = state or refine(
         level, start, mesh_sizes.graded(start.z, start.u, start.faces, 0.5 * level.size**2)
     )
-    return relax_stretched(_constrained(level, state))
+    return _constrained(level, state).relaxed()
 
 
 def met_on_its_mesh(level: Level, start: Sketch) -> DiscreteMap | None:
@@ -72,7 +70,7 @@ def slide_anew(level: Level, start: Sketch) -> DiscreteMap:
     """
     state = continue_from(level, start)
     state = state.forward(POWER, RELEASED_STEPS, GOOD_ENOUGH, corners=False)
-    state = alternate(on_finer(level, state), POWER, FINE_ROUNDS, FINE_BACKWARD)
+    state = on_finer(level, state).alternated(POWER, FINE_ROUNDS, FINE_BACKWARD)
     return split_at_vertices(state)
 
 
