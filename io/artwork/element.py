@@ -127,12 +127,10 @@ def runs_of(drawn: Node) -> list[PenPath]:
 
 def box_of(shapes: Sequence[MappedElement], affine: Affine) -> Rectangle | None:
     """The bounding box of shapes in the user space that `affine` takes to the root's; None without any."""
-    scale = abs(affine.alpha) ** 2 - abs(affine.beta) ** 2
     points = [shape.points for shape in shapes]
-    if not points or not scale:
+    if not points or not affine.determinant:
         return None
-    z = np.concatenate(points) - affine.gamma
-    z = (np.conj(affine.alpha) * z - affine.beta * z.conj()) / scale
+    z = affine.inverse(np.concatenate(points))
     x, y, width, height = z.real.min(), z.imag.min(), np.ptp(z.real), np.ptp(z.imag)
     return float(x), float(y), float(width), float(height)
 

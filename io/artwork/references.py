@@ -5,7 +5,7 @@ that kind is passed on, whatever way it is written: styles are parsed as CSS, na
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 from xml.etree.ElementTree import Element
 
@@ -76,19 +76,21 @@ def typed(address: str) -> str:
 
 def sheet(text: str) -> tuple[str, int]:
     """A style sheet without what leads out of the document, and how many declarations and rules went."""
-    try:
-        lost: list[Any] = []
-        return tinycss2.serialize(list(_rules(tinycss2.parse_stylesheet(text), lost))), len(lost)
-    except (ValueError, RecursionError):  # numbers of thousands of digits, deep nesting
-        return "", 1
+    return _confined(_rules, tinycss2.parse_stylesheet, text)
 
 
 def style(text: str) -> tuple[str, int]:
     """The declarations of a style attribute without those that lead out, and how many went."""
+    return _confined(_declarations, tinycss2.parse_blocks_contents, text)
+
+
+def _confined(
+    keep: Callable[..., Iterator[Any]], parse: Callable[[str], list[Any]], text: str
+) -> tuple[str, int]:
+    lost: list[Any] = []
     try:
-        lost: list[Any] = []
-        return tinycss2.serialize(list(_declarations(tinycss2.parse_blocks_contents(text), lost))), len(lost)
-    except (ValueError, RecursionError):
+        return tinycss2.serialize(list(keep(parse(text), lost))), len(lost)
+    except (ValueError, RecursionError):  # numbers of thousands of digits, deep nesting
         return "", 1
 
 
@@ -118,9 +120,8 @@ def _attribute(name: str, value: str) -> tuple[str | None, int]:
 
 def _rules(nodes: list[Any], lost: list[Any]) -> Iterator[Any]:
     for node in nodes:
-        if (
-            node.type == "at-rule" and node.lower_at_keyword not in NESTED | HOLDING | INERT
-        ):  # @import, in any form
+        # @import, in any form
+        if node.type == "at-rule" and node.lower_at_keyword not in NESTED | HOLDING | INERT:
             lost.append(node)
             continue
         if node.type == "qualified-rule":

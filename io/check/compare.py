@@ -105,6 +105,11 @@ class Verdict:
         """Whether nothing is too far from its baseline."""
         return not self.problems
 
+    def fail(self, figure: str, found: str, limit: str, where: str = "", than: str = "more") -> None:
+        """Note that a figure passes its limit."""
+        self.moved.append(Moved(figure, found, "", limit))
+        self.problems.append(f"{figure} {found} is {than} than {limit}{where}")
+
 
 def tolerances(path: Path | None) -> Tolerances:
     """Tolerances from a file, the defaults without one.
@@ -163,20 +168,10 @@ def _pictures(run: Path, baseline: Path, allowed: Pictures, verdict: Verdict) ->
     verdict.worst = (int(column), int(row)) if gap.any() else None
     for name, limit in (("max", allowed.max), ("rms", allowed.rms)):
         if verdict.figures[name] > limit * (1 + 1e-9):
-            verdict.moved.append(
-                Moved(f"{name} difference", f"{verdict.figures[name]:.4g}", "", f"{limit:.4g}")
-            )
-            verdict.problems.append(
-                f"{name} difference {verdict.figures[name]:.4g} is more than {limit:.4g}, "
-                f"largest at column {column}, row {row}"
-            )
-    if verdict.figures["ssim"] < allowed.ssim:
-        verdict.moved.append(
-            Moved("structural similarity", f"{verdict.figures['ssim']:.5f}", "", f"{allowed.ssim:g}")
-        )
-        verdict.problems.append(
-            f"structural similarity {verdict.figures['ssim']:.5f} is less than {allowed.ssim:g}"
-        )
+            where = f", largest at column {column}, row {row}"
+            verdict.fail(f"{name} difference", f"{verdict.figures[name]:.4g}", f"{limit:.4g}", where)
+    if (found := verdict.figures["ssim"]) < allowed.ssim:
+        verdict.fail("structural similarity", f"{found:.5f}", f"{allowed.ssim:g}", than="less")
 
 
 def _pixels(path: Path) -> np.ndarray:
@@ -219,8 +214,7 @@ def _meshes(run: Path, baseline: Path, allowed: Meshes, verdict: Verdict) -> Non
         return
     gap = verdict.figures["uv"] = float(np.abs(uv - goal).max(initial=0.0))
     if not gap <= allowed.uv:
-        verdict.moved.append(Moved("uv difference", f"{gap:.4g}", "", f"{allowed.uv:.4g}"))
-        verdict.problems.append(f"uv difference {gap:.4g} is more than {allowed.uv:.4g}")
+        verdict.fail("uv difference", f"{gap:.4g}", f"{allowed.uv:.4g}")
 
 
 def _obj(path: Path) -> tuple[NDArray[np.float64], Any]:

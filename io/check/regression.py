@@ -103,13 +103,7 @@ def diff(verdict: Verdict, run: Path, baselines: Path, folder: Path) -> Path | N
         shown.append(gap / max(float(gap.max()), 1e-9))
     path = folder / f"{verdict.name}.diff.png"
     path.parent.mkdir(parents=True, exist_ok=True)
-    picture = image_files.Image(
-        np.round(255 * _side_by_side(shown)).astype(np.uint8),
-        alpha=-1,
-        associated=False,
-        colorspace="sRGB",
-        metadata={},
-    )
+    picture = image_files.Image(np.round(255 * _side_by_side(shown)).astype(np.uint8))
     with files.replacing(path, force=True) as temporary:
         image_files.write(temporary, picture)
     return path

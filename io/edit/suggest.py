@@ -13,10 +13,8 @@ from ..shapes import parts
 from ..shapes.listing import Pin
 from ..shapes.shape import Shape
 
-ROUGHLY, SHARP = (
-    0.01,
-    np.pi / 4,
-)  # an outline simplified so far, of its diagonal, turns by so much at a corner
+ROUGHLY, SHARP = 0.01, np.pi / 4
+"""An outline simplified so far, of its diagonal, turns by so much at a corner."""
 NEAR = 0.05  # of the diagonal: corners that are farther apart, once carried, are no pair
 APART = 0.1  # of the diagonal: closer to another, handles would cover each other in a small window
 MOST = 12  # pins that are suggested

@@ -11,7 +11,6 @@ from ...arrays import Flags, Index, Real
 from ...errors import InputError
 from ...meshes.charted import Charted
 from ...pixels.texture import REPEAT, Wrap
-from .. import files, formats
 from ..pictures import image_files
 from ..pictures.image import Image
 
@@ -44,21 +43,10 @@ class MaterialMap:
         Raises:
             InputError: it cannot be read, or has more pixels.
         """
-        image = self._read(max_pixels)
+        image = image_files.read_held(self.picture, self.where, max_pixels=max_pixels)
         if not self.opaque or image.alpha < 0:
             return image
         return replace(image, pixels=np.delete(image.pixels, image.alpha, axis=2), alpha=-1)
-
-    def _read(self, max_pixels: int) -> Image:
-        if isinstance(self.picture, Path):
-            return image_files.read(self.picture, max_pixels=max_pixels)
-        with files.scratch() as folder:
-            path = folder / f"a{formats.suffix_of_content(self.picture) or '.jpg'}"
-            path.write_bytes(self.picture)
-            try:
-                return image_files.read(path, max_pixels=max_pixels)
-            except InputError as error:
-                raise InputError(f"{self.where} cannot be read: {str(error).partition(': ')[2]}") from error
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,10 +20,8 @@ COLOURS = ("map_ka", "map_kd", "map_ks", "map_ke", "decal")
 NORMALS = ("norm", "map_norm")
 BUMPS = ("bump", "map_bump")  # heights as the format has it, but most programs write normals there
 ELSEWHERE = ("refl", "map_refl")  # what is around, not on the surface
-BLUE, LEAN = (
-    0.7,
-    0.15,
-)  # of the mean of a normal map: at least so blue, so far from grey in red and green (by hand)
+BLUE, LEAN = 0.7, 0.15
+"""Of the mean of a normal map: at least so blue, so far from grey in red and green (by hand)."""
 
 
 def material_set(file: MeshFile, max_pixels: int = limits.READ_PIXELS) -> MaterialSet:

@@ -14,9 +14,8 @@ COLOURS = ("basecolor", "diffuse", "emissive", "sheencolor", "specularcolor")
 def slots(tree: dict[str, Any], above: str = "") -> Iterator[tuple[str, dict[str, Any]]]:
     """The path, `normalTexture` or `pbrMetallicRoughness/baseColorTexture`, and the `textureInfo` of each texture."""
     for key, value in tree.items():
-        if (
-            not isinstance(value, dict) or key == "extras" or "/" in key
-        ):  # glTF has no such name, and paths are cut there
+        # glTF has no such name, and paths are cut there
+        if not isinstance(value, dict) or key == "extras" or "/" in key:
             continue
         if key.endswith("Texture") and "index" in value:
             yield above + key, value

@@ -301,9 +301,8 @@ def _of_scene(path: Path) -> dict[str, MeshFile]:
     logging.getLogger("trimesh").addHandler(logging.NullHandler())
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter(
-                "ignore"
-            )  # what numbers of a broken file come to is told by what checks them
+            # what numbers of a broken file come to is told by what checks them
+            warnings.simplefilter("ignore")
             scene = trimesh.load_scene(BytesIO(data), file_type=suffix[1:], process=False)
     except Exception:
         if odd is None or (found := odd(data.decode())) is None:

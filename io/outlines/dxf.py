@@ -4,7 +4,6 @@ y points up; units are the file's. Loops of a layer inside each other are holes;
 """
 
 from collections import defaultdict
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,6 @@ from ...errors import InputError
 from ...plane import diagonal
 from .. import files, limits
 from ..svg.drawing import Drawing
-from ..svg.fill import outlines
 
 JOINED = 1e-6  # of the drawing's diagonal: ends so close to each other meet
 DRAWN = {"LINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE", "LWPOLYLINE", "POLYLINE", "HATCH", "MPOLYGON", "SOLID"}
@@ -82,11 +80,5 @@ def _add(drawing: Drawing, layer: str, curves: list[Complex], near: float) -> No
             opened += not chain.is_empty
     if opened:
         drawing.notes.append(f"left out {opened} open lines of layer {layer!r}")
-    if not closed:
-        return
-    try:
-        found, refused = outlines(closed, "evenodd", repr(layer))
-        drawing.outlines.extend(replace(outline, names=(layer,)) for outline in found)
-        drawing.refused.extend(refused)
-    except InputError as error:
-        drawing.refused.append((0.0, error))
+    if closed:
+        drawing.add(closed, "evenodd", repr(layer), (layer,))

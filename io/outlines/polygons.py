@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,6 @@ from ...arrays import Complex
 from ...errors import InputError
 from .. import files, limits
 from ..svg.drawing import Drawing
-from ..svg.fill import outlines
 
 Found = tuple[tuple[str, ...], list[Complex], str]  # names, rings, and the rule that they are filled by
 DEEPEST = 50  # collections in each other
@@ -71,13 +69,7 @@ def _fill(drawing: Drawing, found: Iterator[Found], chosen: str | None) -> None:
         drawing.ids.update(dict.fromkeys(names))
         if chosen is not None and chosen not in names:
             continue
-        label = repr(names[0]) if names else f"polygon {number}"
-        try:
-            regions, refused = outlines(rings, rule, label)
-            drawing.outlines.extend(replace(region, names=names) for region in regions)
-            drawing.refused.extend(refused)
-        except InputError as error:
-            drawing.refused.append((0.0, error))
+        drawing.add(rings, rule, repr(names[0]) if names else f"polygon {number}", names)
     drawing.outlines.sort(key=lambda outline: -outline.area)
     if not number:
         raise InputError("holds no polygons")

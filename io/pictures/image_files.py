@@ -74,6 +74,20 @@ def read(
         return _read(path, max_pixels, colorspace, room or Memory(), several)
 
 
+def read_held(picture: Path | bytes, where: str, **options: Any) -> Image:
+    """A picture by its file or by the content of one, which messages call `where`; options and errors as for `read`."""
+    if isinstance(picture, Path):
+        return read(picture, **options)
+    with scratch() as folder:
+        path = folder / f"a{formats.suffix_of_content(picture) or '.jpg'}"
+        path.write_bytes(picture)
+        try:
+            found = read(path, **options)
+        except InputError as error:
+            raise InputError(f"{where} cannot be read: {str(error).partition(': ')[2]}") from error
+    return replace(found, notes=tuple(note.replace(str(path), where) for note in found.notes))
+
+
 def proportions(picture: str | Path | bytes) -> float | None:
     """Width by height of a picture, or of the content of a file, by its header; None where it cannot be read."""
     from io import BytesIO
@@ -402,9 +416,8 @@ def _metadata(spec: oiio.ImageSpec) -> tuple[dict[str, Any], bool]:
     for entry in spec.extra_attribs:
         try:
             if not entry.name.startswith(FORGOTTEN):
-                oiio.ImageSpec().attribute(
-                    entry.name, entry.type, entry.value
-                )  # what cannot be said again is nonsense
+                # what cannot be said again is nonsense
+                oiio.ImageSpec().attribute(entry.name, entry.type, entry.value)
                 kept[entry.name] = (entry.type, entry.value)
         except (UnicodeDecodeError, TypeError, RuntimeError):
             whole = False

@@ -39,9 +39,8 @@ class PngOutput:
         one, path = spec.copy(), Path(name)
         one.height = one.full_height = 1
         if one.get_string_attribute("oiio:ColorSpace") == "sRGB":
-            one.erase_attribute(
-                "oiio:ColorSpace"
-            )  # a PNG means it anyway; a look into a configuration is spared
+            # a PNG means it anyway; a look into a configuration is spared
+            one.erase_attribute("oiio:ColorSpace")
         row = np.zeros((1, spec.width, spec.nchannels), str(spec.format))
         if not (self.said.open(name, one) and self.said.write_image(row) and self.said.close()):
             return False

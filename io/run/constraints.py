@@ -25,9 +25,8 @@ if TYPE_CHECKING:
     from ..shapes.shape import Shape
 
 
-MORE = (
-    1.5  # times the energy of the map before, or of one made anew: a map that costs more is not gone on with
-)
+MORE = 1.5
+"""Times the energy of the map before, or of one made anew: a map that costs more is not gone on with."""
 CONSTRAINTS = "pins", "strokes", "rigid", "rigid_target", "importance", "size_map"
 ROUNDED = 1e-9  # of the diagonal: outlines no farther apart are the same
 Names = tuple[list[str], list[str]]  # of pins and of strokes, empty for those that have none

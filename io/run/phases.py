@@ -62,9 +62,8 @@ class Phases:
         """The phases so far, those that every job has among them, compiling, and the total."""
         usual = dict.fromkeys(USUAL, 0.0)
         total = time.perf_counter() - self._start
-        compiled = self._watch.seconds + self.seconds.get(
-            "compile", 0.0
-        )  # the latter: waiting for other processes
+        # the latter: waiting for other processes
+        compiled = self._watch.seconds + self.seconds.get("compile", 0.0)
         return {**usual, **self.seconds, "compile": compiled, "total": total}
 
     def _hear(self, what: str, done: int, of: int) -> None:

@@ -10,9 +10,8 @@ from ...curve import Curve, polygon_of
 from .. import limits
 
 SPECK = 1e-5  # of the area inside the outline: a smaller hole would need triangles as small
-CLOSE = (
-    2e-4  # of the diagonal: a hole as close as that to the outline, or to another, leaves no room for a map
-)
+CLOSE = 2e-4
+"""Of the diagonal: a hole as close as that to the outline, or to another, leaves no room for a map."""
 
 
 def mappable(curve: Curve, holes: Sequence[Complex]) -> list[int]:

@@ -350,9 +350,8 @@ def flatten_patch(
     flat = flatten(piece, loop=file.loop, grow=grow, method=method, **how)
     if how.get("chart") and method != "lscm":
         flat = convex(flat)
-    curve = (
-        Curve(flat.flat[flat.loop]) if method == "lscm" else flat.boundary
-    )  # may cross itself, as it comes
+    # may cross itself, as it comes
+    curve = Curve(flat.flat[flat.loop]) if method == "lscm" else flat.boundary
     notes = [*file.notes, *flat.patch.notes, *flat.notes]
     if len(flat.patch.seam):
         notes.append(f"cut open along {len(flat.patch.seam)} edges")

@@ -1,10 +1,6 @@
 """The texture that a mesh shows, and where it lies on it."""
 
-from io import BytesIO
 from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from ...errors import InputError
 from ...meshes import layout
@@ -19,29 +15,14 @@ def read(shape: Shape, **options: Any) -> Image:
 
     Args:
         shape: the mesh.
-        options: as in `image_files.read`, for a texture in a file of its own.
+        options: as in `image_files.read`.
 
     Raises:
         InputError: there is none.
     """
     if not shape.pictures:
         raise InputError(f"{shape.spec}: names no texture; give one with --texture")
-    picture = shape.pictures[0]
-    if not isinstance(picture, bytes):
-        return image_files.read(picture, **options)
-    pixels = _decode(shape.spec, picture)
-    opaque = bool((pixels[..., 3] == 255).all())
-    return Image(pixels[..., :3].copy() if opaque else pixels, alpha=-1 if opaque else 3)
-
-
-def _decode(spec: str, picture: bytes) -> NDArray[np.uint8]:
-    from PIL import Image as Pillow
-
-    try:
-        return np.asarray(Pillow.open(BytesIO(picture)).convert("RGBA"))
-    except (OSError, ValueError, SyntaxError, Pillow.DecompressionBombError) as error:
-        reason = " ".join(str(error).split())[:120]
-        raise InputError(f"{spec}: the texture in the file cannot be read: {reason}") from error
+    return image_files.read_held(shape.pictures[0], f"{shape.spec}: the texture in the file", **options)
 
 
 def beyond_unit(shape: Shape) -> int:

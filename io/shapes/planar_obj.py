@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +13,6 @@ from .. import files, limits
 from ..meshes import obj
 from ..meshes.obj import Obj
 from ..svg.drawing import Drawing
-from ..svg.fill import outlines
 
 FLAT = 1e-6  # largest deviation from a plane z = constant, relative to the extent
 
@@ -65,13 +63,8 @@ def _add(drawing: Drawing, content: Obj, name: str, edges: Edges) -> None:
     place, merged = np.unique(content.v[:, :2], axis=0, return_inverse=True)
     z = place.view(np.complex128).ravel()  # of vertices not in use, too, whatever they hold
     label = repr(name) if name else "the polylines"
-    try:
-        rings = [z[ring] for ring in _rings(merged.reshape(-1)[edges], z)]
-        found, refused = outlines(rings, "evenodd", label, crossed=False)
-        drawing.outlines.extend(replace(outline, names=(name,) if name else ()) for outline in found)
-        drawing.refused.extend(refused)
-    except InputError as error:
-        drawing.refused.append((float(np.prod(np.ptp(points, axis=0))), error))
+    rings, area = _rings(merged.reshape(-1)[edges], z), float(np.prod(np.ptp(points, axis=0)))
+    drawing.add((z[k] for k in rings), "evenodd", label, (name,) if name else (), area, crossed=False)
 
 
 def _planar(content: Obj, used: NDArray) -> Real:

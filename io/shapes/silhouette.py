@@ -24,9 +24,8 @@ SPECK = 4  # pixels; smaller pieces are noise
 SOFT, HARD = 0.25, 0.75
 UNEVEN = 0.1  # of the border's pixels: if more are neither background nor shape, it is no plain background (by hand)
 INSIDE = "the inside of its line is taken; --trace dark takes the line itself"
-APART = (
-    1e-3  # coverage by which no pixel is nearer to the level than that: they keep contours apart (by hand)
-)
+APART = 1e-3
+"""Coverage by which no pixel is nearer to the level than that: they keep contours apart (by hand)."""
 REACH = 1.5  # pixels that a vertex may move when lines are fitted to its edges
 
 

@@ -112,9 +112,8 @@ def arc(
     """SVG's elliptical arc (SVG 2, appendix B.2): radii that are too small are enlarged; without radii it is a line."""
     rx, ry, turn = abs(rx), abs(ry), cmath.exp(1j * math.radians(turned % 360))
     half = (start - end) / 2 * turn.conjugate()
-    a = (
-        complex(half.real / rx, half.imag / ry) if rx and ry else 0j
-    )  # half the chord, the ellipse made a unit circle
+    # half the chord, the ellipse made a unit circle
+    a = complex(half.real / rx, half.imag / ry) if rx and ry else 0j
     if not (0 < abs(a) < 1e30):
         return Bezier((start, end))
     grow = max(1.0, abs(a))

@@ -1,9 +1,12 @@
 """The drawing of a file of any format: outlines to choose a domain from, a canvas, and constraints."""
 
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 from ...arrays import Complex
-from .fill import FilledOutline, Refused
+from ...errors import InputError
+from .fill import FilledOutline, Refused, outlines
 
 Rectangle = tuple[float, float, float, float]  # x, y, width, height
 
@@ -33,3 +36,21 @@ class Drawing:
     notes: list[str] = field(default_factory=list)
     refused: list[Refused] = field(default_factory=list)
     ids: dict[str, None] = field(default_factory=dict)
+
+    def add(
+        self,
+        rings: Iterable[Complex],
+        rule: str,
+        label: str,
+        names: tuple[str, ...],
+        area: float = 0.0,
+        **how: Any,
+    ) -> None:
+        """Add what filling rings by a rule paints, under names; or why that is nothing, with the area at stake. The
+        other arguments are those of `fill.outlines`."""
+        try:
+            found, refused = outlines(rings, rule, label, **how)
+        except InputError as error:
+            found, refused = [], [(area, error)]
+        self.outlines.extend(replace(outline, names=names) for outline in found)
+        self.refused.extend(refused)

@@ -1,6 +1,6 @@
 """Regions that a fill paints: from closed runs of points to the outlines of the regions that are painted."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,7 +42,7 @@ class FilledOutline:
 
 
 def outlines(
-    rings: Sequence[Complex], rule: str, name: str, notes: tuple[str, ...] = (), *, crossed: bool = True
+    rings: Iterable[Complex], rule: str, name: str, notes: tuple[str, ...] = (), *, crossed: bool = True
 ) -> tuple[list[FilledOutline], list[Refused]]:
     """The regions that filling the rings together by `rule` (nonzero or evenodd) paints, the largest first.
 

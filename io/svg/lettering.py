@@ -155,15 +155,8 @@ class Lettering:
 
 
 _PLACES = ("x", "y", "dx", "dy")
-_PAINT = (
-    "fill",
-    "stroke",
-    "stroke-width",
-    "opacity",
-    "fill-opacity",
-    "stroke-opacity",
-    "visibility",
-)  # one for all
+_PAINT = ("fill", "stroke", "stroke-width", "opacity", "fill-opacity", "stroke-opacity", "visibility")
+"""What is one for all letters of a text."""
 _SPACE = "{http://www.w3.org/XML/1998/namespace}space"
 
 

@@ -20,10 +20,8 @@ JOINS = {"round": "round", "bevel": "bevel"}  # others (arcs, miter-clip) are dr
 CAPS = {"round": "round", "square": "square"}
 MITRE_LIMIT = 4.0  # SVG's default
 ROUND = 32  # segments of a quarter circle: 3e-4 of half the width
-FIRST_LOOK, MORE = (
-    2000,
-    4,
-)  # runs after which crossings are looked for, and how many times more for the next look
+FIRST_LOOK, MORE = 2000, 4
+"""Runs after which crossings are looked for, and how many times more for the next look."""
 LARGEST_FILLS = 16  # that others may be covered by (by hand)
 
 Seen = tuple[Node, list[Subpath]]
