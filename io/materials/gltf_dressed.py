@@ -5,9 +5,7 @@ from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from ...arrays import Index, distinct_rows
+from ...arrays import Index
 from ...meshes.charted import Charted
 from ..meshes import gltf_materials
 from ..meshes.gltf import Gltf, Primitive
@@ -81,11 +79,7 @@ def _paint(draft: Draft, material: dict[str, Any], clothes: Clothes) -> None:
 
 def sheets(name: str, whole: Charted, owner: Index) -> Gltf:
     """A file with one mesh, a primitive for each number of the triangles' owner (m,), in order."""
-    keys = [whole.faces.ravel(), whole.uv_faces.ravel()]
-    keys += [] if whole.normal_faces is None else [whole.normal_faces.ravel()]
-    rows = np.stack(keys, axis=1)
-    first, number = distinct_rows(rows)
-    rows = rows[first]
-    normals = None if whole.normals is None else whole.normals[rows[:, 2]]
-    made = whole.points[rows[:, 0]], normals, number.reshape(-1, 3), name
-    return plain(*made, whole.uv[rows[:, 1]], owner)
+    stated = (
+        None if whole.normals is None or whole.normal_faces is None else (whole.normals, whole.normal_faces)
+    )
+    return plain(name, (whole.points, whole.faces), stated, (whole.uv, whole.uv_faces), owner)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...arrays import Flags, Index, Real
+from ...arrays import Flags, Index, Real, distinct_rows
 from ...meshes.charted import Charted
 from ...surfaces.subdivided import Mixtures, Subdivision
 from .. import formats
@@ -283,44 +283,50 @@ def _bound(source: Gltf, attributes: Mapping[str, int], number: str, mixed: Mixt
     return {"JOINTS": names.astype(joints.dtype), "WEIGHTS": stored.astype(weights.dtype)}
 
 
+Cornerwise = tuple[Real, Index]
+"""Values (n, k), and those of the corners of triangles (m, 3)."""
+
+
 def plain(
-    points: Real,
-    normals: Real | None,
-    faces: Index,
     name: str,
-    uv: Real | None = None,
+    points: Cornerwise,
+    normals: Cornerwise | None,
+    uv: Cornerwise | None = None,
     owner: Index | None = None,
 ) -> Gltf:
-    """A file with one mesh.
+    """A file with one mesh, whose vertices are the different corners of triangles.
 
     Args:
-        points: (n, 3) positions.
-        normals: (n, 3) unit normals, or None.
-        faces: (m, 3) vertices of triangles.
         name: of the mesh and its node.
-        uv: (n, 2) texture coordinates, v up, or None: to be given some.
+        points: positions.
+        normals: unit normals, or None.
+        uv: texture coordinates, v up, or None: to be given some.
         owner: (m,) which primitive each triangle is of, one by default.
     """
+    given = [each for each in (points, uv, normals) if each is not None]
+    first, number = distinct_rows(np.stack([at.ravel() for _, at in given], axis=1))
+    faces, at = number.reshape(-1, 3), points[0][points[1].ravel()[first]].astype("<f4")
     tree: dict[str, Any] = {"asset": {"version": "2.0", "generator": "iccm"}, "scene": 0}
     tree |= {"scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0, "name": name}]}
     attributes: dict[str, int] = {}
     primitives = tree.setdefault("meshes", [{"name": name, "primitives": [{"attributes": attributes}]}])[0]
     draft = Draft(Gltf(None, {}, []))  # type: ignore[arg-type]
     draft.tree = tree
-    at = points.astype("<f4")
     bounds = {"min": at.min(axis=0).tolist(), "max": at.max(axis=0).tolist()}
     attributes["POSITION"] = draft.accessor(at, POINTS | bounds, ATTRIBUTE)
     if normals is not None:
-        attributes["NORMAL"] = draft.accessor(normals.astype("<f4"), POINTS, ATTRIBUTE)
+        values = normals[0][normals[1].ravel()[first]].astype("<f4")
+        attributes["NORMAL"] = draft.accessor(values, POINTS, ATTRIBUTE)
     if uv is not None:
-        flipped = np.column_stack([uv[:, 0], 1 - uv[:, 1]]).astype("<f4")
-        attributes["TEXCOORD_0"] = draft.accessor(flipped, COORDINATES, ATTRIBUTE)
+        u, v = uv[0][uv[1].ravel()[first]].T
+        values = np.column_stack([u, 1 - v]).astype("<f4")
+        attributes["TEXCOORD_0"] = draft.accessor(values, COORDINATES, ATTRIBUTE)
     owner = np.zeros(len(faces), np.int64) if owner is None else owner
     made: list[dict[str, Any]] = []
     for k in range(int(owner.max()) + 1):
         made.append({"attributes": dict(attributes), "mode": TRIANGLES})
         primitives["primitives"] = [*made, {"attributes": attributes}]  # so that nothing is taken for unused
-        _index(draft, made[-1], faces[owner == k].ravel(), None, len(points))
+        _index(draft, made[-1], faces[owner == k].ravel(), None, len(at))
     primitives["primitives"] = made
     return Gltf(None, tree, draft.views)  # type: ignore[arg-type]
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ...arrays import Index, Real, distinct_rows
+from ...arrays import Index, Real
 from ...errors import InputError
 from ...meshes.mesh import Mesh, face_areas, merge
 from ...pixels.texture import REPEAT, Wrap
@@ -477,14 +477,9 @@ def _glb(
     if file.primitives:
         return gltf_write.with_coordinates(file.primitives, file.faces, uv, uv_corners, pictures)
     mesh = file.mesh
-    keys = [mesh.corners[triangles].ravel()]
-    if mesh.normals is not None and mesh.normal_corners is not None:
-        keys.append(mesh.normal_corners[triangles].ravel())
-    rows = np.stack(keys, axis=1)
-    first, faces = distinct_rows(rows)
-    rows = rows[first]
-    normals = None if len(keys) == 1 or mesh.normals is None else mesh.normals[rows[:, 1]]
-    whole = gltf_write.plain(mesh.points[rows[:, 0]], normals, faces.reshape(-1, 3), file.path.stem)
+    stated = mesh.normals is not None and mesh.normal_corners is not None
+    normals = (mesh.normals, mesh.normal_corners[triangles]) if stated else None  # type: ignore[index]
+    whole = gltf_write.plain(file.path.stem, (mesh.points, mesh.corners[triangles]), normals)  # type: ignore[arg-type]
     part = Primitive(whole, 0, 0)
     every = np.ones(len(triangles), bool)
     return gltf_write.with_coordinates([part], every, uv, uv_corners[triangles].ravel(), pictures)
