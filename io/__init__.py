@@ -9,7 +9,7 @@ formats        what files of each suffix hold
 page           results on one page of HTML
 spec           `file#part#number`
 point_syntax   points as users name them
-names          file names that every system takes
+checked        values checked by pydantic
 quiet_stderr   what C libraries say on stderr
 memory         memory for pictures within a bound
 svg/           SVG as outlines

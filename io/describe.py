@@ -219,11 +219,9 @@ def _constraints(path: Path) -> dict[str, Any]:
 
 def _own(path: Path) -> dict[str, Any]:
     """What iccm wrote itself: a report, or a saved verdict or result; nothing where it is none."""
-    import json
-
     try:
-        found = json.loads(files.read_bytes(path, max_bytes=limits.COMPARED_BYTES))
-    except (ValueError, RecursionError):
+        found = files.read_json(path, max_bytes=limits.COMPARED_BYTES)
+    except InputError:
         return {}
     schema = found.get("schema") if isinstance(found, dict) else None
     if not isinstance(schema, str) or not schema.startswith("iccm."):
@@ -235,15 +233,14 @@ def _own(path: Path) -> dict[str, Any]:
 
 def _lines_of_own(path: Path) -> dict[str, Any]:
     """Results of a batch, verdicts of a check, or a batch's journal, a line each; nothing where a line is none."""
-    import json
     from collections import Counter
 
     ended: Counter[str] = Counter()
     kind = ""
     for line in filter(bytes.strip, files.read_bytes(path, max_bytes=limits.COMPARED_BYTES).splitlines()):
         try:
-            found = json.loads(line)
-        except (ValueError, RecursionError):
+            found = files.parse_json(line)
+        except InputError:
             return {}
         said = found if isinstance(found, dict) else {}
         kind = "journal of a batch" if "event" in said else str(said.get("schema"))

@@ -2,6 +2,7 @@
 
 import errno
 import hashlib
+import json
 import os
 import re
 import shutil
@@ -11,6 +12,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from io import BufferedReader
 from pathlib import Path
+from typing import Any
 
 from .. import progress
 from ..errors import InputError
@@ -214,6 +216,49 @@ def read_bytes(path: str | os.PathLike, *, max_bytes: int) -> bytes:
     if not content:
         raise InputError(f"{path}: the file is empty")
     return content
+
+
+def parse_json(data: str | bytes, *, once: bool = False) -> Any:
+    """What JSON says; with `once` the keys of an object must differ.
+
+    Raises:
+        InputError: it is none; the message begins with what is wrong.
+    """
+    try:
+        return json.loads(data, object_pairs_hook=distinct_keys if once else None)
+    except InputError:
+        raise
+    except RecursionError:
+        raise InputError("is nested too deeply") from None
+    except ValueError as error:  # also numbers of thousands of digits
+        raise InputError(f"is not JSON: {str(error).splitlines()[0]}") from None
+
+
+def distinct_keys(items: list[tuple[str, Any]]) -> dict[str, Any]:
+    """An object whose keys are all different: JSON leaves open what a repeated one means.
+
+    Raises:
+        InputError: one is given twice.
+    """
+    found: dict[str, Any] = {}
+    for key, value in items:
+        if key in found:
+            raise InputError(f"the key {key[:60]!r} is given twice in one object")
+        found[key] = value
+    return found
+
+
+def read_json(path: str | os.PathLike, *, max_bytes: int) -> Any:
+    """What a JSON file says.
+
+    Raises:
+        InputError: as `read_bytes` and `parse_json`.
+    """
+    data = read_bytes(path, max_bytes=max_bytes)
+    try:
+        return parse_json(data)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
 
 
 def write_bytes(path: str | os.PathLike, content: bytes, *, force: bool = False) -> None:

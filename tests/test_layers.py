@@ -31,7 +31,7 @@ ORDER = (
     "io.outlines",
     "io.pictures",
     "io.svg",
-    "io.memory io.quiet_stderr io.names",
+    "io.memory io.quiet_stderr io.checked",
     "io.options io.option_groups io.page io.spec io.formats io.point_syntax io.references",
     "io.files io.limits",
     "texture_transfer ahead",

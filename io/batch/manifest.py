@@ -15,12 +15,12 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import InputError, JobError
-from .. import files, formats, limits, names
+from .. import files, formats, limits
 from ..options import many
 from ..pictures.tiles import MARK, files_of
 from ..run.job import KINDS, STEM, WRITTEN, Described, Job
 from ..spec import Spec, path_of
-from . import commands
+from . import commands, names
 from .globs import Globs
 
 LONGEST = 500  # characters of a mistake that are shown
@@ -213,7 +213,7 @@ def _from_lines(text: str, name: str, found: list[str]) -> Iterator[Entry]:
             continue
         place = f"{name}: line {number}"
         try:
-            values = json.loads(line.lstrip("\ufeff"), object_pairs_hook=_without_repeats)
+            values = json.loads(line.lstrip("\ufeff"), object_pairs_hook=files.distinct_keys)
         except (ValueError, RecursionError) as error:  # also numbers of thousands of digits, and deep nesting
             what = str(error)
             if isinstance(error, json.JSONDecodeError):
@@ -228,19 +228,6 @@ def _from_lines(text: str, name: str, found: list[str]) -> Iterator[Entry]:
             defaults, above = values["defaults"], f"{place}: [defaults]"
         else:
             yield Entry(place, values, defaults, above)
-
-
-def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """A JSON object whose keys are there once.
-
-    Raises:
-        ValueError: one is there twice.
-    """
-    values = dict(pairs)
-    if len(values) < len(pairs):
-        keys = [key for key, _ in pairs]
-        raise ValueError(f"key {next(key for key in keys if keys.count(key) > 1)[:60]!r} is there twice")
-    return values
 
 
 def _exceeds(value: Any, depth: int) -> bool:

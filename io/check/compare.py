@@ -12,33 +12,30 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field, ValidationError
 
 from ...errors import InputError
 from .. import files, formats, limits
-from ..run.validate import mistakes
+from ..checked import Checked, mistakes
 
 
-class Pictures(BaseModel):
+class Pictures(Checked):
     """How far pictures may be apart: differences relative to white, structural similarity from 0 to 1."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
     max: float = Field(2 / 255, ge=0)
     rms: float = Field(0.001, ge=0)
     ssim: float = Field(0.999, ge=-1, le=1)
 
 
-class Meshes(BaseModel):
+class Meshes(Checked):
     """How far texture coordinates may be apart, in widths of a picture; the rest of a mesh's file may not differ."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
     uv: float = Field(1e-4, ge=0)
 
 
-class Figure(BaseModel):
+class Figure(Checked):
     """How far a figure of a report may be from its baseline; within either is enough."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
     rel: float = Field(1e-6, ge=0)
     abs: float = Field(1e-9, ge=0)
     ignore: bool = False
@@ -52,14 +49,13 @@ REPORT = {
 }
 
 
-class Tolerances(BaseModel):
+class Tolerances(Checked):
     """`tolerances.toml`: a table for pictures, one for meshes, one of key patterns for reports, of which the last that
     fits counts."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
     pictures: Pictures = Pictures()
     meshes: Meshes = Meshes()
-    report: dict[str, Figure] = {}
+    report: dict[str, Figure] = Field({})
 
     def figure(self, key: str) -> Figure:
         """The tolerance of a report's key, such as `boundary.rms`."""
@@ -255,10 +251,7 @@ UNLAID = {".obj": _obj, ".glb": _glb}
 
 
 def _reports(name: str, run: Path, baseline: Path, allowed: Tolerances, verdict: Verdict) -> None:
-    a, b = (
-        {key: _named(value, path.parents[name.count("/")]) for key, value in flat(_json(path)).items()}
-        for path in (run, baseline)
-    )
+    a, b = (_leaves(path, path.parents[name.count("/")]) for path in (run, baseline))
     for key in [*b, *(key for key in a if key not in b)]:
         tolerance = allowed.figure(key)
         if tolerance.ignore:
@@ -272,13 +265,9 @@ def _reports(name: str, run: Path, baseline: Path, allowed: Tolerances, verdict:
             verdict.problems.append(f"{key}: {moved.run} where the baseline has {moved.baseline}{within}")
 
 
-def _json(path: Path) -> Any:
-    try:
-        return json.loads(files.read_bytes(path, max_bytes=limits.COMPARED_BYTES))
-    except (ValueError, RecursionError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"{path}: is not JSON: {error}") from None
+def _leaves(path: Path, folder: Path) -> dict[str, Any]:
+    found = files.read_json(path, max_bytes=limits.COMPARED_BYTES)
+    return {key: _named(value, folder) for key, value in flat(found).items()}
 
 
 def flat(value: Any, key: str = "") -> dict[str, Any]:

@@ -8,9 +8,10 @@ from datetime import UTC, datetime
 from hashlib import sha256
 from pathlib import Path
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import ValidationError
 
 from ...errors import InputError
+from ..checked import Checked
 from ..files import write_bytes
 from ..run.job import Job
 from ..shapes.starts import StartingMap
@@ -19,7 +20,7 @@ from .messages import Scene
 from .session import Session
 
 
-class Unsaved(BaseModel):
+class Unsaved(Checked):
     """Pins and strokes that no file has.
 
     Attributes:
@@ -30,7 +31,6 @@ class Unsaved(BaseModel):
         token: of its address.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
     scene: Scene
     start: StartingMap | None
     when: datetime

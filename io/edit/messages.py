@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
+from pydantic import ConfigDict, Field, TypeAdapter, ValidationError, model_validator
 
 from ...errors import InputError
 from .. import limits
+from ..checked import Checked, first
 from ..point_syntax import Place as Spot
 from ..shapes.listing import Pin, Polygon, Stroke
 
 
-class _Message(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+class _Message(Checked):
+    model_config = ConfigDict(allow_inf_nan=False)
 
 
 class Scene(_Message):
@@ -134,7 +135,7 @@ def read(text: str) -> Message:
     try:
         return _READ.validate_json(text)
     except ValidationError as error:
-        raise InputError(f"not understood: {_first(error)}") from None
+        raise InputError(f"not understood: {first(error, 'the message')}") from None
 
 
 def scene_of(pins: list[Pin], strokes: list[Stroke], rigid: list[str | Polygon], **how: Any) -> Scene:
@@ -146,11 +147,4 @@ def scene_of(pins: list[Pin], strokes: list[Stroke], rigid: list[str | Polygon],
     try:
         return Scene.model_validate({"pins": pins, "strokes": strokes, "rigid": rigid, **how})
     except ValidationError as error:
-        raise InputError(f"iccm edit: {_first(error)}") from None
-
-
-def _first(error: ValidationError) -> str:
-    """The first mistake, and where it is."""
-    first = error.errors(include_url=False, include_context=False, include_input=False)[0]
-    place = ".".join(str(part) for part in first["loc"])
-    return f"{place}: {first['msg']}".removeprefix(": ").replace("Value error, ", "")
+        raise InputError(f"iccm edit: {first(error)}") from None

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...arrays import Complex
 from ...errors import InputError
+from ..files import parse_json
 from ..outlines.polygons import geometries
 from .document import Document, Geometry, Images, number
 
@@ -30,10 +31,7 @@ class GeoJson(Document):
     @classmethod
     def parse(cls, data: bytes, columns: str | None) -> GeoJson:
         """By what the content is."""
-        try:
-            content = json.loads(data.decode("utf-8-sig"))
-        except (json.JSONDecodeError, RecursionError) as error:
-            raise InputError(f"is no JSON: {error}") from None
+        content = parse_json(data)
         found = _Found()
         if _is_geojson(content):
             for geometry in _geometries(content):

@@ -1,6 +1,5 @@
 """Polygons in JSON: GeoJSON features, y up, and annotations of pictures by labelme and COCO, in pixels."""
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -30,10 +29,7 @@ def read(
     Raises:
         InputError: no such JSON, or none of its polygons is one.
     """
-    try:
-        content = json.loads(files.read_bytes(path, max_bytes=max_bytes).decode("utf-8-sig"))
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: is no JSON: {error}") from None
+    content = files.read_json(path, max_bytes=max_bytes)
     if not isinstance(content, dict):
         raise InputError(f"{path}: is neither GeoJSON nor annotations by labelme or COCO")
     try:
@@ -55,8 +51,8 @@ def read(
 def holds(path: Path) -> bool:
     """Whether JSON holds polygons, and not constraints."""
     try:
-        content = json.loads(files.read_bytes(path, max_bytes=limits.GEOMETRY_BYTES))
-    except (ValueError, RecursionError):
+        content = files.read_json(path, max_bytes=limits.GEOMETRY_BYTES)
+    except InputError:
         return False
     return isinstance(content, dict) and bool({"shapes", "annotations", "type"} & content.keys())
 

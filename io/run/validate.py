@@ -9,7 +9,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
 from ...errors import JobError
-from .. import point_syntax
+from ..checked import mistakes
 
 STRICT = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -38,19 +38,3 @@ def validate(kind: Any, values: dict[str, Any]) -> dict[str, Any]:
         return vars(checked(kind)(**values))
     except ValidationError as error:
         raise JobError(mistakes(error)) from None
-
-
-def mistakes(error: ValidationError) -> list[tuple[str, str]]:
-    """(key, what is wrong) for each mistake pydantic found."""
-    found: dict[str, str] = {}
-    for item in error.errors(include_url=False, include_context=False):
-        parts = [str(part) for part in item["loc"] if part not in point_syntax.TAGS]
-        key = ".".join(part for part in parts if not part.startswith(("tuple[", "function-")))
-        found.setdefault(key.removesuffix(".0") if key.startswith("size") else key, _sentence(item["msg"]))
-    return list(found.items())
-
-
-def _sentence(message: str) -> str:
-    if "as a unicode string" in message:
-        return "the name is not UTF-8; rename the file"
-    return message.removeprefix("Value error, ").replace("Extra inputs are not permitted", "unknown key")

@@ -28,33 +28,27 @@ of the target.
 A place has the forms of `iccm.io.point_syntax`; on a mesh a stroke of vertices follows the edges from each to the next.
 """
 
-import json
 import sys
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field, ValidationError
 
 from ...errors import InputError
 from .. import files, limits
-from ..point_syntax import TAGS, Place
+from ..checked import Checked, first
+from ..point_syntax import Place
 from .shape import Shape
 from .starts import StartingMap
 
-MESSAGES = {
-    "extra_forbidden": "unknown key",
-    "missing": "is missing",
-    "model_type": "must be an object, {…}",
-}
 SAME_SIZE = 1e-3  # relative
 Size = Annotated[float, Field(gt=0, le=limits.COORDINATE, strict=True)]
 Polygon = Annotated[list[Place], Field(min_length=3)]
 Weight = Annotated[float, Field(gt=0, le=1e12, strict=True)]
 
 
-class _Entry(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
+class _Entry(Checked):
     name: str = Field(default="", max_length=200)
     weight: Weight = 1.0
 
@@ -75,38 +69,34 @@ class Stroke(_Entry):
     ends: Literal["free", "stick"] = "free"
 
 
-class ConstrainedFile(BaseModel):
+class ConstrainedFile(Checked):
     """A shape that places belong to: the file's name, and width and height of its canvas."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
     file: str = ""
     size: tuple[Size, Size]
 
 
-class ConstrainedFiles(BaseModel):
+class ConstrainedFiles(Checked):
     """The shapes that constraints belong to."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
     source: ConstrainedFile | None = None
     target: ConstrainedFile | None = None
 
 
-class Landmarks(BaseModel):
+class Landmarks(Checked):
     """Named places of the source and of the target; the same name in both makes a pin."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
-    source: dict[str, Place] = {}
-    target: dict[str, Place] = {}
+    source: dict[str, Place] = Field({})
+    target: dict[str, Place] = Field({})
 
 
-class Listed(BaseModel):
+class Listed(Checked):
     """What a constraints file holds."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
     files: ConstrainedFiles = ConstrainedFiles()
-    pins: list[Pin] = []
-    strokes: list[Stroke] = []
-    rigid: list[str | Polygon] = []
+    pins: list[Pin] = Field([])
+    strokes: list[Stroke] = Field([])
+    rigid: list[str | Polygon] = Field([])
     start: StartingMap | None = None
     landmarks: Landmarks = Landmarks()
 
@@ -156,32 +146,8 @@ def read(path: str | Path, *, max_bytes: int = limits.CONSTRAINTS_BYTES) -> List
         sys.stdin.buffer.read(max_bytes) if str(path) == "-" else files.read_bytes(path, max_bytes=max_bytes)
     )
     try:
-        return Listed.model_validate(json.loads(data, object_pairs_hook=_once))
+        return Listed.model_validate(files.parse_json(data, once=True))
+    except ValidationError as error:
+        raise InputError(f"{path}: {first(error)}") from error
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
-    except ValidationError as error:
-        raise InputError(f"{path}: {_first(error)}") from error
-    except RecursionError as error:
-        raise InputError(f"{path}: nested too deeply") from error
-    except ValueError as error:
-        raise InputError(f"{path}: not JSON: {str(error).splitlines()[0]}") from error
-
-
-def _once(items: list[tuple[str, Any]]) -> dict[str, Any]:
-    """An object whose keys are all different: JSON leaves open what a repeated one means."""
-    found: dict[str, Any] = {}
-    for key, value in items:
-        if key in found:
-            raise InputError(f"the key {key!r} is given twice in one object")
-        found[key] = value
-    return found
-
-
-def _first(error: ValidationError) -> str:
-    """The first thing that is wrong, with its place, and how many more there are."""
-    errors = error.errors(include_url=False, include_context=False, include_input=False)
-    parts = [str(part) for part in errors[0]["loc"] if part not in TAGS]
-    place = ".".join(parts) or "the file"
-    message = MESSAGES.get(errors[0]["type"], errors[0]["msg"]).removeprefix("Value error, ")
-    more = f" (and {len(errors) - 1} more mistakes)" if len(errors) > 1 else ""
-    return f"{place[:200]}: {message}{more}"

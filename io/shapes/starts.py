@@ -11,7 +11,7 @@ from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from ...arrays import Complex
 from ...errors import InputError
@@ -20,6 +20,7 @@ from ...meshes.mesh import proper
 from ...meshes.topology import Triangles
 from ...plane import polygon_area, triangle_areas
 from .. import limits
+from ..checked import Checked
 from ..point_syntax import Number
 from .shape import Shape
 
@@ -27,10 +28,9 @@ Vertices = Annotated[list[tuple[Number, Number]], Field(min_length=3, max_length
 Corner = Annotated[int, Field(ge=0, lt=limits.START_ENTRIES, strict=True)]
 
 
-class StartingMap(BaseModel):
+class StartingMap(Checked):
     """Triangles with their corners in both shapes, in the units of their files."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
     source: Vertices
     target: Vertices
     triangles: Annotated[

@@ -205,7 +205,7 @@ def test_landmarks_in_json_tps_and_obj(saved, shapes, iccm):
         ("a.csv", "", (), "the file is empty"),
         ("a.csv", "a,b\n1,2\n", ("--columns", "a,c"), "no 'c' in it; it has a, b"),
         ("a.csv", "\xff\xfe", (), "two columns are needed"),
-        ("a.geojson", "{", (), "is no JSON"),
+        ("a.geojson", "{", (), "is not JSON"),
         (
             "a.geojson",
             '{"type": "Polygon", "coordinates": [[[0, 0], [1, 0], [1, 1], [0, 2]]]}',

@@ -112,7 +112,7 @@ def test_every_mistake_is_listed_with_its_place(folder):
         ("jobs.toml: job 3: quasy", "unknown key"),
         ("jobs.toml: job 3: size", "WxH"),
         ("jobs.toml: job 4: output", "unknown {sauce.stem}"),
-        ("jobs.toml: job 5: source", "required"),
+        ("jobs.toml: job 5: source", "is missing"),
     ):
         assert any(line.startswith(place) and what in line for line in found), (place, found)
     assert len(found) == 8
@@ -253,7 +253,7 @@ def test_the_check_finds_outputs_that_cannot_be_written_and_makes_no_folder(shap
 
 def test_keys_that_are_there_twice_are_told(shapes):
     (found,) = listed(shapes, '{"source": "square.svg", "target": "blob.svg", "size": 9, "size": 8}')
-    assert "line 1: key 'size' is there twice" in found
+    assert "line 1: the key 'size' is given twice" in found
 
 
 @pytest.mark.parametrize("other", ["A.PNG", "é.png", "\u212b.png"])

@@ -4,7 +4,7 @@ import os
 import re
 import unicodedata
 
-from . import limits
+from .. import limits
 
 FORBIDDEN = re.compile(r'[<>:"|?*\x00-\x1f]')
 RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com[0-9¹²³]|lpt[0-9¹²³])(\..*)?")
