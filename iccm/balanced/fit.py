@@ -256,7 +256,7 @@ def result_of(
     rigid = [Region.of(map, rings, mean, of_target=of_target, flat=flat) for rings in found.rigid]
     if status.ok and not all(region.is_rigid for region in rigid):
         status = Status.BENT
-    energies = [{"total": float(level["energy"])} for level in found.energies]
+    energies = [{"total": float(energy)} for energy in found.energies]
     return Fit(
         *(map, status, energies, source, target, pins, strokes, list(found.notes)),
         source_holes=holes.source,

@@ -21,7 +21,7 @@ from .holes.filled import Cut, without_filled
 from .holes.given import NONE, Holes, unequal, which
 from .model.boundary_pairs import loops_of
 from .model.frames import UnitFrame, frames_of
-from .model.measures import energy_between, stretches, turn_of
+from .model.measures import energy_between, turn_of
 from .model.metric import FieldMetric
 from .model.settings import Settings, Solution, SolveLog
 from .model.sketch import Sketch
@@ -94,20 +94,19 @@ def solve(
             _domains(source, target, holes),
             settings,
             journal,
-            False,
             given,
         )
         return replace(found, met=met, rigid=regions.polygons)
-    state, symmetric, kept = multilevel.free_map(*curves, settings, journal)
+    state, kept = multilevel.free_map(*curves, settings, journal)
     used = holes.only(kept)
     journal.notes += unequal(used)
     domains = _domains(source, target, used)
     regions = NO_REGIONS
     if rigid:
-        regions, symmetric = regions_of(rigid, source, used.source), False
+        regions = regions_of(rigid, source, used.source)
         curves = (*curves[:2], used.unit(frames))
         state = _with_rigid(state, regions, curves, frames, UNPINNED, settings, journal)
-    found = solution_of(state, *_world(state, frames), frames, domains, settings, journal, symmetric)
+    found = solution_of(state, *_world(state, frames), frames, domains, settings, journal)
     return replace(found, holes=kept, rigid=regions.polygons)
 
 
@@ -189,7 +188,6 @@ def solution_of(
     given: tuple[Sequence[Curve], Sequence[Curve]],
     settings: Settings,
     journal: SolveLog,
-    symmetric: bool,
     pins: Pins | None = None,
 ) -> Solution:
     """The map in the given coordinates, checked there.
@@ -202,7 +200,6 @@ def solution_of(
         given: the outlines of both domains, outer ones first.
         settings: what was asked for.
         journal: what happened.
-        symmetric: whether the map is its own mirror image.
         pins: those given.
 
     Raises:
@@ -222,7 +219,6 @@ def solution_of(
         for side, (w, curves) in enumerate(zip((z, u), given))
     )
     metrics = state.metrics
-    dilatation, stretch, _ = stretches(state.z, state.u, state.material, metrics)
     lean = turn_of(state.z, state.u, state.material, metrics) * (-1 if mirror else 1)
     turn = np.angle(np.exp(1j * lean) * frames[0].factor / frames[1].factor)
     beyond = excesses(state.z, state.u, state.material, settings, metrics).max()
@@ -236,9 +232,6 @@ def solution_of(
         float(turn),
         gap,
         source_gap,
-        journal.starts,
-        {"dilatation": float(dilatation.max()), "stretch": float(stretch.max())},
-        symmetric,
         bool(max(gap, source_gap) <= settings.tolerance and beyond <= 1),
         journal.notes,
         lines=cut.lines,

@@ -124,9 +124,7 @@ def _among(w: Complex, outer: slice) -> Flags:
 def _solution(asked: SurfaceProblem, last: Meshed, z: Complex, u: Complex) -> Solution:
     """Of a map with vertices z (n,) and u (n,) in the user's planes."""
     given = asked.sides[0].outlines, asked.sides[1].outlines
-    return method.solution_of(
-        last, z, u, asked.frames, given, asked.settings, asked.journal, False, asked.pins
-    )
+    return method.solution_of(last, z, u, asked.frames, given, asked.settings, asked.journal, asked.pins)
 
 
 def _of_own(asked: SurfaceProblem, own: OwnMap) -> Solution:
@@ -183,7 +181,7 @@ def _on_own(asked: SurfaceProblem, state: Meshed) -> OwnMap:
         return replace(own, state=final_mesh.meet_bounds(begun, settings, journal))
     begun = replace(own.state, ground=ground_of(other, asked.frames[not asked.onto]))
     first = begun.forward(1.0, STEPS, DECREASE)
-    journal.level("own", first, 1.0)
+    journal.energies.append(first.energy)
     state = final_mesh.meet_bounds_by(lambda state, q: state.forward(q, STEPS, DECREASE), first, settings)
     return replace(own, state=state, energy=first.energy)
 

@@ -9,7 +9,6 @@ from ..arrays import Complex, Flags, Index
 from ..balanced.model.settings import Settings, SolveLog
 from ..balanced.rigid.given import MOST, aims_by
 from ..balanced.rigid.solve import Rigid, keep_on_mesh
-from ..balanced.search.levels import POWER
 from ..curve import Curve, inside_any
 from ..errors import InputError
 from ..flattening.free import Elastic
@@ -70,7 +69,7 @@ def keep_rigid(
     aims, said, held = aims_by(count, holding[state.inner], pins, size or 1.0)
     wanted = Rigid((), aims, ~said, ~said & (size is None), held)
     kept = keep_on_mesh(replace(state, rigid=labels, flat=flat), wanted, settings)
-    journal.level("rigid", kept, POWER)
+    journal.energies.append(kept.energy)
     return replace(own, state=kept, energy=kept.energy)
 
 

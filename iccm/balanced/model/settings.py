@@ -4,7 +4,6 @@ from dataclasses import dataclass, field, replace
 
 from ...arrays import Complex, Index
 from ...maps.triangulated.patches import NO_LINES
-from .discrete_map import DiscreteMap
 from .metric import Metric
 
 
@@ -64,13 +63,10 @@ class Solution:
         faces: (m, 3) triangles, counter-clockwise in both planes, exactly.
         loops: boundary vertices, outer loop first and counter-clockwise.
         energy: at q = 1, areas taken as one, without the outline's term.
-        energies: one dict a level: its name, triangles, q and energy.
+        energies: at the end of each level.
         turn: radians by which the picture is turned on average.
         gap: two-sided distance of the image's outline from the target, of its diagonal.
         source_gap: that of the mesh's outline from the source.
-        starts: how many correspondences were tried, and how many of them failed.
-        limits: largest `dilatation` and `stretch` that are met.
-        symmetric: whether one half was solved and mirrored.
         reached: whether tolerance and bounds are met.
         notes: sentences on what was decided on the way.
         met: whether all pins and strokes are met.
@@ -87,13 +83,10 @@ class Solution:
     faces: Index
     loops: tuple[Index, ...]
     energy: float
-    energies: list[dict[str, float | str]]
+    energies: list[float]
     turn: float
     gap: float
     source_gap: float
-    starts: dict[str, int]
-    limits: dict[str, float]
-    symmetric: bool
     reached: bool
     notes: list[str] = field(default_factory=list)
     met: bool = True
@@ -122,18 +115,12 @@ class Solution:
 
 @dataclass
 class SolveLog:
-    """What happened on the way."""
+    """What happened on the way: energies at the end of each level, and sentences."""
 
-    energies: list[dict[str, float | str]] = field(default_factory=list)
-    starts: dict[str, int] = field(default_factory=lambda: {"tried": 0, "failed": 0})
+    energies: list[float] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
-
-    def level(self, name: str, state: DiscreteMap, q: float) -> None:
-        """Notes the end of a level."""
-        self.energies.append({"level": name, "triangles": len(state.faces), "q": q, "energy": state.energy})
 
     def add(self, other: "SolveLog") -> None:
         """Takes over what another one has."""
         self.energies += other.energies
         self.notes += other.notes
-        self.starts = {key: count + other.starts[key] for key, count in self.starts.items()}

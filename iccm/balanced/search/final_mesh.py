@@ -56,7 +56,7 @@ def fine_map(problem: UnitProblem, state: DiscreteMap, size: float, journal: Sol
     if problem.constrained and not meets_constraints(problem, state):
         state = pin_continuation.again(level, state)
     state = state.alternated(POWER, FINE_ROUNDS, FINE_BACKWARD)
-    journal.level("fine", state, POWER)
+    journal.energies.append(state.energy)
     return state
 
 
@@ -175,7 +175,7 @@ def descend(state: DiscreteMap, q: float, journal: SolveLog, decrease: float = L
         state = state.inside_moved(q, LAST_STEPS, decrease)
         if state.settled and before - state.energy < decrease * before:
             break
-    journal.level("last", state, q)
+    journal.energies.append(state.energy)
     if not state.settled and UNSETTLED not in journal.notes:
         journal.notes.append(UNSETTLED)
     return state

@@ -167,9 +167,8 @@ def warm_started(
 
 def free_map(
     source: Curve, target: Curve, holes: Holes, settings: Settings, journal: SolveLog
-) -> tuple[Meshed, bool, Numbers]:
-    """The map in unit coordinates, whether it is the mirror image of itself, and the numbers of the holes that it does
-    not pass over.
+) -> tuple[Meshed, Numbers]:
+    """The map in unit coordinates, and the numbers of the holes that it does not pass over.
 
     Raises:
         NoMapError: none without folds was found.
@@ -180,7 +179,7 @@ def free_map(
         same = similar_with_holes(problem, same)
     if same is not None:
         journal.notes.append(SIMILAR)
-        return similarity_map(problem, same, settings), False, problem.numbers
+        return similarity_map(problem, same, settings), problem.numbers
     given = [[c.z for c in side] for side in ((source, *holes.source), (target, *holes.target))]
     if not settings.bounded:  # else what is put back might exceed bounds again
         source, target, holes = rounded(source, target, holes)
@@ -188,8 +187,8 @@ def free_map(
     whole = settings.turn != 0 or problem.holed or settings.metric is not None
     halves = (None, None) if whole else (half_of(source), half_of(target))
     if halves[0] and halves[1]:
-        state, symmetric = of_symmetric(problem, (halves[0], halves[1]), settings, journal)
-        return put_back(state, *given), symmetric, problem.numbers
+        state = of_symmetric(problem, (halves[0], halves[1]), settings, journal)
+        return put_back(state, *given), problem.numbers
     found = (
         coarse_to_fine(problem, journal)
         if settings.fit == "whole"
@@ -198,7 +197,7 @@ def free_map(
     numbers = found[0].numbers
     kept = numbers[::-1] if found[0].inverted else numbers
     state = put_back(whole_map(*found, settings, journal), *given)
-    return state, False, (kept[0], kept[1])
+    return state, (kept[0], kept[1])
 
 
 def whole_map(used: UnitProblem, fine_map: Meshed, settings: Settings, journal: SolveLog) -> Meshed:
@@ -209,8 +208,8 @@ def whole_map(used: UnitProblem, fine_map: Meshed, settings: Settings, journal: 
 
 def of_symmetric(
     problem: UnitProblem, halves: tuple[Half, Half], settings: Settings, journal: SolveLog
-) -> tuple[Meshed, bool]:
-    """The map of two symmetric shapes, and whether it is its own mirror image: it is where that costs little.
+) -> Meshed:
+    """The map of two symmetric shapes, its own mirror image where that costs little.
 
     Raises:
         NoMapError: none without folds was found.
@@ -232,13 +231,13 @@ def of_symmetric(
         with suppress(Stuck):
             found = mirrored_half_map(problem, halves, *half, settings, half_log)
             journal.add(half_log)
-            return found, True
+            return found
     journal.add(free_log)
     whole = free or coarse_to_fine(problem, journal)
     journal.notes.append(ASKEW)
     if settings.fit != "whole":
         whole = partial_map(problem, whole, settings, journal)
-    return whole_map(*whole, settings, journal), False
+    return whole_map(*whole, settings, journal)
 
 
 def cheapest_map(problem: UnitProblem, settings: Settings, journal: SolveLog) -> Found:
@@ -433,14 +432,12 @@ def coarse_map(
     if problem.constrained:
         return pin_continuation.coarse(level, matches, journal)
     states = initial_maps(level, matches)
-    journal.starts["tried"] += len(matches)
-    journal.starts["failed"] += len(matches) - len(states)
     most = max(len(match.holes) for match in matches)
     if (most > 1 or (most and not states)) and not level.bays and not problem.cut_out:
         states += circle_starts(level, matches)
     states = screen(states or through_disc(level), problem.starts)
     best = best_of(level, states)
-    journal.level("coarse", best, 1.0)
+    journal.energies.append(best.energy)
     return best
 
 

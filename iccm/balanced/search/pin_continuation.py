@@ -1,5 +1,6 @@
 """Bringing pins to their goals: among the starts, and on the meshes that follow."""
 
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -94,14 +95,12 @@ def rank(state: DiscreteMap) -> tuple[float, float]:
     return state.miss, state.energy
 
 
-def screen(level: Level, matches: list[Match]) -> tuple[list[DiscreteMap], float, int]:
-    """The best maps with pins moved, best first; the least energy without pins; and how many matches failed."""
-    states, failed = [], 0
+def screen(level: Level, matches: list[Match]) -> tuple[list[DiscreteMap], float]:
+    """The best maps with pins moved, best first, and the least energy without pins."""
+    states = []
     for match in progress.counted("starts", matches):
-        try:
+        with suppress(Stuck):
             states.append(level.mapped(match).unfolded().forward(1.0, FIRST_STEPS, 1e-4, corners=False))
-        except Stuck:
-            failed += 1
     free = min((state.energy for state in states), default=np.inf)
     states = [aim_feet(level.problem.strokes, state, BESIDE) for state in states]
     straight = (moved(state) for state in progress.counted("pins moved", states))
@@ -114,7 +113,7 @@ def screen(level: Level, matches: list[Match]) -> tuple[list[DiscreteMap], float
         ways = progress.counted("pins led around each other", states[:LED])
         led_ends = [lead_one_by_one(level, state) for state in ways]
         ends = sorted([*led_ends, *ends], key=rank)
-    return ends[:KEPT], free, failed
+    return ends[:KEPT], free
 
 
 def settle_pinned(level: Level, state: DiscreteMap) -> DiscreteMap:
@@ -184,9 +183,7 @@ def coarse(level: Level, matches: list[Match], journal: SolveLog) -> DiscreteMap
         Stuck: no start without folds.
     """
     matches = matches + pin_aligned_matches(level, level.problem.all_pins)
-    states, free, failed = screen(level, matches)
-    journal.starts["tried"] += len(matches)
-    journal.starts["failed"] += failed
+    states, free = screen(level, matches)
     if not states:
         raise Stuck("no start")
     met = [state for state in states if state.miss == 0]
@@ -198,5 +195,5 @@ def coarse(level: Level, matches: list[Match], journal: SolveLog) -> DiscreteMap
         best = settle_pinned(level, states[0].held())
     earlier = [note for note in journal.notes if note != STRETCHED]  # an attempt given up may have noted it
     journal.notes = [*earlier, STRETCHED] if best.energy > STRONG * free else earlier
-    journal.level("coarse", best, 1.0)
+    journal.energies.append(best.energy)
     return best
