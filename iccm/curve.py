@@ -1,6 +1,6 @@
 """Curves in the plane: complex vertices, closed (a domain's boundary) or open (a stroke)."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -12,6 +12,9 @@ from shapely.validation import explain_validity
 from .arrays import Complex, Real, as_complex, complex_of, xy_of
 from .errors import InputError
 from .plane import bounding_box, distinct, polygon_area
+
+EXACT = 0.01  # of a Hausdorff distance, that it may be too small by
+ROUNDED = 1e-9  # of the diagonal: shorter distances are not looked into
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,9 +153,17 @@ class Curve:
         edge, part = nearest_segments(np.asarray(w), self.z[: self.edges.size], ends)
         return self.knots[edge] + part * self.lengths[edge]
 
+    def nearest(self, w: Complex) -> Complex:
+        """The closest point of the curve to each of the points w (p,)."""
+        return self.at(self.closest(w))
+
+    def distances(self, w: Complex) -> Real:
+        """(p,) distances of points to the curve."""
+        return np.abs(self.nearest(w) - w)
+
     def pulled_in(self, w: Complex) -> Complex:
         """Points outside a closed curve moved to the closest point of it."""
-        return np.where(self.contains(w), w, self.at(self.closest(w))) if w.size else w
+        return np.where(self.contains(w), w, self.nearest(w)) if w.size else w
 
     def resample(self, count: int) -> "Curve":
         """About `count` vertices with edges about even, keeping every corner sharper than 30 degrees where it is."""
@@ -176,6 +187,62 @@ def boundary_samples(polygon: Complex, per_edge: int = 4) -> Complex:
     """(n · per_edge,) points of a polygon in order, its vertices among them."""
     t = np.arange(per_edge) / per_edge
     return (polygon[:, None] + (np.roll(polygon, -1) - polygon)[:, None] * t).ravel()
+
+
+def interior_grid(curve: Curve, count: int, holes: Sequence[Complex] = ()) -> Complex:
+    """About `count` points of a square grid inside a closed curve and outside of holes, none closer to an outline than
+    a hundredth of the spacing."""
+    step = np.sqrt(abs(curve.area) / count)
+    lo, hi = curve.box
+    x = np.arange(lo.real + step / 2, hi.real, step)
+    y = np.arange(lo.imag + step / 2, hi.imag, step)
+    z = (x[None, :] + 1j * y[:, None]).ravel()
+    domain = polygon_of(curve.z, *holes)
+    ring = domain.buffer(-0.01 * step)
+    shapely.prepare(ring)
+    inside = z[shapely.contains_xy(ring, z.real, z.imag)]
+    if inside.size:
+        return inside
+    point = domain.representative_point()
+    return np.array([complex(point.x, point.y)])
+
+
+def hausdorff(a: Curve, b: Curve) -> float:
+    """Two-sided Hausdorff distance of two curves, to 1 % of itself or rounding."""
+    return max(_farthest(a, b), _farthest(b, a))
+
+
+def _farthest(a: Curve, b: Curve) -> float:
+    """The largest distance of a point of one curve to another: branch and bound over pieces of its edges. The distance
+    to one segment is convex, so that on a piece the distance is at most the larger of those of its ends to either
+    end's nearest segment."""
+    from .buckets import nearest_segments
+
+    heads, steps = b.z[: b.edges.size], b.edges
+    start, end = a.z[: a.edges.size], a.z[: a.edges.size] + a.edges
+    found, least = 0.0, max(ROUNDED * b.diagonal, 4 * np.spacing(np.abs(a.z).max()))
+    while start.size:
+        edges = [nearest_segments(z, heads, heads + steps)[0] for z in (start, end)]
+        away = [[_to_segments(z, heads[edge], steps[edge]) for z in (start, end)] for edge in edges]
+        found = max(found, float(away[0][0].max()), float(away[1][1].max()))
+        most = np.minimum(np.maximum(*away[0]), np.maximum(*away[1]))
+        open_ = (most > found * (1 + EXACT) + least) & (np.abs(end - start) > least)
+        middle = 0.5 * (start[open_] + end[open_])
+        start, end = np.append(start[open_], middle), np.append(middle, end[open_])
+    return found
+
+
+def _to_segments(z: Complex, head: Complex, step: Complex) -> Real:
+    """(p,) distances of points to a segment each."""
+    part = np.clip(((z - head) * step.conj()).real / np.maximum(np.abs(step) ** 2, 1e-300), 0, 1)
+    return np.abs(z - head - part * step)
+
+
+def closer_outline(outline: Complex, filled: Complex | None, goal: Curve) -> Complex:
+    """Of a map's outline and the one with bays filled, if there are any, the one that belongs on the goal."""
+    if filled is None:
+        return outline
+    return min((outline, filled), key=lambda loop: hausdorff(Curve(loop), goal))
 
 
 def resampled_knots(curve: Curve, count: int, corner: float = np.pi / 6) -> Real:

@@ -463,7 +463,7 @@ def _inside(source: Curve, z: Complex, what: str, reach: float) -> None:
     """Raise unless every point is inside the source or on its boundary."""
     if not z.size:
         return
-    gap = np.abs(source.at(source.closest(z)) - z)
+    gap = source.distances(z)
     outside = np.flatnonzero(~source.contains(z) & (gap > reach * source.diagonal))
     if outside.size:
         k = outside[0]

@@ -11,10 +11,9 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from .arrays import Box, Complex, Flags, Real, complex_of, xy_of
+from .arrays import Box, Complex, Flags, complex_of, xy_of
 from .blas import on_one_thread
-from .buckets import nearest_segments
-from .curve import Curve, boundary_samples, inside_any, polygon_of
+from .curve import Curve, boundary_samples, closer_outline, hausdorff, inside_any, interior_grid, polygon_of
 from .errors import InputError
 from .maps import distortion, harmonic, injectivity, inverse
 from .maps.approximation import AnyMap, triangulated
@@ -40,9 +39,8 @@ MOST_LOST = 0.01  # of the source's area
 TOLD = 2e-3  # of the source's area
 SQUEEZED = 2e-3
 """Of a surface: by landmarks good maps have at most 1.1e-3 (cow), one with limbs lost 2.4e-3 (fox, 622 triangles)."""
-EXACT = 0.01  # of a Hausdorff distance, that it may be too small by
-ROUNDED = 1e-9  # of the diagonal: shorter distances and pieces are not looked into
 FLATNESS = 1e-4  # of the diameter: how far the drawn image of the boundary may be off a curved one
+ROUNDED = 1e-9  # of the diagonal: narrower pieces are not looked into
 BACK = 1e-6  # of the source's diagonal: an inverse that errs by more is another point
 
 
@@ -325,11 +323,11 @@ class Fit:
             *pairs[1:],
         ]
         weights = np.concatenate([image.lengths + np.roll(image.lengths, 1) for image, _ in evenly])
-        away = np.concatenate([distances(image.z, target) for image, target in evenly])
+        away = np.concatenate([target.distances(image.z) for image, target in evenly])
         rms = np.sqrt(np.average(away**2, weights=weights))
-        given = [distances(self._image_of(self._on_outline), self.target)]
+        given = [self.target.distances(self._image_of(self._on_outline))]
         given += [
-            distances(self._image_of(self.source_holes[i].z), hole)
+            hole.distances(self._image_of(self.source_holes[i].z))
             for _, hole, i, _ in self._hole_images
             if i >= 0
         ]
@@ -347,7 +345,7 @@ class Fit:
             return self.source.z
         near = ON_OUTLINE * self.source.diagonal
         loops = self.map.polygon, self.filled[0]
-        kept = [distances(self.source.z, Curve(loop)) <= near for loop in loops]
+        kept = [Curve(loop).distances(self.source.z) <= near for loop in loops]
         return self.source.z[kept[0] & kept[1]]
 
     @property
@@ -546,7 +544,7 @@ class Fit:
     def _stroke_error(self, source: Curve, target: Curve) -> float:
         """Root mean square distance of a stroke's image to its target, relative."""
         image = self._image_of(source.at(np.linspace(0, source.length, 50)))
-        return float(np.sqrt(np.mean(np.abs(target.at(target.closest(image)) - image) ** 2))) / self.diagonal
+        return float(np.sqrt(np.mean(target.distances(image) ** 2))) / self.diagonal
 
 
 def load(path: str | PathLike) -> Fit:
@@ -615,65 +613,6 @@ def rings_within(holes: Sequence[Curve], outline: Curve) -> list[Complex]:
 def region(outline: Complex, holes: Iterable[Complex] = ()) -> shapely.Geometry:
     """A domain as shapely has it, mended where rounding lets its outlines touch."""
     return shapely.make_valid(polygon_of(outline, *holes))
-
-
-def distances(w: Complex, curve: Curve) -> np.ndarray:
-    """(p,) distances of points to a curve."""
-    return np.abs(curve.at(curve.closest(w)) - w)
-
-
-def closer_outline(outline: Complex, filled: Complex | None, goal: Curve) -> Complex:
-    """Of a map's outline and the one with bays filled, if there are any, the one that belongs on the goal."""
-    if filled is None:
-        return outline
-    return min((outline, filled), key=lambda loop: hausdorff(Curve(loop), goal))
-
-
-def hausdorff(a: Curve, b: Curve) -> float:
-    """Two-sided Hausdorff distance of two curves, to 1 % of itself or rounding."""
-    return max(_farthest(a, b), _farthest(b, a))
-
-
-def _farthest(a: Curve, b: Curve) -> float:
-    """The largest distance of a point of one curve to another: branch and bound over pieces of its edges. The distance
-    to one segment is convex, so that on a piece the distance is at most the larger of those of its ends to either
-    end's nearest segment."""
-    heads, steps = b.z[: b.edges.size], b.edges
-    start, end = a.z[: a.edges.size], a.z[: a.edges.size] + a.edges
-    found, least = 0.0, max(ROUNDED * b.diagonal, 4 * np.spacing(np.abs(a.z).max()))
-    while start.size:
-        edges = [nearest_segments(z, heads, heads + steps)[0] for z in (start, end)]
-        away = [[_to_segments(z, heads[edge], steps[edge]) for z in (start, end)] for edge in edges]
-        found = max(found, float(away[0][0].max()), float(away[1][1].max()))
-        most = np.minimum(np.maximum(*away[0]), np.maximum(*away[1]))
-        open_ = (most > found * (1 + EXACT) + least) & (np.abs(end - start) > least)
-        middle = 0.5 * (start[open_] + end[open_])
-        start, end = np.append(start[open_], middle), np.append(middle, end[open_])
-    return found
-
-
-def _to_segments(z: Complex, head: Complex, step: Complex) -> Real:
-    """(p,) distances of points to a segment each."""
-    part = np.clip(((z - head) * step.conj()).real / np.maximum(np.abs(step) ** 2, 1e-300), 0, 1)
-    return np.abs(z - head - part * step)
-
-
-def interior_grid(curve: Curve, count: int, holes: Sequence[Complex] = ()) -> Complex:
-    """About `count` points of a square grid inside a closed curve and outside of holes, none closer to an outline than
-    a hundredth of the spacing."""
-    step = np.sqrt(abs(curve.area) / count)
-    lo, hi = curve.box
-    x = np.arange(lo.real + step / 2, hi.real, step)
-    y = np.arange(lo.imag + step / 2, hi.imag, step)
-    z = (x[None, :] + 1j * y[:, None]).ravel()
-    domain = polygon_of(curve.z, *holes)
-    ring = domain.buffer(-0.01 * step)
-    shapely.prepare(ring)
-    inside = z[shapely.contains_xy(ring, z.real, z.imag)]
-    if inside.size:
-        return inside
-    point = domain.representative_point()
-    return np.array([complex(point.x, point.y)])
 
 
 def _quantile(values: np.ndarray, q: float) -> float:

@@ -71,7 +71,7 @@ def inside(polygon, count=40, margin=0.05, seed=0):
     lo, hi = curve.box
     z = rng.uniform(lo.real, hi.real, 4000) + 1j * rng.uniform(lo.imag, hi.imag, 4000)
     z = z[curve.contains(z)]
-    z = z[np.abs(curve.at(curve.closest(z)) - z) > margin * curve.diagonal]
+    z = z[curve.distances(z) > margin * curve.diagonal]
     return z[:count]
 
 

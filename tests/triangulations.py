@@ -49,7 +49,7 @@ def irregular(polygon, h, seed=0):
     inner = (x + 1j * y).ravel() + 0.2 * h * (rng.uniform(-1, 1, x.size) + 1j * rng.uniform(-1, 1, x.size))
     curve = Curve(polygon)
     inner = inner[curve.contains(inner)]
-    inner = inner[np.abs(curve.at(curve.closest(inner)) - inner) > 0.5 * h]
+    inner = inner[curve.distances(inner) > 0.5 * h]
     z = np.concatenate([polygon, inner])
     faces = Delaunay(np.column_stack([z.real, z.imag])).simplices.astype(np.int64)
     faces = faces[curve.contains(z[faces].mean(axis=1))]

@@ -10,11 +10,10 @@ from dataclasses import replace
 import numpy as np
 
 from ..arrays import Complex, Index
-from ..curve import Curve
+from ..curve import Curve, closer_outline, hausdorff, interior_grid
 from ..errors import InputError
 from ..maps.fields import Field
 from ..maps.triangulated.map import TriangulatedMap
-from ..result import closer_outline, hausdorff, interior_grid
 from . import injectivity
 from .constraints.validate import NO_PINS, UNPINNED, Pins, check, put_pins
 from .holes.filled import Cut, without_filled

@@ -70,7 +70,7 @@ def moved(w: Complex, faces: Index, loops: Sequence[Index], outer: Curve, holes:
 
 
 def _is_on(z: Complex, curve: Curve) -> bool:
-    return bool(np.abs(curve.at(curve.closest(z)) - z).max() <= NEAR * curve.diagonal)
+    return bool(curve.distances(z).max() <= NEAR * curve.diagonal)
 
 
 def _partners(rims: Sequence[Curve], holes: Sequence[Curve]) -> list[Curve]:
@@ -107,7 +107,7 @@ def matched(before: Curve, now: Curve) -> Real:
 def is_reshaped(before: Curve, now: Curve) -> bool:
     """Whether an outline did not only move: limbs merged or came apart, so that a map that goes on has to jump."""
     ways = ((before, now), (now, before))
-    apart = max(np.abs(b.at(b.closest(a.z)) - a.z).max() for a, b in ways)
+    apart = max(b.distances(a.z).max() for a, b in ways)
     along = max(np.abs(b.at(matched(a, b)) - a.z).max() for a, b in ways)
     return bool(along > FARTHER * max(apart, NEAR * now.diagonal))
 

@@ -20,14 +20,14 @@ import shapely
 from .. import progress
 from ..arrays import Complex, Real, complex_of
 from ..blas import on_one_thread
-from ..curve import Curve, boundary_samples
+from ..curve import Curve, boundary_samples, hausdorff
 from ..maps.harmonic import HarmonicMap
 from ..paper.algorithm1 import assemble, discretise, finish, iterate
 from ..paper.energies import Basis
 from ..paper.initial import constraint_points
 from ..paper.least_squares import System
 from ..problem import Options, Problem, from_farthest
-from ..result import Fit, Status, hausdorff
+from ..result import Fit, Status
 from .correspondence import CircleMap, Correspondence, View
 from .harmonic_measure import HarmonicMeasure
 from .normalisation import search
@@ -169,7 +169,7 @@ def normalise(problem: Problem, source: Curve, target: Curve, fineness: float) -
     """
     spacing = PANEL * fineness**0.25
     inside, wanted = constraint_points(problem)
-    near = target.at(target.closest(wanted))
+    near = target.nearest(wanted)
     pins = np.column_stack([source.pulled_in(inside), np.where(target.contains(wanted), wanted, near)])
     sharp = [at_corners(curve, AT_CORNERS * fineness ** (2 / 3)) for curve in (source, target)]
     c = search(measure(source, sharp[0], spacing), measure(target, sharp[1], spacing), pins, problem.upright)

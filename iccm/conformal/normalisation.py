@@ -49,7 +49,7 @@ def centres(curve: Curve, spacing: float) -> Complex:
     middle, radius = middle[inside], radius[inside]
     if not middle.size:
         raise InputError("an outline is too thin to have a middle; simplify it, or make it wider")
-    clear = np.abs(curve.at(curve.closest(middle)) - middle)
+    clear = curve.distances(middle)
     fair = (clear > 0.5 * radius) & (clear > CLEARANCE * clear.max())
     middle, clear = middle[fair], clear[fair]
     chosen = [int(np.argmax(clear))]

@@ -7,13 +7,12 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Complex, Real
-from ..curve import Curve, boundary_samples
+from ..curve import Curve, boundary_samples, hausdorff
 from ..maps.distortion import Distortion, weighted_quantile
 from ..meshes.flatten import Flattening
 from ..meshes.mesh import face_areas
 from ..meshes.stretch import laid_flat, linear
 from ..plane import triangle_areas
-from ..result import distances, hausdorff
 
 PER_EDGE = 8  # places of a chord whose distances are taken (by hand)
 
@@ -67,7 +66,7 @@ def _distortion(corners: Complex, space: Real, scale: float) -> Distortion:
 
 def _boundary(z: Complex, outline: Curve) -> dict[str, float]:
     chords = Curve(z)
-    away = distances(boundary_samples(z, PER_EDGE), outline)
+    away = outline.distances(boundary_samples(z, PER_EDGE))
     rms = np.sqrt(np.average(away**2, weights=np.repeat(chords.lengths, PER_EDGE)))
     return {
         "rms": float(rms) / outline.diagonal,

@@ -100,6 +100,6 @@ def _icp(problem: UnitProblem, match: Match) -> tuple[float, Similarity]:
         near = Similarity.fit(np.append(z, pins), np.append(w, goals), weight)
         if problem.anchors[0]:
             break
-        w = problem.target.at(problem.target.closest(near(z)))
+        w = problem.target.nearest(near(z))
     away = near(np.append(z, pins)) - np.append(w, goals)
     return float(np.sqrt(weight @ np.abs(away) ** 2 / weight.sum())), near

@@ -110,7 +110,7 @@ class Side:
 
 
 def _is_near(outline: Curve, z: Complex) -> Flags:
-    return np.abs(outline.at(outline.closest(z)) - z) < ON_OUTLINE * outline.diagonal
+    return outline.distances(z) < ON_OUTLINE * outline.diagonal
 
 
 def _transfer(here: Flattening, there: Flattening, loop: Index, z: Complex, on: Flags) -> Complex:

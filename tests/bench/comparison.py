@@ -21,8 +21,8 @@ import numpy as np
 
 import iccm
 from iccm import Curve, Fit
+from iccm.curve import hausdorff
 from iccm.io.shapes import constraints
-from iccm.result import hausdorff
 
 from . import pictures, rivals, shapes
 from .rivals import Mesh

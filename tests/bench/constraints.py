@@ -14,7 +14,6 @@ import shapely
 import iccm
 from iccm import Curve, InputError
 from iccm.balanced.minimise.energy import energy_of
-from iccm.result import distances
 
 from . import shapes
 
@@ -64,7 +63,7 @@ class Row:
 
 def clear(curve: Curve, z: np.ndarray) -> np.ndarray:
     """Which points are inside and far enough from the outline."""
-    return curve.contains(z) & (np.abs(curve.at(curve.closest(z)) - z) > CLEAR * curve.diagonal)
+    return curve.contains(z) & (curve.distances(z) > CLEAR * curve.diagonal)
 
 
 def apart(points: list, z: complex, unit: float) -> bool:
@@ -141,7 +140,7 @@ def mixed(rng, free: iccm.Fit, count: int) -> tuple | None:
         return None
     lines = [Curve(np.asarray(z), closed=False) for z in one]
     far = [
-        np.abs(c.at(c.closest(side)) - side).min() > CLEAR * d.diagonal
+        c.distances(side).min() > CLEAR * d.diagonal
         for c, side, d in zip(lines, pins[0].T, (free.source, free.target))
     ]
     return (np.concatenate(pins), [one]) if all(far) else None
@@ -192,7 +191,7 @@ def ray(rng, curve: Curve, across: int) -> np.ndarray | None:
 def clear_but_for_ends(curve: Curve, z: np.ndarray, both: int) -> bool:
     """Whether a polyline (n,) leaves the outline at its first point, and at its last if `both`, and keeps clear of it
     between."""
-    away = np.abs(curve.at(curve.closest(z)) - z)
+    away = curve.distances(z)
     steps = np.arange(z.size) / z.size
     far = np.minimum(steps, 1 - steps if both else 1.0)
     inner = curve.contains(z[1 : z.size - both]).all()
@@ -236,9 +235,9 @@ def off_line(fit: iccm.Fit) -> float:
     for a, b in fit.strokes:
         image = Curve(fit.map(a.at(np.linspace(0, a.length, 400))), closed=False)
         goal = b.at(np.linspace(0, b.length, 400))
-        worst = max(worst, distances(image.z, b).max())
+        worst = max(worst, b.distances(image.z).max())
         if np.isin(a.z[[0, -1]], fit.pins[:, 0]).all():
-            worst = max(worst, distances(goal, image).max())
+            worst = max(worst, image.distances(goal).max())
     return worst / fit.diagonal
 
 

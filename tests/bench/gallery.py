@@ -18,13 +18,13 @@ from PIL import Image, ImageDraw
 
 import iccm
 from iccm import Curve, Fit, cli
+from iccm.curve import interior_grid
 from iccm.io.pictures import image_files
 from iccm.io.shapes import constraints
 from iccm.maps.harmonic import HarmonicMap, area_scale, dilatation
 from iccm.pixels.sampler import Sampler
 from iccm.pixels.texture import Texture
 from iccm.pixels.warp import Warp, whole
-from iccm.result import interior_grid
 
 from . import comparison, methods, orders, pictures, shapes
 from .pictures import (

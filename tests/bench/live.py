@@ -64,7 +64,7 @@ def spread(session: Session, rng: np.random.Generator) -> list[Pin]:
         if len(found) == PINS:
             break
         z = complex(rng.uniform(low.real, high.real), rng.uniform(low.imag, high.imag))
-        depth = abs(curve.at(curve.closest(np.array([z])))[0] - z)
+        depth = abs(curve.nearest(np.array([z]))[0] - z)
         apart = min((abs(z - other) for other in found), default=np.inf)
         if (
             curve.contains(np.array([z]))[0]

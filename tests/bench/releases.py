@@ -80,7 +80,7 @@ def inside(session: Session, side: int, rng: np.random.Generator) -> complex:
     low, high = curve.box
     while True:
         z = complex(rng.uniform(low.real, high.real), rng.uniform(low.imag, high.imag))
-        near = curve.at(curve.closest(np.array([z])))[0]
+        near = curve.nearest(np.array([z]))[0]
         if curve.contains(np.array([z]))[0] and abs(near - z) > DEEP * curve.diagonal:
             return z
 

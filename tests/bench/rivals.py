@@ -121,7 +121,7 @@ def rigid(mesh: Mesh, images: np.ndarray) -> np.ndarray:
         turn /= np.maximum(np.abs(turn), 1e-300)
         right = np.zeros(z.size, complex)
         np.add.at(right, i, 0.5 * weight * (turn[i] + turn[j]) * edge)
-        pull[mesh.rim] = target.at(target.closest(w[mesh.rim]))
+        pull[mesh.rim] = target.nearest(w[mesh.rim])
         right += share * pull
         w = solve(right.real) + 1j * solve(right.imag)
     return w
@@ -166,7 +166,7 @@ def integrated(mesh: Mesh, slope) -> np.ndarray:
     """(n,) integral of a function along a tree of edges that starts deep inside; three Gauss points an edge."""
     a, b = np.concatenate([mesh.triangles[:, [k, (k + 1) % 3]] for k in range(3)]).T
     edges = coo_array((np.ones(a.size), (a, b)), (mesh.nodes.size,) * 2).tocsr()
-    root = int(np.argmax(np.abs(mesh.curve.at(mesh.curve.closest(mesh.nodes)) - mesh.nodes)))
+    root = int(np.argmax(mesh.curve.distances(mesh.nodes)))
     order, before = graphs.breadth_first_order(edges, root, directed=False)
     child = order[1:]
     start, step = mesh.nodes[before[child]], mesh.nodes[child] - mesh.nodes[before[child]]

@@ -94,7 +94,7 @@ def moved(before, now):
     continuous map of one onto the other goes below."""
     a, b = Curve.domain(before), Curve.domain(now)
     ends = [(c, d, c.at(np.linspace(0, c.length, 2000))) for c, d in ((a, b), (b, a))]
-    apart = max(float(np.abs(d.at(d.closest(z)) - z).max()) for _, d, z in ends)
+    apart = max(float(d.distances(z).max()) for _, d, z in ends)
     return apart, max(apart, frechet(*(c.at(np.arange(SAMPLES) * c.length / SAMPLES) for c in (a, b))))
 
 

@@ -9,9 +9,8 @@ import shapely
 
 import iccm
 from iccm.arrays import xy_of
-from iccm.curve import Curve, boundary_samples
+from iccm.curve import Curve, boundary_samples, hausdorff
 from iccm.maps.boundary_image import outline
-from iccm.result import hausdorff
 from tests.shapes import arrow, blob, ell, pear, refined, square, star
 
 SHAPES = {"arrow": arrow(), "ell": ell(), "star": star(), "blob": blob(), "square": 1.5 * square()}

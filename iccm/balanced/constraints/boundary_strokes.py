@@ -14,7 +14,6 @@ from ...arrays import Complex, Flags, Index, complex_of, xy_of
 from ...curve import Curve
 from ...errors import ConstraintError
 from ...problem import ON_OUTLINE
-from ...result import distances
 
 BESIDE_END = 20.0  # times that: how far a stroke may keep so close to the outline from its end there on
 SAMPLES = 2.0  # of a stroke, for that length
@@ -70,7 +69,7 @@ def separate(
 
 def _is_along(curve: Curve, stroke: Curve) -> bool:
     z = stroke.at(_samples(curve, stroke))
-    return bool(np.all(distances(z, curve) <= ON_OUTLINE * curve.diagonal))
+    return bool(np.all(curve.distances(z) <= ON_OUTLINE * curve.diagonal))
 
 
 def _along(domains: tuple[Curve, ...], drawn: DrawnStroke, beside: Sequence[bool]) -> DrawnStroke:
@@ -96,7 +95,7 @@ def _along(domains: tuple[Curve, ...], drawn: DrawnStroke, beside: Sequence[bool
             f"stroke {k + 1}: it runs the other way around the outline in the target; turn it round",
             strokes=[k],
         )
-    ends = [Curve(c.at(c.closest(s.z[[0, -1]])), closed=False) for c, s in zip(domains, drawn.curves)]
+    ends = [Curve(c.nearest(s.z[[0, -1]]), closed=False) for c, s in zip(domains, drawn.curves)]
     return DrawnStroke(k, (ends[0], ends[1]), (True, True), (True, True))
 
 
@@ -117,7 +116,7 @@ def _snap_ends(domains: tuple[Curve, ...], drawn: DrawnStroke) -> DrawnStroke:
     """
     k, curves = drawn.number, list(drawn.curves)
     at_ends = np.array(
-        [distances(s.z[[0, -1]], c) <= ON_OUTLINE * c.diagonal for c, s in zip(domains, curves)]
+        [c.distances(s.z[[0, -1]]) <= ON_OUTLINE * c.diagonal for c, s in zip(domains, curves)]
     )
     for end in (0, 1):
         here, there = at_ends[0, end], at_ends[-1, end]
@@ -147,7 +146,7 @@ def _refuse_touching(curve: Curve, stroke: Curve, on_outline: tuple[bool, bool],
     s = _samples(curve, stroke)
     z = stroke.at(s)
     unit = ON_OUTLINE * curve.diagonal
-    bad = (distances(z, curve) < unit) | ~curve.contains(z)
+    bad = (curve.distances(z) < unit) | ~curve.contains(z)
     for end, from_end in ((0, s), (1, stroke.length - s)):
         if on_outline[end]:
             bad &= from_end > BESIDE_END * unit
@@ -162,7 +161,7 @@ def _refuse_touching(curve: Curve, stroke: Curve, on_outline: tuple[bool, bool],
 def _on_outline(curve: Curve, stroke: Curve, end: int) -> Curve:
     """The stroke led to the outline at an end that is close to it: cut there where it leaves the shape."""
     z = stroke.z[::-1] if end else stroke.z
-    foot = curve.at(curve.closest(z[:1]))
+    foot = curve.nearest(z[:1])
     if abs(foot[0] - z[0]) <= SAME * curve.diagonal:
         z = np.append(foot, z[1:])
     elif curve.contains(z[:1])[0]:
@@ -172,7 +171,7 @@ def _on_outline(curve: Curve, stroke: Curve, end: int) -> Curve:
         way = shapely.LineString(xy_of(z[[first - 1, first]])).intersection(_ring(curve))
         crossings = complex_of(shapely.get_coordinates(way))
         foot = crossings[[np.abs(crossings - z[first - 1]).argmin()]] if crossings.size else foot
-        z = np.append(curve.at(curve.closest(foot)), z[first:])
+        z = np.append(curve.nearest(foot), z[first:])
     return Curve(z[::-1] if end else z, closed=False)
 
 
@@ -181,7 +180,7 @@ def _cut_off(curve: Curve, stroke: Curve, end: int) -> Curve:
     turned = Curve(stroke.z[::-1], closed=False) if end else stroke
     s = _samples(curve, turned)
     z = turned.at(s)
-    clear = (distances(z, curve) > SAMPLES * ON_OUTLINE * curve.diagonal) & curve.contains(z)
+    clear = (curve.distances(z) > SAMPLES * ON_OUTLINE * curve.diagonal) & curve.contains(z)
     first = s[np.argmax(clear)] if clear.any() else 0.0
     z = np.append(turned.at(np.array([first])), turned.z[turned.knots > first + 1e-12 * turned.length])
     return Curve(z[::-1] if end else z, closed=False)

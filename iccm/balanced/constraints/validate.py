@@ -123,7 +123,7 @@ def check_free(
     pins, numbers, ends = _apart_from_ends(pins, strokes, source.diagonal, None)
     distances = _inside(source, pins[:, 0], numbers, 0)
     for hole in holes:
-        away = np.abs(hole.at(hole.closest(pins[:, 0])) - pins[:, 0]) / source.diagonal
+        away = hole.distances(pins[:, 0]) / source.diagonal
         distances = np.minimum(distances, away)
     outer = distances < AT_OUTLINE
     inner, _ = separate((source,), strokes, ends)
@@ -241,7 +241,7 @@ def _inside(curve: Curve, z: Complex, numbers: Index, side: int) -> Real:
     """Distances of the pins from an outline, of its diagonal."""
     if not z.size:
         return np.empty(0)
-    distances = np.abs(curve.at(curve.closest(z)) - z)
+    distances = curve.distances(z)
     outside = np.flatnonzero(~curve.contains(z) & (distances > ON_OUTLINE * curve.diagonal))
     if outside.size:
         k, name = outside[0], ("source", "target")[side]

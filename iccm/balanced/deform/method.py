@@ -109,7 +109,7 @@ def solve(
 
 def _outlines(curves: Sequence[Curve], points: Complex, settings: Settings) -> list[Curve]:
     """The outlines, simplified, with vertices at points on them."""
-    away = [np.abs(curve.at(curve.closest(points)) - points) for curve in curves]
+    away = [curve.distances(points) for curve in curves]
     own = np.argmin(away, axis=0)
     outer, *holes = (with_points(curve, points[own == k]) for k, curve in enumerate(curves))
     kept = [tuple(points[own == k].tolist()) for k in range(len(curves))]

@@ -108,7 +108,7 @@ def _which(holes: Sequence[Curve], z: Complex) -> Index:
 def which(z: Complex, holes: Sequence[Curve]) -> int:
     """The hole on whose outline points lie, -1 for none."""
     for number, hole in enumerate(holes):
-        if np.abs(hole.at(hole.closest(z)) - z).max() < FOLLOWED * hole.diagonal:
+        if hole.distances(z).max() < FOLLOWED * hole.diagonal:
             return number
     return -1
 
@@ -138,7 +138,7 @@ def open_holes(
     kept = []
     for hole in holes:
         ring = hole.polygon
-        on_rim = np.abs(hole.at(hole.closest(z)) - z) <= AT_OUTLINE * outer.diagonal
+        on_rim = hole.distances(z) <= AT_OUTLINE * outer.diagonal
         moved = bool(np.any(hole.contains(z) & ~on_rim)) or any(ring.distance(line) < near for line in lines)
         if not moved:
             kept.append(hole)

@@ -9,6 +9,7 @@ balanced.
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -158,10 +159,8 @@ def circle_starts(level: Level, matches: Sequence[Match]) -> list[DiscreteMap]:
     counts = Counter(frozenset((hole.source, hole.target) for hole in match.holes) for match in matches)
     found = []
     for pairs, _ in counts.most_common(PAIRINGS):
-        try:
+        with suppress(Stuck):
             found.append(through_circles(level, sorted(pairs)))
-        except Stuck:
-            continue
     return found
 
 
@@ -196,10 +195,8 @@ def remesh(level: Level, sketch: Sketch) -> DiscreteMap:
         Stuck: folds remain.
     """
     for sizes in _finer(level, sketch.z, sketch.u, sketch.faces):
-        try:
+        with suppress(Stuck):
             return refine(level, sketch, sizes)
-        except Stuck:
-            continue
     raise Stuck("no map onto a circle domain was found")
 
 
@@ -223,10 +220,8 @@ def harmonic_map(level: Level) -> DiscreteMap:
         *initial_matches.arclength_matches(*curves)[: TRIED - 1],
     ]
     for match in matches:
-        try:
+        with suppress(Stuck):
             return level.started(partners.of(match))
-        except Stuck:
-            continue
     raise Stuck("no map onto a circle domain was found")
 
 
@@ -247,8 +242,6 @@ def _compose(
     for sizes in _finer(level, there.z, images(there.u), there.faces):
         new = level.mapped(match, sizes)
         state = new.moved_to_border(images(interpolate(there.z, there.faces, there.u, new.z)))
-        try:
+        with suppress(Stuck):
             return state.unfolded(harmonic=False, steps=UNFOLDING)
-        except Stuck:
-            continue
     raise Stuck("no map without folds was found by way of a circle domain")

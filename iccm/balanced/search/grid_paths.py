@@ -9,7 +9,6 @@ from ...arrays import Complex, complex_of, xy_of
 from ...curve import Curve
 from ...meshes.topology import walk
 from ...plane import longer_side
-from ...result import distances
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -36,7 +35,7 @@ def route(domain: Curve, here: complex, there: complex, others: Complex) -> Comp
     x, y = (np.arange(int(size / cell) + 2) * cell for size in ((high - low).real, (high - low).imag))
     w = (low + x[None, :] + 1j * y[:, None]).ravel()
     inside = domain.contains(w)
-    clearance = distances(w, domain)
+    clearance = domain.distances(w)
     clearance = np.min([clearance, *(np.abs(w - other) for other in others)], axis=0)
     cost = 1 + (NARROW * domain.diagonal / np.maximum(clearance, LEAST_CLEARANCE * cell)) ** 2
     graph = _graph(cost.reshape(y.size, x.size), inside.reshape(y.size, x.size))

@@ -2,6 +2,7 @@
 mesh of another level."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -313,10 +314,8 @@ def initial_maps(level: Level, matches: list[Match]) -> list[DiscreteMap]:
     """Maps without folds for those matches that have one."""
     states = []
     for match in progress.counted("starts", matches):
-        try:
+        with suppress(Stuck):
             states.append(level.started(match))
-        except Stuck:
-            continue
     return states
 
 

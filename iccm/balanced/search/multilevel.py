@@ -319,27 +319,19 @@ def coarse_to_fine(
     closest = None
     for smaller in SMALLER if patient else SMALLER[:1]:
         for used in directions(problem):
-            try:
-                sizes = (
-                    coarse_size(used) * smaller / np.sqrt(share),
-                    fine_size(used) * smaller / np.sqrt(share),
-                )
-                state = coarse_map(used, sizes[0], journal)
+            with suppress(Stuck):
+                state = coarse_map(used, coarse_size(used) * smaller / np.sqrt(share), journal)
                 if not meets_constraints(used, state) and closest is not None:
                     continue
-                found = used, fine_map(used, state, sizes[1], journal)
-            except Stuck:
-                continue
-            if meets_constraints(*found):
-                return found
-            closest = closest or found
+                found = used, fine_map(used, state, fine_size(used) * smaller / np.sqrt(share), journal)
+                if meets_constraints(*found):
+                    return found
+                closest = closest or found
     if closest is not None:
         return closest
     for used in directions(problem) if patient else ():
-        try:
+        with suppress(Stuck):
             return used, coarse_map(used, coarse_size(used) / np.sqrt(share), journal, FINE_EXACTNESS)
-        except Stuck:
-            continue
     raise NoMapError(NO_MAP)
 
 

@@ -62,7 +62,7 @@ def asymmetry(curve: Curve, axis: float) -> float:
     """The largest distance of the outline, mirrored at the vertical line, from itself, of the diagonal."""
     z = curve.at(curve.length * np.arange(SAMPLES) / SAMPLES)
     mirrored = 2 * axis - z.conj()
-    return float(np.abs(curve.at(curve.closest(mirrored)) - mirrored).max()) / curve.diagonal
+    return float(curve.distances(mirrored).max()) / curve.diagonal
 
 
 def mirror(z: Complex, u: Complex, faces: Index, border: int, outline: int):

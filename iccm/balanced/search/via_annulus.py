@@ -4,6 +4,8 @@ Elastic matching pairs the two outlines of a shape apart from each other; a map 
 together.
 """
 
+from contextlib import suppress
+
 import numpy as np
 
 from ...curve import Curve
@@ -38,11 +40,9 @@ def onto_ring(outer: Curve, hole: Curve, level: Level) -> Match | None:
     matches += initial_matches.arclength_matches(own.source.curve, own.target.curve)[:1]
     partners = Partners(*own.domains, ())
     for match in matches:
-        try:
+        with suppress(Stuck):
             state = own.started(partners.of(match))
-        except Stuck:
-            continue
-        return state.forward(1.0, STEPS, GOOD_ENOUGH, corners=False).match
+            return state.forward(1.0, STEPS, GOOD_ENOUGH, corners=False).match
     return None
 
 

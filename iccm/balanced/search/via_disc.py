@@ -6,6 +6,8 @@ other shape's is one to one. On a mesh of the source it is so up to what the tri
 from there.
 """
 
+from contextlib import suppress
+
 import numpy as np
 
 from ...curve import Curve
@@ -46,10 +48,8 @@ def through_disc(level: Level) -> list[DiscreteMap]:
         return []
     found = []
     for k in range(TURNS):
-        try:
+        with suppress(Stuck):
             found.append(_compose(level, there, back, k / TURNS))
-        except Stuck:
-            continue
     return found
 
 

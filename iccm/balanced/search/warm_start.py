@@ -113,9 +113,7 @@ def _followed(rim: Complex, given: Curve, near: float) -> Curve | None:
     """The polygon of vertices on an outline; None where it is not close to the one given."""
     curve = Curve(rim)
     curve = simplify(curve, SAME / curve.diagonal)
-    away = max(
-        np.abs(one.at(one.closest(other.z)) - other.z).max() for one, other in permutations((curve, given))
-    )
+    away = max(one.distances(other.z).max() for one, other in permutations((curve, given)))
     return curve if away <= near else None
 
 

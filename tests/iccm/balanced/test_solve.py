@@ -17,10 +17,10 @@ from iccm.balanced.model.measures import stretches
 from iccm.balanced.search import final_mesh, initial_matches, multilevel, via_disc
 from iccm.balanced.search.levels import Level, UnitProblem
 from iccm.balanced.search.multilevel import UPRIGHT
-from iccm.curve import Curve
+from iccm.curve import Curve, hausdorff
 from iccm.maps import bounds, distortion
 from iccm.plane import orientation, triangle_areas
-from iccm.result import Status, hausdorff
+from iccm.result import Status
 
 SMALL = Settings(triangles=1200)
 ANGLES = 2 * np.pi * np.arange(60) / 60

@@ -201,7 +201,7 @@ def test_strokes_alone_deform_without_folding():
     assert set(fit.energies[-1]) == {"strokes", "smoothness", "total"}
     total = np.array([e["total"] for e in fit.energies])
     assert np.all(np.diff(total) <= 1e-14 * total[:-1])
-    before = GOAL.at(GOAL.closest(ARM.z)) - ARM.z
+    before = GOAL.nearest(ARM.z) - ARM.z
     assert fit.report()["strokes"][0]["error"] < 0.2 * np.abs(before).max() / fit.diagonal
 
 

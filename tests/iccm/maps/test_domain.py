@@ -36,9 +36,9 @@ def test_the_given_vertices_are_on_the_map_however_it_was_simplified(method, n):
     image, fast = fit.map(source), fit.map.jet(source)[0]
     assert np.abs(image - fast).max() < 1e-8
     edge = fit.map.outline
-    foot = np.where(edge.contains(source), source, edge.at(edge.closest(source)))
+    foot = np.where(edge.contains(source), source, edge.nearest(source))
     assert np.abs(image - fit.map(foot)).max() < 1e-8
-    gap = np.abs(fit.target.at(fit.target.closest(image)) - image).max() / fit.diagonal
+    gap = fit.target.distances(image).max() / fit.diagonal
     assert gap == pytest.approx(fit.boundary["given"], rel=1e-6)
     assert np.isnan(fit.map(1.05 * source)).any()
 

@@ -247,7 +247,7 @@ def test_newtons_method_in_space_lowers_the_energy_and_folds_nothing(shaken):
     assert found.energy < 0.9 * before
     assert (triangle_areas(found.u[found.faces]) > 0).all()
     outline = found.matched.target.curve
-    assert np.abs(outline.at(outline.closest(found.u[: found.border])) - found.u[: found.border]).max() < 1e-9
+    assert outline.distances(found.u[: found.border]).max() < 1e-9
 
 
 def test_a_fold_is_undone_and_the_rest_stays(shaken):

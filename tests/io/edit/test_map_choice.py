@@ -120,7 +120,7 @@ def inside(shape, rng):
     (low, high), curve = shape.curve.box, shape.curve
     while True:
         z = np.array([complex(*rng.uniform([low.real, low.imag], [high.real, high.imag]))])
-        if curve.contains(z)[0] and np.abs(curve.at(curve.closest(z)) - z)[0] > 0.02 * curve.diagonal:
+        if curve.contains(z)[0] and curve.distances(z)[0] > 0.02 * curve.diagonal:
             return shape.to_file(z)[0].tolist()
 
 

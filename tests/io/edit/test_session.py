@@ -71,7 +71,7 @@ def test_a_point_is_found_on_the_other_side_and_back(shapes):
     [[x, y]] = edited.transfer("source", [(10, 50)])
     z = complex(x, -y)
     curve = edited.target.curve
-    assert abs(curve.at(curve.closest(np.array([z])))[0] - z) < 1e-5
+    assert abs(curve.nearest(np.array([z]))[0] - z) < 1e-5
     rim = {"source": [10, 50], "target": [x, y]}
     assert edited.solve(scene(rim)).ok
     with pytest.raises(InputError, match="outside"):

@@ -150,7 +150,7 @@ def test_every_kind_of_curve_is_within_the_stated_tolerance(svg):
         bezier([u, p], t),
     ]
     z = np.concatenate(curves).conj()
-    nearest = shape.curve.at(shape.curve.closest(z))
+    nearest = shape.curve.nearest(z)
     assert abs(nearest - z).max() <= 1e-4 * shape.curve.diagonal
     for corner in (p, q, r, s, u):
         assert abs(shape.curve.z - np.conj(corner)).min() < 1e-12
