@@ -141,27 +141,36 @@ def _even_with_seam(
 
 
 def _with_seam(start: Flattening, joins: bool) -> tuple[Flattening, Elastic, list[int]]:
-    """A layout that is nearly even, its seam long enough, from one without folds; its surface, and the vertices of the
-    mesh to which the seam was extended, of large surfaces on a coarser triangulation first."""
-    patch, ends = start.patch, list[int]()
-    if small := coarser_layout(start):
-        layout, kept = small
-        far = kept[_with_seam(layout, joins)[2]]
-        ends = patch.vertex[far].tolist()
-        if ends:
-            longer = seams.lengthened(start, far, joins)
-            start = _start(longer, longer.loop_of(patch, start.loop))
-    result, sheet, _ = _roughly(start)
+    """A layout that is nearly even, its seam long enough, from one without folds; its surface, and the vertices to
+    which the seam was extended, of large surfaces on a coarser triangulation first. Of the ways to these, such are left
+    out as are not needed with those that came later."""
+    small = coarser_layout(start)
+    ends = [] if small is None else small[1][_with_seam(small[0], joins)[2]].tolist()
+    result, sheet, _ = _roughly(_cut_to(start, ends, joins))
     while len(ends) < ROUNDS and result.strained(95) >= STRETCHED:
         tried = []
         for end in seams.ends(result, joins):
             further = result.cut_further(seams.lengthened(result, [end], joins))
-            tried.append((*_roughly(further), int(result.patch.vertex[end])))
+            corner = np.argmax(result.patch.faces == end)
+            tried.append((*_roughly(further), int(start.patch.faces.flat[corner])))
         if not tried:
             break
         result, sheet, _, end = min(tried, key=lambda found: found[2])
         ends.append(end)
+    for end in ends[:-1] if small is None else []:
+        left = [other for other in ends if other != end]
+        other, its_sheet, _ = _roughly(_cut_to(start, left, joins))
+        if other.strained(95) <= max(STRETCHED, result.strained(95)):
+            result, sheet, ends = other, its_sheet, left
     return result, sheet, ends
+
+
+def _cut_to(start: Flattening, ends: list[int], joins: bool) -> Flattening:
+    """A layout without folds, the seam extended to some vertices; as it is if there are none."""
+    if not ends:
+        return start
+    patch = seams.lengthened(start, ends, joins)
+    return _start(patch, patch.loop_of(start.patch, start.loop))
 
 
 def _roughly(start: Flattening) -> tuple[Flattening, Elastic, float]:

@@ -370,3 +370,21 @@ def test_the_seam_of_a_large_surface_grows_on_a_coarser_triangulation(monkeypatc
     layout = flatten(patch, grow=True, method="balanced")
     assert len(layout.patch.seam) > len(patch.seam) and layout.strained(95) < method.STRETCHED
     assert min(sizes) < 300 and sum(size >= len(patch.points) for size in sizes) == 1
+
+
+def test_ways_of_a_seam_that_it_does_without_are_left_out(monkeypatch):
+    patch = disk_patch(sphere(40, 30), cut=True)
+    start = method._start(patch, patch.loops[0])
+    _, _, alone = method._with_seam(start, True)
+    rim, ends, asked = np.concatenate(patch.loops), seams.ends, []
+    beside = patch.faces[np.isin(patch.faces, rim).sum(axis=1) == 1]
+    short = int(np.setdiff1d(beside, rim)[0])  # next to the seam: a way there helps little
+
+    def first_the_short_one(result, joins):
+        asked.append(result)
+        return [short] if len(asked) == 1 else ends(result, joins)
+
+    monkeypatch.setattr(seams, "ends", first_the_short_one)
+    layout, _, found = method._with_seam(start, True)
+    assert len(asked) > 1 and short not in found and len(found) <= len(alone) + 1
+    assert layout.strained(95) < method.STRETCHED and overlap(layout) is None
