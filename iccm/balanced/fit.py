@@ -25,7 +25,7 @@ from .method import solve as solved
 from .minimise.upright import turn_cost
 from .model.measures import energy_between, turn_of
 from .model.settings import Settings, Solution
-from .motion import carried
+from .motion import carry_map
 from .rigid.given import NO_REGIONS, regions_of
 from .search.multilevel import UPRIGHT
 from .search.partial import GOOD, TURNED, price
@@ -49,7 +49,7 @@ def solve(problem: Problem, options: Options, start: TriangulatedMap | None = No
     fit = map_of(problem, options, start)
     if problem.size_map and options.balance >= cartogram.MET_FROM:
         whole = replace(options, fit="whole")
-        fit = cartogram.met(
+        fit = cartogram.meet_sizes(
             problem.size_map,
             fit,
             lambda sizes, *before: map_of(replace(problem, size_map=sizes), whole, *before),
@@ -99,7 +99,7 @@ def map_of(
         start = triangulated(map_of(replace(problem, rigid=(), rigid_target=()), before).map)
     source, target = problem.given
     if start is not None:
-        start = carried(start, source, target, (problem.source_holes, problem.target_holes))
+        start = carry_map(start, source, target, (problem.source_holes, problem.target_holes))
     strokes = problem.given_strokes
     given = Holes(problem.source_holes, problem.target_holes, problem.hole_partners)
     holes, pins, numbers = named_partners(given, source, target, problem.given_pins, strokes)

@@ -30,7 +30,7 @@ the feet goes a leg's length, though the outlines are a gap's width apart."""
 HOLES = "start: is a map of shapes with other holes"
 
 
-def carried(
+def carry_map(
     map: TriangulatedMap,
     source: Curve,
     target: Curve,
@@ -48,13 +48,15 @@ def carried(
         NoMapError: it has other holes.
     """
     z, u = (
-        moved(w, map.faces, map.loops, outer, inner)
+        move_vertices(w, map.faces, map.loops, outer, inner)
         for w, outer, inner in zip((map.source, map.image), (source, target), holes)
     )
     return map if z is map.source and u is map.image else replace(map, source=z, image=u, bulge=None)
 
 
-def moved(w: Complex, faces: Index, loops: Sequence[Index], outer: Curve, holes: Sequence[Curve]) -> Complex:
+def move_vertices(
+    w: Complex, faces: Index, loops: Sequence[Index], outer: Curve, holes: Sequence[Curve]
+) -> Complex:
     """Vertices of a plane (n,), those of the loops on the outlines, the others between them; the same array where they
     are on these already."""
     rims = [Curve(w[loop]) for loop in loops]
@@ -65,7 +67,7 @@ def moved(w: Complex, faces: Index, loops: Sequence[Index], outer: Curve, holes:
     goals = [outer, *_partners(rims[1:], holes)]
     shift = np.zeros(w.size, complex)
     for loop, rim, goal in zip(loops, rims, goals):
-        shift[loop] = goal.at(matched(rim, goal)) - rim.z
+        shift[loop] = goal.at(match_outlines(rim, goal)) - rim.z
     return w + harmonic(w, faces, np.concatenate(list(loops)), shift)
 
 
@@ -85,7 +87,7 @@ def _partners(rims: Sequence[Curve], holes: Sequence[Curve]) -> list[Curve]:
     return found
 
 
-def matched(before: Curve, now: Curve) -> Real:
+def match_outlines(before: Curve, now: Curve) -> Real:
     """(n,) arclengths of an outline where the vertices of the one before (n,) are now, ascending as these do."""
     shares = np.arange(SAMPLES) / SAMPLES
     here, there = (_samples(curve, shares * curve.length) for curve in (before, now))
@@ -108,7 +110,7 @@ def is_reshaped(before: Curve, now: Curve) -> bool:
     """Whether an outline did not only move: limbs merged or came apart, so that a map that goes on has to jump."""
     ways = ((before, now), (now, before))
     apart = max(b.distances(a.z).max() for a, b in ways)
-    along = max(np.abs(b.at(matched(a, b)) - a.z).max() for a, b in ways)
+    along = max(np.abs(b.at(match_outlines(a, b)) - a.z).max() for a, b in ways)
     return bool(along > FARTHER * max(apart, NEAR * now.diagonal))
 
 

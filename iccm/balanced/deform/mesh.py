@@ -12,10 +12,10 @@ from ..constraints.validate import Pins
 from ..holes.outlines import FEWEST
 from ..meshing.mesh import Sizes, triangulate
 from ..model.boundary import FreeBoundary
+from ..model.boundary_mesh import kept_by, regions_of
 from ..model.boundary_pairs import Match, subdivide
 from ..model.discrete_map import DiscreteMap
-from ..model.meshed import kept_by, regions_of
-from ..search.levels import spaced
+from ..search.levels import subdivide_rings
 
 SPACING = 0.75  # of the outline's vertices, in mesh sizes
 
@@ -45,7 +45,7 @@ def mesh_of(
     drawn = drawn or [stroke.even for stroke in pins.strokes]
     kept = inside(pins.strokes, drawn, SPACING * size, pins.inner)
     outer, *holes = (space_out(each, min(SPACING * size, each.length / FEWEST), kept.z) for each in outlines)
-    bones = spaced(regions, SPACING * size)
+    bones = subdivide_rings(regions, SPACING * size)
     points, around = kept_by(bones, kept.z)
     links = np.append(kept.links, np.where(around < 0, -1, kept.z.size + around))
     points = np.append(kept.z, points)

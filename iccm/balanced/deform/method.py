@@ -26,7 +26,7 @@ from ..model.settings import Settings
 from ..rigid.given import NO_REGIONS, Regions, aims_of
 from ..rigid.solve import Rigid, harden
 from ..search.final_mesh import excesses, meet_bounds_by
-from ..search.homotopy import brought
+from ..search.homotopy import reach_goals
 from ..search.levels import EVENED
 from ..search.pin_continuation import BESIDE, aim_feet
 from .mesh import mesh_of
@@ -136,14 +136,14 @@ def refine(
             pins.strokes, start_from(mesh_of(outlines, pins, theta, size), start), EVENED
         ).inside.matches
     fine = start_from(mesh_of(outlines, pins, theta, size, drawn, bones.polygons), start)
-    levels.append(relax(brought(fine, MOVING_STEPS, SETTLED), 1.0))
+    levels.append(relax(reach_goals(fine, MOVING_STEPS, SETTLED), 1.0))
     if bones.polygons:
-        levels.append(stiffened(levels[-1], bones, pins))
+        levels.append(stiffen(levels[-1], bones, pins))
     levels.append(meet_bounds_by(relax, levels[-1], settings, scale_of))
     return levels
 
 
-def stiffened(state: DiscreteMap, bones: Regions, pins: Pins) -> DiscreteMap:
+def stiffen(state: DiscreteMap, bones: Regions, pins: Pins) -> DiscreteMap:
     """The map with rigid bones."""
     aims, said, held = aims_of(bones, pins, 1.0)
     wanted = Rigid(bones.polygons, aims, ~said, np.zeros(said.size, bool), held)
@@ -153,13 +153,13 @@ def stiffened(state: DiscreteMap, bones: Regions, pins: Pins) -> DiscreteMap:
 def roughly(outlines: Sequence[Curve], pins: Pins, theta: float, size: float) -> DiscreteMap:
     """The deformation on a coarse mesh; ends of strokes that slide pass corners of theirs between meshes."""
     state = aim_feet(pins.strokes, rigid_motion(mesh_of(outlines, pins, theta, size)), BESIDE)
-    state = relax(brought(state, MOVING_STEPS, SETTLED), 1.0)
+    state = relax(reach_goals(state, MOVING_STEPS, SETTLED), 1.0)
     for _ in range(RELEASES if any(not all(stroke.sticks) for stroke in pins.strokes) else 0):
         freed = state.forward(1.0, FORWARD, SETTLED, corners=False)
         new = start_from(
             mesh_of(outlines, pins, theta, size, freed.inside.matches), (freed.z, freed.u, freed.faces)
         )
-        new = relax(brought(new, MOVING_STEPS, SETTLED), 1.0)
+        new = relax(reach_goals(new, MOVING_STEPS, SETTLED), 1.0)
         if new.miss > 0 or new.energy > (1 - ROUND_DECREASE) * state.energy:
             break
         state = new

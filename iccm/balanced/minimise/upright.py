@@ -1,4 +1,4 @@
-"""What a map costs more because it turns the picture.
+"""The cost of turning the picture: a factor on the energy.
 
 Its turn is the argument φ of S = ∫ f_z dA: of the mean derivative, and of the rotation closest to it. S is linear in
 the image and the same, conjugated, for the inverse map. A map costs its energy times (1 + w (1 - cos φ)/2)^q: upside

@@ -8,7 +8,7 @@ inner_constraints   pins and strokes as vertices of a mesh
 metric              surfaces as planes with a metric
 boundary            what holds a mesh's boundary: outlines that it slides on, or pins alone
 discrete_map        a mesh, its image, what holds its vertices, and its triangles at rest
-meshed              a mesh for a boundary and for what is inside
+boundary_mesh       a mesh for a boundary and for what is inside
 sketch              the same without outlines: what is carried from mesh to mesh
 outline_split       a boundary split at the outlines' vertices that its mesh passes over
 retriangulation     edges flipped where that lowers the energy

@@ -1,4 +1,4 @@
-"""Where a target has room for rigid regions."""
+"""Room for rigid regions in a target."""
 
 import numpy as np
 import shapely

@@ -29,9 +29,9 @@ from ...plane import Similarity
 from ..errors import NoMapError, Stuck
 from ..meshing.transfer import interpolate
 from ..model import mesh_sizes
+from ..model.boundary_mesh import regions_of
 from ..model.discrete_map import DiscreteMap
 from ..model.measures import derivatives
-from ..model.meshed import regions_of
 from ..model.outline_split import split_at_vertices
 from ..model.settings import Settings, SolveLog
 from ..model.sketch import Sketch
@@ -158,8 +158,8 @@ def keep_on_mesh(state: DiscreteMap, rigid: Rigid, settings: Settings) -> Discre
     goal = replace(here, factors=rigid.aims_beside(here.factors))
     ways: tuple[Callable[[], DiscreteMap], ...] = (
         lambda: harden(state, rigid, state.energy),
-        lambda: at_rest(placed(state, goal)),
-        lambda: grown(state, lambda shares: replace(goal, factors=shares * goal.factors)),
+        lambda: relax_regions(place_regions(state, goal)),
+        lambda: grow_regions(state, lambda shares: replace(goal, factors=shares * goal.factors)),
     )
     found = []
     for way in ways:
@@ -181,12 +181,12 @@ def from_map(sketch: Sketch, rigid: Rigid, places: Placing) -> Begin:
     stiff where they are."""
 
     def begin(level: Level, changed: Callable[[DiscreteMap], DiscreteMap]) -> DiscreteMap:
-        begun = changed(carried(level, sketch))
+        begun = changed(carry_over(level, sketch))
         if (rigid.turns | rigid.sizes).any():
             found = harden(begun, rigid, begun.energy)
             if is_rigid(found):
                 return found
-        return at_rest(placed(begun, places))
+        return relax_regions(place_regions(begun, places))
 
     return begin
 
@@ -206,13 +206,13 @@ def growing(problem: UnitProblem, sketch: Sketch, rigid: Rigid, begun: float) ->
     around = around_places(problem, sketch, rigid, put(begun), patient=False) if begun else None
 
     def begin(level: Level, changed: Callable[[DiscreteMap], DiscreteMap]) -> DiscreteMap:
-        state = around(level, changed) if around else changed(carried(level, sketch))
-        return grown(state, put, begun)
+        state = around(level, changed) if around else changed(carry_over(level, sketch))
+        return grow_regions(state, put, begun)
 
     return begin
 
 
-def carried(level: Level, sketch: Sketch) -> DiscreteMap:
+def carry_over(level: Level, sketch: Sketch) -> DiscreteMap:
     """The map without regions, at rest on a mesh that has their outlines as edges."""
     state = warm_start.continue_from(level, sketch)
     return state.forward(POWER, STEPS, DECREASE)
@@ -255,7 +255,7 @@ def around_places(
         fine = level.mapped(match_on(level, around), sizes)
         fine = replace(fine, bound=bool(fine.inside.z.size))
         fine = changed(fine.moved_to_border(interpolate(around.z, around.faces, around.u, fine.z)))
-        return at_rest(placed(fine, places))
+        return relax_regions(place_regions(fine, places))
 
     return begin
 
@@ -303,7 +303,7 @@ def placing_of(state: DiscreteMap, rigid: Rigid) -> Placing:
     return Placing(factors, middles, images)
 
 
-def placed(state: DiscreteMap, places: Placing) -> DiscreteMap:
+def place_regions(state: DiscreteMap, places: Placing) -> DiscreteMap:
     """The map with regions in their places, what surrounds them unfolded.
 
     Raises:
@@ -322,7 +322,7 @@ def placed(state: DiscreteMap, places: Placing) -> DiscreteMap:
         return moved.unfolded(still=still)
 
 
-def grown(state: DiscreteMap, places: Callable[[Real], Placing], begun: float = 0.0) -> DiscreteMap:
+def grow_regions(state: DiscreteMap, places: Callable[[Real], Placing], begun: float = 0.0) -> DiscreteMap:
     """The map with rigid regions as large as they come, together and then each by itself; `places` says where shares
     (k,) of their sizes belong, of which they have `begun` with one.
 
@@ -337,7 +337,7 @@ def grown(state: DiscreteMap, places: Callable[[Real], Placing], begun: float = 
         while step >= LEAST and (which * (shares < 1)).any():
             larger = np.minimum(1, shares + step * which)
             try:
-                state = at_rest(placed(state, places(larger)))
+                state = relax_regions(place_regions(state, places(larger)))
                 shares, step = larger, NEXT * step
             except Stuck:
                 step *= 0.5
@@ -346,19 +346,14 @@ def grown(state: DiscreteMap, places: Callable[[Real], Placing], begun: float = 
     return state
 
 
-def at_rest(state: DiscreteMap) -> DiscreteMap:
+def relax_regions(state: DiscreteMap) -> DiscreteMap:
     """The map at rest with its regions, which are rigid and stay so."""
-    state = firm(state, 1.0).relaxed()
+    state = state.with_firm_regions(1.0, KEPT).relaxed()
     for _ in range(ROUNDS):
-        state = firm(state, POWER).forward(POWER, STEPS, DECREASE)
+        state = state.with_firm_regions(POWER, KEPT).forward(POWER, STEPS, DECREASE)
         if state.settled:
             break
     return state
-
-
-def firm(state: DiscreteMap, q: float) -> DiscreteMap:
-    """The map with regions that a descent cannot bend."""
-    return state.with_firm_regions(q, KEPT)
 
 
 def shortfall(state: DiscreteMap, sizes: Real) -> float:
@@ -384,7 +379,7 @@ def settle(state: DiscreteMap, settings: Settings) -> DiscreteMap:
     """The map at rest with its regions rigid, and bounds met."""
 
     def descent(state: DiscreteMap, q: float) -> DiscreteMap:
-        return firm(state, q).forward(q, LAST_STEPS, LAST_DECREASE)
+        return state.with_firm_regions(q, KEPT).forward(q, LAST_STEPS, LAST_DECREASE)
 
     return meet_bounds_by(descent, state, settings)
 

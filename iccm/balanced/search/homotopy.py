@@ -15,7 +15,7 @@ MOVING_DECREASE = 1e-3  # relative, of a step that ends a stage (by hand)
 LEAST_FACTOR = 1e-3  # by which constraints shrink: below, they are taken as moved only
 
 
-def way_to(begun: Complex, goals: Complex) -> Callable[[float], Complex]:
+def path_to(begun: Complex, goals: Complex) -> Callable[[float], Complex]:
     """The way from points (k,) to goals (k,): a similarity turns and grows evenly, the rest goes straight.
 
     It takes a share of the way, 1 for the goals themselves.
@@ -34,28 +34,32 @@ def way_to(begun: Complex, goals: Complex) -> Callable[[float], Complex]:
     return at
 
 
-def brought(state: DiscreteMap, steps: int = MOVING_STEPS, decrease: float = MOVING_DECREASE) -> DiscreteMap:
+def reach_goals(
+    state: DiscreteMap, steps: int = MOVING_STEPS, decrease: float = MOVING_DECREASE
+) -> DiscreteMap:
     """The map with constrained vertices at their goals, straight or in stages; or as close as they got."""
-    straight = moved(state, steps, decrease)
+    straight = move_straight(state, steps, decrease)
     if straight.miss == 0:
         return straight
-    return min(in_stages(state), straight, key=lambda each: each.miss)
+    return min(move_in_stages(state), straight, key=lambda each: each.miss)
 
 
-def moved(state: DiscreteMap, steps: int = MOVING_STEPS, decrease: float = MOVING_DECREASE) -> DiscreteMap:
+def move_straight(
+    state: DiscreteMap, steps: int = MOVING_STEPS, decrease: float = MOVING_DECREASE
+) -> DiscreteMap:
     """The map with constrained vertices moved straight to their goals, as far as they go."""
     return replace(state, bound=True).forward(1.0, steps, decrease)
 
 
-def in_stages(state: DiscreteMap) -> DiscreteMap:
-    """The map with constrained vertices moved along `way_to` their goals in stages, smaller where they get stuck; or as
-    far as that goes."""
+def move_in_stages(state: DiscreteMap) -> DiscreteMap:
+    """The map with constrained vertices moved along a path to their goals in stages, smaller where they get stuck; or
+    as far as that goes."""
     goals = state.goals
-    way = way_to(state.u[state.aimed], goals)
+    way = path_to(state.u[state.aimed], goals)
     share, step = 0.0, FIRST_SHARE
     while share < 1 and step > LEAST_SHARE:
         new = min(1.0, share + step)
-        tried = moved(state.with_goals(way(new)), STAGE_STEPS)
+        tried = move_straight(state.with_goals(way(new)), STAGE_STEPS)
         if tried.miss > 0:
             step *= 0.5
             continue

@@ -20,6 +20,7 @@ from ..meshing.mesh import Sizes
 from ..meshing.transfer import interpolate
 from ..minimise.untangle import STEPS
 from ..model.boundary import MatchedBoundary, MeshHoles
+from ..model.boundary_mesh import mesh_boundary
 from ..model.boundary_pairs import (
     HoleMatch,
     Loop,
@@ -33,7 +34,6 @@ from ..model.boundary_pairs import (
 )
 from ..model.discrete_map import DiscreteMap
 from ..model.mesh_sizes import coarser_in_bays
-from ..model.meshed import meshed
 from ..model.metric import PLANES, Metrics
 from ..model.outline import Outline
 from ..model.sketch import Sketch
@@ -208,7 +208,9 @@ class Level:
         sizes_of_filled = [(k, -1, rim.size) for k, rim in zip(alone, filled)]
         sizes_of_filled += [(-1, -1, bay.size - 2) for bay in self.bays]
         boundary = boundary.with_filled(loops_of(sizes_of_filled, boundary.size + kept.z.size))
-        state = meshed(boundary, sizes, kept, filled, self.bays, spaced(problem.regions, spacing))
+        state = mesh_boundary(
+            boundary, sizes, kept, filled, self.bays, subdivide_rings(problem.regions, spacing)
+        )
         return replace(state, metrics=problem.metrics, upright=problem.upright, theta=problem.theta)
 
     def boundary(self, match: Match, fewest: int = FEWEST) -> MatchedBoundary:
@@ -300,7 +302,7 @@ class Level:
         return bool(self.problem.strokes) or bool(len(self.problem.pins))
 
 
-def spaced(regions: Sequence[Sequence[Complex]], spacing: float) -> list[list[Complex]]:
+def subdivide_rings(regions: Sequence[Sequence[Complex]], spacing: float) -> list[list[Complex]]:
     """Regions with edges no longer than the spacing."""
 
     def ring(z: Complex) -> Complex:

@@ -88,11 +88,11 @@ def constrained_map(
     problem = problem_of(source, target, holes, pins, settings, None if moved else start)
     slides = moved and settings.metric is not None
     if start is not None and len(problem.holes[0]) < len(problem.holes[1]):  # it is they that are filled
-        back, met = warm_started(problem.inverse(), invert(start), settings, journal, slides=slides)
+        back, met = solve_from(problem.inverse(), invert(start), settings, journal, slides=slides)
         if met:  # else from scratch: what fills the holes is not in the earlier map, and may be in the way
             return invert(back), met
     elif start is not None:
-        return warm_started(problem, start, settings, journal, slides=slides)
+        return solve_from(problem, start, settings, journal, slides=slides)
     used, found = coarse_to_fine(problem, journal)
     for partial in bay_choices(problem, settings):
         log = SolveLog()
@@ -141,7 +141,7 @@ def problem_of(
     )
 
 
-def warm_started(
+def solve_from(
     problem: UnitProblem, start: Sketch, settings: Settings, journal: SolveLog, *, slides: bool = False
 ) -> tuple[DiscreteMap, bool]:
     """The map that goes on from an earlier one, and whether it meets all constraints; where other sizes are asked for,

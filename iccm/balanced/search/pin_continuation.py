@@ -17,7 +17,7 @@ from ..model.discrete_map import GOOD_ENOUGH, DiscreteMap, folds
 from ..model.settings import SolveLog
 from . import initial_matches
 from .grid_paths import route
-from .homotopy import MOVING_DECREASE, brought, moved
+from .homotopy import MOVING_DECREASE, move_straight, reach_goals
 from .levels import (
     BACKWARD,
     RELEASED_STEPS,
@@ -65,7 +65,7 @@ def lead_one_by_one(level: Level, state: DiscreteMap) -> DiscreteMap:
 def move_on_new_meshes(level: Level, state: DiscreteMap, aims: Complex) -> DiscreteMap:
     """The map with its pins moved straight, on new meshes where they get stuck; or as close as they got."""
     for attempt in range(1 + REMESHES):
-        tried = moved(state.with_goals(aims))
+        tried = move_straight(state.with_goals(aims))
         if tried.miss == 0 or attempt == REMESHES:
             break
         rested = tried.held().forward(1.0, FIRST_STEPS, MOVING_DECREASE, corners=True)
@@ -103,11 +103,11 @@ def screen(level: Level, matches: list[Match]) -> tuple[list[DiscreteMap], float
             states.append(level.mapped(match).unfolded().forward(1.0, FIRST_STEPS, 1e-4, corners=False))
     free = min((state.energy for state in states), default=np.inf)
     states = [aim_feet(level.problem.strokes, state, BESIDE) for state in states]
-    straight = (moved(state) for state in progress.counted("pins moved", states))
+    straight = (move_straight(state) for state in progress.counted("pins moved", states))
     ends = sorted(straight, key=rank)
     if ends and ends[0].miss > 0:
         states = sorted(states, key=lambda s: s.energy)[:BROUGHT]
-        staged = (brought(s) for s in progress.counted("pins moved in stages", states))
+        staged = (reach_goals(s) for s in progress.counted("pins moved in stages", states))
         ends = sorted(staged, key=rank)
     if ends and ends[0].miss > 0 and not level.problem.strokes:
         ways = progress.counted("pins led around each other", states[:LED])
@@ -149,7 +149,7 @@ def refine_pinned(level: Level, state: DiscreteMap, sizes: Sizes | None = None) 
     except Stuck:
         relaxed = state.forward(1.0, RELAXING_STEPS, MOVING_DECREASE, corners=True)
         new = refine(level, relaxed, sizes)
-    new = brought(replace(new, inside=new.inside.with_pins_of(state.inside)))
+    new = reach_goals(replace(new, inside=new.inside.with_pins_of(state.inside)))
     if new.miss > 0:
         raise Stuck("the constraints are not met on a new mesh")
     return new
@@ -171,7 +171,7 @@ def again(level: Level, state: DiscreteMap) -> DiscreteMap:
     if level.problem.strokes:
         return state
     free = replace(state.with_goals(level.problem.pins[:, 1].copy()), bound=False)
-    new = brought(free)
+    new = reach_goals(free)
     new = new if new.miss == 0 else lead_one_by_one(level, free)
     return new if new.miss == 0 else state
 

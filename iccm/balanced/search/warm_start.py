@@ -12,15 +12,15 @@ from ..holes.given import Holes
 from ..meshing.mesh import closed_links
 from ..model import mesh_sizes
 from ..model.boundary import MatchedBoundary, MeshHoles
+from ..model.boundary_mesh import weights_of
 from ..model.boundary_pairs import Pairs, loops_of
 from ..model.discrete_map import GOOD_ENOUGH, DiscreteMap, folds
 from ..model.inner_constraints import InnerConstraints
-from ..model.meshed import weights_of
 from ..model.outline import Outline, simplify
 from ..model.outline_split import split_at_vertices
 from ..model.sketch import Sketch
 from .final_mesh import TRIANGLES_PER_AREA, on_finer
-from .homotopy import brought
+from .homotopy import reach_goals
 from .levels import (
     EVENED,
     FINE_BACKWARD,
@@ -80,7 +80,7 @@ def _constrained(level: Level, state: DiscreteMap) -> DiscreteMap:
         return state
     if strokes:  # corners of theirs get vertices where the earlier map has them
         state = refine(level, aim_feet(strokes, state, EVENED))
-    new = brought(replace(state, bound=False))
+    new = reach_goals(replace(state, bound=False))
     new = new if new.miss == 0 or strokes else lead_one_by_one(level, new)
     if new.miss == 0:
         return new

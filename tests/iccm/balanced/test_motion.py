@@ -8,7 +8,7 @@ import shapely
 
 import iccm
 from iccm.balanced.errors import NoMapError
-from iccm.balanced.motion import carried, harmonic, is_reshaped, matched
+from iccm.balanced.motion import carry_map, harmonic, is_reshaped, match_outlines
 from iccm.curve import Curve
 
 DISC = np.exp(2j * np.pi * np.arange(60) / 60)
@@ -26,14 +26,14 @@ def test_an_outline_finds_itself_where_it_went():
     star = Curve(DISC * (1.5 + 0.5 * np.cos(5 * np.angle(DISC))))
     for factor, shift in ((1, 3 + 2j), (1.1, 0), (np.exp(0.1j), 1j)):
         now = Curve(np.roll(factor * star.z + shift, 7))
-        found = now.at(matched(star, now))
+        found = now.at(match_outlines(star, now))
         assert np.abs(found - (factor * star.z + shift)).max() < 0.01 * star.diagonal
 
 
 def test_a_limb_that_moves_is_followed():
     before, now = figure(0), figure(8)
     tip = before.z.real.argmax()
-    found = now.at(matched(before, now))
+    found = now.at(match_outlines(before, now))
     assert abs(found[tip] - now.z[now.z.real.argmax()]) < 0.22  # half the arm's width
     assert np.abs(found - before.z).max() < 1.2 * np.radians(8) * 2.1  # no farther than the arm swings
 
@@ -50,9 +50,9 @@ def test_harmonic_functions_lie_between_what_they_are_on_the_border():
 
 def test_maps_of_the_same_shapes_are_left_alone_and_other_holes_refused():
     fit = iccm.fit(DISC, 2 * DISC)
-    assert carried(fit.map, fit.source, fit.target) is fit.map
+    assert carry_map(fit.map, fit.source, fit.target) is fit.map
     with pytest.raises(NoMapError, match="other holes"):
-        carried(fit.map, fit.source, Curve(3 * DISC), ((), [Curve(0.1 * DISC[::-1])]))
+        carry_map(fit.map, fit.source, Curve(3 * DISC), ((), [Curve(0.1 * DISC[::-1])]))
 
 
 @pytest.mark.parametrize("moves", ["target", "source"])

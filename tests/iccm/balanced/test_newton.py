@@ -20,9 +20,9 @@ from iccm.balanced.minimise.sliding import (
 )
 from iccm.balanced.minimise.untangle import LEAST_WEIGHT, untangle
 from iccm.balanced.model.boundary import MatchedBoundary
+from iccm.balanced.model.boundary_mesh import mesh_boundary
 from iccm.balanced.model.boundary_pairs import Match, boundary_pairs
 from iccm.balanced.model.discrete_map import folds
-from iccm.balanced.model.meshed import meshed
 from iccm.balanced.model.outline import Outline
 from iccm.curve import Curve
 
@@ -34,7 +34,7 @@ ELL = Outline.of(Curve(np.array([0, 2, 2 + 1j, 1 + 1j, 1 + 2j, 2j]) / np.sqrt(3)
 def begun(source, target, shift=0.0, size=0.12):
     match = Match(np.array([0.0, source.length]), shift + np.array([0.0, target.length]))
     pairs = boundary_pairs(source, target, match, 0.75 * size)
-    return meshed(MatchedBoundary.of(source, target, pairs, None), Sizes.even(0.5 * size**2))
+    return mesh_boundary(MatchedBoundary.of(source, target, pairs, None), Sizes.even(0.5 * size**2))
 
 
 def test_the_outlines_energy_has_the_derivatives_that_are_used():

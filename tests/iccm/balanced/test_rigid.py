@@ -16,7 +16,7 @@ from iccm.balanced.model.boundary_pairs import Match
 from iccm.balanced.model.measures import energy_between
 from iccm.balanced.rigid.given import regions_of
 from iccm.balanced.rigid.room import room_for
-from iccm.balanced.rigid.solve import Placing, placed, strains
+from iccm.balanced.rigid.solve import Placing, place_regions, strains
 from iccm.balanced.search.levels import Level, UnitProblem
 from iccm.curve import Curve
 from iccm.io.shapes import shape
@@ -163,7 +163,7 @@ def test_no_descent_strains_firm_regions_by_more_than_they_may(strain):
     square, box = Curve(np.array([0, 1, 1 + 1j, 1j])), 0.2 * SQUARE / 2 + 0.5 + 0.5j
     problem = UnitProblem(square, square, 1.0, 0.0, regions=((box,),))
     even = Match(np.arange(5.0), np.arange(5.0))
-    begun = placed(
+    begun = place_regions(
         Level.of(problem, 0.08, 0.0, 6e-4, 20.0).started(even),
         Placing(np.array([2.3 + 0j]), np.array([0.5 + 0.5j]), np.array([0.5 + 0.5j])),
     )

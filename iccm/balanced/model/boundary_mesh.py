@@ -13,7 +13,7 @@ from .discrete_map import BAY, FILLED, NONE_INSIDE, DiscreteMap
 from .inner_constraints import InnerConstraints
 
 
-def meshed(
+def mesh_boundary(
     boundary: MatchedBoundary,
     sizes: Sizes,
     inside: InnerConstraints = NONE_INSIDE,
