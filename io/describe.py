@@ -198,7 +198,7 @@ def _surface(file: Any) -> dict[str, Any]:
 
 
 def _loop(file: Any, patch: Any, number: int) -> dict[str, Any]:
-    from .shapes.mesh_shape import names_around
+    from .shapes.mesh_reading import names_around
 
     loop = patch.loops[number - 1]
     around = " ".join(names_around(file, patch, loop))

@@ -432,7 +432,7 @@ def read(kind: str, folder: Path, data: bytes) -> None:
     from iccm.io import describe
     from iccm.io.batch import manifest
     from iccm.io.pictures import image_files, stmap_files
-    from iccm.io.shapes import listing, mesh_shape, shape
+    from iccm.io.shapes import listing, mesh_reading, shape
 
     path = folder / f"x.{SUFFIXES.get(kind, kind)}"
     path.write_bytes(data)
@@ -462,17 +462,17 @@ def read(kind: str, folder: Path, data: bytes) -> None:
         stmap_files.apply(st, image_files.Image(np.zeros((9, 9, 3), np.uint8)), folder / "o.png")
     elif kind == "glb":
         describe.describe(path)
-        mesh_shape.read(str(path), cut=True)
+        mesh_reading.read(str(path), cut=True)
     elif kind == "svg":
         describe.describe(path)
         shape.read(str(path))
     elif kind in ("obj", "ply", "off", "stl"):
         (folder / "m.mtl").write_bytes(MTL)
         describe.describe(path)
-        mesh_shape.read(str(path), cut=True)
+        mesh_reading.read(str(path), cut=True)
     elif kind == "mtl":
         (folder / "o.obj").write_bytes(OBJ.replace(b"m.mtl", b"x.mtl"))
-        _ = mesh_shape.read(str(folder / "o.obj")).pictures
+        _ = mesh_reading.read(str(folder / "o.obj")).pictures
     elif kind in ("png", "exr"):
         image = image_files.read(path, max_pixels=1 << 20)
         image_files.write(folder / f"o.{kind}", image)

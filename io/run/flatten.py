@@ -19,7 +19,7 @@ from ...surfaces.as_written import Written
 from .. import files, formats, references
 from ..materials import carried_maps
 from ..meshes import mesh_files, size_limits
-from ..shapes import mesh_shape, onto_outline
+from ..shapes import mesh_reading, onto_outline
 from ..shapes import shape as planar
 from ..shapes.mesh_shape import MeshShape
 from ..shapes.shape import Shape
@@ -113,7 +113,7 @@ def lay_out(mesh: str, method: str, *, cut: bool, tell: Callable[[str], None], s
         InputError: the mesh cannot be laid out; no such method, nor file, or no outline in it.
     """
     if method in METHODS:
-        found = Layout(mesh_shape.read(mesh, cut=cut, method=method, chart=True), {})
+        found = Layout(mesh_reading.read(mesh, cut=cut, method=method, chart=True), {})
     else:
         path = Spec.of(method).path
         if not path.is_file():
@@ -123,7 +123,7 @@ def lay_out(mesh: str, method: str, *, cut: bool, tell: Callable[[str], None], s
                 f"--method {method}: is a mesh; name a drawing or a picture that shows an outline"
             )
         outline = planar.read(method)
-        before = mesh_shape.read(mesh, cut=cut)
+        before = mesh_reading.read(mesh, cut=cut)
         found = Layout(
             *onto_outline.lay_onto(before, outline, tell, Options().tolerance if split else None), outline
         )

@@ -170,9 +170,9 @@ class Inputs(Files):
         """
         if not self.is_mesh(text):
             return shape.read(text, max_segments=self.job.max_segments, trace=self.job.trace)
-        from ..shapes import mesh_shape
+        from ..shapes import mesh_reading
 
-        return mesh_shape.read(
+        return mesh_reading.read(
             text,
             whole=self._whole(text),
             pins=self._seam(target),
@@ -205,9 +205,9 @@ class Inputs(Files):
             found: Sequence[Shape] = shape.read_all(text, trace=self.job.trace)
             beyond = max(len(found) - most, 0)
         else:
-            from ..shapes import mesh_parts
+            from ..shapes import mesh_reading
 
-            found, beyond = mesh_parts.read_all(
+            found, beyond = mesh_reading.read_all(
                 text, most, whole=self._whole(text), **self._lying(target, source)
             )
         notes = [f"{text}: left out {beyond} shapes beyond the {most} largest"] if beyond else []

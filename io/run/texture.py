@@ -121,9 +121,9 @@ def image_of(job: Job, source: Shape, room: Memory) -> Image:
         key = None if job.memory else (_stamp(name), job.max_pixels, job.colorspace)
         return _read.get(key, _numbers, lambda: image_files.read(name, **limits))
     if source.pictures:
-        from ..shapes import mesh_texture
+        from ..shapes import mesh_reading
 
-        return mesh_texture.read(source, **limits)
+        return mesh_reading.read_texture(source, **limits)
     from ...pixels.checkerboard import checkerboard
 
     return _read.get(CHEQUERED, _numbers, lambda: image_files.Image(checkerboard(CHEQUERED)))

@@ -5,8 +5,8 @@ silhouette      pictures as outlines
 scan            scans and photographs, cleaned to be traced
 planar_obj      planar OBJ files as outlines
 mesh_shape      a mesh as a planar shape, flattened
-mesh_parts      all charts or pieces of a mesh
-mesh_texture    the texture that a mesh shows
+mesh_parts      several parts of a mesh as one
+mesh_reading    meshes read as such, one, or all charts or pieces
 onto_outline    a mesh laid out onto a given outline
 split_rims      meshes whose rims are split
 parts           which shapes of two files go together

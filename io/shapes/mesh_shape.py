@@ -1,7 +1,7 @@
 """Meshes as planar shapes, by way of their flattening: its plane is the shape's, in the mesh's own units."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -12,19 +12,15 @@ from numpy.typing import ArrayLike, NDArray
 from ...arrays import Box, Complex, Index, Real
 from ...curve import Curve
 from ...errors import InputError
-from ...flattening import convex, flatten
-from ...flattening.charts import Atlas, LaidOut
+from ...flattening.charts import LaidOut
+from ...meshes import layout
 from ...meshes.cut import vertex_path
-from ...meshes.disk_patch import Joined, disk_patch, sound_piece
 from ...meshes.flatten import Flattening
 from ...meshes.locate import Locator, barycentric
 from ...meshes.mesh import face_areas
-from ...meshes.patch import Patch
 from ...meshes.surface import Surface
 from ...pixels.texture import Placing, Texture, Wrap
-from ...surfaces.inserted import Opening, with_vertices
 from ..meshes import mesh_files
-from ..meshes.obj import Obj
 from ..point_syntax import Place, vertex_of
 from .shape import Shape
 
@@ -110,7 +106,7 @@ class MeshShape(Shape):
         Raises:
             InputError: there is no such vertex on the patch.
         """
-        row = _row_of(self.file, self.spec, number)
+        row = row_of(self.file, self.spec, number)
         return complex(self.flattening.flat[self.flattening.patch.flat_vertex(row)])
 
     def at(self, place: Place) -> complex:
@@ -269,8 +265,14 @@ class MeshShape(Shape):
             raise InputError(f"{self.spec}: {mesh.face_name(int(face))}: {what}")
         return faces
 
+    @property
+    def beyond_unit(self) -> int:
+        """How many triangles have texture coordinates outside 0..1.
 
-Aspect = float | Callable[[list[Path | bytes]], float | None]
+        Raises:
+            InputError: as for `uv_faces`.
+        """
+        return int(layout.outside(self.uv[self.uv_faces]).sum())
 
 
 def as_mesh(shape: Shape) -> MeshShape:
@@ -284,130 +286,7 @@ def as_mesh(shape: Shape) -> MeshShape:
     return shape
 
 
-def read(
-    spec: str,
-    *,
-    cut: bool = False,
-    whole: Obj | None = None,
-    method: str = "conformal",
-    layout: bool = False,
-    aspect: Aspect | None = None,
-    pins: Sequence[Place] = (),
-    split: bool = False,
-    chart: bool = False,
-    joins: bool = False,
-    opening: Opening | None = None,
-    united: bool = False,
-) -> MeshShape:
-    """The mesh in a plane that `file`, `file#part`, `file#loop` or `file#part#loop` names.
-
-    Args:
-        spec: a part is an OBJ object, group or material, `piece-2` or `uv-2` (see `mesh_files.read`); a loop a number,
-            1 being the longest boundary.
-        cut: whether a closed surface, or one with handles, may be cut open.
-        whole: the content of the file, if it is an OBJ that was read.
-        method: of flattening; see `flattening.flatten`.
-        layout: whether the plane is that of the texture coordinates, where `spec` does not say which.
-        aspect: width by height of the pictures that lie on them, or what tells it by the pictures that the file names;
-            1 by default.
-        pins: vertices and points in space through which a closed surface is to be cut, in this order; none, or at
-            least two.
-        split: whether faces may be split, so that it is cut through the pins themselves, not the vertices beside them.
-        chart: whether the plane is only to carry textures; see `flattening.flatten`.
-        joins: whether a cut may run into holes; likewise.
-        opening: split where the mesh is cut, in the place of the ways between pins.
-        united: whether all primitives of a glTF mesh are meant.
-
-    Raises:
-        InputError: in one line, naming the first element at fault.
-    """
-    file = mesh_files.read(spec, whole, united=united)
-    if file.chart or (layout and not file.piece):
-        atlas = Atlas.of(file.mesh)
-        return read_chart(spec, file, atlas, file.chart or 1, aspect_of(file, aspect))
-    through = np.array([point_of(file, spec, place) for place in pins]) if pins else None
-    if opening is not None:
-        file, through = replace(file, mesh=opening.mesh), opening.points
-    elif through is not None and split:
-        file = split_at(file, through)
-    piece = disk_patch(file.mesh, cut=cut, piece=file.piece or 1, through=through)
-    grow = cut and through is None  # between two meshes seams that are lengthened would differ
-    return flatten_patch(spec, file, piece, grow, method, _start_of(piece, through), chart=chart, joins=joins)
-
-
-def flatten_patch(
-    spec: str,
-    file: mesh_files.MeshFile,
-    piece: Patch,
-    grow: bool,
-    method: str,
-    start: int = -1,
-    **how: bool,
-) -> MeshShape:
-    """A piece of a mesh in the plane of its flattening; arguments as for `read` and `flatten` (`how`), `start` as of
-    `MeshShape`."""
-    file, piece = _of_patch(file, piece)
-    flat = flatten(piece, loop=file.loop, grow=grow, method=method, **how)
-    if how.get("chart") and method != "lscm":
-        flat = convex(flat)
-    # may cross itself, as it comes
-    curve = Curve(flat.flat[flat.loop]) if method == "lscm" else flat.boundary
-    notes = [*file.notes, *flat.patch.notes, *flat.notes]
-    if len(flat.patch.seam):
-        notes.append(f"cut open along {len(flat.patch.seam)} edges")
-    loops, left = len(piece.loops), len(flat.patch.loops)
-    if loops > 1:
-        others = (
-            "the others are holes" if left == loops else f"the cut joins {loops - left} of the others to it"
-        )
-        notes.append(f"boundary loop {file.loop} of {loops} is the outline, {others}")
-    return _lay_out(spec, file, flat, curve, curve.box, notes, start=start)
-
-
-def _lay_out(
-    spec: str,
-    file: mesh_files.MeshFile,
-    flat: Flattening,
-    curve: Curve,
-    box: Box,
-    notes: list[str],
-    **more: Any,
-) -> MeshShape:
-    """The shape of a layout, on which nothing is drawn; `more` are the other fields of a `MeshShape`."""
-    return MeshShape(
-        spec=spec,
-        path=file.path,
-        curve=curve,
-        box=box,
-        flip=False,
-        pins={},
-        strokes={},
-        notes=tuple(notes),
-        file=file,
-        flattening=flat,
-        **more,
-        **_holes(file, flat),
-    )
-
-
-def split_at(file: mesh_files.MeshFile, points: Real) -> mesh_files.MeshFile:
-    """With vertices at points (k, 3), if it is one closed surface."""
-    joined = Joined.of(file.mesh)
-    whole = sound_piece(joined) if len(joined.sizes) == 1 else None
-    return file if whole is None or whole.loops else replace(file, mesh=with_vertices(whole, points))
-
-
-def point_of(file: mesh_files.MeshFile, spec: str, place: Place) -> Real:
-    """A vertex, or a point in space.
-
-    Raises:
-        InputError: there is no such vertex.
-    """
-    number = vertex_of(place)
-    return np.array(place) if number is None else file.mesh.points[_row_of(file, spec, number)]
-
-
-def _row_of(file: mesh_files.MeshFile, spec: str, number: int) -> int:
+def row_of(file: mesh_files.MeshFile, spec: str, number: int) -> int:
     """Where a vertex stands in the mesh, by its number in the file (from 1 in OBJ, from 0 elsewhere).
 
     Raises:
@@ -417,72 +296,3 @@ def _row_of(file: mesh_files.MeshFile, spec: str, number: int) -> int:
     if not 0 <= number - mesh.base < len(mesh.points):
         raise InputError(f"{spec}: no vertex {number}; it has {len(mesh.points)}, the first is {mesh.base}")
     return number - mesh.base
-
-
-def _start_of(piece: Patch, through: Real | None) -> int:
-    """The vertex of a patch at the end of the seam through points (k, 3); -1 where there is no such seam."""
-    if through is None or not len(piece.seam):
-        return -1
-    outline = piece.loops[0]
-    first = outline[np.argmin(((piece.points[outline] - through[0]) ** 2).sum(axis=1))]
-    alone = np.count_nonzero(piece.vertex == piece.vertex[first]) == 1
-    near = np.argmin(((piece.points - through[0]) ** 2).sum(axis=1))
-    return int(first) if alone and piece.vertex[near] == piece.vertex[first] else -1
-
-
-def read_chart(spec: str, file: mesh_files.MeshFile, atlas: Atlas, number: int, aspect: float) -> MeshShape:
-    """A chart of a mesh in the plane of its texture coordinates; errors as for `read`."""
-    if file.loop != 1:
-        raise InputError(
-            f"{spec}: the outline of a chart is its outer boundary; #uv-{file.loop} is another chart"
-        )
-    chart = atlas.chart(number, aspect)
-    file, patch = _of_patch(file, chart.flattening.patch)
-    flat = replace(chart.flattening, patch=patch)
-    low = complex(chart.tile.real * aspect, chart.tile.imag)
-    notes = [*file.notes, *atlas.notes]
-    if atlas.count > 1:
-        others = f"left out {atlas.count - 1} other chart{'s' if atlas.count > 2 else ''} of its texture coordinates"
-        notes.append(f"{others}; #uv-{2 if number == 1 else 1} picks another, iccm map --parts all maps each")
-    if shared := atlas.shared(number):
-        notes.append(f"other charts lie on {shared:.0%} of chart {number}, and show what it shows there")
-    box = low, low + complex(aspect, 1)
-    return _lay_out(spec, file, flat, flat.boundary, box, notes, chart=chart, aspect=aspect)
-
-
-def aspect_of(file: mesh_files.MeshFile, given: Aspect | None) -> float:
-    """Width by height of the pictures that lie on a mesh's texture coordinates."""
-    if not callable(given):
-        return given or 1.0
-    return given([file.picture] if file.picture else list(mesh_files.textures_of(file))) or 1.0
-
-
-def _of_patch(file: mesh_files.MeshFile, patch: Patch) -> tuple[mesh_files.MeshFile, Patch]:
-    """The patch, and the file with no other faces than its own: those of other pieces stay as they are."""
-    mesh = file.mesh
-    own = np.zeros(mesh.sizes.size, bool)
-    own[patch.polygon] = True
-    if own.all():
-        return file, patch
-    part, faces = mesh.part(own, mesh.name), file.faces.copy()
-    faces[np.flatnonzero(faces)[~own]] = False
-    number = np.cumsum(np.repeat(own, mesh.sizes)) - 1
-    return replace(file, mesh=part, faces=faces), replace(patch, mesh=part, corner=number[patch.corner])
-
-
-def _holes(file: mesh_files.MeshFile, flat: Flattening) -> dict[str, Any]:
-    """The outlines of holes in the plane, and the objects, groups and materials around each."""
-    loops = [loop for loop in flat.patch.loops if not np.array_equal(loop, flat.loop)]
-    names = [names_around(file, flat.patch, loop) for loop in loops]
-    return {"holes": tuple(flat.flat[loop] for loop in loops), "hole_names": tuple(names)}
-
-
-def names_around(file: mesh_files.MeshFile, patch: Patch, loop: Index) -> tuple[str, ...]:
-    """The objects, groups and materials of the faces of an OBJ that touch a boundary loop of a patch of it."""
-    if file.obj is None:
-        return ()
-    beside = np.zeros(len(patch.points), bool)
-    beside[loop] = True
-    touching = beside[patch.faces].any(axis=1)
-    face = np.searchsorted(file.mesh.starts, patch.corner[touching, 0], side="right") - 1
-    return tuple(sorted(file.obj.names_at(np.flatnonzero(file.faces)[np.unique(face)])))

@@ -18,7 +18,7 @@ from ...surfaces.seams import COARSE, Opened, agreed_orders, same_seam
 from ..meshes import mesh_files
 from ..meshes.obj import Obj
 from ..point_syntax import Place
-from .mesh_shape import point_of, split_at
+from .mesh_reading import point_of, split_at
 
 MAPS = 3  # of meshes of few triangles that are looked at for one that is not twisted, each by another seam
 MARKS = 5  # vertices of meshes of the same connectivity that are pins: of a body, its head, hands and feet

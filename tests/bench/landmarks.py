@@ -25,7 +25,7 @@ from iccm.curve import Curve
 from iccm.errors import InputError
 from iccm.io.run.inputs import Inputs
 from iccm.io.run.job import Job
-from iccm.io.shapes import constraints, mesh_shape
+from iccm.io.shapes import constraints, mesh_reading
 from iccm.maps.distortion import inside_triangles as samples_of
 from iccm.meshes.disk_patch import sound_piece
 from iccm.meshes.flatten import Flattening
@@ -70,7 +70,7 @@ def onto(names: list[str]) -> None:
     """Meshes onto a heart."""
     outline: Curve = icon("heart")
     for name in names:
-        layout = mesh_shape.read(str(path_of(name)), cut=True).flattening
+        layout = mesh_reading.read(str(path_of(name)), cut=True).flattening
         for way, source in (("flattening's outline", layout.boundary), ("surface", layout)):
             start = time.process_time()
             fit = iccm.fit(source, outline)
@@ -114,7 +114,7 @@ def copies(names: list[str]) -> None:
 
 def _written(name: str, folder: Path) -> tuple[Job, tuple[int, int]]:
     """The job for a mesh and its copy, written with their landmarks, and how many triangles both have."""
-    whole = mesh_shape.mesh_files.read(str(path_of(name))).mesh
+    whole = mesh_reading.mesh_files.read(str(path_of(name))).mesh
     faces = whole.corners[triangulate(whole)].astype(np.int64)
     patch = sound_piece(whole)
     inner = np.setdiff1d(

@@ -21,7 +21,7 @@ from iccm.flattening import flatten as laid_out
 from iccm.io.meshes import obj, obj_write
 from iccm.io.pictures import image_files
 from iccm.io.run.outputs import baked
-from iccm.io.shapes import mesh_shape
+from iccm.io.shapes import mesh_reading
 from iccm.maps.extended_inverse import ExtendedInverse
 from iccm.maps.harmonic import HarmonicMap
 from iccm.meshes import bake, flatten
@@ -194,7 +194,7 @@ def angles() -> None:
 
 def rebake(mesh: str, picture: str) -> None:
     """A textured mesh baked into its own layout, through a cut and its flattening; every texel should be as it was."""
-    shape, image = mesh_shape.read(mesh, cut=True), image_files.read(picture)
+    shape, image = mesh_reading.read(mesh, cut=True), image_files.read(picture)
     same = HarmonicMap(shape.curve.z, shape.curve.z, 0 * shape.curve.z)
     height, width = image.pixels.shape[:2]
     sampler = Sampler(image.texture(shape.box))

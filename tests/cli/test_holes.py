@@ -7,7 +7,7 @@ import pytest
 
 from iccm.balanced.meshing.mesh import Sizes, triangulate
 from iccm.io.pictures import image_files
-from iccm.io.shapes import holes, mesh_shape, shape
+from iccm.io.shapes import holes, mesh_reading, shape
 
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">{}</svg>'
 RING = '<path fill-rule="evenodd" d="M10 10H90V90H10Z M30 30V60H60V30Z"/>'
@@ -177,7 +177,7 @@ def test_boundaries_of_a_mesh_are_holes_and_its_pieces_are_picked_by_number(shap
     report = json.loads((shapes / "r.json").read_text())
     assert done.code == 0 and len(report["holes"]) == 3 and report["injective"]["certified"]
     assert all(h["gap"] <= 1e-3 for h in report["holes"]) and report["uv"] == {"flipped": 0, "degenerate": 0}
-    target = mesh_shape.read("head.obj#piece-1")
+    target = mesh_reading.read("head.obj#piece-1")
     assert [set(names) & {"left", "right"} for names in target.hole_names].count(set()) == 1
     for name in ("face", "other"):
         source = shape.read(f"{name}.svg")

@@ -50,12 +50,11 @@ def coordinates(run: Run, *shapes: Shape) -> None:
     Raises:
         InputError: a mesh has none, or some that are not finite.
     """
-    from ...shapes import mesh_texture
+    from ...shapes.mesh_shape import as_mesh
 
     counts: dict[str, int] = {}
     for shape in shapes:
-        outside = mesh_texture.beyond_unit(shape)
-        counts[shape.spec] = counts.get(shape.spec, 0) + outside
+        counts[shape.spec] = counts.get(shape.spec, 0) + as_mesh(shape).beyond_unit
     tiled = run.source.spec if run.tiles else None
     for spec, count in counts.items():
         if count and spec != tiled:

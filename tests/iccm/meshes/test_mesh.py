@@ -13,7 +13,7 @@ from iccm.flattening import flatten
 from iccm.io.meshes import mesh_files, obj
 from iccm.io.run import Job, flat_files
 from iccm.io.run.inputs import Inputs
-from iccm.io.shapes import mesh_shape
+from iccm.io.shapes import mesh_reading
 from iccm.io.spec import Spec
 from iccm.meshes.disk_patch import Joined, disk_patch, sound_piece
 from iccm.meshes.flatten import overlap
@@ -85,7 +85,7 @@ def test_a_bad_mesh_is_one_line_that_names_the_place(case, tmp_path):
     path.write_text(text)
     spec = f"{path}#hat" if case == "no such part" else str(path)
     with pytest.raises(InputError) as error:
-        mesh_shape.read(spec)
+        mesh_reading.read(spec)
     assert message in str(error.value)
     assert str(path) in str(error.value)
     assert "\n" not in str(error.value)
@@ -207,7 +207,7 @@ def test_a_common_flaw_is_worked_around_and_told(case, tmp_path):
     text, note, triangles = FLAWED[case]
     path = tmp_path / "m.obj"
     path.write_text(text)
-    shape = mesh_shape.read(str(path))
+    shape = mesh_reading.read(str(path))
     assert len(shape.flattening.patch.faces) == triangles
     assert overlap(shape.flattening) is None
     assert note is None or note in shape.notes
@@ -217,10 +217,10 @@ def test_a_piece_is_picked_by_its_number_and_the_others_stay_as_they_are(tmp_pat
     path = tmp_path / "m.obj"
     text = TWO.replace("f 1 2 3\nf 1 3 4\n", "") + "vt .1 .1\nvt .2 .1\nvt .1 .2\nv 5 0 0\nv 6 0 0\nv 5 1 0\n"
     path.write_text(text + "f 1 2 3\nf 1 3 4\nf 5/1 6/2 7/3\n")
-    small, large = (mesh_shape.read(f"{path}#piece-{k}") for k in (2, 1))
+    small, large = (mesh_reading.read(f"{path}#piece-{k}") for k in (2, 1))
     assert (len(small.flattening.patch.faces), len(large.flattening.patch.faces)) == (1, 2)
     with pytest.raises(InputError, match="no piece 3; there are 2"):
-        mesh_shape.read(f"{path}#piece-3")
+        mesh_reading.read(f"{path}#piece-3")
     flat_files.write_uvs(large, tmp_path / "o.obj", tmp_path / "o.obj")
     made = obj.read(tmp_path / "o.obj")
     assert made.vt[made.corners[-3:, 1]].tolist() == [[0.1, 0.1], [0.2, 0.1], [0.1, 0.2]]
@@ -315,7 +315,7 @@ def test_corners_at_a_pole_are_all_where_it_is(tmp_path):
         "f {} {} {} {}".format(*q) for q in quads + 1
     ]
     (tmp_path / "globe.obj").write_text("\n".join(lines))
-    shape = mesh_shape.read(str(tmp_path / "globe.obj"))
+    shape = mesh_reading.read(str(tmp_path / "globe.obj"))
     at = shape.flattening.flat[shape.corners[0]].reshape(rows, columns, 4)
     north, south = at[0][:, [0, 3]], at[-1][:, [1, 2]]
     assert (north == north[0, 0]).all() and (south == south[0, 0]).all() and north[0, 0] != south[0, 0]
@@ -366,7 +366,7 @@ def test_other_formats_give_the_same_square(tmp_path):
     stl(tmp_path / "m.stl")
     (tmp_path / "m.off").write_text("OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n")
     for name in ("m.ply", "m.stl", "m.off"):
-        shape = mesh_shape.read(str(tmp_path / name))
+        shape = mesh_reading.read(str(tmp_path / name))
         assert shape.curve.area == pytest.approx(1)
         assert shape.curve.z.size == 4
 
@@ -399,7 +399,7 @@ SHORT = {
 def test_a_broken_binary_off_is_one_line(case, tmp_path, capfd):
     (tmp_path / "m.off").write_bytes(SHORT[case])
     with pytest.raises(InputError, match=r"m\.off") as error:
-        mesh_shape.read(str(tmp_path / "m.off"))
+        mesh_reading.read(str(tmp_path / "m.off"))
     assert "No module" not in str(error.value) and "\n" not in str(error.value)
     assert capfd.readouterr() == ("", "")
 
@@ -418,8 +418,8 @@ def test_libraries_say_nothing_of_broken_files(name, tmp_path):
     """In a process of its own, where nothing has silenced them."""
     (tmp_path / name).write_bytes(BROKEN[name])
     program = (
-        "import sys\nfrom iccm.io.shapes import mesh_shape\nfrom iccm.errors import InputError\n"
-        "try: mesh_shape.read(sys.argv[1], cut=True)\nexcept InputError as error: print(error)"
+        "import sys\nfrom iccm.io.shapes import mesh_reading\nfrom iccm.errors import InputError\n"
+        "try: mesh_reading.read(sys.argv[1], cut=True)\nexcept InputError as error: print(error)"
     )
     done = subprocess.run(
         [sys.executable, "-W", "default::RuntimeWarning", "-c", program, str(tmp_path / name)],
@@ -433,7 +433,7 @@ def test_libraries_say_nothing_of_broken_files(name, tmp_path):
 def test_garbage_in_other_formats_is_one_line(name, tmp_path):
     (tmp_path / name).write_bytes(GARBAGE[name])
     with pytest.raises(InputError) as error:
-        mesh_shape.read(str(tmp_path / name))
+        mesh_reading.read(str(tmp_path / name))
     assert name in str(error.value)
     assert "\n" not in str(error.value)
 
@@ -441,10 +441,10 @@ def test_garbage_in_other_formats_is_one_line(name, tmp_path):
 def test_a_ply_with_an_index_out_of_range_or_no_faces_is_refused(tmp_path):
     ply(tmp_path / "far.ply", faces="3 0 1 2\n3 0 2 9\n")
     with pytest.raises(InputError, match="face 1: names vertex 9, but the file has 4"):
-        mesh_shape.read(str(tmp_path / "far.ply"))
+        mesh_reading.read(str(tmp_path / "far.ply"))
     ply(tmp_path / "cloud.ply", faces="")
     with pytest.raises(InputError, match="point cloud"):
-        mesh_shape.read(str(tmp_path / "cloud.ply"))
+        mesh_reading.read(str(tmp_path / "cloud.ply"))
 
 
 def test_names_with_hashes_parts_and_loops(tmp_path):
@@ -476,7 +476,7 @@ def test_a_file_of_200_megabytes_cut_in_the_middle(where, message, tmp_path):
     path = tmp_path / "big.obj"
     path.write_bytes(text[: text.index(b"\n", int(where * len(text))) + 9])
     with pytest.raises(InputError) as error:
-        mesh_shape.read(str(path))
+        mesh_reading.read(str(path))
     assert message in str(error.value)
     assert "\n" not in str(error.value)
 
@@ -530,7 +530,7 @@ ODD = {
 def test_an_odd_form_of_a_format_is_read(case, tmp_path):
     name, text = ODD[case]
     (tmp_path / name).write_bytes(text if isinstance(text, bytes) else text.encode())
-    shape = mesh_shape.read(str(tmp_path / name))
+    shape = mesh_reading.read(str(tmp_path / name))
     assert shape.curve.area == pytest.approx(1)
     assert len(shape.flattening.patch.faces) == 2
     assert not [note for note in shape.notes if "turned" in note]

@@ -11,7 +11,7 @@ from iccm.io.edit.messages import Scene
 from iccm.io.edit.session import Session
 from iccm.io.pictures import image_files
 from iccm.io.run.job import make
-from iccm.io.shapes import mesh_shape
+from iccm.io.shapes import mesh_reading
 
 
 def hill(path, n=8, uv=False):
@@ -53,7 +53,7 @@ def test_what_is_drawn_is_what_is_written(onto, shapes):
     shown = onto.solve(scene())
     outcome = saving.export(onto, scene(), "hill-new.obj", 64, replace=False)
     assert outcome.ok and "hill-new.obj" in outcome.written
-    written = mesh_shape.read("hill-new.obj")
+    written = mesh_reading.read("hill-new.obj")
     seen = _core(shown.drawn, onto.views[0])
     low, high = onto.source.box
     for corner, vertex in zip(written.uv_faces.ravel(), written.flattening.patch.faces.ravel()):

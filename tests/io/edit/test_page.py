@@ -253,7 +253,7 @@ def test_what_cannot_be_is_red_and_the_map_stays(page, tmp_path):
 def test_a_mesh_is_turned_pinned_on_its_surface_and_written_as_it_is_shown(
     page, tmp_path, shell, monkeypatch
 ):
-    from iccm.io.shapes import mesh_shape, mesh_texture
+    from iccm.io.shapes import mesh_reading
     from iccm.meshes import render
     from iccm.pixels.sampler import Sampler
 
@@ -283,8 +283,8 @@ def test_a_mesh_is_turned_pinned_on_its_surface_and_written_as_it_is_shown(
     line = edited.js("document.getElementById('command').textContent")
     done = shell(f"cd {tmp_path} && {line}")
     assert done.returncode == 0, done.stderr
-    written = mesh_shape.read(str(tmp_path / "tiger-face.obj"))
-    image = mesh_texture.read(written)
+    written = mesh_reading.read(str(tmp_path / "tiger-face.obj"))
+    image = mesh_reading.read_texture(written)
     height, width = image.pixels.shape[:2]
     patch, uv = written.flattening.patch, written.uv[written.uv_faces]
     texels = np.stack([uv[..., 0] * width, (1 - uv[..., 1]) * height], axis=-1)

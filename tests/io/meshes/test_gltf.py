@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 from iccm.io.meshes import gltf, gltf_compressed
-from iccm.io.shapes import mesh_shape
+from iccm.io.shapes import mesh_reading
 from tests import rich_glb
 
 SAME = ("asset", "scene", "scenes", "nodes", "skins", "animations", "samplers", "cameras", "extensionsUsed")
@@ -75,7 +75,7 @@ def test_a_flattening_changes_coordinates_alone(rich, iccm):
     flat = after.pop("TEXCOORD_0")
     for name, values in before.items():
         assert (values == after[name]).all(), name
-    shape = mesh_shape.read("rich.glb#body")
+    shape = mesh_reading.read("rich.glb#body")
     own = shape.flattening.flat[shape.flattening.patch.faces].ravel()
     ratio = np.ptp(own.real) / np.ptp(flat[:, 0]), np.ptp(own.imag) / np.ptp(flat[:, 1])
     assert ratio[0] == pytest.approx(ratio[1], rel=1e-5)
@@ -104,7 +104,7 @@ def test_vertices_are_split_with_all_that_they_have(ball, iccm):
     assert set(before) == set(after)
     for name, values in before.items():
         assert (values == after[name]).all(), name
-    again = mesh_shape.read("out.glb#body", cut=True)
+    again = mesh_reading.read("out.glb#body", cut=True)
     assert again.has_uv
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from iccm.io.meshes import mesh_files, ply, ply_write
-from iccm.io.shapes import mesh_shape
+from iccm.io.shapes import mesh_reading
 
 HEADER = """ply
 format {form} 1.0
@@ -75,7 +75,7 @@ def test_a_flattening_adds_two_properties_and_nothing_else(shapes, iccm, form):
         assert (old.tables[name].cells == new.tables[name].cells).all()
     for name in ("x", "y", "z", "red", "weight"):
         assert (old.tables["vertex"].column(name) == new.tables["vertex"].column(name)).all()
-    shape = mesh_shape.read("a.ply")
+    shape = mesh_reading.read("a.ply")
     flat, uv = shape.flattening.flat[np.argsort(shape.flattening.patch.vertex)], new.vertices(("s", "t"))
     assert uv == pytest.approx(_unit(flat), abs=1e-6)
     again = iccm("flatten", "out.ply", "--uv", "again.ply")
@@ -131,7 +131,7 @@ def test_the_texture_is_named_in_a_comment(shapes, iccm):
     Image.new("RGB", (8, 8), (9, 200, 30)).save("new.png")
     assert iccm("map", "square.svg", "a.ply", "--texture", "new.png", "-o", "out.ply").code == 0
     assert "comment TextureFile new.png" in (shapes / "out.ply").read_text()
-    assert mesh_shape.read("out.ply").pictures == ((shapes / "new.png").read_bytes(),)
+    assert mesh_reading.read("out.ply").pictures == ((shapes / "new.png").read_bytes(),)
 
 
 @pytest.mark.parametrize("form", FORMS)

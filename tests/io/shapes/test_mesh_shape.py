@@ -12,7 +12,7 @@ from iccm.io.pictures import image_files
 from iccm.io.run import plots
 from iccm.io.run.outputs.baked import bake
 from iccm.io.run.outputs.textured_mesh import new_uvs
-from iccm.io.shapes import mesh_shape, mesh_texture
+from iccm.io.shapes import mesh_reading
 from iccm.maps.extended_inverse import ExtendedInverse
 from iccm.maps.harmonic import HarmonicMap
 from iccm.meshes import layout
@@ -53,7 +53,7 @@ def colours(size=64):
 
 def test_new_coordinates_are_where_the_texture_lies_over_the_flattening(tmp_path):
     path = write_mesh(tmp_path / "hill.obj", uv=False, head="# kept\no hill")
-    target = mesh_shape.read(str(path))
+    target = mesh_reading.read(str(path))
     box = target.box
     figures = new_uvs(
         [(target, identity(target), target_plane(target))],
@@ -79,7 +79,7 @@ def target_plane(shape):
 
 def test_a_texture_is_bound_beside_the_mesh(tmp_path):
     path = write_mesh(tmp_path / "hill.obj")
-    target = mesh_shape.read(str(path))
+    target = mesh_reading.read(str(path))
     out = tmp_path / "o.obj"
     figures = new_uvs(
         [(target, identity(target), target_plane(target))],
@@ -93,12 +93,12 @@ def test_a_texture_is_bound_beside_the_mesh(tmp_path):
     text = out.read_text().splitlines()
     assert text[0] == "mtllib o.mtl"
     assert "usemtl iccm" in text
-    assert mesh_shape.read(str(out)).pictures[0] == tmp_path / "my cloth.png"
+    assert mesh_reading.read(str(out)).pictures[0] == tmp_path / "my cloth.png"
 
 
 @pytest.mark.parametrize("suffix", [".glb", ".ply"])
 def test_glb_and_ply_hold_the_same_coordinates(tmp_path, suffix):
-    target = mesh_shape.read(str(write_mesh(tmp_path / "hill.obj")))
+    target = mesh_reading.read(str(write_mesh(tmp_path / "hill.obj")))
     image_files.write(tmp_path / "c.png", colours())
     for name in ("o.obj", "o" + suffix):
         out = tmp_path / name
@@ -110,7 +110,7 @@ def test_glb_and_ply_hold_the_same_coordinates(tmp_path, suffix):
             name=out,
             texture=texture,
         )
-    one, other = (mesh_shape.read(str(tmp_path / name)) for name in ("o.obj", "o" + suffix))
+    one, other = (mesh_reading.read(str(tmp_path / name)) for name in ("o.obj", "o" + suffix))
     places = []
     for shape in (one, other):
         uv = shape.file.mesh.uv[shape.uv_faces].reshape(-1, 2)
@@ -120,11 +120,11 @@ def test_glb_and_ply_hold_the_same_coordinates(tmp_path, suffix):
     if suffix == ".ply":
         assert other.pictures == ()
     else:
-        assert (mesh_texture.read(other).pixels == colours().pixels).all()
+        assert (mesh_reading.read_texture(other).pixels == colours().pixels).all()
 
 
 def test_formats_without_coordinates_are_refused(tmp_path):
-    target = mesh_shape.read(str(write_mesh(tmp_path / "hill.obj")))
+    target = mesh_reading.read(str(write_mesh(tmp_path / "hill.obj")))
     with pytest.raises(InputError, match=r"o\.stl: cannot hold texture coordinates"):
         new_uvs(
             [(target, identity(target), target)],
@@ -135,7 +135,7 @@ def test_formats_without_coordinates_are_refused(tmp_path):
 
 
 def test_pins_by_number_by_place_and_in_the_plane(tmp_path):
-    shape = mesh_shape.read(str(write_mesh(tmp_path / "hill.obj")))
+    shape = mesh_reading.read(str(write_mesh(tmp_path / "hill.obj")))
     corner = shape.flattening.flat[shape.flattening.patch.flat_vertex(0)]
     for vertex in ("v1", "1", 1):
         assert shape.at(point_syntax.read(vertex)) == corner
@@ -148,7 +148,7 @@ def test_pins_by_number_by_place_and_in_the_plane(tmp_path):
 
 
 def test_a_stroke_follows_edges(tmp_path):
-    shape = mesh_shape.read(str(write_mesh(tmp_path / "flat.obj", n=4, height=lambda x, y: 0 * x)))
+    shape = mesh_reading.read(str(write_mesh(tmp_path / "flat.obj", n=4, height=lambda x, y: 0 * x)))
     stroke = shape.along(["v1", "v5", "v25"], "a")
     assert stroke.z.size == 9
     assert stroke.length == pytest.approx(2)
@@ -158,8 +158,8 @@ def test_a_stroke_follows_edges(tmp_path):
 
 def test_a_mesh_gives_its_texture_to_another_mesh(tmp_path):
     """Both lie over the same square: composing the flattenings must give the source's coordinates back."""
-    source = mesh_shape.read(str(write_mesh(tmp_path / "a.obj", n=24)))
-    target = mesh_shape.read(str(write_mesh(tmp_path / "b.obj", n=16, uv=False)))
+    source = mesh_reading.read(str(write_mesh(tmp_path / "a.obj", n=24)))
+    target = mesh_reading.read(str(write_mesh(tmp_path / "b.obj", n=16, uv=False)))
     shift = target.box[0] - source.box[0]
     map_ = HarmonicMap(source.curve.z, source.curve.z + shift, 0 * source.curve.z)
     out = tmp_path / "o.obj"
@@ -188,7 +188,7 @@ def torn(path):
 
 def test_faces_keep_to_one_chart_of_a_source(tmp_path):
     """A mesh through itself has its coordinates at every corner, along the seam between charts, too."""
-    source = mesh_shape.read(str(torn(tmp_path / "a.obj")))
+    source = mesh_reading.read(str(torn(tmp_path / "a.obj")))
     out = tmp_path / "o.obj"
     figures = new_uvs([(source, identity(source), source)], stmap.flat(source.box), out, name=out)
     before, made = obj.read(tmp_path / "a.obj"), obj.read(out)
@@ -197,8 +197,8 @@ def test_faces_keep_to_one_chart_of_a_source(tmp_path):
 
 
 def test_a_torn_source_is_reported(tmp_path):
-    source = mesh_shape.read(str(torn(tmp_path / "a.obj")))
-    target = mesh_shape.read(str(write_mesh(tmp_path / "b.obj", n=5)))
+    source = mesh_reading.read(str(torn(tmp_path / "a.obj")))
+    target = mesh_reading.read(str(write_mesh(tmp_path / "b.obj", n=5)))
     out = tmp_path / "o.obj"
     figures = new_uvs([(target, identity(source), source)], stmap.flat(source.box), out, name=out)
     assert figures["torn_triangles"] == 10
@@ -206,7 +206,7 @@ def test_a_torn_source_is_reported(tmp_path):
 
 
 def test_a_mesh_rebaked_through_itself_keeps_its_texture(tmp_path):
-    shape = mesh_shape.read(str(write_mesh(tmp_path / "a.obj", n=20)))
+    shape = mesh_reading.read(str(write_mesh(tmp_path / "a.obj", n=20)))
     image = colours(128)
     sampler = Sampler(image.texture(shape.box))
     made, figures = bake([(shape, identity(shape), shape)], sampler, (128, 128))
@@ -223,7 +223,7 @@ def warped_texture(shape, image, canvas):
 
 
 def test_a_meshs_texture_on_a_planar_target(tmp_path):
-    shape = mesh_shape.read(str(write_mesh(tmp_path / "a.obj", n=16, height=lambda x, y: 0 * x)))
+    shape = mesh_reading.read(str(write_mesh(tmp_path / "a.obj", n=16, height=lambda x, y: 0 * x)))
     image = colours(64)
     warped = warped_texture(shape, image, Canvas(64, 64, shape.box))
     assert warped.pixels.shape == (64, 64, 4)
@@ -232,15 +232,15 @@ def test_a_meshs_texture_on_a_planar_target(tmp_path):
 
 
 def test_a_mesh_without_coordinates_or_texture_says_so(tmp_path):
-    bare = mesh_shape.read(str(write_mesh(tmp_path / "a.obj", uv=False)))
+    bare = mesh_reading.read(str(write_mesh(tmp_path / "a.obj", uv=False)))
     with pytest.raises(InputError, match="has no texture coordinates of its own"):
         bake([(bare, identity(bare), bare)], Sampler(colours().texture(bare.box)), (8, 8))
     with pytest.raises(InputError, match="names no texture"):
-        mesh_texture.read(bare)
+        mesh_reading.read_texture(bare)
 
 
 def test_the_picture_of_a_surface_shows_its_texture(tmp_path):
-    shape = mesh_shape.read(str(write_mesh(tmp_path / "a.obj", n=16)))
+    shape = mesh_reading.read(str(write_mesh(tmp_path / "a.obj", n=16)))
     seen = plots.surface(shape, identity(shape), target_plane(shape), colours().texture(shape.box), size=120)
     solid = seen[..., 3] == 255
     assert 0.4 < solid.mean() < 0.95
@@ -253,7 +253,7 @@ def test_the_picture_of_a_surface_shows_its_texture(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("with_map", [False, True])
 def test_a_figure_is_drawn_the_same_every_time(tmp_path, with_map):
-    shape = mesh_shape.read(str(write_mesh(tmp_path / "a.obj", n=6)))
+    shape = mesh_reading.read(str(write_mesh(tmp_path / "a.obj", n=6)))
     more = {"map": identity(shape), "source": target_plane(shape)} if with_map else {}
     for name in ("1.png", "2.png"):
         plots.draw(shape, tmp_path / name, ["said"], **more)
@@ -307,9 +307,9 @@ def test_flatten_writes_outline_flat_mesh_and_coordinates(tmp_path, monkeypatch,
     assert report["schema"] == "iccm.flatten/1"
     assert report["boundary_loops"] == [48]
     assert 1 < report["dilatation"]["p95"] < 1.1
-    flat = mesh_shape.read("f.obj")
+    flat = mesh_reading.read("f.obj")
     assert flat.flattening.report()["dilatation"]["max"] == pytest.approx(1, abs=1e-6)
-    assert flat.curve.area == pytest.approx(mesh_shape.read("hill.obj").curve.area, rel=1e-6)
+    assert flat.curve.area == pytest.approx(mesh_reading.read("hill.obj").curve.area, rel=1e-6)
     lines = zip(
         (tmp_path / "hill.obj").read_text().splitlines(), (tmp_path / "u.obj").read_text().splitlines()
     )
@@ -344,7 +344,7 @@ def test_flatten_refuses_what_it_cannot_flatten_or_write(tmp_path, monkeypatch, 
 
 
 def test_pull_back_is_threads_free(tmp_path):
-    shape = mesh_shape.read(str(write_mesh(tmp_path / "a.obj", n=9)))
+    shape = mesh_reading.read(str(write_mesh(tmp_path / "a.obj", n=9)))
     z = shape.flattening.flat
     one, two = (ExtendedInverse(identity(shape), threads)(z) for threads in (1, 2))
     assert (one == two).all()
@@ -354,7 +354,7 @@ def test_constraints_name_vertices_and_points_in_space(tmp_path, shapes):
     from iccm.io.shapes import constraints, listing
     from iccm.io.shapes import shape as planar
 
-    mesh = mesh_shape.read(str(write_mesh(tmp_path / "hill.obj", n=4)))
+    mesh = mesh_reading.read(str(write_mesh(tmp_path / "hill.obj", n=4)))
     plane = planar.read("square.svg")
     pins = [{"source": [30, 40], "target": "v13"}, {"source": [50, 50], "target": [0.26, 0.01, 0]}]
     strokes = [{"source": [[20, 20], [80, 20]], "target": [1, 5, 25]}]
@@ -371,7 +371,7 @@ def test_constraints_name_vertices_and_points_in_space(tmp_path, shapes):
 
 
 def test_points_of_the_surface_are_found_again_and_points_beside_it_by_the_nearest(tmp_path):
-    mesh = mesh_shape.read(str(write_mesh(tmp_path / "hill.obj", n=6)))
+    mesh = mesh_reading.read(str(write_mesh(tmp_path / "hill.obj", n=6)))
     patch, flat = mesh.flattening.patch, mesh.flattening.flat
     weights = np.random.default_rng(1).dirichlet(np.ones(3), len(patch.faces))
     z = np.einsum("pk,pk->p", weights, flat[patch.faces])
@@ -415,7 +415,7 @@ def test_a_texture_goes_onto_a_mesh_with_pins_from_the_command_line(tmp_path, sh
 @pytest.fixture
 def embedded(tmp_path):
     """A GLB whose texture is a JPEG inside it, and that JPEG's bytes."""
-    target = mesh_shape.read(str(write_mesh(tmp_path / "hill.obj", n=6)))
+    target = mesh_reading.read(str(write_mesh(tmp_path / "hill.obj", n=6)))
     image_files.write(tmp_path / "c.jpg", colours())
     out = tmp_path / "a.glb"
     plane = target_plane(target)
@@ -427,7 +427,7 @@ def embedded(tmp_path):
 
 def test_a_texture_is_embedded_byte_by_byte(tmp_path, embedded):
     assert embedded in (tmp_path / "a.glb").read_bytes()
-    assert mesh_shape.read(str(tmp_path / "a.glb")).pictures[0].rstrip(b"\0") == embedded
+    assert mesh_reading.read(str(tmp_path / "a.glb")).pictures[0].rstrip(b"\0") == embedded
 
 
 def test_a_mesh_that_holds_its_texture_passes_it_on(tmp_path, monkeypatch, embedded, iccm):
@@ -440,14 +440,14 @@ def test_a_mesh_that_holds_its_texture_passes_it_on(tmp_path, monkeypatch, embed
     assert (tmp_path / "o-texture.jpg").read_bytes().rstrip(b"\0") == embedded
     assert "map_Kd o-texture.jpg" in (tmp_path / "o.mtl").read_text()
     assert "o.ply: PLY holds no texture" in done.err
-    shown = mesh_texture.read(mesh_shape.read("o.obj"))
+    shown = mesh_reading.read_texture(mesh_reading.read("o.obj"))
     assert np.abs(shown.pixels.astype(int) - image_files.read("c.jpg").pixels).max() <= 2  # two JPEG decoders
 
 
 def test_an_embedded_texture_that_is_damaged_is_told_before_the_solving(tmp_path, monkeypatch, iccm):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("iccm.fit", lambda *args, **options: pytest.fail("solved"))
-    target = mesh_shape.read(str(write_mesh(tmp_path / "hill.obj", n=6)))
+    target = mesh_reading.read(str(write_mesh(tmp_path / "hill.obj", n=6)))
     image_files.write(tmp_path / "c.png", colours())
     whole = (tmp_path / "c.png").read_bytes()
     cut = whole[: len(whole) // 2].ljust(len(whole), b"\0")
@@ -562,7 +562,7 @@ def test_a_texture_of_another_format_becomes_png(tmp_path):
     """WebP may be inside a GLB, but few programs read it beside an OBJ."""
     from PIL import Image
 
-    target = mesh_shape.read(str(write_mesh(tmp_path / "hill.obj", n=4)))
+    target = mesh_reading.read(str(write_mesh(tmp_path / "hill.obj", n=4)))
     Image.fromarray(colours().pixels).save(tmp_path / "c.webp", lossless=True)
     content = (tmp_path / "c.webp").read_bytes()
     out, plane = tmp_path / "o.obj", target_plane(target)
@@ -570,7 +570,7 @@ def test_a_texture_of_another_format_becomes_png(tmp_path):
         [(target, identity(target), plane)], stmap.flat(target.box), out, name=out, texture=content
     )
     assert figures["also_written"] == [str(tmp_path / name) for name in ("o.mtl", "o-texture.png")]
-    assert (mesh_texture.read(mesh_shape.read(str(out))).pixels == colours().pixels).all()
+    assert (mesh_reading.read_texture(mesh_reading.read(str(out))).pixels == colours().pixels).all()
     out = tmp_path / "o.glb"
     new_uvs(
         [(target, identity(target), plane)],
@@ -579,7 +579,7 @@ def test_a_texture_of_another_format_becomes_png(tmp_path):
         name=out,
         texture=tmp_path / "c.webp",
     )
-    assert (mesh_texture.read(mesh_shape.read(str(out))).pixels == colours().pixels).all()
+    assert (mesh_reading.read_texture(mesh_reading.read(str(out))).pixels == colours().pixels).all()
     (tmp_path / "c.tif").write_text("no picture")
     with pytest.raises(InputError, match=r"c\.tif: cannot be put into a GLB file"):
         new_uvs(
@@ -657,7 +657,7 @@ def test_one_of_several_textures_is_carried_with_a_note(tmp_path, shapes, iccm):
 def test_a_texture_repeats_beyond_its_edges(tmp_path):
     """Coordinates two pictures to the right and one down show the same, up to the outline; so do triangles across."""
     flat = {"height": lambda x, y: 0 * x, "n": 2}
-    near, far, across = (mesh_shape.read(str(write_mesh(tmp_path / f"{k}.obj", **flat))) for k in "abc")
+    near, far, across = (mesh_reading.read(str(write_mesh(tmp_path / f"{k}.obj", **flat))) for k in "abc")
     far.file.mesh.uv[:] += (2, -1)
     across.file.mesh.uv[:] *= 1.45
     border = 0.013 * (1 + 1j)  # pixels on the outline have their centres outside
@@ -668,7 +668,7 @@ def test_a_texture_repeats_beyond_its_edges(tmp_path):
     clear = np.abs(u - np.round(u)) > 0.05  # the filter sees both sides of an edge of the texture
     clear &= u < 1.45  # pixels on the outline show a boundary point that is near, not the nearest
     assert np.abs(shown[2][32, clear, 0] - 255 * np.mod(u[clear], 1)).max() < 3
-    assert [mesh_texture.beyond_unit(s) > 0 for s in (near, far, across)] == [False, True, True]
+    assert [s.beyond_unit > 0 for s in (near, far, across)] == [False, True, True]
 
 
 @pytest.mark.parametrize("words", [["a.obj", "square.svg"], ["square.svg", "a.obj", "--bake"]])
@@ -705,7 +705,7 @@ def test_triangles_turned_over_in_what_is_written_are_told(tmp_path, monkeypatch
     write_mesh(tmp_path / "steep.obj", 5, steep, uv=False)
     poor = iccm("flatten", "steep.obj", "--method", "lscm", "--uv", "poor.obj", "--report", "poor.json")
     report = json.loads((tmp_path / "poor.json").read_text())
-    made = mesh_shape.read(str(tmp_path / "poor.obj"))
+    made = mesh_reading.read(str(tmp_path / "poor.obj"))
     u, v = np.moveaxis(made.uv[made.uv_faces], -1, 0)
     area = (u[:, 1] - u[:, 0]) * (v[:, 2] - v[:, 0]) - (u[:, 2] - u[:, 0]) * (v[:, 1] - v[:, 0])
     assert poor.code == 1
@@ -741,7 +741,7 @@ def test_a_tube_is_cut_from_hole_to_hole_for_a_layout_and_keeps_its_hole_for_a_m
         found["cut"]["notes"][-1]
         == "boundary loop 1 of 2 is the outline, the cut joins 1 of the others to it"
     )
-    assert len(mesh_shape.read("tube.obj", cut=True).holes) == 1
+    assert len(mesh_reading.read("tube.obj", cut=True).holes) == 1
 
 
 def test_rounding_of_the_file_counts(tmp_path):

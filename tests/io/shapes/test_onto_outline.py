@@ -10,7 +10,7 @@ from iccm.errors import InputError
 from iccm.io.meshes import mesh_files
 from iccm.io.run.inputs import Inputs
 from iccm.io.run.job import Job
-from iccm.io.shapes import constraints, listing, mesh_shape
+from iccm.io.shapes import constraints, listing, mesh_reading
 from iccm.meshes.layout import turned_over
 from tests.triangulations import hull, spiral_points
 
@@ -97,7 +97,7 @@ def test_landmarks_open_closed_meshes_alike(folder):
     (folder / "marks.json").write_text(json.dumps({"landmarks": {"source": marks, "target": marks}}))
     listed = listing.read(folder / "marks.json")
     places = [pin.source for pin in listed.all_pins]
-    one, other = (mesh_shape.read(f"{name}.obj", cut=True, pins=places) for name in ("coarse", "fine"))
+    one, other = (mesh_reading.read(f"{name}.obj", cut=True, pins=places) for name in ("coarse", "fine"))
     found = constraints.collect(one, other, listed)
     assert len(found.pins) == 10  # both ends of the seam once, the others on both of its sides
     assert found.names[0] == ["m0", *np.repeat(["m1", "m2", "m3", "m4"], 2), "m5"]
@@ -152,6 +152,6 @@ def test_a_landmark_of_one_side_is_refused(folder):
     (folder / "marks.json").write_text(
         json.dumps({"landmarks": {"source": {"nose": "v1", "ear": "v2"}, "target": {"ear": "v3"}}})
     )
-    sheet_shape = mesh_shape.read("sheet.obj")
+    sheet_shape = mesh_reading.read("sheet.obj")
     with pytest.raises(InputError, match="landmarks: nose: given for the source alone"):
         constraints.collect(sheet_shape, sheet_shape, listing.read(folder / "marks.json"))

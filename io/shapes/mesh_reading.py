@@ -1,0 +1,359 @@
+"""Meshes read as planar shapes: one, or all charts or pieces of a file; and the texture that one shows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ...arrays import Box, Index, Real
+from ...curve import Curve
+from ...errors import InputError
+from ...flattening import convex, flatten
+from ...flattening.charts import Atlas
+from ...meshes.disk_patch import Joined, disk_patch, sound_piece
+from ...meshes.flatten import Flattening
+from ...meshes.patch import Patch
+from ...pixels.composed import reflected
+from ...plane import bounding_box
+from ...surfaces.inserted import Opening, with_vertices
+from ..meshes import mesh_files
+from ..meshes.obj import Obj
+from ..point_syntax import Place, vertex_of
+from .mesh_parts import side_by_side
+from .mesh_shape import MeshShape, row_of
+from .shape import Shape
+
+if TYPE_CHECKING:
+    from ..pictures.image import Image
+
+Aspect = float | Callable[[list[Path | bytes]], float | None]
+
+
+def read(
+    spec: str,
+    *,
+    cut: bool = False,
+    whole: Obj | None = None,
+    method: str = "conformal",
+    layout: bool = False,
+    aspect: Aspect | None = None,
+    pins: Sequence[Place] = (),
+    split: bool = False,
+    chart: bool = False,
+    joins: bool = False,
+    opening: Opening | None = None,
+    united: bool = False,
+) -> MeshShape:
+    """The mesh in a plane that `file`, `file#part`, `file#loop` or `file#part#loop` names.
+
+    Args:
+        spec: a part is an OBJ object, group or material, `piece-2` or `uv-2` (see `mesh_files.read`); a loop a number,
+            1 being the longest boundary.
+        cut: whether a closed surface, or one with handles, may be cut open.
+        whole: the content of the file, if it is an OBJ that was read.
+        method: of flattening; see `flattening.flatten`.
+        layout: whether the plane is that of the texture coordinates, where `spec` does not say which.
+        aspect: width by height of the pictures that lie on them, or what tells it by the pictures that the file names;
+            1 by default.
+        pins: vertices and points in space through which a closed surface is to be cut, in this order; none, or at
+            least two.
+        split: whether faces may be split, so that it is cut through the pins themselves, not the vertices beside them.
+        chart: whether the plane is only to carry textures; see `flattening.flatten`.
+        joins: whether a cut may run into holes; likewise.
+        opening: split where the mesh is cut, in the place of the ways between pins.
+        united: whether all primitives of a glTF mesh are meant.
+
+    Raises:
+        InputError: in one line, naming the first element at fault.
+    """
+    file = mesh_files.read(spec, whole, united=united)
+    if file.chart or (layout and not file.piece):
+        atlas = Atlas.of(file.mesh)
+        return read_chart(spec, file, atlas, file.chart or 1, aspect_of(file, aspect))
+    through = np.array([point_of(file, spec, place) for place in pins]) if pins else None
+    if opening is not None:
+        file, through = replace(file, mesh=opening.mesh), opening.points
+    elif through is not None and split:
+        file = split_at(file, through)
+    piece = disk_patch(file.mesh, cut=cut, piece=file.piece or 1, through=through)
+    grow = cut and through is None  # between two meshes seams that are lengthened would differ
+    return flatten_patch(spec, file, piece, grow, method, _start_of(piece, through), chart=chart, joins=joins)
+
+
+def flatten_patch(
+    spec: str,
+    file: mesh_files.MeshFile,
+    piece: Patch,
+    grow: bool,
+    method: str,
+    start: int = -1,
+    **how: bool,
+) -> MeshShape:
+    """A piece of a mesh in the plane of its flattening; arguments as for `read` and `flatten` (`how`), `start` as of
+    `MeshShape`."""
+    file, piece = _of_patch(file, piece)
+    flat = flatten(piece, loop=file.loop, grow=grow, method=method, **how)
+    if how.get("chart") and method != "lscm":
+        flat = convex(flat)
+    # may cross itself, as it comes
+    curve = Curve(flat.flat[flat.loop]) if method == "lscm" else flat.boundary
+    notes = [*file.notes, *flat.patch.notes, *flat.notes]
+    if len(flat.patch.seam):
+        notes.append(f"cut open along {len(flat.patch.seam)} edges")
+    loops, left = len(piece.loops), len(flat.patch.loops)
+    if loops > 1:
+        others = (
+            "the others are holes" if left == loops else f"the cut joins {loops - left} of the others to it"
+        )
+        notes.append(f"boundary loop {file.loop} of {loops} is the outline, {others}")
+    return _lay_out(spec, file, flat, curve, curve.box, notes, start=start)
+
+
+def _lay_out(
+    spec: str,
+    file: mesh_files.MeshFile,
+    flat: Flattening,
+    curve: Curve,
+    box: Box,
+    notes: list[str],
+    **more: Any,
+) -> MeshShape:
+    """The shape of a layout, on which nothing is drawn; `more` are the other fields of a `MeshShape`."""
+    return MeshShape(
+        spec=spec,
+        path=file.path,
+        curve=curve,
+        box=box,
+        flip=False,
+        pins={},
+        strokes={},
+        notes=tuple(notes),
+        file=file,
+        flattening=flat,
+        **more,
+        **_holes(file, flat),
+    )
+
+
+def split_at(file: mesh_files.MeshFile, points: Real) -> mesh_files.MeshFile:
+    """With vertices at points (k, 3), if it is one closed surface."""
+    joined = Joined.of(file.mesh)
+    whole = sound_piece(joined) if len(joined.sizes) == 1 else None
+    return file if whole is None or whole.loops else replace(file, mesh=with_vertices(whole, points))
+
+
+def point_of(file: mesh_files.MeshFile, spec: str, place: Place) -> Real:
+    """A vertex, or a point in space.
+
+    Raises:
+        InputError: there is no such vertex.
+    """
+    number = vertex_of(place)
+    return np.array(place) if number is None else file.mesh.points[row_of(file, spec, number)]
+
+
+def _start_of(piece: Patch, through: Real | None) -> int:
+    """The vertex of a patch at the end of the seam through points (k, 3); -1 where there is no such seam."""
+    if through is None or not len(piece.seam):
+        return -1
+    outline = piece.loops[0]
+    first = outline[np.argmin(((piece.points[outline] - through[0]) ** 2).sum(axis=1))]
+    alone = np.count_nonzero(piece.vertex == piece.vertex[first]) == 1
+    near = np.argmin(((piece.points - through[0]) ** 2).sum(axis=1))
+    return int(first) if alone and piece.vertex[near] == piece.vertex[first] else -1
+
+
+def read_chart(spec: str, file: mesh_files.MeshFile, atlas: Atlas, number: int, aspect: float) -> MeshShape:
+    """A chart of a mesh in the plane of its texture coordinates; errors as for `read`."""
+    if file.loop != 1:
+        raise InputError(
+            f"{spec}: the outline of a chart is its outer boundary; #uv-{file.loop} is another chart"
+        )
+    chart = atlas.chart(number, aspect)
+    file, patch = _of_patch(file, chart.flattening.patch)
+    flat = replace(chart.flattening, patch=patch)
+    low = complex(chart.tile.real * aspect, chart.tile.imag)
+    notes = [*file.notes, *atlas.notes]
+    if atlas.count > 1:
+        others = f"left out {atlas.count - 1} other chart{'s' if atlas.count > 2 else ''} of its texture coordinates"
+        notes.append(f"{others}; #uv-{2 if number == 1 else 1} picks another, iccm map --parts all maps each")
+    if shared := atlas.shared(number):
+        notes.append(f"other charts lie on {shared:.0%} of chart {number}, and show what it shows there")
+    box = low, low + complex(aspect, 1)
+    return _lay_out(spec, file, flat, flat.boundary, box, notes, chart=chart, aspect=aspect)
+
+
+def aspect_of(file: mesh_files.MeshFile, given: Aspect | None) -> float:
+    """Width by height of the pictures that lie on a mesh's texture coordinates."""
+    if not callable(given):
+        return given or 1.0
+    return given([file.picture] if file.picture else list(mesh_files.textures_of(file))) or 1.0
+
+
+def _of_patch(file: mesh_files.MeshFile, patch: Patch) -> tuple[mesh_files.MeshFile, Patch]:
+    """The patch, and the file with no other faces than its own: those of other pieces stay as they are."""
+    mesh = file.mesh
+    own = np.zeros(mesh.sizes.size, bool)
+    own[patch.polygon] = True
+    if own.all():
+        return file, patch
+    part, faces = mesh.part(own, mesh.name), file.faces.copy()
+    faces[np.flatnonzero(faces)[~own]] = False
+    number = np.cumsum(np.repeat(own, mesh.sizes)) - 1
+    return replace(file, mesh=part, faces=faces), replace(patch, mesh=part, corner=number[patch.corner])
+
+
+def _holes(file: mesh_files.MeshFile, flat: Flattening) -> dict[str, Any]:
+    """The outlines of holes in the plane, and the objects, groups and materials around each."""
+    loops = [loop for loop in flat.patch.loops if not np.array_equal(loop, flat.loop)]
+    names = [names_around(file, flat.patch, loop) for loop in loops]
+    return {"holes": tuple(flat.flat[loop] for loop in loops), "hole_names": tuple(names)}
+
+
+def names_around(file: mesh_files.MeshFile, patch: Patch, loop: Index) -> tuple[str, ...]:
+    """The objects, groups and materials of the faces of an OBJ that touch a boundary loop of a patch of it."""
+    if file.obj is None:
+        return ()
+    beside = np.zeros(len(patch.points), bool)
+    beside[loop] = True
+    touching = beside[patch.faces].any(axis=1)
+    face = np.searchsorted(file.mesh.starts, patch.corner[touching, 0], side="right") - 1
+    return tuple(sorted(file.obj.names_at(np.flatnonzero(file.faces)[np.unique(face)])))
+
+
+def read_all(
+    spec: str,
+    most: int,
+    *,
+    cut: bool = False,
+    whole: Obj | None = None,
+    layout: bool = False,
+    aspect: Aspect | None = None,
+    joins: bool = False,
+) -> tuple[list[MeshShape], int]:
+    """The charts, or the pieces, of a mesh, the largest first, and how many there are beyond `most`.
+
+    Charts lie where their texture coordinates are, pieces side by side in one plane. Which of the two, and the other
+    arguments, as for `mesh_shape.read`.
+
+    Raises:
+        InputError: there is none that is a domain, or as for `mesh_shape.read`.
+    """
+    parts = mesh_files.read_all(spec, whole)
+    if parts[0].numbered:
+        return [read(spec, cut=cut, whole=whole, layout=layout, aspect=aspect, joins=joins)], 0
+    charts = bool(parts[0].chart) or layout
+    found = _charts(spec, parts, aspect) if charts else _pieces(spec, parts, cut, joins)
+    found = sorted(found, key=lambda each: -each.area)
+    made, faults = _pick(found[:most])
+    if not made:
+        raise InputError(faults[0])
+    shapes = [shape for _, shape in made] if charts else side_by_side([shape for _, shape in made])
+    extent = bounding_box(np.array([reflected(shape.curve.box, shape.mirror) for shape in shapes]))
+    notes = tuple(f"left out: {fault.removeprefix(f'{parts[0].path}: ')}" for fault in faults)
+    box = shapes[0].box if charts else extent
+    return [
+        replace(
+            shape,
+            part=name,
+            names=shape.around or tuple(filter(None, [shape.file.part])),
+            extent=extent,
+            box=box,
+            notes=(*_common(shape), *notes),
+        )
+        for (name, _), shape in zip(made, shapes)
+    ], max(len(found) - most, 0)
+
+
+class _Found(NamedTuple):
+    """A chart or a piece of a mesh.
+
+    Attributes:
+        area: in the layout, or in space.
+        name: as `#` picks it.
+        make: makes the shape.
+    """
+
+    area: float
+    name: str
+    make: Callable[[], MeshShape]
+
+
+def _charts(spec: str, parts: Sequence[mesh_files.MeshFile], aspect: Aspect | None) -> list[_Found]:
+    """The charts of all geometries.
+
+    Raises:
+        InputError: no geometry has any; of the first.
+    """
+    found, faults = list[_Found](), list[InputError]()
+    for file in parts:
+        try:
+            atlas = Atlas.of(file.mesh)
+        except InputError as error:
+            faults.append(error)
+            continue
+        wide = aspect_of(file, aspect)
+        found += [
+            _Found(float(area), _named(file, "uv", k), partial(read_chart, spec, file, atlas, k, wide))
+            for k, area in enumerate(atlas.areas, 1)
+        ]
+    if not found:
+        raise faults[0]
+    return found
+
+
+def _pieces(spec: str, parts: Sequence[mesh_files.MeshFile], cut: bool, joins: bool) -> list[_Found]:
+    """The pieces of all geometries; errors as for `_charts`."""
+
+    def made(file: mesh_files.MeshFile, connected: Joined, number: int) -> MeshShape:
+        return flatten_patch(
+            spec, file, disk_patch(connected, cut=cut, piece=number), cut, "conformal", joins=joins
+        )
+
+    found = []
+    for file in parts:
+        connected = Joined.of(file.mesh)
+        areas = connected.areas[connected.order]
+        found += [
+            _Found(float(area), _named(file, "piece", k), partial(made, file, connected, k))
+            for k, area in enumerate(areas, 1)
+        ]
+    return found
+
+
+def _named(file: mesh_files.MeshFile, word: str, number: int) -> str:
+    return "#".join([*filter(None, [file.part]), f"{word}-{number}"])
+
+
+def _pick(found: Sequence[_Found]) -> tuple[list[tuple[str, MeshShape]], list[str]]:
+    """The shapes that can be made, with their names, and why the others cannot."""
+    made, faults = [], []
+    for each in found:
+        try:
+            made.append((each.name, each.make()))
+        except InputError as error:
+            faults.append(str(error))
+    return made, faults
+
+
+def _common(shape: MeshShape) -> tuple[str, ...]:
+    """The notes that are not about what is left out for the sake of one part."""
+    return tuple(note for note in shape.notes if "picks another" not in note and "is the outline" not in note)
+
+
+def read_texture(shape: Shape, **options: Any) -> Image:
+    """The texture that a mesh file names or holds, of several the first; options as in `image_files.read`.
+
+    Raises:
+        InputError: there is none.
+    """
+    from ..pictures import image_files
+
+    if not shape.pictures:
+        raise InputError(f"{shape.spec}: names no texture; give one with --texture")
+    return image_files.read_held(shape.pictures[0], f"{shape.spec}: the texture in the file", **options)
