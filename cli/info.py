@@ -32,7 +32,7 @@ def command(file: tuple[str, ...], json: bool, plot: str | None, force: bool, ma
     from ..io.run.report import as_json
 
     if plot:
-        formats.check(plot, "plot", "--plot")
+        formats.check(plot, "plot", "unknown suffix for --plot")
         if len(file) > 1:
             raise InputError(f"--plot: a sheet shows one file; {len(file)} are named")
         files.check_outputs([plot], file, force=force)

@@ -1,6 +1,7 @@
 """The ways a call can fail because of what it was given."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 
 
 class IccmError(Exception):
@@ -9,6 +10,21 @@ class IccmError(Exception):
 
 class InputError(IccmError, ValueError):
     """The user's input is wrong. The message is one line: file, place, what is wrong, what to do."""
+
+
+@contextmanager
+def naming(place: object) -> Iterator[None]:
+    """Have wrong input that the block finds say where it is.
+
+    >>> with naming("a.svg"):
+    ...     raise InputError("is empty")
+    Traceback (most recent call last):
+    iccm.errors.InputError: a.svg: is empty
+    """
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{place}: {error}") from error
 
 
 class ConstraintError(InputError):

@@ -10,7 +10,7 @@ from typing import Any
 
 from ..arrays import Complex
 from ..curve import Curve
-from ..errors import InputError, JobError
+from ..errors import InputError, JobError, naming
 from ..maps.approximation import triangulated
 from ..maps.harmonic import ROUNDING
 from ..maps.triangulated.map import TriangulatedMap
@@ -64,10 +64,8 @@ class Saved:
             InputError: it is no sound map.
         """
         held = read_file(files.open_input(name))
-        try:
+        with naming(name):
             fit = Fit.of(held)
-        except InputError as error:
-            raise InputError(f"{name}: {error}") from error
         map = fit.map
         near = (map.near if isinstance(map, TriangulatedMap) else ROUNDING) * map.diagonal
         found = cls(name, fit, held.planes, _job(held), lambda z: map.jet(z)[0], near)

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import progress
-from ..errors import InputError
+from ..errors import InputError, naming
 
 BLOCK = 1 << 16
 _unfinished = set[Path]()  # temporary files and folders that are there now
@@ -255,10 +255,8 @@ def read_json(path: str | os.PathLike, *, max_bytes: int) -> Any:
         InputError: as `read_bytes` and `parse_json`.
     """
     data = read_bytes(path, max_bytes=max_bytes)
-    try:
+    with naming(path):
         return parse_json(data)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
 
 
 def write_bytes(path: str | os.PathLike, content: bytes, *, force: bool = False) -> None:
@@ -287,6 +285,18 @@ def _sibling(path: Path) -> Path:
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {_reason(error)}") from error
     return Path(name)
+
+
+def make_folder(path: Path, mode: int = 0o777) -> None:
+    """Make a folder, and those above it, unless it is there.
+
+    Raises:
+        InputError: it cannot be made.
+    """
+    try:
+        path.mkdir(mode=mode, parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be made: {error.strerror}") from error
 
 
 def sweep(paths: Iterable[str | os.PathLike]) -> list[Path]:

@@ -128,14 +128,14 @@ def holding(what: str) -> tuple[str, ...]:
     return tuple(suffix for suffix, format in FORMATS.items() if getattr(format, what))
 
 
-def check(name: str | PathLike, what: str, option: str, *others: str) -> None:
+def check(name: str | PathLike, what: str, said: str, *others: str) -> None:
     """Refuse an output whose format does not hold something.
 
     Args:
         name: of the output.
         what: the attribute of `Format` that says so.
-        option: by which it was named.
-        others: what else the option takes, of which the message tells.
+        said: of one that does not.
+        others: what else may be named, of which the message tells.
 
     Raises:
         InputError: naming the suffixes that do, or that it is a folder.
@@ -145,7 +145,7 @@ def check(name: str | PathLike, what: str, option: str, *others: str) -> None:
     if Path(name).is_dir():
         raise InputError(f"{name}: is a folder; name a file in it")
     known = dict.fromkeys(suffix for held in (what, *others) for suffix in holding(held))
-    raise InputError(f"{name}: unknown suffix for {option}; use one of {' '.join(known)}")
+    raise InputError(f"{name}: {said}; use one of {' '.join(known)}")
 
 
 def check_report(name: str | None) -> None:

@@ -45,10 +45,7 @@ def install(program: str, to: str | None = None) -> list[Path]:
         raise InputError(_NOT_FOUND[program])
     given = contents(program)
     for home in homes:
-        try:
-            (home / OWN).mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise InputError(f"{home / OWN}: {error.strerror}") from error
+        files.make_folder(home / OWN)
         for name, content in given.items():
             files.write_bytes(home / OWN / name, content, force=True)
     return [home / OWN for home in homes]

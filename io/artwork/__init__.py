@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from xml.etree import ElementTree
 
-from ...errors import InputError
+from ...errors import InputError, naming
 from ...maps.approximation import AnyMap
 from ..shapes.shape import Shape
 from ..svg.document import SUFFIXES, drawing_bytes
@@ -91,7 +91,5 @@ def carry_parts(
 def _document(source: Shape, target: Shape, copies: int) -> MappedDocument:
     if source.path.suffix.lower() not in SUFFIXES:
         raise InputError(f"{source.path}: artwork is carried from SVG files only")
-    try:
+    with naming(source.path):
         return MappedDocument.of(drawing_bytes(source.path), source, target, copies)
-    except InputError as error:
-        raise InputError(f"{source.path}: {error}") from error

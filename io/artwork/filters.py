@@ -5,7 +5,7 @@ import math
 from dataclasses import replace
 from xml.etree.ElementTree import Element
 
-from ...errors import InputError
+from ...errors import InputError, naming
 from ..svg.affine import Affine
 from ..svg.document import local
 from ..svg.path_data import numbers
@@ -85,10 +85,8 @@ def _under(element: Element, map: Affine) -> None:
 
 
 def _numbers(element: Element, name: str) -> list[float]:
-    try:
+    with naming(f"<{local(element)}> {name}"):
         found = numbers(element.get(name, ""))
-    except InputError as error:
-        raise InputError(f"<{local(element)}> {name}: {error}") from error
     if not found:
         raise InputError(f"<{local(element)}> {name}: no number")
     return found

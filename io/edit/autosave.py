@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from ...errors import InputError
 from ..checked import Checked
-from ..files import write_bytes
+from ..files import make_folder, write_bytes
 from ..run.job import Job
 from ..shapes.starts import StartingMap
 from ..spec import path_of
@@ -85,10 +85,7 @@ def keep(session: Session, scene: Scene, port: int, token: str) -> None:
     found, pair = session.start(scene), (session.source, session.target)
     start = None if found is None else StartingMap.of(found, *pair)
     unsaved = Unsaved(scene=scene, start=start, when=datetime.now(UTC), port=port, token=token)
-    try:
-        folder().mkdir(mode=0o700, parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder()}: cannot be made: {error.strerror}") from error
+    make_folder(folder(), 0o700)
     write_bytes(path(session.job), unsaved.model_dump_json().encode(), force=True)
 
 

@@ -69,10 +69,7 @@ class Desk:
         if not (path.is_file() and path.stat().st_size == len(content) and path.read_bytes() == content):
             folder = _copies() / _name_of(content)
             path = folder / name
-            try:
-                folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-            except OSError as error:
-                raise InputError(f"{folder}: cannot be made: {error.strerror}") from error
+            files.make_folder(folder, 0o700)
             if not path.exists():
                 files.write_bytes(path, content)
             os.utime(path)

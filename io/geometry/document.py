@@ -12,7 +12,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...arrays import Complex
-from ...errors import InputError
+from ...errors import InputError, naming
 from .. import files, formats, limits
 
 NOWHERE = complex(np.nan, np.nan)
@@ -106,12 +106,11 @@ def read(path: str, columns: str | None = None) -> Document:
     if columns and module != "table":
         raise InputError(f"--columns: for tables, and {path} is none")
     data = files.read_bytes(Path(path), max_bytes=limits.GEOMETRY_BYTES)
-    try:
-        return getattr(import_module(f".{module}", __package__), name).parse(data, columns)
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: is no text in UTF-8") from None
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+    with naming(path):
+        try:
+            return getattr(import_module(f".{module}", __package__), name).parse(data, columns)
+        except UnicodeDecodeError:
+            raise InputError("is no text in UTF-8") from None
 
 
 def number(text: str, where: str) -> float:

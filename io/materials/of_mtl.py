@@ -44,8 +44,8 @@ def material_set(file: MeshFile, max_pixels: int = limits.READ_PIXELS) -> Materi
     names = [use.text for use in uses] + [""]
     used = list(dict.fromkeys(names[k] for k in which[file.faces]))
     number = np.array([used.index(name) if name in used else -1 for name in names])
-    library, notes = obj_materials.library_of(file.obj)
-    notes += [f"{file.path}: {note}" for note in obj_materials.outside_of(file.obj)]
+    library = obj_materials.library_of(file.obj)
+    notes = [*library.missing, *(f"{file.path}: {note}" for note in library.outside)]
     materials = [_material(file.path, library, name, sheet, notes, max_pixels) for name in used]
     return MaterialSet(sheet, tuple(materials), number[which[file.faces]][face], "mtl", tuple(notes))
 

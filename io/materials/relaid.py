@@ -14,7 +14,6 @@ from ...meshes.relayout import Origin, nearest, partners
 from ...surfaces.matching import matched
 from .. import formats
 from ..meshes import gltf_materials
-from ..meshes.gltf import Primitive
 from ..meshes.mesh_files import MeshFile
 from ..pictures.image import Image
 from . import of_gltf, of_mtl
@@ -33,19 +32,15 @@ def material_set_of(meshes: Sequence[MeshFile], *, bare: bool = False, plain: bo
     Raises:
         InputError: no coordinates, or a picture that cannot be read.
     """
-    if parts := _primitives(meshes):
+    if parts := meshes[0].primitives:
         return of_gltf.material_set(_name(meshes), parts, bare=bare, plain=plain)
     return of_mtl.material_set(meshes[0])
 
 
 def sheet_of(meshes: Sequence[MeshFile]) -> Charted:
     """The triangles of all that was read of a file, with the coordinates that colours are shown by; errors likewise."""
-    parts = _primitives(meshes)
+    parts = meshes[0].primitives
     return of_gltf.material_set(_name(meshes), parts).sheet if parts else of_mtl.sheet_of(meshes[0])
-
-
-def _primitives(meshes: Sequence[MeshFile]) -> list[Primitive]:
-    return list(meshes[0].primitives)
 
 
 def _name(meshes: Sequence[MeshFile]) -> str:

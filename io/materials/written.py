@@ -72,8 +72,8 @@ def _obj(relaid: Relaid, out: Path, force: bool) -> list[str]:
     whole, faces, library = relaid.meshes[0].obj, relaid.meshes[0].faces, relaid.name.with_suffix(".mtl")
     assert whole is not None
     rename, unclothed = obj_materials.rename(whole, faces)
-    materials, missing = obj_materials.library_of(whole)
-    relaid.notes += missing
+    materials = obj_materials.library_of(whole)
+    relaid.notes += materials.missing
     made, contents = dict[str, list[str]](), dict[Path, bytes]()
     for carrier, images, old in zip(relaid.carriers, relaid.pictures, relaid.after.materials):
         if carrier.material is None:

@@ -25,10 +25,19 @@ PLAIN = ["Ka 1 1 1", "Kd 1 1 1", "Ks 0 0 0", "illum 1"]
 
 @dataclass(frozen=True)
 class Library:
-    """Statements of the material libraries of an OBJ file, in one, and the folder their file names are relative to."""
+    """The material libraries of an OBJ file, in one.
+
+    Attributes:
+        lines: their statements.
+        folder: what file names are relative to.
+        missing: a note for each library that is not there.
+        outside: and for each file that is left out because it is not in the folder.
+    """
 
     lines: tuple[str, ...]
     folder: Path
+    missing: tuple[str, ...] = ()
+    outside: tuple[str, ...] = ()
 
     def materials(self) -> dict[str, list[str]]:
         """The lines of each material by name, the `newmtl` line first."""
@@ -54,8 +63,8 @@ class Library:
         return [word for word in words if word.lower().startswith(MAPS)]
 
 
-def read(folder: Path, names: list[str]) -> tuple[Library, list[str], list[str]]:
-    """The libraries that `mtllib` lines name, a note for each that is missing, and one for each file outside.
+def read(folder: Path, names: list[str]) -> Library:
+    """The libraries that `mtllib` lines name.
 
     A line may name a file with spaces or several files: the first that exists is meant. Of a library that is taken by
     mistake nothing may show in what is written: lines that are no statements are left out.
@@ -81,7 +90,7 @@ def read(folder: Path, names: list[str]) -> tuple[Library, list[str], list[str]]
             outside.append(f"a material names {picture}, {references.OUTSIDE}")
         else:
             kept.append(line)
-    return Library(tuple(kept), folder), missing, list(dict.fromkeys(outside))
+    return Library(tuple(kept), folder, tuple(missing), tuple(dict.fromkeys(outside)))
 
 
 def _is_statement(line: str) -> bool:

@@ -214,7 +214,12 @@ def _of_obj(whole: Obj) -> Reader:
     def picked(part: str | None, loop: int) -> MeshFile:
         faces = whole.faces_of(part) if part else np.ones(len(whole.face_at), bool)
         return MeshFile(
-            whole.path, whole.mesh(part), faces, whole, loop=loop, notes=obj_materials.outside_of(whole)
+            whole.path,
+            whole.mesh(part),
+            faces,
+            whole,
+            loop=loop,
+            notes=obj_materials.library_of(whole).outside,
         )
 
     return picked, whole.parts()
@@ -374,17 +379,6 @@ def wrap_of(file: MeshFile) -> Wrap:
     return file.primitives[0].wrap if file.primitives else REPEAT
 
 
-def check_output(name: str) -> None:
-    """Refuse an output that cannot hold texture coordinates.
-
-    Raises:
-        InputError: naming the suffixes that can.
-    """
-    if not formats.of(name).uv:
-        known = ", ".join(formats.holding("uv"))
-        raise InputError(f"{name}: cannot hold texture coordinates; use one of {known}")
-
-
 def check_texture(name: Path, texture: Path | bytes | None) -> None:
     """Refuse a texture that the mesh to be written cannot show.
 
@@ -432,7 +426,7 @@ def write(
     Returns:
         The other files written, and notes on what could not be kept.
     """
-    check_output(str(name))
+    formats.check(name, "uv", "cannot hold texture coordinates")
     if name.suffix.lower() != ".obj":
         if name.suffix.lower() == ".ply":
             made, said = _ply(file, uv, uv_corners, name, texture)

@@ -21,7 +21,7 @@ def textures_of(whole: Obj, faces: Flags) -> dict[Path, Wrap]:
     """The different picture files that the materials of an OBJ's faces name, in the order of the faces, and what lies
     beyond each."""
     which, uses = whole.current("usemtl")
-    library = library_of(whole)[0]
+    library = library_of(whole)
     used = dict.fromkeys(which[np.flatnonzero(faces)].tolist())
     found = dict[Path, Wrap]()
     for k in used:
@@ -33,7 +33,7 @@ def textures_of(whole: Obj, faces: Flags) -> dict[Path, Wrap]:
 def staying(whole: Obj, faces: Flags, name: Path, but: Container[str]) -> list[str]:
     """A note on the pictures of materials that are shown by new coordinates, but were made for the old ones."""
     which, uses = whole.current("usemtl")
-    library = library_of(whole)[0]
+    library = library_of(whole)
     used = [uses[k].text for k in np.unique(which[faces]) if k >= 0]
     maps = dict.fromkeys(
         word for material in used for word in library.maps(material) if word.lower() not in but
@@ -46,20 +46,10 @@ def staying(whole: Obj, faces: Flags, name: Path, but: Container[str]) -> list[s
     )
 
 
-def library_of(whole: Obj) -> tuple[material_library.Library, list[str]]:
-    """The libraries that a file names, in one, and notes on those that are missing."""
-    return _read(whole)[:2]
-
-
-def outside_of(whole: Obj) -> tuple[str, ...]:
-    """Notes on libraries and pictures that are left out because they are not in the file's folder."""
-    return tuple(_read(whole)[2])
-
-
-def _read(whole: Obj) -> tuple[material_library.Library, list[str], list[str]]:
-    return material_library.read(
-        whole.path.parent, [s.text for s in whole.statements if s.keyword == "mtllib"]
-    )
+def library_of(whole: Obj) -> material_library.Library:
+    """The libraries that a file names."""
+    names = [said.text for said in whole.statements if said.keyword == "mtllib"]
+    return material_library.read(whole.path.parent, names)
 
 
 def rename(whole: Obj, faces: Flags) -> tuple[dict[str | None, str], str]:
@@ -129,11 +119,11 @@ def write(
         shown[material] = {
             word: material_library.name_of(path, library.parent) for word, path in (own | paths).items()
         }
-    materials, missing = library_of(whole)
+    materials = library_of(whole)
     text = material_library.bind(materials, renames, plain, shown, library)
     binding = obj_write.Binding(library.name, renames, plain)
     out.write_bytes(obj_write.retexture(whole, faces, uv, uv_corners, binding))
     contents = {library: text.encode("utf-8", "surrogateescape")} | contents
     for path, data in contents.items():
         files.write_bytes(path, data, force=force)
-    return [str(path) for path in contents], [*missing, *notes]
+    return [str(path) for path in contents], [*materials.missing, *notes]

@@ -75,8 +75,7 @@ def band_bytes(width: int) -> int:
 
 def check(path: str | Path) -> None:
     """Refuses a suffix whose format does not hold floats."""
-    if not formats.of(path).stmap:
-        raise InputError(f"{path}: an STMap holds floats; use one of {' '.join(formats.holding('stmap'))}")
+    formats.check(path, "stmap", "an STMap holds floats")
 
 
 def read(path: str | Path, *, max_pixels: int = limits.READ_PIXELS, room: Memory | None = None) -> NDArray:

@@ -56,9 +56,9 @@ def check(job: FlattenJob) -> None:
     for name in job.output:
         flat_files.check(name)
     if job.uv:
-        mesh_files.check_output(job.uv)
+        formats.check(job.uv, "uv", "cannot hold texture coordinates")
     if job.plot:
-        formats.check(job.plot, "plot", "--plot")
+        formats.check(job.plot, "plot", "unknown suffix for --plot")
     formats.check_report(job.report)
     files.check_outputs(job.outputs, job.inputs, force=job.force)
 

@@ -35,7 +35,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, ValidationError
 
-from ...errors import InputError
+from ...errors import InputError, naming
 from .. import files, limits
 from ..checked import Checked, first
 from ..point_syntax import Place
@@ -145,9 +145,8 @@ def read(path: str | Path, *, max_bytes: int = limits.CONSTRAINTS_BYTES) -> List
     data = (
         sys.stdin.buffer.read(max_bytes) if str(path) == "-" else files.read_bytes(path, max_bytes=max_bytes)
     )
-    try:
-        return Listed.model_validate(files.parse_json(data, once=True))
-    except ValidationError as error:
-        raise InputError(f"{path}: {first(error)}") from error
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from error
+    with naming(path):
+        try:
+            return Listed.model_validate(files.parse_json(data, once=True))
+        except ValidationError as error:
+            raise InputError(first(error)) from error

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...arrays import Complex
 from ...curve import Curve
-from ...errors import InputError
+from ...errors import InputError, naming
 from ...maps.fields import Field
 from ...maps.regions import rings_of
 from .. import formats, limits
@@ -116,10 +116,8 @@ def _element(shape: Shape, name: str, option: str) -> list[Complex]:
 def _triangles(shape: MeshShape, name: str, option: str) -> list[Complex]:
     """The outlines of what a named part of a mesh's file covers of its layout."""
     file, patch = shape.file, shape.flattening.patch
-    try:
+    with naming(f"{option} {name}"):
         named = file.called(name[len(MARK) :])
-    except InputError as error:
-        raise InputError(f"{option} {name}: {error}") from error
     own = named[np.searchsorted(file.mesh.starts, patch.corner[:, 0], side="right") - 1]
     if not own.any():
         raise InputError(f"{option} {name}: none of its faces is in the part that is mapped, {shape.spec}")
@@ -131,10 +129,8 @@ def _mask(shape: Shape, path: Path, option: str) -> list[Complex]:
     bright = _brightness(path, option)
     if not (bright >= WHITE).any():
         raise InputError(f"{option} {path}: nothing in it is white; paint white what is rigid")
-    try:
+    with naming(f"{option} {path}"):
         outlines, _ = silhouette.traced(bright)
-    except InputError as error:
-        raise InputError(f"{option} {path}: {error}") from error
     (low, high), (height, width) = shape.box, bright.shape
     size = high - low
     found = [

@@ -11,7 +11,7 @@ import shapely
 from numpy.typing import NDArray
 
 from ...arrays import complex_of
-from ...errors import InputError
+from ...errors import InputError, naming
 from ...plane import cross
 from .. import files, limits
 from ..svg.drawing import Drawing
@@ -54,11 +54,9 @@ def read(
 
     files.open_input(path, max_bytes=max_bytes)
     image = image_files.read(path, max_pixels=max_pixels)
-    try:
+    with naming(path):
         field, by, said = _field(image.pixels, image.alpha, trace)
         found, rest = traced(field, flatness)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from error
     found = [_enlarged(each, by) for each in found]
     height, width = image.pixels.shape[:2]
     drawing = Drawing(found, (0.0, 0.0, float(width), float(height)), flip=True, notes=said)

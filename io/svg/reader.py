@@ -12,7 +12,7 @@ import numpy as np
 
 from ...arrays import Complex, complex_of
 from ...curve import polygon_of
-from ...errors import InputError
+from ...errors import InputError, naming
 from ...plane import diagonal, distinct
 from .. import limits
 from . import path_data, tree
@@ -56,28 +56,20 @@ def read(
         InputError: not SVG, malformed attributes, malformed pins or strokes, or more work than its budget (`budget`).
     """
     data = drawing_bytes(path, max_bytes)
-    try:
+    with naming(path):
         document = tree.parse(data)
-        shapes = document.shapes
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from error
-    drawing, detail = Drawing([], document.canvas, flip=True), Detail(flatness, Budget(max_segments))
-    if count := document.unread:
-        rules = f"{count} style rule{'s' * (count > 1)}"
-        drawing.notes.append(f"{rules} not read: a malformed selector, or a pseudo-class such as :hover")
-    shown = []
-    _affordable(path, shapes, max_segments)
-    for drawn in shapes:
-        try:
-            if not (_constraint(drawn, drawing, detail) or _rigid(drawn, chosen, drawing, detail)):
-                shown.append(drawn)
-                _candidate(drawn, chosen, drawing, detail)
-        except InputError as error:
-            raise InputError(f"{path}: {drawn.name}: {error}") from error
-    try:
+        shapes, shown = document.shapes, []
+        drawing, detail = Drawing([], document.canvas, flip=True), Detail(flatness, Budget(max_segments))
+        if count := document.unread:
+            rules = f"{count} style rule{'s' * (count > 1)}"
+            drawing.notes.append(f"{rules} not read: a malformed selector, or a pseudo-class such as :hover")
+        _check_size(shapes, max_segments)
+        for drawn in shapes:
+            with naming(drawn.name):
+                if not (_constraint(drawn, drawing, detail) or _rigid(drawn, chosen, drawing, detail)):
+                    shown.append(drawn)
+                    _candidate(drawn, chosen, drawing, detail)
         _special(drawing, document, shown, chosen, Detail(flatness, Budget(max_segments)))
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from error
     drawing.outlines.sort(key=lambda o: -o.area)
     return drawing
 
@@ -99,22 +91,19 @@ class Detail:
         return runs_of(drawn, self.flatness, self.budget)
 
 
-def _affordable(path: Path, shapes: list[Node], max_segments: int) -> None:
+def _check_size(shapes: list[Node], max_segments: int) -> None:
     """Refuse at once what would be refused in the end.
 
     Raises:
         InputError: the shapes have more segments than they may.
     """
     budget, known = Budget(max_segments), dict[str, int]()
-    try:
-        for drawn in shapes:
-            text = drawn.properties.get({"path": "d"}.get(drawn.tag, "points"), "")
-            if text not in known:
-                known[text] = least(text)
-            budget.runs.spend(text.count("M") + text.count("m"))
-            budget.segments.spend(known[text])
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from error
+    for drawn in shapes:
+        text = drawn.properties.get({"path": "d"}.get(drawn.tag, "points"), "")
+        if text not in known:
+            known[text] = least(text)
+        budget.runs.spend(text.count("M") + text.count("m"))
+        budget.segments.spend(known[text])
 
 
 def _special(
@@ -291,10 +280,8 @@ def pen_paths(drawn: Node, budget: Budget | None = None, *, joined: bool = False
     budget = budget or Budget()
     if drawn.tag not in ("polyline", "polygon"):
         return path_data.runs(_PATH[drawn.tag](drawn), budget, joined=joined)
-    try:
+    with naming("points"):
         values = path_data.numbers(drawn.properties.get("points", ""))
-    except InputError as error:
-        raise InputError(f"points: {error}") from error
     if len(values) % 2:
         raise InputError(f"points: {len(values)} numbers; x and y of each point are needed")
     z = complex_of(np.array(values).reshape(-1, 2))

@@ -62,6 +62,6 @@ def test_an_unknown_suffix_is_refused_by_both(shapes, iccm):
 
 
 def test_an_output_that_cannot_hold_it_is_refused_with_those_that_can():
-    formats.check("a.PNG", "plot", "--plot")
+    formats.check("a.PNG", "plot", "unknown suffix for --plot")
     with pytest.raises(InputError, match=r"a\.gif: unknown suffix for --plot; use one of \.png \.svg \.pdf"):
-        formats.check("a.gif", "plot", "--plot")
+        formats.check("a.gif", "plot", "unknown suffix for --plot")

@@ -134,8 +134,8 @@ def test_what_is_no_statement_is_not_in_a_library(tmp_path):
     ]
     left = ["# hunter2", "hunter2", "Kd hunter2", "password 12", "Ns 1 hunter2", "map hunter2", "map_kd"]
     (tmp_path / "x.mtl").write_text("\n".join([*kept, *left[:-1]]))
-    library, missing, outside = material_library.read(tmp_path, ["x.mtl"])
-    assert list(library.lines) == kept and not missing and not outside
+    library = material_library.read(tmp_path, ["x.mtl"])
+    assert list(library.lines) == kept and not library.missing and not library.outside
 
 
 def test_what_may_be_read(tmp_path):

@@ -31,7 +31,7 @@ class Picture(Output):
     def suit(self, job: Job, onto_mesh: bool) -> None:
         """A suffix of pictures, and of those that keep what --padding makes."""
         if self.name != "-":
-            formats.check(self.name, "picture", "-o", "drawing", "uv", "map")
+            formats.check(self.name, "picture", "unknown suffix for -o", "drawing", "uv", "map")
         if job.padding and not self._format.hidden:
             suffix = formats.suffix_of(self.name)
             raise InputError(

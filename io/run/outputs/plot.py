@@ -27,7 +27,7 @@ class Plot(Output):
 
     def suit(self, job: Job, onto_mesh: bool) -> None:
         """A suffix of figures."""
-        formats.check(self.name, "plot", "--plot")
+        formats.check(self.name, "plot", "unknown suffix for --plot")
 
     def write(self, run: Run, path: Path) -> None:
         """matplotlib is imported here: it takes longer than many runs."""

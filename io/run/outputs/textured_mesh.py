@@ -54,7 +54,7 @@ class TexturedMesh(Output):
             )
         if not onto_mesh:
             raise InputError(f"{self.name}: a mesh is written for a mesh as target; {job.target} is none")
-        formats.check(self.name, "uv", "-o")
+        formats.check(self.name, "uv", "unknown suffix for -o")
         if job.fit == "contain":
             raise InputError(
                 f"{self.name}: with --fit contain parts of {job.target} have no coordinates; "
@@ -183,7 +183,6 @@ def new_uvs(
     Raises:
         InputError: the format holds no texture coordinates, or the source has none.
     """
-    mesh_files.check_output(str(name))
     pulls = [ExtendedInverse(map, threads) for _, map, _ in parts]
     figures: dict[str, Any] = {"measured": []}
     told = list[str]()
