@@ -93,7 +93,7 @@ def by_coarser(
         solve: positions (k,) without folds of the coarser surface, given that and the numbers (k,) of its vertices.
         stay: vertices that are not taken out.
     """
-    small = _much_coarser(points, sheet.faces, u, stay)
+    small = _much_coarser(points, sheet.faces, u, LARGE, stay)
     if small is None:
         return u
     kept, faces, removed = small
@@ -104,11 +104,11 @@ def by_coarser(
     return found if better else u
 
 
-def coarser_layout(layout: Flattening) -> tuple[Flattening, Index] | None:
+def coarser_layout(layout: Flattening, large: int) -> tuple[Flattening, Index] | None:
     """A layout without folds on a coarser triangulation, a mesh of its own, and the patch's vertex (k,) behind each of
-    its vertices; None where the surface is small or there is none."""
+    its vertices; None where the surface has fewer vertices than `large`, or there is none."""
     patch = layout.patch
-    small = _much_coarser(patch.points, patch.faces, layout.flat, NONE)
+    small = _much_coarser(patch.points, patch.faces, layout.flat, large, NONE)
     if small is None:
         return None
     kept, faces, _ = small
@@ -124,9 +124,11 @@ def coarser_layout(layout: Flattening) -> tuple[Flattening, Index] | None:
     return (replace(layout, patch=own, flat=layout.flat[kept], loop=loops[0]), kept) if loops else None
 
 
-def _much_coarser(points: Real, faces: Index, z: Complex, stay: Index) -> tuple[Index, Index, Removed] | None:
+def _much_coarser(
+    points: Real, faces: Index, z: Complex, large: int, stay: Index
+) -> tuple[Index, Index, Removed] | None:
     """The vertices (k,) that are left of many, the triangles (m, 3) of these, and what was taken out."""
-    if z.size < LARGE:
+    if z.size < large:
         return None
     coarse, removed = coarser(points, faces, z, z.size // FEWER, stay)
     kept = np.unique(coarse)

@@ -351,12 +351,11 @@ def test_the_way_by_coarser_triangulations_leads_where_newton_leads(monkeypatch)
     assert exact - 1e-12 <= found < exact * (1 + 2e-5)
 
 
-def test_a_coarser_layout_is_the_same_at_the_vertices_that_are_left(monkeypatch):
+def test_a_coarser_layout_is_the_same_at_the_vertices_that_are_left():
     patch, z = annulus_cut_open()
     layout = Flattening(patch, z, patch.loops[0], "balanced")
-    assert coarsening.coarser_layout(layout) is None  # of a small surface there is none
-    monkeypatch.setattr(coarsening, "LARGE", 100)
-    found, kept = coarsening.coarser_layout(layout)
+    assert coarsening.coarser_layout(layout, z.size + 1) is None  # of a small surface there is none
+    found, kept = coarsening.coarser_layout(layout, z.size)
     assert kept.size < 0.5 * z.size and len(found.patch.loops) == 2 and overlap(found) is None
     assert np.array_equal(found.patch.points, patch.points[kept]) and np.array_equal(found.flat, z[kept])
     assert np.isin(kept[found.loop], layout.loop).all()
@@ -364,7 +363,7 @@ def test_a_coarser_layout_is_the_same_at_the_vertices_that_are_left(monkeypatch)
 
 def test_the_seam_of_a_large_surface_grows_on_a_coarser_triangulation(monkeypatch):
     patch = disk_patch(sphere(40, 30), cut=True)
-    monkeypatch.setattr(coarsening, "LARGE", 300)
+    monkeypatch.setattr(method, "MANY", 300)
     sizes, roughly = [], method._roughly
     monkeypatch.setattr(method, "_roughly", lambda start: sizes.append(len(start.flat)) or roughly(start))
     layout = flatten(patch, grow=True, method="balanced")
