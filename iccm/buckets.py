@@ -78,11 +78,13 @@ def _nearest(w, start, along, grid, segment, part):
             continue
         column = int(min(max(x, 0.0), grid.columns - 1.0))
         row = int(min(max(y, 0.0), grid.rows - 1.0))
+        # a point outside the grid is at least this far from it, beside what the rings so far reach
         beside_x, beside_y = max(-x, x - grid.columns, 0.0), max(-y, y - grid.rows, 0.0)
         beside, cell = beside_x * beside_x + beside_y * beside_y, grid.size * grid.size
         best, ring, most, within = np.inf, 0, max(grid.columns, grid.rows), 0.0
         while ring <= most and not best <= (beside + within) * cell:
             for r in range(max(row - ring, 0), min(row + ring + 1, grid.rows)):
+                # the first and the last row of a ring whole, of the others the two ends
                 step = 1 if abs(r - row) == ring else 2 * ring
                 for c in range(column - ring, column + ring + 1, step):
                     if not 0 <= c < grid.columns:

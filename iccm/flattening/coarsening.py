@@ -244,6 +244,7 @@ def _round(faces, points, z, starts, around, blocked, most, vertex, into, triang
         star = around[starts[v] : starts[v + 1]]
         size = _ring(faces, star, v, ring)
         open_, size = size < 0, abs(size)
+        # the neighbour onto which it goes with the roundest triangles left, none turned over
         best, into_ = THIN, -1
         for i in range(0, size, size - 1 if open_ else 1):
             w, worst = ring[i], 1.0
@@ -255,6 +256,7 @@ def _round(faces, points, z, starts, around, blocked, most, vertex, into, triang
                 best, into_ = worst, w
         if into_ < 0:
             continue
+        # where it lies in these, to be put back: in the triangle that it is farthest inside
         w, inside, end = into_, -np.inf, ends[number]
         vertex[number], into[number] = v, w
         for j in range(d):

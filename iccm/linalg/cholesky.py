@@ -234,12 +234,14 @@ def factorise(system, matrix, gradient, factor):
         values[panel : panel + own * tall] = 0.0
         values[update : update + rest * rest] = 0.0
         _assemble(system, matrix, gradient, front, values, place, panel, tall)
+        # in postorder the updates of a front's children are on top of the stack
         while top > 0 and fronts.parents[waiting[top - 1]] == front:
             top -= 1
             _extend_add(fronts, waiting[top], values, place, sources[top], panel, tall, own, update)
         if not _eliminate(values, panel, tall, own, update):
             return False
         goal = sources[top]
+        # its own moves down over those that are taken up
         if goal < update:
             goals, left = values[goal : goal + rest * rest], values[update : update + rest * rest]
             for i in range(rest * rest):

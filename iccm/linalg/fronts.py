@@ -90,6 +90,7 @@ def _supernodes(parents, counts, size, free, old, zeros, place, starts, last):
     n = parents.size
     for c in range(n):
         size[parents[c]] += size[c]
+    # postorder: each column takes the last place that its parent's subtree has left, its own subtree the ones before
     for c in range(n - 1, -1, -1):
         free[c] = free[parents[c]] - 1
         place[c], old[free[c]] = free[c], c
@@ -102,6 +103,7 @@ def _supernodes(parents, counts, size, free, old, zeros, place, starts, last):
         zeros[number - 1] = 0
         while number > 1 and parents[last[number - 2]] == last[number - 1]:
             above, below = number - 1, number - 2
+            # joined with the child's front right before it, a front would store `empty` zeros, and save an update
             more = at + 1 - starts[above]
             fewer = starts[above] - starts[below]
             empty = zeros[above] + zeros[below] + fewer * (more + counts[c] - counts[last[below]])

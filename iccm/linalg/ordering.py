@@ -162,6 +162,7 @@ def _eliminate(starts, around, count, degree, after, before, members, first, siz
         order[new - m] = pivot
         stamp += 1
         marked[pivot] = stamp
+        # the elements of the pivot become one, of all their vertices
         for p in range(starts[pivot], starts[pivot] + count[pivot]):
             e = around[p]
             for j in range(first[e], first[e] + size[e]):
@@ -174,6 +175,7 @@ def _eliminate(starts, around, count, degree, after, before, members, first, siz
         for c in range(first[new], end):
             v = members[c]
             _leave(v, after, before)
+            # its elements are those that are left and the new one; how many vertices these have is its degree
             kept, wide = starts[v], 0
             stamp += 1
             for p in range(starts[v], starts[v] + count[v]):

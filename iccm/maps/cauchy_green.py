@@ -134,6 +134,7 @@ def _jets(polygon, densities, slopes, z, out):
             a, b = x[e] - 2 * zx, y[e] - 2 * zy
             size = a * a + b * b
             near[e] = size - square[e]
+            # u + iv is the edge over start + end - 2 z; the series is summed by Horner's rule in its square
             u, v = (across[e] * a + up[e] * b) / size, (up[e] * a - across[e] * b) / size
             r, i = u * u - v * v, 2 * u * v
             c, d = 1 / 9 + r / 11, i / 11
@@ -144,6 +145,7 @@ def _jets(polygon, densities, slopes, z, out):
             re[e], im[e] = 2 * (u * c - v * d), 2 * (u * d + v * c)
         at = -1
         for e in range(n):
+            # edges that are close are few: by the logarithm itself, and at a vertex by its limit from inside
             if not near[e] > 0:
                 log = _limit(polygon, z[p], e)
                 re[e], im[e] = log.real, log.imag

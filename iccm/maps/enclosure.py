@@ -219,6 +219,7 @@ def _bounds(polygon, edge, rise, middle, half, at, out):
             if not min(far_a, far_b) > r:
                 error = 1.0
                 break
+            # `bent` is ρ_j of the formulas above: less the slope in the middle, which adds nothing to Φ″
             inverse = 1 / (a * b)
             bent = rise[0, j] - at[0, p] * edge[j]
             second0 += bent * inverse

@@ -189,6 +189,7 @@ def _fill(corners, powers, chosen, reach, row, covered, z, right, down, state):
             first, last = _span(c, line, width)
             if first >= last:
                 continue
+            # along a row the quadratic patch is start + slope x + k[3] x², its derivatives are linear
             y = line - c[0].imag
             x0 = first - c[0].real
             start = k[0] + y * (k[2] + y * k[5])

@@ -329,6 +329,7 @@ def _insert_given(z, border, given, faces, across, triangles, stack, links):
         if _insert(z, faces, across, t, new, triangles, stack, 0, nothing):
             triangles += 2
             continue
+        # it lies on a side, or all but: the one with which it spans the least area is split
         best, side = np.inf, -1
         for k in range(3):
             area = twice_area(z, faces[t, (k + 1) % 3], faces[t, (k + 2) % 3], new)
