@@ -20,7 +20,6 @@ SAVED = ("inverse", "columns", "tolerance", "report", "size", "texture_box", "ta
 @click.argument("map", type=FILE)
 @click.argument("input", type=FILE)
 @options.of("apply")
-@logs.options
 def command(map: str, input: str, output: str, **given: Any) -> int:
     """Carry INPUT through MAP, a map that was saved: a picture, a drawing, or a file of points, lines and polygons.
 

@@ -25,7 +25,6 @@ from .options import FILE
 @click.command(cls=options.Command)
 @click.argument("jobs", type=FILE)
 @options.of("batch")
-@logs.options
 def command(jobs: str, root: str | None, check: bool, **given: Any) -> int:
     """Run the jobs of a manifest: TOML, or JSON Lines; - for stdin.
 

@@ -20,7 +20,6 @@ SHOWN = 5
 @click.argument("run", type=FILE)
 @click.argument("baselines", type=FILE)
 @options.of("check")
-@logs.options
 def command(run: str, baselines: str, update: bool, **given: Any) -> int:
     """Compare the results in the folder RUN with those in BASELINES, file by file.
 

@@ -16,7 +16,6 @@ SHELLS = ("bash", "zsh", "fish")
 @click.command(cls=options.Command)
 @click.argument("action", type=click.Choice(["install"]))
 @options.of("completion")
-@logs.options
 def command(action: str, shell: str | None) -> int:
     """Let the shell complete commands, options and files.
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from . import logs, options
+from . import options
 from .map import execute
 from .options import FILE
 
@@ -14,7 +14,6 @@ from .options import FILE
 @click.command(cls=options.Command)
 @click.argument("shape", type=FILE)
 @options.of("deform")
-@logs.options
 def command(shape: str, **given: Any) -> int:
     """Move SHAPE, a file or file#id, and its texture by pins and strokes alone: no target.
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import click
 
-from . import logs, options, status
+from . import options, status
 
 
 @click.command(cls=options.Command)
 @options.of("doctor")
-@logs.options
 def command(json: bool) -> int:
     """Tell versions, threads, caches and write access, and try a small map. Exit code 1 when something is wrong."""
     from json import dumps

@@ -18,7 +18,6 @@ EXTRA = "iccm edit needs a server: pip install 'iccm[edit]'"
 @click.argument("source", type=FILE, required=False)
 @click.argument("target", type=FILE, required=False)
 @options.of("edit")
-@logs.options
 def command(**given: Any) -> int:
     """Place pins and strokes on SOURCE and TARGET in the browser, and see the map follow.
 

@@ -18,7 +18,6 @@ os.environ.setdefault("NUMPY_MADVISE_HUGEPAGE", "0")
 @click.command(cls=options.Command)
 @click.argument("mesh", type=FILE)
 @options.of("flatten")
-@logs.options
 def command(**given: Any) -> int:
     """Flatten MESH (OBJ, GLB, PLY, OFF, STL) into the plane, without folds or overlaps.
 

@@ -15,7 +15,6 @@ from .options import FILE
 @click.command(cls=options.Command)
 @click.argument("file", type=FILE, nargs=-1, required=True)
 @options.of("info")
-@logs.options
 def command(file: tuple[str, ...], json: bool, plot: str | None, force: bool, max_faces: int) -> int:
     """Tell what iccm sees in each FILE: outlines and ids, pins and strokes, pictures, meshes, constraints, jobs.
 

@@ -11,7 +11,7 @@ import sys
 import threading
 import traceback
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -135,47 +135,12 @@ def silence_others() -> None:
     logging.getLogger().addHandler(logging.NullHandler())
 
 
-def options(command: Callable) -> Callable:
-    """The options that every command has: -v, -q, --log-format, --debug."""
-    for option in (
-        click.option(
-            "--debug", is_flag=True, expose_value=False, callback=_debug, help="Tracebacks for errors."
-        ),
-        click.option(
-            "--log-format",
-            type=click.Choice(["text", "json"]),
-            default="text",
-            expose_value=False,
-            callback=_apply("form"),
-            help="Messages as text or as one JSON object a line.",
-        ),
-        click.option(
-            "-q",
-            "--quiet",
-            is_flag=True,
-            expose_value=False,
-            callback=_apply("quiet"),
-            help="Errors, and doubts about the result, only.",
-        ),
-        click.option(
-            "-v", "--verbose", count=True, expose_value=False, callback=_apply("verbose"), help="Tell more."
-        ),
-    ):
-        command = option(command)
-    return command
-
-
-def _debug(ctx: click.Context, parameter: click.Parameter, value: bool) -> None:
-    _state["debug"] = _state["debug"] or value
-
-
-def _apply(key: str) -> Callable:
-    def callback(ctx: click.Context, parameter: click.Parameter, value: Any) -> None:
-        ctx.meta[f"iccm.{key}"] = value
-        verbosity = -1 if ctx.meta.get("iccm.quiet") else ctx.meta.get("iccm.verbose", 0)
-        configure(verbosity, ctx.meta.get("iccm.form", "text"))
-
-    return callback
+def apply(ctx: click.Context, parameter: click.Parameter, value: Any) -> None:
+    """Take over an option of `MessageOptions`, as click calls it."""
+    said = ctx.meta.setdefault("iccm.messages", {})
+    said[parameter.name] = value
+    _state["debug"] = _state["debug"] or bool(said.get("debug"))
+    configure(-1 if said.get("quiet") else int(said.get("verbose", 0)), said.get("log_format", "text"))
 
 
 @contextmanager

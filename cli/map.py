@@ -25,7 +25,6 @@ Stamps = dict[str, tuple[int, int] | None]
 @click.argument("source", type=FILE)
 @click.argument("target", type=FILE)
 @options.of("map")
-@logs.options
 def command(**given: Any) -> int:
     """Map the shape SOURCE onto the shape TARGET and carry a texture through the map.
 

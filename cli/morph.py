@@ -14,7 +14,6 @@ from .options import FILE
 @click.argument("source", type=FILE)
 @click.argument("target", type=FILE)
 @options.of("morph")
-@logs.options
 def command(source: str, target: str, **given: Any) -> int:
     """Show SOURCE on its way to TARGET, frame by frame, with its texture.
 

@@ -8,11 +8,12 @@ from typing import Any, Literal, get_args, get_origin
 
 import click
 
-from ..io.options import Option, of_command
-from .logs import styled
+from ..io.options import MessageOptions, Option, of_command, options_of
+from .logs import apply, styled
 
 FILE = click.Path(readable=False)
 """An argument that is a file: shells complete its name; whether it is there is told by what reads it."""
+MESSAGES = options_of(MessageOptions).keys()
 FILES = ("FILE", "IMAGE", "DIR", "OUTLINE")  # in what stands for a value: shells complete it
 
 Decorator = Callable[[Callable], Callable]
@@ -59,6 +60,8 @@ def _click(name: str, hint: Any, option: Option) -> Decorator:
     else:
         shown = option.default is not None
         settings |= {"default": option.default, "show_default": shown, "type": _type(hint, option)}
+    if name in MESSAGES:
+        settings |= {"callback": apply, "expose_value": False, "show_default": False}
     return click.option(f"--{name.replace('_', '-')}", *filter(None, [option.short]), **settings)
 
 

@@ -17,7 +17,6 @@ NEXT = {
 @click.argument("action", type=click.Choice(["install", "uninstall", "list"]))
 @click.argument("program", type=click.Choice(["inkscape", "blender"]), required=False)
 @options.of("plugins")
-@logs.options
 def command(action: str, program: str | None, to: str | None) -> int:
     """Put iccm into the menus of Inkscape and Blender, or take it out again.
 

@@ -14,7 +14,6 @@ from .options import FILE
 @click.argument("old", type=FILE)
 @click.argument("new", type=FILE)
 @options.of("relayout")
-@logs.options
 def command(threads: int | None, **given: Any) -> int:
     """Carry the materials, or textures, of OLD to NEW, the same surface with another UV layout.
 

@@ -672,6 +672,21 @@ class EditOptions:
     no_browser: bool = _option("Show the page's address, and leave it to you to open it.", default=False)
 
 
+@_table(
+    *("map", "deform", "morph", "apply", "edit", "flatten", "relayout"),
+    *("batch", "check", "info", "doctor", "completion", "plugins"),
+)
+class MessageOptions:
+    """Of messages on stderr."""
+
+    verbose: bool = _option("Tell more.", default=False, short="-v")
+    quiet: bool = _option("Errors, and doubts about the result, only.", default=False, short="-q")
+    log_format: Literal["text", "json"] = _option(
+        "Messages as text or as one JSON object a line.", default="text"
+    )
+    debug: bool = _option("Tracebacks for errors.", default=False)
+
+
 TABLE: tuple[type, ...] = (
     *(
         ApplyOptions,
@@ -685,7 +700,7 @@ TABLE: tuple[type, ...] = (
         CompletionOptions,
         PluginsOptions,
     ),
-    *(JobOptions, CommonOptions, EditOptions),
+    *(JobOptions, CommonOptions, EditOptions, MessageOptions),
 )
 """Every option of every command, in the order of help."""
 

@@ -63,12 +63,12 @@ def check(run: Run, wanted: list[Output]) -> list[Output]:
     _check_others(run, [output.name for output in outputs if output.name not in known])
     for output in outputs:
         output.check(run.with_texture(output.map))
-    checks.source(run)
+    placed = placing_options(run.job)
+    checks.source(run, placed)
     if run.job.texture:
         checks.texture(run)
         if not any(output.shows for output in outputs):
             run.note(f"{run.job.texture}: nothing that is written shows it; a picture (-o FILE.png) does")
-    placed = placing_options(run.job)
     if placed and not any(output.shows or output.name == run.job.stmap for output in outputs):
         raise InputError(f"{placed[0]}: nothing that is written shows a texture")
     _check_others(run, [name for output in outputs for name in output.beside(run)])

@@ -10,15 +10,15 @@ from ..state import Run
 from ..texture import has_texture
 
 
-def source(run: Run) -> None:
-    """Note which of a mesh source's textures is carried, if any.
+def source(run: Run, placed: list[str]) -> None:
+    """Note which of a mesh source's textures is carried, if any; `placed` as `framing.placing_options` has them.
 
     Raises:
         InputError: it was to be placed, as only what lies flat can be.
     """
     if not run.source.is_mesh:
         return
-    own = framing.placing_options(run.job) + (["--edge mirror"] if run.job.edge == "mirror" else [])
+    own = placed + (["--edge mirror"] if run.job.edge == "mirror" else [])
     if own:
         raise InputError(
             f"{run.source.spec}: {own[0]} is for textures that lie flat, not by a mesh's coordinates"

@@ -558,6 +558,20 @@ def test_files_beside_an_output_are_checked_before_any_work(
     assert (tmp_path / name).read_text() == "newmtl mine\n"
 
 
+def test_a_texture_in_a_file_is_read_as_one_beside_it(tmp_path):
+    """With all its bits, and no larger than is allowed."""
+    target = mesh_reading.read(str(write_mesh(tmp_path / "hill.obj", n=4)))
+    deep = np.arange(8 * 8 * 3, dtype=np.uint16).reshape(8, 8, 3) * 300
+    image_files.write(tmp_path / "c.png", image_files.Image(deep))
+    out = tmp_path / "o.glb"
+    given = {"name": out, "texture": tmp_path / "c.png"}
+    new_uvs([(target, identity(target), target_plane(target))], stmap.flat(target.box), out, **given)
+    held = mesh_reading.read(str(out))
+    assert np.array_equal(mesh_reading.read_texture(held).pixels, deep)
+    with pytest.raises(InputError, match=r"o\.glb: the texture in the file cannot be read: 8x8 is more"):
+        mesh_reading.read_texture(held, max_pixels=63)
+
+
 def test_a_texture_of_another_format_becomes_png(tmp_path):
     """WebP may be inside a GLB, but few programs read it beside an OBJ."""
     from PIL import Image
