@@ -37,6 +37,7 @@ def _minimise() -> None:
     from .balanced.model.boundary_pairs import Pairs
     from .balanced.model.discrete_map import DiscreteMap
     from .balanced.model.outline import Outline
+    from .balanced.model.retriangulation import retriangulated
     from .curve import Curve
     from .linalg.cholesky import system_of
 
@@ -48,7 +49,7 @@ def _minimise() -> None:
     pairs = Pairs(s, s.copy(), corners, corners)
     system = system_of(FAN, np.roll(np.arange(4), -1), z.size)
     state = DiscreteMap(FAN, system, z, z, MatchedBoundary(outline, outline, pairs, ~corners))
-    state.unfolded().forward(1.0, 1, 1e-3, corners=True)
+    retriangulated(state.unfolded(), 1.0).forward(1.0, 1, 1e-3, corners=True)
 
 
 def _mesh() -> None:

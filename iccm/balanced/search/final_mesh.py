@@ -114,6 +114,8 @@ def on_final_mesh(
 
 def eased(state: DiscreteMap) -> DiscreteMap:
     """A map with its triangulation fitted to it, above all beside new vertices on its outlines, and a few steps."""
+    if state.metrics != PLANES:  # steps begin with the metric of where vertices are: the outline's stay there
+        return state.inside_moved(POWER, EASING_STEPS, EASED)
     state = retriangulated(state, POWER).forward(POWER, EASING_STEPS, EASED, corners=True)
     return retriangulated(state, POWER).backward(POWER, EASING_STEPS, EASED)
 
