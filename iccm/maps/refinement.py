@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-from ..arrays import Complex, Flags, Index
+from ..arrays import Complex, Flags, Index, complex_of
 from ..curve import polygon_of
 from ..flips import flip, join, opposite, push, relink, write
 from ..jit import kernel
@@ -39,7 +39,7 @@ class Triangulation:
     def of(cls, polygon: Complex) -> "Triangulation":
         """The inside of a simple counter-clockwise polygon; its vertices come first."""
         parts = shapely.constrained_delaunay_triangles(polygon_of(polygon))
-        corners = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, 2::-1] @ np.array([1, 1j])
+        corners = complex_of(shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, 2::-1])
         order = np.argsort(polygon)
         return shaped(polygon, order[np.searchsorted(polygon[order], corners)])
 

@@ -52,9 +52,8 @@ class Region:
         exact = isinstance(map, HarmonicMap)
         self.map: Any = triangulated(map, image_error=EXACTER * tolerance) if exact else map
         self.rims = [Curve(rim) for rim in map.rims]
-        outline, rim = source.curve.z, self.rims[0]
-        gap = float(np.abs(rim.at(rim.closest(outline)) - outline).max())
-        self.domain = Domain(rim, max(1.2 * gap, NEAR * source.curve.diagonal), self.rims[1:])
+        gap = float(self.rims[0].distances(source.curve.z).max())
+        self.domain = Domain(self.rims[0], max(1.2 * gap, NEAR * source.curve.diagonal), self.rims[1:])
 
     def jet(self, z: Complex) -> tuple[Complex, ...]:
         """Points, images and derivatives; points that are not inside are replaced by those of the outline."""

@@ -397,7 +397,7 @@ class Session:
             raise InputError("the map does not reach that point")
         s = shape.curve.closest(z)
         rim = (np.abs(shape.curve.at(s) - z) < ON_OUTLINE * shape.curve.diagonal) & (not self.deforming)
-        w[rim] = other.curve.at(other.curve.closest(w[rim]))
+        w[rim] = other.curve.nearest(w[rim])
         if surface := self.surfaces[side == "source"]:
             return surface.places(w, DIGITS)
         digits = DIGITS - int(np.floor(np.log10(other.curve.diagonal)))

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import Complex
+from ...arrays import Complex, complex_of
 from ...errors import InputError
 from .. import files, limits
 from ..svg.drawing import Drawing
@@ -139,7 +139,7 @@ def _coco(content: dict[str, Any], chosen: str | None) -> tuple[Drawing, Iterato
             continue
         own = [str(each.get("id", "")), kinds.get(each.get("category_id"), "")]
         own.append(str(pictures.get(picture, {}).get("file_name", "")))
-        rings = [np.asarray(part, float).reshape(-1, 2) @ [1, 1j] for part in parts]
+        rings = [complex_of(np.asarray(part, float).reshape(-1, 2)) for part in parts]
         found.append((picture, (tuple(filter(None, own)), [_sound(ring) for ring in rings], "nonzero")))
     seen = {picture for picture, (names, _, _) in found if chosen is None or chosen in names}
     if len(seen) > 1:

@@ -227,7 +227,7 @@ def _have_holes(start: Fit, source: Shape, target: Shape | None) -> bool:
 def _is_same(outlines: list[Curve], others: list[Curve]) -> bool:
     """Whether outlines are the same ones but for rounding, in the same order, wherever they begin."""
     return len(outlines) == len(others) and all(
-        a.z.size == b.z.size and np.abs(b.at(b.closest(a.z)) - a.z).max() <= ROUNDED * a.diagonal
+        a.z.size == b.z.size and b.distances(a.z).max() <= ROUNDED * a.diagonal
         for a, b in zip(outlines, others)
     )
 
@@ -246,7 +246,7 @@ def check_inside(shape: Shape, what: str, points: list[complex]) -> None:
     z = np.array(points, dtype=complex)
     if not z.size:
         return
-    gap = np.abs(shape.curve.at(shape.curve.closest(z)) - z)
+    gap = shape.curve.distances(z)
     outside = np.flatnonzero(~shape.curve.contains(z) & (gap > 1e-6 * shape.curve.diagonal))
     if outside.size:
         x, y = shape.to_file(z[outside[0]])

@@ -108,7 +108,7 @@ def _around(source: Shape, target: Shape, listed: list[Pin]) -> list[tuple]:
     for k, pin in enumerate(listed):
         if pin.turn is None:
             continue
-        away = [abs(each.at(each.closest(z[k : k + 1]))[0] - z[k]) for each in outlines]
+        away = [each.distances(z[k : k + 1])[0] for each in outlines]
         room = min([*away, *np.abs(np.delete(z, k) - z[k])])
         if room < LEAST_ROOM * size:
             raise InputError(

@@ -3,7 +3,7 @@
 import numpy as np
 import shapely
 
-from ...arrays import Complex, xy_of
+from ...arrays import Complex, complex_of, xy_of
 from ...plane import bounding_box, longer_side
 
 CELLS = 200  # of the grid along the target's longer side
@@ -21,7 +21,7 @@ def room_for(shape: Complex, domain: shapely.Polygon, near: complex) -> tuple[fl
         domain: the polygon.
         near: where 0 should come to be.
     """
-    low, high = bounding_box(shapely.get_coordinates(domain.exterior) @ [1, 1j])
+    low, high = bounding_box(complex_of(shapely.get_coordinates(domain.exterior)))
     cell = longer_side(low, high) / CELLS
     x, y = (np.arange(int(size / cell) + 2) * cell for size in ((high - low).real, (high - low).imag))
     places = low + x[None, :] + 1j * y[:, None]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from iccm.balanced.meshing.mesh import Sizes
+from iccm.balanced.model.boundary_mesh import mesh_boundary
 from iccm.balanced.model.boundary_pairs import Match
 from iccm.balanced.model.discrete_map import DiscreteMap, folds
 from iccm.balanced.model.inner_constraints import InnerConstraints
@@ -94,7 +95,7 @@ def test_edges_of_strokes_stay():
         ends = np.array([-0.08, 0.08]) * turn
         inside = InnerConstraints.of_pins(np.stack([ends, ends], axis=1))
         stroke = inside._replace(links=np.array([1, -1]))
-        state = DiscreteMap.on(level.boundary(match), Sizes.even(0.01), stroke).unfolded()
+        state = mesh_boundary(level.boundary(match), Sizes.even(0.01), stroke).unfolded()
         edge = state.border + np.arange(2)
         assert is_edge(state.faces, edge) and is_edge(retriangulated(state, 3.0).faces, edge)
         lost += not is_edge(retriangulated(replace(state, inside=inside), 3.0).faces, edge)
