@@ -4,17 +4,27 @@ A triangulation is two arrays: `faces` (t, 3), counter-clockwise vertices, and `
 edge opposite each of them, -1 on the outline.
 """
 
+import numpy as np
+
+from .arrays import Index
 from .jit import kernel
 
 
+def neighbours(faces: Index, count: int) -> Index:
+    """(t, 3) the triangles across the edges of faces (t, 3), whose vertices are numbers below `count`."""
+    across = np.empty_like(faces)
+    _join(faces, np.full(count, -1), np.empty(faces.size, np.int64), across)
+    return across
+
+
 @kernel
-def join(faces, first, following, across):
+def _join(faces, first, following, across):
     """Writes the triangles beyond the sides of faces (m, 3), -1 for none.
 
     Args:
         first: (n,) -1 for every vertex; written: the last side that begins there,
         following: (3m,) written: and the one before that.
-        across: (m or more, 3) written.
+        across: (m, 3) written.
     """
     for t in range(len(faces)):
         for k in range(3):

@@ -16,7 +16,7 @@ import shapely
 
 from ..arrays import Complex, Flags, Index, complex_of
 from ..curve import polygon_of
-from ..flips import flip, join, opposite, push, relink, write
+from ..flips import flip, neighbours, opposite, push, relink, write
 from ..jit import kernel
 from .triangulated.adjacency import Edges
 
@@ -88,8 +88,7 @@ def shaped(z: Complex, faces: Index) -> Triangulation:
     n, m = z.size, len(faces)
     room = 3 * n + 2000
     points, triangles, across = np.empty(room, np.complex128), *np.empty((2, 2 * room, 3), np.int64)
-    points[:n], triangles[:m] = z, faces
-    join(faces, np.full(n, -1), np.empty(faces.size, np.int64), across)
+    points[:n], triangles[:m], across[:m] = z, faces, neighbours(faces, n)
     stack = np.zeros(8 * room, np.int64)
     stack[0], stack[1 : m + 1] = m, np.arange(m)
     tiniest = TINIEST * float(np.hypot(np.ptp(z.real), np.ptp(z.imag)))

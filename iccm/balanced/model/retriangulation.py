@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...flips import flip, join, opposite, push
+from ...flips import flip, neighbours, opposite, push
 from ...jit import in_place, kernel
 from ..kernels import dot, twice_area
 from ..meshing.delaunay import THIN, is_constrained
@@ -33,8 +33,7 @@ def retriangulated(state: DiscreteMap, q: float) -> DiscreteMap:
     if state.rigid is not None:
         kinds[state.rigid >= 0] = -1
     faces = state.faces.copy()
-    across, stack = np.empty_like(faces), np.zeros(8 * len(faces), np.int64)
-    join(faces, np.full(state.z.size, -1), np.empty(faces.size, np.int64), across)
+    across, stack = neighbours(faces, state.z.size), np.zeros(8 * len(faces), np.int64)
     stack[0], stack[1 : len(faces) + 1] = len(faces), np.arange(len(faces))
     objective = Objective.of(state.theta, q, state.boundary.area_share(True))
     links = state.following
