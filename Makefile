@@ -5,27 +5,35 @@ BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 PAGES  := $(VENV)/.docs
 
+CORE   := $(VENV)/.core
+
 .PHONY: demo test test-slow lint docs bench gallery clean
 
-$(READY): pyproject.toml
+$(READY): pyproject.toml setup.py
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
 	touch $@
 
-demo: $(READY)
+# The compiled core, brought up to date with its sources; without a compiler the installation brings one and compiles.
+$(CORE): $(READY) $(shell find core -name '*.cpp' -o -name '*.h' -o -name '*.py')
+	$(BIN)/python core/compile.py >/dev/null 2>&1 || \
+	    $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps -e .
+	touch $@
+
+demo: $(CORE)
 	$(BIN)/python -m iccm.ahead
 	$(BIN)/python samples/run.py
 
 # Several tests at a time, and one thread for linear algebra in each, so that they don't fight.
 # Kernels are compiled ahead: in a test they would count towards its time limit.
-test: $(READY)
+test: $(CORE)
 	mkdir -p build
 	$(BIN)/python -m iccm.ahead
 	$(BIN)/iccm map tests/wheel/square.svg tests/wheel/blob.svg --method conformal --size 64 -q --force \
 	    -o build/compiled.png
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -m "not slow" -n auto --maxprocesses 4
 
-test-slow: $(READY)
+test-slow: $(CORE)
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -m slow -n auto --maxprocesses 4
 
 # mypy must see the package as it is installed, not the folders of the repository: stage it.
@@ -44,11 +52,11 @@ $(PAGES): $(READY)
 docs: $(PAGES)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 
-bench: $(READY)
+bench: $(CORE)
 	$(BIN)/python -m tests.bench
 
-gallery: $(READY)
+gallery: $(CORE)
 	$(BIN)/python -m tests.bench.gallery
 
 clean:
-	rm -rf $(VENV) build dist out *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) build dist iccm/native/lib out *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -26,6 +26,7 @@ plane             areas, boxes, similarities and exact orientation of points of 
 buckets           a grid of square buckets for nearest points
 flips             edge flips in a triangulation
 arrays            types of arrays, and conversions to them
+native/           the compiled core, C++ kernels called from Python
 jit               decorators for compiled kernels
 compiling/        Numba's compiler with less to do
 ahead             kernels compiled before a job asks for them

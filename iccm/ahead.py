@@ -23,15 +23,8 @@ FAN = np.array([(0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)])  # the square and i
 SMALL = 32  # pixels of a picture that all pixels' kernels are needed for
 
 
-def _order() -> None:
-    """The order of a factorisation's unknowns, and its fronts."""
-    from .linalg.cholesky import system_of
-
-    system_of(FAN, np.roll(np.arange(4), -1), FAN.max() + 1)
-
-
 def _minimise() -> None:
-    """Untangling and Newton's method on four triangles; the energy first: `_order` may be compiled meanwhile."""
+    """Untangling and Newton's method on four triangles, the energy first."""
     from .balanced.minimise.energy import energy_of
     from .balanced.model.boundary import MatchedBoundary
     from .balanced.model.boundary_pairs import Pairs
@@ -94,7 +87,6 @@ class Part(NamedTuple):
 
 # what others need, too, first
 PARTS = {
-    "order": Part(_order, "linalg.fronts", "_supernodes", 0.9),
     "minimise": Part(_minimise, "balanced.minimise.newton", "descend", 5.0),
     "pixels": Part(_pixels, "pixels.filters", "_painted", 3.2),
     "mesh": Part(_mesh, "balanced.meshing.mesh", "_refine_and_split", 1.7),

@@ -48,7 +48,7 @@ ORDER = (
     "maps",
     "curve linalg",
     "buckets flips plane transform",
-    "arrays jit",
+    "arrays jit native",
     "parallel memory blas compiling progress",
     "errors",
 )

@@ -10,11 +10,17 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Index
-from ..jit import kernel
+from ..native import function
 from .ordering import Elimination
 
 FEW = 4  # vertices that a front has at least, if it has a child next to it to take up (by hand; 2 to 8 take as long)
 ZEROS = 0.2  # share of a front that may be zeros; .1 to .4 take as long within 5 %
+
+_supernodes = function(
+    """int64_t iccm_linalg_supernodes(
+        const int64_t *parents, const int64_t *counts, int64_t *size, int64_t *free, int64_t *old, int64_t *zeros,
+        int64_t *place, int64_t *starts, int64_t *last, int64_t n, int64_t few, double share)"""
+)
 
 
 class Fronts(NamedTuple):
@@ -47,7 +53,8 @@ def fronts_of(found: Elimination) -> tuple[Index, Fronts]:
     parents[counts > 0] = np.minimum.reduceat(rows, ends[:-1][counts > 0])
     place, starts, last = np.empty(n, np.int64), np.empty(n + 1, np.int64), np.empty(n, np.int64)
     size, free = np.ones(n + 1, np.int64), np.full(n + 1, n)
-    number = _supernodes(parents, counts, size, free, *np.empty((2, n), np.int64), place, starts, last)
+    old, zeros = np.empty(n, np.int64), np.empty(n, np.int64)
+    number = _supernodes(parents, counts, size, free, old, zeros, place, starts, last, n, FEW, ZEROS)
     starts, last = starts[: number + 1], last[:number]
     wide = counts[last]
     beyond_starts = np.append(0, np.cumsum(wide))
@@ -71,46 +78,3 @@ def _waiting(wide: Index, parents: Index) -> int:
     taken = np.bincount(parents, squares, wide.size + 1)[:-1].astype(np.int64)
     before = np.append(0, np.cumsum(squares - taken))[:-1]
     return int((before + squares).max())
-
-
-@kernel
-def _supernodes(parents, counts, size, free, old, zeros, place, starts, last):
-    """Fills in an order in which children come right before their parents, and its fronts; how many there are.
-
-    Args:
-        parents: (n,) of the columns in the elimination tree; n: none.
-        counts: (n,) rows of each column below the diagonal.
-        size: (n + 1,) ones, written: the columns of each subtree.
-        free: (n + 1,) of n, written: the place after the last one that each subtree has left.
-        old, zeros: (n,) written: the columns in their new order, and the zeros of each front.
-        place: (n,) the new place of each column, written.
-        starts: (n + 1,) where each front begins, written.
-        last: (n,) the old place of the last column of each front, written.
-    """
-    n = parents.size
-    for c in range(n):
-        size[parents[c]] += size[c]
-    # postorder: each column takes the last place that its parent's subtree has left, its own subtree the ones before
-    for c in range(n - 1, -1, -1):
-        free[c] = free[parents[c]] - 1
-        place[c], old[free[c]] = free[c], c
-        free[parents[c]] -= size[c]
-    number = 0
-    for at in range(n):
-        c = old[at]
-        starts[number], last[number] = at, c
-        number += 1
-        zeros[number - 1] = 0
-        while number > 1 and parents[last[number - 2]] == last[number - 1]:
-            above, below = number - 1, number - 2
-            # joined with the child's front right before it, a front would store `empty` zeros, and save an update
-            more = at + 1 - starts[above]
-            fewer = starts[above] - starts[below]
-            empty = zeros[above] + zeros[below] + fewer * (more + counts[c] - counts[last[below]])
-            whole = (fewer + more) * (fewer + more + 2 * counts[c]) // 2
-            if fewer + more > FEW and empty > ZEROS * whole:
-                break
-            last[below], zeros[below] = c, empty
-            number -= 1
-    starts[number] = n
-    return number

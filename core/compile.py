@@ -1,0 +1,214 @@
+"""Compile the core: one shared library for each variant of the processor.
+
+Run as a script, this fills a folder (by default the package's own) with libraries that are newer than their sources:
+
+    python core/compile.py [FOLDER]
+
+It needs a C++17 compiler and nothing else: the one that CXX names, else c++, g++ or clang++, else the one in the
+package `ziglang`. Objects are kept in build/core, and only those whose sources changed are compiled again.
+"""
+
+import argparse
+import importlib.util
+import os
+import platform
+import shlex
+import shutil
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import NamedTuple
+
+CORE = Path(__file__).resolve().parent
+FOLDER = CORE.parent / "iccm" / "native" / "lib"
+FLAGS = (
+    "-std=c++17",
+    "-O3",
+    # results must not depend on the compiler or the processor: no fused products, nothing that reorders sums
+    "-ffp-contract=off",
+    "-fno-exceptions",
+    "-fno-rtti",
+    "-fno-threadsafe-statics",
+    # nobody reads errno or floating point exceptions; without them loops with roots and comparisons are vectorised
+    "-fno-math-errno",
+    "-fno-trapping-math",
+    "-fvisibility=hidden",
+    "-Wall",
+    "-Wextra",
+    "-Wno-unknown-pragmas",
+    f"-I{CORE / 'include'}",
+    f"-I{CORE}",
+)
+SYSTEM_COMPILERS = "c++", "g++", "clang++"
+
+
+class Variant(NamedTuple):
+    """A library for some processors.
+
+    Attributes:
+        name: of the library's file, without its ending.
+        flags: that the compiler takes for it.
+    """
+
+    name: str
+    flags: tuple[str, ...] = ()
+
+
+class Compiler(NamedTuple):
+    """How to call a compiler, and what for.
+
+    Attributes:
+        command: that compiles C++.
+        link: that links without the C++ standard library.
+        system: linux, macos or windows.
+        machine: x86_64 or another.
+    """
+
+    command: tuple[str, ...]
+    link: tuple[str, ...]
+    system: str
+    machine: str
+
+    @property
+    def ending(self) -> str:
+        """Of a shared library."""
+        return {"windows": ".dll", "macos": ".dylib"}.get(self.system, ".so")
+
+    @property
+    def variants(self) -> tuple[Variant, ...]:
+        """The libraries that there are for the machine."""
+        if self.machine == "x86_64":
+            return Variant("core-x86-64", ("-march=x86-64",)), Variant(
+                "core-x86-64-v3", ("-march=x86-64-v3",)
+            )
+        return (Variant("core"),)
+
+
+def system_compiler() -> list[str] | None:
+    """The command of the compiler that is installed, None where there is none."""
+    for name in (os.environ.get("CXX", ""), *SYSTEM_COMPILERS):
+        command = shlex.split(name)
+        if command and shutil.which(command[0]):
+            return command
+    return None
+
+
+def find_compiler(target: str | None = None) -> Compiler:
+    """The system's compiler, or ziglang's where there is none, or where `target` names a platform as Zig does.
+
+    Raises:
+        SystemExit: there is neither.
+    """
+    if target is None:
+        machine = {"AMD64": "x86_64", "arm64": "aarch64"}.get(platform.machine(), platform.machine())
+        system = {"Darwin": "macos", "Windows": "windows"}.get(platform.system(), "linux")
+        if command := system_compiler():
+            # --as-needed drops the C++ standard library, of which nothing is used
+            link = ("-Wl,--as-needed",) if system == "linux" else ()
+            return Compiler(tuple(command), (*command, *link), system, machine)
+        options: tuple[str, ...] = ()
+    else:
+        machine, system = target.split("-")[:2]
+        options = "-target", target
+    if importlib.util.find_spec("ziglang") is None:
+        raise SystemExit(
+            "the compiled core needs a C++17 compiler: install one (g++ or clang++), or the package ziglang with pip"
+        )
+    zig = sys.executable, "-m", "ziglang", "cc", *options
+    return Compiler((*zig, "-x", "c++"), zig, system, machine)
+
+
+def sources() -> list[Path]:
+    """The files that are compiled."""
+    return sorted(CORE.rglob("*.cpp"))
+
+
+def compile_core(
+    folder: Path, compiler: Compiler, objects: Path | None = None, jobs: int | None = None
+) -> list[Path]:
+    """The libraries, written into a folder.
+
+    Raises:
+        SystemExit: the compiler finds fault with a source; its messages are on stderr.
+    """
+    objects = objects or CORE.parent / "build" / "core"
+    folder.mkdir(parents=True, exist_ok=True)
+    header = max(file.stat().st_mtime for file in [*CORE.rglob("*.h"), Path(__file__)])
+    position = () if compiler.system == "windows" else ("-fPIC",)
+    with ThreadPoolExecutor(jobs or os.cpu_count()) as pool:
+        made = {
+            variant: [
+                (pool.submit(_compile, compiler, [*FLAGS, *position, *variant.flags], source, header, to), to)
+                for source in sources()
+                for to in [_object(objects, variant, source)]
+            ]
+            for variant in compiler.variants
+        }
+        failed = [job for jobs_of in made.values() for job, _ in jobs_of if not job.result()]
+    if failed:
+        raise SystemExit(
+            f"the compiled core: {len(failed)} of its files cannot be compiled with {compiler.command[0]}"
+        )
+    libraries = []
+    for variant, jobs_of in made.items():
+        library = folder / (variant.name + compiler.ending)
+        _link(compiler, [to for _, to in jobs_of], library)
+        libraries.append(library)
+    return libraries
+
+
+def _object(objects: Path, variant: Variant, source: Path) -> Path:
+    return objects / variant.name / ("-".join(source.relative_to(CORE).with_suffix(".o").parts))
+
+
+def _compile(compiler: Compiler, flags: list[str], source: Path, header: float, to: Path) -> bool:
+    """Compiles a source unless its object is newer; whether that succeeds."""
+    command = [*compiler.command, *flags, "-c", str(source)]
+    record = to.with_suffix(".command")
+    newer = to.is_file() and to.stat().st_mtime > max(source.stat().st_mtime, header)
+    if newer and record.is_file() and record.read_text() == shlex.join(command):
+        return True
+    to.parent.mkdir(parents=True, exist_ok=True)
+    part = to.with_suffix(f".{os.getpid()}.o")
+    done = subprocess.run([*command, "-o", str(part)])
+    if done.returncode:
+        part.unlink(missing_ok=True)
+        return False
+    part.replace(to)
+    record.write_text(shlex.join(command))
+    return True
+
+
+def _link(compiler: Compiler, objects: list[Path], library: Path) -> None:
+    """Links objects into a library, which appears whole."""
+    part = library.with_name(f".{library.stem}.{os.getpid()}{library.suffix}")
+    math = () if compiler.system == "windows" else ("-lm",)
+    strip = ("-Wl,-s",) if compiler.system == "linux" else ()
+    command = [*compiler.link, "-shared", *strip, "-o", str(part), *map(str, objects), *math]
+    if subprocess.run(command).returncode:
+        part.unlink(missing_ok=True)
+        raise SystemExit(f"the compiled core: {compiler.link[0]} cannot link {library.name}")
+    for rest in (part.with_suffix(".lib"), part.with_suffix(".pdb")):
+        rest.unlink(missing_ok=True)
+    part.replace(library)
+
+
+def main() -> None:
+    """Bring the libraries of a folder up to date."""
+    parser = argparse.ArgumentParser(description="Compile iccm's core.")
+    parser.add_argument("folder", nargs="?", type=Path, default=FOLDER)
+    parser.add_argument(
+        "--target", help="a platform as Zig names it, such as aarch64-macos; by default this one"
+    )
+    parser.add_argument(
+        "--jobs", type=int, help="how many files to compile at a time; by default one for each core"
+    )
+    args = parser.parse_args()
+    objects = CORE.parent / "build" / (f"core-{args.target}" if args.target else "core")
+    for library in compile_core(args.folder, find_compiler(args.target), objects, args.jobs):
+        print(library)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,9 @@
+"""The compiled core: C++ kernels of the folder `core/`, called through a plain C interface.
+
+library   finds and loads the shared library that fits the processor
+binding   declares functions of it for Python
+"""
+
+from .binding import function
+
+__all__ = ["function"]

@@ -1,0 +1,143 @@
+"""Declare functions of the core for Python.
+
+A declaration is the prototype of the function, word by word as it is in C++:
+
+    _fill = function("int64_t iccm_linalg_fill(const int64_t *starts, Complex *z, int64_t n, double share)")
+
+The function then takes NumPy arrays for pointers and Python numbers for the others. That an array has the type of the
+declaration, is contiguous in C's order and, unless `const`, writable is checked at every call, which takes less than a
+microsecond for an array; the functions themselves trust sizes and indices, which whoever calls them hands over right.
+"""
+
+import ctypes
+import re
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from .library import library
+
+SCALARS: dict[str, Any] = {
+    "int64_t": ctypes.c_int64,
+    "int32_t": ctypes.c_int32,
+    "double": ctypes.c_double,
+    "float": ctypes.c_float,
+    "bool": ctypes.c_bool,
+}
+ARRAYS: dict[str, Any] = {
+    "int64_t": np.int64,
+    "int32_t": np.int32,
+    "int8_t": np.int8,
+    "uint8_t": np.uint8,
+    "uint16_t": np.uint16,
+    "uint32_t": np.uint32,
+    "bool": np.bool_,
+    "float": np.float32,
+    "double": np.float64,
+    "Complex": np.complex128,
+}
+PROTOTYPE = re.compile(r"(?P<returns>\w+) (?P<name>iccm_\w+)\((?P<arguments>[^)]*)\)", re.ASCII)
+ARGUMENT = re.compile(r"(?P<const>const )?(?P<type>\w+) (?P<pointer>\*?)(?P<name>\w+)", re.ASCII)
+OUT_OF_MEMORY = -(2**63)
+"""What a function returns that found no memory, as `iccm::OUT_OF_MEMORY` in core.h."""
+
+
+class Function:
+    """A function of the core, looked up in the library at its first call.
+
+    Args:
+        prototype: as in C++.
+    """
+
+    def __init__(self, prototype: str):
+        self.prototype = " ".join(prototype.split()).replace("( ", "(")
+        found = PROTOTYPE.fullmatch(self.prototype)
+        if found is None:
+            raise ValueError(f"not a prototype of a function of the core: {self.prototype}")
+        self.name, self._returns = found["name"], found["returns"]
+        self._arguments = found["arguments"].split(", ") if found["arguments"] else []
+
+    def __call__(self, *args: Any) -> Any:
+        """Call the function.
+
+        Raises:
+            ctypes.ArgumentError: an array of another type, not contiguous, or read-only where it is written.
+            MemoryError: it needs memory for its work, and there is none.
+        """
+        result = self._entry(*args)
+        if result == OUT_OF_MEMORY:
+            raise MemoryError(self.name)
+        return result
+
+    @cached_property
+    def _entry(self) -> Any:
+        entry = library()[self.name]  # an object of its own, unlike the attribute
+        entry.argtypes = [_argument(text) for text in self._arguments]
+        entry.restype = SCALARS[self._returns]
+        return entry
+
+
+def function(prototype: str) -> Function:
+    """Declare a function of the core by its prototype; see `Function`."""
+    return Function(prototype)
+
+
+def _argument(text: str) -> Any:
+    """What ctypes converts an argument with."""
+    found = ARGUMENT.fullmatch(text)
+    if found is None:
+        raise ValueError(f"not an argument of a function of the core: {text}")
+    if not found["pointer"]:
+        return SCALARS[found["type"]]
+    dtype = np.dtype(ARRAYS[found["type"]])
+    return _constant(found["name"], dtype) if found["const"] else _written(found["name"], dtype)
+
+
+Bytes: Any = ctypes.c_char * 0
+ADDRESS: Callable[[Any], Any] = Bytes.from_buffer
+"""An object at the address of a contiguous, writable array: five times as fast as NumPy's own `ctypes` attribute."""
+
+
+def _written(name: str, dtype: np.dtype) -> Any:
+    class Written:
+        """An array that is read and written."""
+
+        @staticmethod
+        def from_param(array: Any) -> Any:
+            if array.dtype is not dtype and array.dtype != dtype:
+                raise TypeError(_mismatch(name, array, dtype, "writable "))
+            try:
+                return ADDRESS(array)
+            except (TypeError, ValueError, BufferError):
+                raise TypeError(_mismatch(name, array, dtype, "writable ")) from None
+
+    return Written
+
+
+def _constant(name: str, dtype: np.dtype) -> Any:
+    class Constant:
+        """An array that is only read."""
+
+        @staticmethod
+        def from_param(array: Any) -> Any:
+            if array.dtype is not dtype and array.dtype != dtype:
+                raise TypeError(_mismatch(name, array, dtype))
+            try:
+                return ADDRESS(array)
+            except (TypeError, ValueError, BufferError):
+                if not array.flags.c_contiguous:
+                    raise TypeError(_mismatch(name, array, dtype)) from None
+                return ctypes.c_void_p(array.ctypes.data)  # read-only
+
+    return Constant
+
+
+def _mismatch(name: str, array: np.ndarray, dtype: np.dtype, more: str = "") -> str:
+    order = "contiguous" if array.flags.c_contiguous else "strided"
+    access = "writable" if array.flags.writeable else "read-only"
+    return (
+        f"{name}: a {more}contiguous array of {dtype} is needed, not one of {array.dtype} "
+        f"that is {order} and {access}, of shape {array.shape}"
+    )

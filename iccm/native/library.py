@@ -1,0 +1,72 @@
+"""Find and load the shared library of the core that fits the processor.
+
+A checkout that is installed as editable compiles the core anew when a source changed since: a library that is older
+than the declarations in Python could read memory that is not its own.
+"""
+
+import ctypes
+import os
+import platform
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+from ..errors import IccmError
+
+FOLDER = Path(__file__).resolve().parent / "lib"
+VARIANT = "ICCM_CORE"
+"""The environment variable that names a variant, such as x86-64 (tests and comparisons)."""
+ENDING = {"Darwin": ".dylib", "Windows": ".dll"}.get(platform.system(), ".so")
+
+
+class CoreMissing(IccmError, ImportError):
+    """The compiled core is missing, or cannot be loaded."""
+
+
+@cache
+def library() -> ctypes.CDLL:
+    """The core, loaded at the first call; its functions release the GIL.
+
+    Raises:
+        CoreMissing: there is none for this platform.
+    """
+    _refresh()
+    if wanted := os.environ.get(VARIANT):
+        return _load(f"core-{wanted}")
+    if platform.machine() not in ("x86_64", "AMD64"):
+        return _load("core")
+    baseline = _load("core-x86-64")
+    level = baseline.iccm_runtime_x86_64_level
+    level.restype = ctypes.c_int64
+    return _load("core-x86-64-v3") if level() >= 3 else baseline
+
+
+def _load(name: str) -> ctypes.CDLL:
+    file = FOLDER / (name + ENDING)
+    if not file.is_file():
+        raise CoreMissing(
+            f"{file}: the compiled core is missing; install iccm again, or run in a checkout: "
+            f"{sys.executable} core/compile.py"
+        )
+    try:
+        return ctypes.CDLL(str(file))
+    except OSError as error:
+        raise CoreMissing(f"{file}: the compiled core cannot be loaded: {error}") from error
+
+
+def _refresh() -> None:
+    """Compile the core where it is older than its sources, in a checkout; an installed package holds none of them."""
+    core = FOLDER.parents[2] / "core"
+    if not (core / "include" / "iccm" / "core.h").is_file():
+        return
+    files = [path for ending in ("*.cpp", "*.h", "*.py") for path in core.rglob(ending)]
+    newest = max(path.stat().st_mtime for path in files)
+    libraries = list(FOLDER.glob(f"core*{ENDING}"))
+    if libraries and min(path.stat().st_mtime for path in libraries) >= newest:
+        return
+    done = subprocess.run([sys.executable, str(core / "compile.py")], capture_output=True, text=True)
+    if done.returncode:
+        raise CoreMissing(
+            f"the compiled core is older than its sources, and compiling it failed:\n{done.stderr}"
+        )

@@ -1,0 +1,49 @@
+"""The part of the build that pyproject.toml cannot say: libraries of the core, in a wheel for every Python 3."""
+
+import sys
+from pathlib import Path
+
+from setuptools import Extension, setup
+from setuptools.command.bdist_wheel import bdist_wheel
+from setuptools.command.build_ext import build_ext
+
+ROOT = Path(__file__).resolve().parent
+sys.path.insert(0, str(ROOT / "core"))
+
+from compile import compile_core, find_compiler, sources  # noqa: E402
+
+
+class BuildCore(build_ext):
+    """Compiles the core with `core/compile.py` instead of as extensions of one Python."""
+
+    def build_extensions(self) -> None:
+        """Write the libraries, all at once; setuptools copies them beside the sources if that is asked for."""
+        folder = Path(self.build_lib) / "iccm" / "native" / "lib"
+        compile_core(folder.resolve(), find_compiler(), Path(self.build_temp).resolve() / "core")
+
+    def get_ext_filename(self, fullname: str) -> str:
+        """A library's file, whose name holds nothing of Python's."""
+        *folders, name = fullname.split(".")
+        return str(Path(*folders, name.replace("_", "-") + find_compiler().ending))
+
+    def get_export_symbols(self, ext: Extension) -> list[str]:
+        """Nothing of a Python module's."""
+        return []
+
+
+class CoreWheel(bdist_wheel):
+    """A wheel that fits every Python 3 on one platform."""
+
+    def get_tag(self) -> tuple[str, str, str]:
+        """Of the wheel's file name."""
+        return "py3", "none", super().get_tag()[2]
+
+
+FILES = [str(path.relative_to(ROOT)) for path in sources()]
+setup(
+    ext_modules=[
+        Extension(f"iccm.native.lib.{variant.name.replace('-', '_')}", FILES)
+        for variant in find_compiler().variants
+    ],
+    cmdclass={"build_ext": BuildCore, "bdist_wheel": CoreWheel},
+)
