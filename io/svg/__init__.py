@@ -13,6 +13,7 @@ curves     pieces of curves, their polylines, and those with fewer vertices
 batches    many pieces at once
 fill       the regions that a fill paints
 strokes    the regions that lines paint, and silhouettes
+painted    what a whole drawing paints, closed lines filled where lines draw it
 clips      what clip paths and masks leave
 crossings  crossing lines, counted up to a limit
 drawing    `Drawing`: outlines, canvas, constraints, of any format

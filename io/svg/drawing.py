@@ -1,12 +1,16 @@
 """The drawing of a file of any format: outlines to choose a domain from, a canvas, and constraints."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
+import shapely
+
 from ...arrays import Complex
+from ...curve import polygon_of
 from ...errors import InputError
-from .fill import FilledOutline, Refused, outlines
+from .fill import FilledOutline, Refused, outlines, with_lines_filled
 
 Rectangle = tuple[float, float, float, float]  # x, y, width, height
 
@@ -25,6 +29,7 @@ class Drawing:
         notes: what was left out or changed on the way.
         refused: (enclosed area, message) of what looks like a domain but is not one.
         ids: the names that select something, in order; a dictionary, for drawings of many.
+        paint: computes `ink` and `painted` where these are more than the outlines together.
     """
 
     outlines: list[FilledOutline]
@@ -36,6 +41,25 @@ class Drawing:
     notes: list[str] = field(default_factory=list)
     refused: list[Refused] = field(default_factory=list)
     ids: dict[str, None] = field(default_factory=dict)
+    paint: Callable[[], tuple[shapely.Geometry, shapely.Geometry]] | None = None
+
+    @property
+    def ink(self) -> shapely.Geometry:
+        """What the whole drawing paints, as drawn: the union of fills, visible strokes and embedded pictures, in the
+        file's units and directions; a (multi)polygon."""
+        return self._areas[0]
+
+    @property
+    def painted(self) -> shapely.Geometry:
+        """What the whole drawing covers for the eye: its ink, with closed lines filled where lines draw it."""
+        return self._areas[1]
+
+    @cached_property
+    def _areas(self) -> tuple[shapely.Geometry, shapely.Geometry]:
+        if self.paint is not None:
+            return self.paint()
+        ink = shapely.union_all([polygon_of(each.z, *each.holes).buffer(0) for each in self.outlines])
+        return ink, with_lines_filled(ink)
 
     def add(
         self,

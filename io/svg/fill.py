@@ -16,6 +16,8 @@ from . import crossings
 # A crossing is harmless, and repaired, when the loops it makes have at most this part of the area.
 HARMLESS = 1e-3
 AT_ONCE = 1 << 16  # points times segments, of which crossings are looked for in one go
+DRAWN_SHARE = 1 / 3
+"""Of what a drawing encloses. Where it paints less, it is drawn by lines: an outline around an empty inside."""
 
 Refused = tuple[float, InputError]
 
@@ -106,6 +108,18 @@ def painted(rings: Sequence[Complex], rule: str) -> list[shapely.Polygon]:
     faces, winding = _faces(rings)
     inside = winding % 2 != 0 if rule == "evenodd" else winding != 0
     return _polygons(shapely.union_all(faces[inside]))
+
+
+def with_lines_filled(ink: shapely.Geometry) -> shapely.Geometry:
+    """Fill what an area encloses, where it covers so little of that that it is drawn by lines."""
+    whole = without_holes(ink)
+    return whole if ink.area < DRAWN_SHARE * whole.area else ink
+
+
+def without_holes(area: shapely.Geometry) -> shapely.Geometry:
+    """Fill the holes of an area."""
+    parts = [part for part in shapely.get_parts(area) if part.geom_type == "Polygon"]
+    return shapely.union_all([shapely.Polygon(part.exterior) for part in parts])
 
 
 def _untangled(ring: Complex) -> tuple[list[Complex], float, str]:

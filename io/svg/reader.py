@@ -4,16 +4,18 @@ import math
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import shapely
 
 from ...arrays import Complex, complex_of
 from ...curve import polygon_of
 from ...errors import InputError, naming
-from ...plane import diagonal, distinct
+from ...plane import bounding_box, diagonal, distinct
 from .. import limits
 from . import path_data, tree
 from .budget import Budget
@@ -23,6 +25,7 @@ from .curves import Bezier, Lines, thinned
 from .document import drawing_bytes
 from .drawing import Drawing
 from .fill import FilledOutline, Refused, outlines, outlines_of
+from .painted import painted_areas
 from .path_data import PenPath, Subpath, flatten, least
 from .strokes import silhouette, width_of
 from .tree import Node
@@ -47,10 +50,11 @@ def read(
 
     Only what is displayed counts: no `defs`, `display: none`, text or images, and what clip paths and masks leave.
     Every outline is one region of what an element's fill shows; SVG closes the open runs of a filled shape, and so does
-    this, with a note. Without `chosen`, shapes that are not filled are no candidates, unless nothing is: then the
-    outlines are those of all that the strokes paint. `chosen` may be `silhouette`, the union of all that is painted,
-    and `canvas`, where no element is called so. A chosen shape without a fill is its closed runs; an open one is
-    refused unless its ends all but meet.
+    this, with a note. Without `chosen`, lines that enclose something compete with the fills: as the outlines of what
+    the strokes of all shapes without a fill paint together, if one of these encloses more than every fill. A fill
+    that encloses no area does not count. Where nothing is filled, the outlines are those of all that the strokes
+    paint. `chosen` may be `silhouette`, the union of all that is painted, and `canvas`, where no element is called so.
+    A chosen shape without a fill is its closed runs; an open one is refused unless its ends all but meet.
 
     Raises:
         InputError: not SVG, malformed attributes, malformed pins or strokes, or more work than its budget (`budget`).
@@ -60,6 +64,7 @@ def read(
         document = tree.parse(data)
         shapes, shown = document.shapes, []
         drawing, detail = Drawing([], document.canvas, flip=True), Detail(flatness, Budget(max_segments))
+        without_area: dict[Node, Refused] = {}
         if count := document.unread:
             rules = f"{count} style rule{'s' * (count > 1)}"
             drawing.notes.append(f"{rules} not read: a malformed selector, or a pseudo-class such as :hover")
@@ -68,8 +73,26 @@ def read(
             with naming(drawn.name):
                 if not (_constraint(drawn, drawing, detail) or _rigid(drawn, chosen, drawing, detail)):
                     shown.append(drawn)
-                    _candidate(drawn, chosen, drawing, detail)
+                    if nothing := _candidate(drawn, chosen, drawing, detail):
+                        without_area[drawn] = nothing
+        for drawn in document.pictures:
+            with naming(drawn.name):
+                _picture(drawn, chosen, drawing, detail)
+        if chosen is None:
+            lines = [
+                drawn for drawn in shown if drawn.stroked and (not drawn.filled or drawn in without_area)
+            ]
+            _closed_lines(drawing, lines, Detail(flatness, Budget(max_segments)))
+            places = [
+                polygon_of(each.z, *each.holes)
+                for each in drawing.outlines
+                if each.name.startswith("<image>")
+            ]
+            paint = partial(_paint, drawing, shown, places, Detail(flatness, Budget(max_segments)))
+            drawing = replace(drawing, paint=paint)
         _special(drawing, document, shown, chosen, Detail(flatness, Budget(max_segments)))
+        if not drawing.outlines:
+            drawing.refused.extend(without_area.values())
     drawing.outlines.sort(key=lambda o: -o.area)
     return drawing
 
@@ -143,12 +166,13 @@ def _unknown(drawn: Node) -> list[str]:
     return list(dict.fromkeys(clip.name for clip in drawn.clips if clip.properties is None))
 
 
-def _candidate(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail) -> None:
-    """Adds a shape's outlines to the drawing, or the reason why it has none."""
+def _candidate(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail) -> Refused | None:
+    """Add a shape's outlines to the drawing, or the reason why it has none; if its fill encloses no area, and it is
+    not chosen, that reason is returned instead: it is one among shapes that may have outlines."""
     names = (*drawn.groups, *drawn.names)
     drawing.ids.update(dict.fromkeys(names))
     if (chosen is None and not drawn.filled) or (chosen is not None and chosen not in names):
-        return
+        return None
     runs = detail.runs(drawn)
     rings: list[Complex] = []
     notes = [f"{drawn.name}: its {name} is ignored" for name in _unknown(drawn)]
@@ -164,13 +188,15 @@ def _candidate(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail
         except InputError as error:
             drawing.refused.append((float(np.ptp(run.z.real) * np.ptp(run.z.imag)), error))
     if runs and not rings:
-        return
+        return None
     rule = drawn.properties.get("fill-rule", "nonzero").strip()
     try:
         found, refused = outlines(rings, rule, drawn.name, tuple(notes))
     except TooMuch as error:
         found, refused = [], [_too_much(runs, drawn, error)]
     except InputError as error:
+        if chosen is None:
+            return 0.0, error
         found, refused = [], [(0.0, error)]
     try:
         found = _shown(found, drawn, detail)
@@ -178,6 +204,56 @@ def _candidate(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail
         found, refused = [], [_too_much(runs, drawn, error)]
     drawing.outlines.extend(replace(outline, names=names) for outline in found)
     drawing.refused.extend(refused)
+    return None
+
+
+def _picture(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail) -> None:
+    """Add the place of an embedded picture to the outlines of the drawing."""
+    names = (*drawn.groups, *drawn.names)
+    drawing.ids.update(dict.fromkeys(names))
+    if chosen is not None and chosen not in names:
+        return
+    sides = (
+        drawn.length(name, axis) for name, axis in (("x", "x"), ("y", "y"), ("width", "x"), ("height", "y"))
+    )
+    x, y, width, height = sides
+    corners = drawn.affine(complex(x, y) + np.array([0, width, width + 1j * height, 1j * height]))
+    area = float(shapely.area(polygon_of(corners)))
+    if area > 0:
+        place = FilledOutline(drawn.name, corners, area)
+        drawing.outlines.extend(replace(each, names=names) for each in _shown([place], drawn, detail))
+
+
+def _closed_lines(drawing: Drawing, lines: list[Node], detail: Detail) -> None:
+    """Add the outlines of what lines enclose to those of fills, if one of them encloses more than every fill."""
+    largest = max((outline.area for outline in drawing.outlines), default=0.0)
+    if not largest or not lines:
+        return
+    try:
+        runs = [(drawn, detail.runs(drawn)) for drawn in lines]
+        points = [run.z for _, own in runs for run in own if run.z.size]
+        low, high = bounding_box(np.concatenate(points)) if points else (0j, 0j)
+        if (high - low).real * (high - low).imag <= largest:
+            return
+        found = silhouette(runs, "the silhouette of its strokes", detail.clips.cut)
+    except InputError as error:
+        drawing.notes.append(f"lines left out: {error}")
+        return
+    closed = [outline for outline in found if outline.holes]
+    if max((outline.area for outline in closed), default=0.0) > largest:
+        drawing.outlines.extend(closed)
+
+
+def _paint(
+    drawing: Drawing, shown: list[Node], pictures: list[shapely.Polygon], detail: Detail
+) -> tuple[shapely.Geometry, shapely.Geometry]:
+    """The ink and the painted area of a drawing, see `Drawing`."""
+    try:
+        shapes = [(drawn, detail.runs(drawn)) for drawn in shown if drawn.visible]
+        return painted_areas(shapes, detail.clips.cut, pictures)
+    except TooMuch as error:
+        drawing.notes.append(f"strokes left out of what it paints: {error}")
+        return replace(drawing, paint=None)._areas
 
 
 def _too_much(runs: list[Subpath], drawn: Node, error: TooMuch) -> Refused:

@@ -72,16 +72,35 @@ def silhouette(
     Raises:
         InputError: a malformed width, or lines that cross too often.
     """
+    fills, strokes = areas(shapes, cut)
+    return outlines_of(shapely.union_all([fills, *(area for _, area in strokes)]), name)
+
+
+def areas(
+    shapes: Iterable[Seen],
+    cut: Callable[[Node, shapely.Geometry], shapely.Geometry],
+) -> tuple[shapely.Geometry, list[tuple[Node, shapely.Geometry]]]:
+    """Compute what the fills of shapes paint together, and what each stroke paints that these do not cover.
+
+    Args:
+        shapes: with their runs in the root's units.
+        cut: leaves of what a shape paints what its clip paths and masks show.
+
+    Raises:
+        InputError: a malformed width, or lines that cross too often.
+    """
     seen = list(_bearable(shapes))
     base, rest = _base(seen)
-    areas = [base]
+    fills = [base]
     for drawn, runs in rest:
-        areas += [cut(drawn, part) for part in _filled([(drawn, runs)])]
-    for drawn, runs in _uncovered(base, seen):
-        if drawn.stroked:
-            areas.append(cut(drawn, painted_by_stroke(drawn, runs)))
-    crossings.check([ring for area in areas for ring in rings_of(area)])
-    return outlines_of(shapely.union_all(areas), name)
+        fills += [cut(drawn, part) for part in _filled([(drawn, runs)])]
+    strokes = [
+        (drawn, cut(drawn, painted_by_stroke(drawn, runs)))
+        for drawn, runs in _uncovered(base, seen)
+        if drawn.stroked
+    ]
+    crossings.check([ring for area in (*fills, *(area for _, area in strokes)) for ring in rings_of(area)])
+    return shapely.union_all(fills), strokes
 
 
 def _bearable(shapes: Iterable[Seen]) -> Iterator[Seen]:

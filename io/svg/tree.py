@@ -43,7 +43,8 @@ CLIPS = {  # what cuts an element off, the element that it names, and what says 
 UNREAD = frozenset(["image", "text", "foreignObject"])  # what no shape is read from
 _URL = re.compile(r"""\s*url\(\s*["']?#([^"')]+?)["']?\s*\)""")
 _INHERITED = (
-    *("fill", "stroke", "fill-rule", "visibility", "clip-rule", "paint-order"),
+    *("fill", "stroke", "fill-opacity", "stroke-opacity"),
+    *("fill-rule", "visibility", "clip-rule", "paint-order"),
     *("stroke-width", "stroke-dasharray", "stroke-dashoffset", "stroke-linejoin", "stroke-linecap"),
     *("marker", "marker-start", "marker-mid", "marker-end"),
     *lettering.INHERITED,
@@ -197,8 +198,23 @@ class Document:
         Raises:
             InputError: a `use` of itself, a malformed transform, length or viewBox, or too much is drawn again.
         """
+        return [node for node in self._shown if node.tag in SHAPES]
+
+    @property
+    def pictures(self) -> list[Node]:
+        """The embedded pictures that the document shows and of which width and height are stated, likewise."""
+        return [node for node in self._shown if node.tag == "image" and self._is_embedded(node)]
+
+    @cached_property
+    def _shown(self) -> list[Node]:
+        """Shapes and pictures that the document shows."""
         self.root.clips = self._cut_by(self.root)
-        return [] if self.root.hidden else list(self._shapes(self.root))
+        return [] if self.root.hidden else list(self._shapes(self.root, pictures=True))
+
+    @staticmethod
+    def _is_embedded(node: Node) -> bool:
+        stated = all(node.properties.get(side, "auto").strip() != "auto" for side in ("width", "height"))
+        return stated and any(node.element.get(link, "").strip().startswith("data:") for link in LINKS)
 
     def linked(self, element: Element) -> Element | None:
         """The element of the same document that another one's href names."""
@@ -324,12 +340,14 @@ class Document:
             node.affine = node.affine @ affine.translation(x, y)
         return node
 
-    def _shapes(self, node: Node) -> Iterator[Node]:
+    def _shapes(self, node: Node, *, pictures: bool = False) -> Iterator[Node]:
+        """The shapes shown in a node, with its pictures if they are asked for."""
         for child in self.children(node):
-            if not child.hidden and (child.tag in SHAPES or child.tag in GROUPS):
+            drawn = child.tag in SHAPES or (pictures and child.tag == "image")
+            if not child.hidden and (drawn or child.tag in GROUPS):
                 child.clips = node.clips + self._cut_by(child)
                 if child.tag in GROUPS:
-                    yield from self._shapes(child)
+                    yield from self._shapes(child, pictures=pictures)
                 elif child.properties.get("visibility", "visible") == "visible":
                     yield child
 

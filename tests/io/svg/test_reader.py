@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -387,11 +388,91 @@ def test_open_runs(svg):
     )
 
 
-def test_what_is_not_filled_is_no_candidate(svg):
-    both = '<path id="line" fill="none" stroke="red" d="M0 0H90V90H0z"/><path d="M10 10H20V20H10z"/>'
-    assert svg(both).curve.area == 100 and svg(both, chosen="#line").curve.area == 8100
-    open_line = '<path fill="none" stroke="red" d="M0 0L90 80L5 60"/><path d="M10 10H20V20H10z"/>'
+def test_closed_lines_compete_with_fills_by_area(svg):
+    small, large = '<path d="M10 10H20V20H10z"/>', '<path d="M-5 -5H96V96H-5z"/>'
+    line = '<path id="line" fill="none" stroke="red" d="M0 0H90V90H0z"/>'
+    assert svg(line + small).curve.area == pytest.approx(91**2) == svg(line).curve.area
+    assert svg(line + large).curve.area == 101**2 and not svg(line + large).notes
+    assert svg(line + small, chosen="#line").curve.area == 8100
+    open_line = '<path fill="none" stroke="red" d="M0 0L90 80L5 60"/>' + small
     assert svg(open_line).curve.area == 100 and not svg(open_line).notes
+    assert svg(f'<g stroke-opacity="0">{line}</g>{small}').curve.area == 100
+
+
+PIECE = '<path id="front" d="M10 10L100 20C110 70 110 110 110 180L10 180z" fill="none" stroke="red" stroke-width=".4"/>'
+ON_IT = {
+    "grain line": '<path d="M50 40V150" stroke="#000"/>',
+    "line": '<line x1="30" y1="50" x2="80" y2="50" stroke="#000"/>',
+    "polyline": '<polyline points="30 100 60 95 80 100" stroke="#000"/>',
+    "label": '<path id="o" d="M30 90h9v9h-9z m2 2v5h5v-5z"/>',
+    "arrowhead": '<path d="M50 40l4 8h-8z"/>',
+    "fill without paint": '<path d="M0 0H300V300H0z" fill-opacity="0"/>',
+}
+
+
+@pytest.mark.parametrize("mark", ON_IT)
+def test_a_piece_drawn_without_a_fill_is_the_shape_whatever_is_drawn_on_it(svg, mark):
+    canvas = 'viewBox="0 0 120 200"'
+    alone, marked = svg(PIECE, canvas), svg(PIECE + ON_IT[mark], canvas)
+    assert marked.curve.area == pytest.approx(alone.curve.area, rel=1e-9)
+    assert not any("two points" in note or "encloses no area" in note for note in marked.notes)
+
+
+def test_a_fill_that_encloses_nothing_is_the_reason_only_where_nothing_else_is_there(svg):
+    flat = '<path id="flat" d="M50 40V150"/>'
+    assert svg(flat + '<path d="M10 10H20V20H10z"/>').curve.area == 100
+    one_line(lambda: svg(flat), "flat", "2 distinct points")
+    one_line(lambda: svg(flat + '<path d="M10 10H20V20H10z"/>', chosen="#flat"), "2 distinct points")
+
+
+def drawn(tmp_path, body, attributes='viewBox="0 0 100 100"'):
+    path = tmp_path / "a.svg"
+    path.write_text(SVG.format(attributes, body))
+    return shapes.drawn(shapes.Spec(path))
+
+
+def test_what_a_drawing_paints_is_all_of_its_fills_and_strokes(tmp_path):
+    body = (
+        '<path d="M0 0H60V60H0zM10 10H30V30H10z" fill-rule="evenodd"/><rect x="40" y="40" width="40" height="40"/>'
+        '<path d="M70 10H90" stroke="red" stroke-width="4" fill="none"/>'  # an open stroke
+        '<path d="M0 95H90" stroke="red" stroke-width=".1" fill="none"/>'  # less than a pixel wide
+        '<rect x="90" y="90" width="9" height="9" display="none"/>'
+    )
+    found = drawn(tmp_path, body)
+    assert found.painted.area == pytest.approx(3600 - 400 + 1600 - 400 + 80)
+    assert found.ink.equals(found.painted) and len(found.painted.geoms) == 2
+
+
+def test_closed_lines_are_filled_where_lines_draw(tmp_path):
+    house = '<path d="M10 40L50 10L90 40V90H10z" fill="none" stroke="red" stroke-width="2"/>'
+    smoke = '<path d="M70 10V0" fill="none" stroke="red" stroke-width="2"/>'
+    dot = '<circle cx="50" cy="60" r="5"/>'
+    outer = (
+        shapely.Polygon([(10, 40), (50, 10), (90, 40), (90, 90), (10, 90)]).buffer(1, join_style="mitre").area
+    )
+    for body, more in [(house, 0), (house + dot, 0), (house + smoke + dot, 20)]:
+        found = drawn(tmp_path, body)
+        assert found.painted.area == pytest.approx(outer + more)
+        assert found.ink.area < 700
+    # among fills that cover most of what is enclosed, a line is a line
+    found = drawn(tmp_path, house + '<rect x="20" y="45" width="55" height="40"/>')
+    assert len(found.painted.interiors if found.painted.geom_type == "Polygon" else found.painted.geoms) > 0
+    assert found.painted.area < outer - 1500
+    # and a wide stroke is a ring
+    ring = drawn(tmp_path, '<circle cx="50" cy="50" r="20" fill="none" stroke="red" stroke-width="10"/>')
+    assert ring.painted.area == pytest.approx(np.pi * (25**2 - 15**2), rel=1e-3)
+
+
+def test_an_embedded_picture_is_its_rectangle(tmp_path, svg):
+    dot = "data:image/png;base64,iVBORw0KGgo="
+    body = f'<image id="photo" x="10" y="20" width="30" height="50" transform="scale(2 1)" href="{dot}"/>'
+    found = drawn(tmp_path, body + '<circle cx="50" cy="40" r="5"/>')
+    assert found.painted.bounds == (20, 20, 80, 70) and found.painted.area == 3000
+    assert svg(body, chosen="#photo").curve.area == 3000
+    linked = '<image width="30" height="50" href="photo.png"/>'
+    one_line(lambda: svg(linked), "nothing in it has an outline")
+    cut = f'<clipPath id="c"><rect width="35" height="25"/></clipPath><g clip-path="url(#c)">{body}</g>'
+    assert drawn(tmp_path, cut).painted.bounds == (20, 20, 35, 25)
 
 
 STROKES = {

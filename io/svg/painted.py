@@ -1,0 +1,55 @@
+"""The area that a whole drawing paints: fills, strokes, and what lines enclose where lines alone draw it."""
+
+import math
+from collections.abc import Callable, Iterable
+
+import numpy as np
+import shapely
+
+from .fill import DRAWN_SHARE, with_lines_filled, without_holes
+from .strokes import Seen, areas, width_of
+from .tree import Node
+
+LINE_WIDTH_SHARE = 1 / 8
+"""Of the longer side of the drawing. A wider stroke is an area of its own, such as a ring, and not a line around one
+(2 of 20 units is usual in sets of line icons)."""
+VISIBLE_WIDTH_SHARE = 1 / 512
+"""Of the longer side of the drawing: a stroke beside fills that is narrower would be less than a pixel of 512."""
+
+Cut = Callable[[Node, shapely.Geometry], shapely.Geometry]
+
+
+def painted_areas(
+    shapes: Iterable[Seen], cut: Cut, pictures: Iterable[shapely.Geometry] = ()
+) -> tuple[shapely.Geometry, shapely.Geometry]:
+    """Compute what shapes paint together.
+
+    Args:
+        shapes: all shapes that a drawing shows, with their runs in the root's units.
+        cut: leaves of what a shape paints what its clip paths and masks show.
+        pictures: the places of embedded pictures.
+
+    Returns:
+        The ink, as drawn: all fills, and strokes where they can be seen. And the painted area: the same, where closed
+        lines are filled if the drawing is made of lines.
+
+    Raises:
+        InputError: a malformed width, or lines that cross too often.
+    """
+    fills, strokes = areas(shapes, cut)
+    fills = shapely.union_all([fills, *pictures])
+    every = shapely.union_all([area for _, area in strokes])
+    extent = _longer_side(shapely.union_all([fills, every]))
+    widths = [width_of(drawn) * math.sqrt(abs(drawn.affine.determinant)) for drawn, _ in strokes]
+    lines = max(widths, default=0.0) <= LINE_WIDTH_SHARE * extent
+    whole = without_holes(shapely.union_all([fills, every]))
+    if lines and fills.area < DRAWN_SHARE * whole.area:
+        return shapely.union_all([fills, every]), shapely.union_all([fills, without_holes(every)])
+    visible = [area for (_, area), width in zip(strokes, widths) if width >= VISIBLE_WIDTH_SHARE * extent]
+    ink = shapely.union_all([fills, *visible])
+    return ink, with_lines_filled(ink)
+
+
+def _longer_side(area: shapely.Geometry) -> float:
+    low_x, low_y, high_x, high_y = area.bounds
+    return 0.0 if area.is_empty else float(np.max([high_x - low_x, high_y - low_y]))
