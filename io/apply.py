@@ -33,6 +33,8 @@ from .run.state import Run
 from .shapes.shape import Shape
 
 SCHEMA = "iccm.apply/1"
+PICTURE_OPTIONS = ("target_box", "holes")
+"""The options that are taken from the job in a saved map: what pictures show, and what becomes of holes."""
 INSIDE = 0.999  # of how far outside points count as on the outline: to there lines are cut, so that they have images
 
 
@@ -44,7 +46,7 @@ class Saved:
         name: of its file.
         fit: the map.
         planes: of source and target.
-        job: what the job that made it said of pictures.
+        job: its PICTURE_OPTIONS, as the job that made it had them, and its method.
         function: what takes points of the source to the target.
         near: how far outside points count as on the outline.
     """
@@ -65,10 +67,10 @@ class Saved:
         """
         held = read_file(files.open_input(name))
         with naming(name):
-            fit = Fit.of(held)
+            fit, job = Fit.of(held), _job(held)
         map = fit.map
         near = (map.near if isinstance(map, TriangulatedMap) else ROUNDING) * map.diagonal
-        found = cls(name, fit, held.planes, _job(held), lambda z: map.jet(z)[0], near)
+        found = cls(name, fit, held.planes, job, lambda z: map.jet(z)[0], near)
         return found._turned() if inverse else found
 
     def _turned(self) -> Saved:
@@ -222,16 +224,20 @@ def _shape(name: str, plane: Plane) -> Shape:
 
 
 def _job(held: MapFile) -> dict[str, Any]:
-    """What the file says of the job; nothing where Python wrote it.
+    """The options of the saved job that decide how pictures are made through its map.
+
+    A file may have been made by a stranger, so only these are taken from it. Others, such as names of files to write
+    and limits on memory, come from the command alone, whatever the file holds.
 
     Raises:
-        InputError: that is none.
+        InputError: one of them has a value that the option does not have.
     """
-    job = held.about.get("job", {})
-    if not isinstance(job, dict) or {"source", "target", "output", "texture"} & job.keys():
-        raise InputError("about: its job is none")
+    saved = held.about.get("job", {})
+    job = {name: saved[name] for name in PICTURE_OPTIONS if name in saved}
+    # The method decides which holes the map knows of.
+    job["method"] = "balanced" if isinstance(held.map, TriangulatedMap) else "conformal"
     try:
         Job(source="-", target="-", **job)
     except (JobError, TypeError) as error:
-        raise InputError(f"about: its job is none ({error})") from None
+        raise InputError(f"about: the options of its job are wrong ({error})") from None
     return job

@@ -1,21 +1,24 @@
 """Maps in files: an archive of NumPy arrays (.npz), described in docs/reference/map-file.md.
 
-What is read is not trusted: nothing is unpickled, and every array is held against what the map needs of it.
+What is read is not trusted: nothing is unpickled, the size of an array is compared with that of its file before memory
+is taken for it, and every value is checked against what the map needs of it.
 """
 
 import json
+import math
 import zipfile
 import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
-from typing import Any
+from typing import Any, BinaryIO, TypeGuard
 
 import numpy as np
+from numpy.lib import format as npy
 
 from ..arrays import Box, Complex, Index
 from ..curve import Curve
-from ..errors import InputError
+from ..errors import InputError, naming
 from ..maps.approximation import AnyMap
 from ..maps.harmonic import HarmonicMap
 from ..maps.triangulated.adjacency import edges_of
@@ -26,6 +29,12 @@ from ..plane import bounding_box, triangle_areas
 FORMAT = "iccm.map/1"
 MOST_BYTES = 1 << 30
 """Of what an archive holds: maps have about 100 bytes a vertex."""
+MOST_COORDINATE = 1e100
+"""The largest number in an array: products of a few of them stay finite."""
+COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+"""Those that NumPy writes."""
+HEADERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
+"""Readers of an array's header by the version of its format."""
 ARRAYS = {"pins": ("complex128", 2, 2), "hole_partners": ("int32", 2, 2)}
 RINGS = (
     *("stroke_sources", "stroke_targets", "source_holes", "target_holes"),
@@ -72,7 +81,9 @@ class MapFile:
         planes: those of source and target.
         arrays: those of ARRAYS, by name.
         rings: those of RINGS, by name.
-        about: what JSON can hold, by name.
+        about: what JSON can hold, by name. Of what is read these have the type that is said here, if they are there:
+            `ended`, a text; `notes`, a list of texts; `energies`, a list of numbers by name; `rigid`, a list of counts
+            above 0; `rigid_of_target`, a truth value; `job`, values by name.
     """
 
     map: AnyMap
@@ -133,14 +144,13 @@ def read(path: str | PathLike) -> MapFile:
     try:
         with zipfile.ZipFile(path) as archive:
             size = sum(entry.file_size for entry in archive.infolist())
-        if size > MOST_BYTES:
-            raise InputError(f"it holds {size} bytes; at most {MOST_BYTES} are read")
-        with np.load(path, allow_pickle=False) as archive:
+            if size > MOST_BYTES:
+                raise InputError(f"it holds {size} bytes; at most {MOST_BYTES} are read")
             return _Archive(archive).map_file()
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from error
     except zipfile.BadZipFile as error:
-        raise InputError(f"{path}: is no map that iccm wrote (no archive of arrays)") from error
+        raise InputError(f"{path}: is not a map that iccm wrote (not an archive of arrays)") from error
     except (
         ValueError,
         KeyError,
@@ -150,35 +160,63 @@ def read(path: str | PathLike) -> MapFile:
         RuntimeError,
         zlib.error,
     ) as error:
-        said = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise InputError(f"{path}: is no sound map: {said}") from error
+        reason = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
+        raise InputError(f"{path}: is not a sound map: {reason}") from error
 
 
 class _Archive:
-    """The arrays of an archive, each checked as it is asked for."""
+    """The arrays of an archive, each read and checked as it is asked for."""
 
-    def __init__(self, arrays: Mapping[str, Any]):
-        self.arrays = arrays
+    def __init__(self, archive: zipfile.ZipFile):
+        self.archive = archive
+        self.names = set(archive.namelist())
+
+    def __contains__(self, name: str) -> bool:
+        """Whether there is an array of this name."""
+        return f"{name}.npy" in self.names
 
     def map_file(self) -> MapFile:
-        said = self.text("format")
-        if said != FORMAT:
-            raise InputError(f"its format is {said!r}; this version of iccm reads {FORMAT!r}")
-        about = json.loads(self.text("about"))
-        names = about.get("names") if isinstance(about, dict) else None
-        if not (isinstance(names, list) and len(names) == 2 and all(isinstance(name, str) for name in names)):
-            raise InputError("about: two names are needed")
-        map = self.harmonic() if "polygon" in self.arrays else self.triangulated()
-        planes = tuple(self.plane(side, name) for side, name in zip(("source", "target"), names))
+        format = self.text("format")
+        if format != FORMAT:
+            raise InputError(f"its format is {format[:60]!r}; this version of iccm reads {FORMAT!r}")
+        about = self.about()
+        map = self.harmonic() if "polygon" in self else self.triangulated()
+        planes = tuple(self.plane(side, name) for side, name in zip(("source", "target"), about["names"]))
         if planes[0].outline is None:
             raise InputError("source: it has no vertices")
         arrays = {name: self.array(name, *form) for name, form in ARRAYS.items()}
         rings = {name: [] if self.lacks(name) else self.rings(name) for name in RINGS}
         return MapFile(map, (planes[0], planes[1]), arrays, rings, about)
 
+    def about(self) -> dict[str, Any]:
+        """What the archive says beside its arrays, each value of the type that `MapFile` states."""
+        about = json.loads(self.text("about"))
+        if not isinstance(about, dict):
+            raise InputError("about: is not an object")
+        names = about.get("names")
+        if not (_are(names, str) and len(names) == 2):
+            raise InputError("about: two names are needed")
+        energies = about.get("energies", [])
+        counts = about.get("rigid", [])
+        sound = {
+            "ended": isinstance(about.get("ended"), str),
+            "notes": _are(about.get("notes", []), str),
+            "energies": _are(energies, dict)
+            and all(_are(list(step.values()), float, int) for step in energies),
+            "rigid": _are(counts, int) and all(count > 0 for count in counts),
+            "rigid_of_target": isinstance(about.get("rigid_of_target", False), bool),
+            "job": isinstance(about.get("job", {}), dict),
+        }
+        if wrong := [name for name, fine in sound.items() if not fine]:
+            raise InputError(f"about: {wrong[0]} is not as in a map that iccm wrote")
+        for text in (*names, *about.get("notes", [])):
+            if not text.isprintable():
+                raise InputError("about: a name or note holds characters that cannot be printed")
+        return about
+
     def lacks(self, name: str) -> bool:
         """Whether the file is from before there was such a thing."""
-        return name in LATER and name not in self.arrays
+        return name in LATER and name not in self
 
     def triangulated(self) -> TriangulatedMap:
         source, image = (self.array(name, "complex128") for name in ("vertices", "images"))
@@ -250,22 +288,77 @@ class _Archive:
         return self.array(name, "int32", 2 if columns else 1, columns).astype(np.int64)
 
     def array(self, name: str, dtype: str, dimensions: int = 1, columns: int = 0) -> Any:
-        """An array of a kind and shape, all of it finite."""
-        if name not in self.arrays:
-            raise InputError(f"{name}: it is missing")
-        found = self.arrays[name]
+        """An array of a kind and shape, all of it finite and none of it larger than MOST_COORDINATE."""
+        found = self.member(name)
         fits = found.dtype == dtype and found.ndim == dimensions
         if not fits or (columns and found.shape[1] != columns):
             raise InputError(f"{name}: {found.dtype} of shape {found.shape}; {dtype} are needed")
-        if not np.isfinite(found).all():
+        numbers = found.view("float64") if found.dtype == "complex128" and found.size else found
+        if not np.isfinite(numbers).all():
             raise InputError(f"{name}: some are not finite numbers")
+        if numbers.dtype.kind == "f" and (np.abs(numbers) > MOST_COORDINATE).any():
+            raise InputError(f"{name}: some numbers are larger than {MOST_COORDINATE:g}")
         return found
 
     def text(self, name: str) -> str:
-        found = self.arrays.get(name)
-        if found is None or found.dtype.kind != "U" or found.ndim:
+        if name not in self or (found := self.member(name)).dtype.kind != "U" or found.ndim:
             raise InputError(f"{name}: no text")
-        return str(found)
+        text = str(found)
+        text.encode()  # lone surrogates can be neither printed nor written
+        return text
+
+    def member(self, name: str) -> Any:
+        """An array as it is stored; its size is that of its file."""
+        if name not in self:
+            raise InputError(f"{name}: it is missing")
+        entry = self.archive.getinfo(f"{name}.npy")
+        if entry.compress_type not in COMPRESSIONS:
+            raise InputError(f"{name}: its compression is not one that NumPy writes")
+        with self.archive.open(entry) as file, naming(name):
+            return _read_array(file, entry.file_size)
+
+
+def _read_array(file: Any, size: int) -> Any:
+    """The array in a file of `size` bytes in NumPy's format (NEP 1), which must be as long as its header says.
+
+    Raises:
+        InputError: it is not, or holds Python objects.
+    """
+    counted = _Counted(file)
+    try:
+        shape, by_columns, dtype = HEADERS[npy.read_magic(counted)](counted)
+    except (ValueError, KeyError, TypeError, OverflowError, RecursionError, SyntaxError) as error:
+        raise InputError("is not an array in NumPy's format 1.0 or 2.0") from error
+    if dtype.hasobject or not dtype.itemsize or min(shape, default=0) < 0:
+        raise InputError("holds Python objects, or values without a size")
+    left, claimed = size - counted.count, math.prod(shape) * dtype.itemsize
+    if claimed != left:
+        raise InputError(f"its header claims {claimed} bytes, and {left} follow")
+    data = file.read(left)
+    if len(data) != left:
+        raise EOFError("it is cut off")
+    array = np.frombuffer(data, dtype).copy()  # of bytes it would be read-only
+    return array.reshape(shape[::-1]).T if by_columns else array.reshape(shape)
+
+
+class _Counted:
+    """A file that counts the bytes that are read of it."""
+
+    def __init__(self, file: BinaryIO):
+        self.file, self.count = file, 0
+
+    def read(self, size: int = -1) -> bytes:
+        """As of the file."""
+        data = self.file.read(size)
+        self.count += len(data)
+        return data
+
+
+def _are(values: Any, *types: type) -> TypeGuard[list[Any]]:
+    """Whether something is a list of values of some types; a truth value is not a number."""
+    return isinstance(values, list) and all(
+        isinstance(value, types) and not isinstance(value, bool) for value in values
+    )
 
 
 def _within(name: str, values: Index, count: int) -> None:

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 import iccm as core
+from iccm.io.apply import PICTURE_OPTIONS
+from iccm.io.options import options_of
 from iccm.io.pictures import image_files
 from iccm.io.run import Job, run
 
@@ -36,6 +38,50 @@ def test_info_tells_of_a_map(saved, iccm):
     assert json.loads(iccm("info", "paper.npz", "--json").out)["triangles"] is None
     Path("map.npz").write_bytes(b"PK")
     assert iccm("info", "map.npz").code == 2
+
+
+def planted(name, **job):
+    """The file of a map with other options in its job."""
+    with np.load(name) as held:
+        arrays = dict(held)
+    about = json.loads(str(arrays["about"]))
+    about["job"] |= job
+    np.savez(name, **arrays | {"about": np.array(json.dumps(about))})
+
+
+def test_a_map_names_no_files_and_raises_no_limits(saved, shapes, iccm):
+    image_files.write("t.png", image_files.Image(core.checkerboard(64)))
+    assert iccm("apply", "map.npz", "t.png", "-o", "a.png", "--size", "64").code == 0
+    (shapes / "evil.svg").write_text("precious")
+    paths = [
+        name for name, (hint, _) in options_of().items() if name not in PICTURE_OPTIONS and "str" in str(hint)
+    ]
+    hostile = dict.fromkeys(paths, "../evil.svg") | dict.fromkeys(("plot", "report", "stmap"), "evil.svg")
+    hostile |= {"force": True, "outside": True, "max_pixels": 1 << 40, "memory": 1 << 50, "padding": 9}
+    hostile |= {"source": "evil.svg", "output": ["evil.svg"], "normal": ["evil.svg"]}
+    planted("map.npz", **hostile)
+    before = {path: path.read_bytes() for folder in (shapes, shapes.parent) for path in folder.glob("*.*")}
+    typed = iccm("apply", "map.npz", "t.png", "-o", "b.png", "--size", "64")
+    assert typed.code == 0, typed.err
+    assert (shapes / "b.png").read_bytes() == (shapes / "a.png").read_bytes()
+    after = {path: path.read_bytes() for folder in (shapes, shapes.parent) for path in folder.glob("*.*")}
+    assert after.pop(shapes / "b.png") and after == before
+    typed = iccm("apply", "map.npz", "t.png", "-o", "c.png", "--size", "64", "--max-pixels", "1000")
+    assert typed.code == 2 and "1000" in typed.err
+
+
+def test_a_map_says_what_pictures_show(saved, iccm):
+    image_files.write("t.png", image_files.Image(core.checkerboard(64)))
+    pictures = []
+    for box in ("viewbox", "bbox"):
+        planted("map.npz", target_box=box)
+        assert iccm("apply", "map.npz", "t.png", "-o", f"{box}.png", "--size", "96").code == 0
+        pictures.append(image_files.read(f"{box}.png").pixels)
+    margins = [int((pixels[0, :, 3] > 0).sum()) for pixels in pictures]
+    assert margins[0] == 0 < margins[1]  # the canvas has a margin, the bounding box has none
+    planted("map.npz", target_box="everything")
+    typed = iccm("apply", "map.npz", "t.png", "-o", "x.png")
+    assert typed.code == 2 and "map.npz" in typed.err and "target_box" in typed.err
 
 
 def there(points):

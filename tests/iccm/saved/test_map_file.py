@@ -1,6 +1,8 @@
 """Saved maps: what comes back is what was saved, bit for bit, and what is no sound map is refused in a line."""
 
+import json
 import re
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -124,3 +126,86 @@ def test_other_files_are_no_maps(saved, tmp_path):
 def test_files_from_before_there_were_rigid_regions_are_read(saved):
     changed(saved, rigid=None, rigid_ends=None)
     assert iccm.load(saved).status.ok and not iccm.load(saved).rigid
+
+
+def rewritten(path, name, content, method=zipfile.ZIP_DEFLATED):
+    """The file with other bytes in the place of one member; `content` makes them of the old ones."""
+    with zipfile.ZipFile(path) as archive:
+        members = {entry: archive.read(entry) for entry in archive.namelist()}
+    old = members.pop(f"{name}.npy")
+    with zipfile.ZipFile(path, "w") as archive:
+        for entry, data in members.items():
+            archive.writestr(entry, data)
+        archive.writestr(*content(f"{name}.npy", old), compress_type=method)
+
+
+def header(shape, descr="<c16", version=1):
+    """That of an array in NumPy's format."""
+    text = f"{{'descr': {descr!r}, 'fortran_order': False, 'shape': {shape!r}, }}\n".encode()
+    return b"\x93NUMPY" + bytes([version, 0]) + len(text).to_bytes(2, "little") + text
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        lambda name, old: (name[:-4], b"hello"),  # a member that is not an array
+        lambda name, old: (name, b"hello"),
+        lambda name, old: (name, header((2_000_000_000,))),
+        lambda name, old: (name, header((10**30,))),
+        lambda name, old: (name, header((-1,)) + bytes(16)),
+        lambda name, old: (name, header((10**12,), "<U0")),
+        lambda name, old: (name, header((1,), "|O") + b"cos\nsystem\n(S'true'\ntR."),
+        lambda name, old: (name, header((3,), "<c16", 3) + bytes(48)),
+        lambda name, old: (name, header("(" * 5000)),
+        lambda name, old: (name, old[:-1]),
+        lambda name, old: (name, old + b"\0"),
+        lambda name, old: (name, old[:-16] + np.array([1e101 + 0j]).tobytes()),
+    ],
+)
+def test_members_that_are_not_the_arrays_they_claim_to_be_are_refused(saved, content):
+    rewritten(saved, "vertices", content)
+    with pytest.raises(InputError, match=r"map\.npz.*vertices") as error:
+        iccm.load(saved)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("method", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+def test_compressions_that_numpy_does_not_write_are_refused(saved, method):
+    rewritten(saved, "faces", lambda name, old: (name, old), method)
+    with pytest.raises(InputError, match="faces"):
+        iccm.load(saved)
+
+
+def test_arrays_stored_by_columns_are_read(bent, saved):
+    changed(saved, faces=np.asfortranarray(bent.map.faces.astype(np.int32)))
+    assert np.array_equal(iccm.load(saved).map.faces, bent.map.faces)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("names", ["a.svg", 3]),
+        ("names", ["a.svg", "b\nc.svg"]),
+        ("names", ["a.svg", "\ud800"]),
+        ("ended", [["x"]]),
+        ("ended", None),
+        ("ended", "MAYBE"),
+        ("notes", "all is well"),
+        ("notes", [3]),
+        ("energies", {"total": 1}),
+        ("energies", [{"total": "1"}]),
+        ("energies", [3]),
+        ("rigid", [True]),
+        ("rigid", [0]),
+        ("rigid", 2),
+        ("rigid_of_target", 1),
+        ("job", ["plot"]),
+    ],
+)
+def test_values_of_another_type_are_refused(saved, key, value):
+    with np.load(saved) as held:
+        about = json.loads(str(held["about"]))
+    changed(saved, about=np.array(json.dumps(about | {key: value})))
+    with pytest.raises(InputError, match=r"map\.npz.*about") as error:
+        iccm.load(saved)
+    assert "\n" not in str(error.value)
