@@ -499,14 +499,13 @@ def _embeddable(texture: Path | bytes) -> bytes:
     Raises:
         InputError: it cannot be read.
     """
-    from PIL import Image, UnidentifiedImageError
-
     content = texture if isinstance(texture, bytes) else files.open_input(texture).read_bytes()
     if formats.suffix_of_content(content) in (".png", ".jpg"):
         return content
-    try:
-        made = BytesIO()
-        Image.open(BytesIO(content)).save(made, "PNG")
-    except (OSError, UnidentifiedImageError, ValueError) as error:
-        raise InputError(f"{texture!s}: cannot be put into a GLB file; use a PNG or JPEG texture") from error
-    return made.getvalue()
+    from ..pictures import image_files
+
+    where = "a picture" if isinstance(texture, bytes) else str(texture)
+    image = image_files.read_held(texture, where, max_pixels=limits.PIXELS)
+    if image.pixels.dtype.kind == "f":
+        raise InputError(f"{where}: holds floats, which a GLB file does not; use a PNG or JPEG texture")
+    return image_files.as_png(image)

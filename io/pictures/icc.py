@@ -1,6 +1,5 @@
 """CMYK and Lab pictures in sRGB, by their ICC profile: OpenImageIO's own conversion knows none."""
 
-import warnings
 from io import BytesIO
 from pathlib import Path
 
@@ -9,6 +8,7 @@ import OpenImageIO as oiio
 from numpy.typing import NDArray
 
 from ...errors import InputError
+from . import pillow
 
 LAB = "CIELAB", "ICCLAB"
 
@@ -27,33 +27,30 @@ def read(path: str | Path, spec: oiio.ImageSpec) -> NDArray[np.uint8]:
     Raises:
         InputError: more than 8 bits a channel, or the profile or the pixels make no sense.
     """
-    from PIL import Image as Pillow
     from PIL import ImageCms
 
     if str(spec.format) != "uint8":
         raise InputError(
             f"{path}: CMYK with an ICC profile, or Lab, is read with 8 bits a channel; convert it to RGB first"
         )
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            with Pillow.open(path) as picture:
-                if picture.mode == "LAB":
-                    profile = ImageCms.ImageCmsProfile(ImageCms.createProfile("LAB"))
-                elif picture.mode == "CMYK":
-                    profile = ImageCms.ImageCmsProfile(BytesIO(picture.info["icc_profile"]))
-                else:
-                    raise InputError(f"{path}: CMYK or Lab with more channels; convert it to RGB first")
-                made = ImageCms.profileToProfile(
-                    picture,
-                    profile,
-                    ImageCms.createProfile("sRGB"),
-                    ImageCms.Intent.RELATIVE_COLORIMETRIC,
-                    "RGB",
-                    flags=ImageCms.Flags.BLACKPOINTCOMPENSATION,
-                )
-    except (OSError, ValueError, KeyError, ImageCms.PyCMSError, Pillow.DecompressionBombError) as error:
-        reason = (str(error) or "unknown reason").splitlines()[0]
-        raise InputError(f"{path}: cannot be converted by its ICC profile: {reason}") from error
+    with pillow.opened(Path(path), path, ("JPEG", "TIFF")) as picture:
+        try:
+            if picture.mode == "LAB":
+                profile = ImageCms.ImageCmsProfile(ImageCms.createProfile("LAB"))
+            elif picture.mode == "CMYK":
+                profile = ImageCms.ImageCmsProfile(BytesIO(picture.info["icc_profile"]))
+            else:
+                raise InputError(f"{path}: CMYK or Lab with more channels; convert it to RGB first")
+            made = ImageCms.profileToProfile(
+                picture,
+                profile,
+                ImageCms.createProfile("sRGB"),
+                ImageCms.Intent.RELATIVE_COLORIMETRIC,
+                "RGB",
+                flags=ImageCms.Flags.BLACKPOINTCOMPENSATION,
+            )
+        except (OSError, KeyError, ImageCms.PyCMSError) as error:
+            reason = (str(error) or "unknown reason").splitlines()[0]
+            raise InputError(f"{path}: cannot be converted by its ICC profile: {reason}") from error
     assert made is not None
     return np.asarray(made)

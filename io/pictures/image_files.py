@@ -3,7 +3,7 @@
 import tempfile
 import zlib
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -18,7 +18,7 @@ from ...pixels.pyramid import strip_rows
 from .. import formats, limits
 from ..files import as_text, open_input, scratch
 from ..quiet_stderr import silence
-from . import icc
+from . import icc, pillow
 from .image import Image, error_of, prepare, transfer_of, usual_of
 from .png import PngOutput
 
@@ -26,6 +26,25 @@ __all__ = ["Image", "check", "read", "transfer_of", "write", "write_bands"]
 
 KEPT = {"uint8": np.uint8, "uint16": np.uint16, "half": np.float16, "float": np.float32}
 WIDE = {"uint", "int", "uint64", "int64"}  # integers that floats cannot hold
+DECODERS = {
+    *(
+        "bmp",
+        "cineon",
+        "dds",
+        "dpx",
+        "fits",
+        "gif",
+        "hdr",
+        "ico",
+        "iff",
+        "jpeg",
+        "jpeg2000",
+        "jpegxl",
+        "openexr",
+    ),
+    *("png", "pnm", "psd", "rla", "sgi", "softimage", "targa", "tiff", "webp", "zfile"),
+}
+"""OpenImageIO's names of the formats that are read. Others may follow references to further files, or read none."""
 STRAIGHT = {"bmp", "dds", "jpeg2000", "jpegxl"}
 # Brands of files of the ISO base media kind.
 UNREAD = {b"avif": "AVIF", b"avis": "AVIF", b"heic": "HEIC", b"heix": "HEIC", b"mif1": "HEIF"}
@@ -90,17 +109,15 @@ def read_held(picture: Path | bytes, where: str, **options: Any) -> Image:
 
 def proportions(picture: str | Path | bytes) -> float | None:
     """Width by height of a picture, or of the content of a file, by its header; None where it cannot be read."""
-    from io import BytesIO
-
-    from PIL import Image as Pillow
-
+    if isinstance(picture, bytes):
+        with suppress(InputError), pillow.opened(picture, "") as image:
+            width, height = image.size
+            return width / height
+        return None
     with silence():
         try:
-            if isinstance(picture, bytes):
-                width, height = Pillow.open(BytesIO(picture)).size
-                return width / height
             file = oiio.ImageInput.open(as_text(picture)) if Path(picture).is_file() else None
-        except (OSError, ValueError, SyntaxError, InputError, Pillow.DecompressionBombError):
+        except (OSError, ValueError, InputError):
             return None
         if file is None:
             oiio.geterror()
@@ -129,6 +146,8 @@ def _read(path: str | Path, max_pixels: int, colorspace: str | None, room: Memor
             raise InputError(f"{path}: is no picture; use one of {' '.join(formats.holding('picture'))}")
         raise InputError(f"{path}: cannot be read as a picture: {said}")
     try:
+        if file.format_name() not in DECODERS:
+            raise InputError(f"{path}: pictures of the kind {file.format_name()!r} are not read")
         spec = file.spec()
         for width, height in ((spec.width, spec.height), (spec.full_width, spec.full_height)):
             if width * height > max_pixels:

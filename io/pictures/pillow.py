@@ -1,0 +1,57 @@
+"""The one place where pictures are opened with Pillow: by an allow-list of formats, and within its limit of pixels.
+
+Left to itself Pillow chooses a decoder by the content alone, whatever a file is called, and one of its decoders (EPS)
+starts another program.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ...errors import InputError
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+FORMATS = ("PNG", "JPEG", "WEBP", "TIFF")
+"""Pillow's names of the formats that may be opened; their decoders start no programs and read no other files."""
+
+
+@contextmanager
+def opened(picture: Path | bytes, where: object, formats: Sequence[str] = FORMATS) -> Iterator[Image]:
+    """A picture, open while the block runs: its size is known, its pixels are decoded when they are asked for.
+
+    Args:
+        picture: a file, or the content of one.
+        where: what messages call it.
+        formats: those of `FORMATS` that it may have.
+
+    Raises:
+        InputError: it is in none of the formats, damaged, or has more pixels than Pillow decodes, also where the block
+            finds that.
+    """
+    from PIL import Image as Pillow
+
+    if beyond := set(formats).difference(FORMATS):
+        raise ValueError(f"{', '.join(beyond)}: not among the formats that may be opened")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            source = BytesIO(picture) if isinstance(picture, bytes) else picture
+            with Pillow.open(source, formats=tuple(formats)) as image:
+                yield image
+    except Pillow.DecompressionBombError as error:
+        most = 2 * (Pillow.MAX_IMAGE_PIXELS or 0)
+        raise InputError(
+            f"{where}: more than {most} pixels, which is the limit for this kind of picture"
+        ) from error
+    except InputError:
+        raise
+    except (OSError, ValueError, SyntaxError, EOFError) as error:
+        reason = (str(error) or type(error).__name__).splitlines()[0][:200]
+        raise InputError(f"{where}: cannot be read as a picture ({', '.join(formats)}): {reason}") from error
