@@ -35,8 +35,9 @@ def command(**given: Any) -> int:
 
     \b
     iccm map rose.svg leaf.svg
-    iccm map rose.svg leaf.svg --texture petals.png -o out.png --size 2048 --report out.json
-    iccm map face.svg mask.svg --pin 30,40:28,44 --quasi 0.1 --plot fit.png
+    iccm map rose.svg leaf.svg --texture petals.jpg -o rose-leaf.png --size 2048
+    iccm map cat.svg round.svg --pin 66,69:58.5,73.5 --pin 92,69:99.5,73.5
+    iccm map rose.svg leaf.svg -o rose-leaf.svg -o rose-leaf.npz
 
     Exit code: 0 done, 1 the result is not good enough, 2 an input is wrong.
     """
@@ -109,6 +110,7 @@ def _run(given: dict[str, Any], own: dict[str, Any]) -> tuple[int, Stamps]:
         from ..io.run.execute import run
         from ..io.run.job import make
         from ..maps.summary import in_short, summary
+        from ..result import ROUTINE
 
         job, dry = make(options.values(given)), own["dry_run"]
         before = _stamps(job.inputs)
@@ -116,17 +118,20 @@ def _run(given: dict[str, Any], own: dict[str, Any]) -> tuple[int, Stamps]:
     read = _stamps(each["path"] for each in outcome.report.get("inputs", [])) | before
     for line in summary(outcome.report):
         logs.log.debug(line)
-    for name in outcome.written:
-        logs.log.info(f"{'would write' if dry else 'wrote'} {name}")
     if dry:
+        for name in outcome.written:
+            logs.log.info(f"would write {name}")
         return 0, read
+    for name in outcome.written[1:]:
+        logs.log.info(f"wrote {name}")
+    logs.log.info("  ".join([*outcome.written[:1], in_short(outcome.report)]))
     if own["open"]:
         _show(outcome.written)
     if not outcome.ok:
         logs.log.error(outcome.message)
-        return 1, read
-    logs.log.info(": ".join(filter(None, [in_short(outcome.report), outcome.message])))
-    return 0, read
+    elif outcome.message not in ROUTINE:
+        logs.log.info(outcome.message)
+    return int(not outcome.ok), read
 
 
 def _stamps(paths: Iterable[str]) -> Stamps:

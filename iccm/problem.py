@@ -38,6 +38,8 @@ OTHERS = dict.fromkeys(
     "conformal or paper",
 )
 """Options that the balanced method does not have, and whose they are."""
+TOLERANCE = 1e-3
+"""Of the diagonal: how far the image of the boundary may be from the target, unless another number is given."""
 FREE = ("vertices", "consistency")  # that `literal` does not leave
 OWN = (
     "balance",
@@ -153,7 +155,7 @@ class Options:
     max_iterations: int = 300
     decrease: float | None = None
     threshold: float = 1e-16
-    tolerance: float = 1e-3
+    tolerance: float = TOLERANCE
 
     def __post_init__(self):
         """Reject values outside their range."""
@@ -205,6 +207,12 @@ class Options:
         """Whether the balanced method solves, which meets pins and strokes instead of weighing them."""
         balanced = self.method == "balanced" or not (self.method or self._given(OTHERS))
         return balanced and self.balance != 0
+
+    @property
+    def switched_by(self) -> str:
+        """The option that makes another method than the default one solve, where none was named; else nothing."""
+        others = self._given(OTHERS)
+        return others[0] if others and self.method is None else ""
 
     def _given(self, names: Iterable[str]) -> list[str]:
         """Those of the options that are not as they are by default."""
@@ -281,10 +289,14 @@ class Problem:
     @classmethod
     def of(
         cls, source, target, pins=None, strokes=None, *, first: bool = True, holes=((), ()), partners=(),
-        reach: float = NEAR, rigid=(), rigid_target=(), importance=None, size_map=None
+        reach: float = NEAR, rigid=(), rigid_target=(), importance=None, size_map=None, pins_inside: bool = False
     ) -> "Problem":  # fmt: skip
-        """Check and normalise what the user gave (see `iccm.fit`); `first` says whether it matters which vertices are
-        the first, as for a start by arclength, `reach` how far outside constraints may be, of the diagonal."""
+        """Check and normalise what the user gave (see `iccm.fit`).
+
+        `first` says whether it matters which vertices are the first, as for a start by arclength; `reach`, relative to
+        the diagonal, how far outside constraints may be; `pins_inside` whether pins that lead out of the target are
+        refused here, since the method that solves weighs them and would not notice.
+        """
         source = as_domain(source, "source")
         target = None if target is None else as_domain(target, "target")
         inner = [
@@ -295,6 +307,8 @@ class Problem:
         s, t = Frame.of(source), Frame.of(target or source)
         pins = _pins(pins)
         _inside(source, pins[:, 0], "pin", reach)
+        if target is not None and pins_inside:
+            _inside(target, pins[:, 1], "target of pin", reach, "target")
         pairs = [_strokes(k, pair) for k, pair in enumerate(strokes or [])]
         for a, _ in pairs:
             _inside(source, a.z, "source stroke vertex", reach)
@@ -459,16 +473,16 @@ def _pins(pins: ArrayLike | Sequence | None) -> Complex:
     return array
 
 
-def _inside(source: Curve, z: Complex, what: str, reach: float) -> None:
-    """Raise unless every point is inside the source or on its boundary."""
+def _inside(shape: Curve, z: Complex, what: str, reach: float, side: str = "source") -> None:
+    """Raise unless every point is inside a shape or on its boundary."""
     if not z.size:
         return
-    gap = source.distances(z)
-    outside = np.flatnonzero(~source.contains(z) & (gap > reach * source.diagonal))
+    gap = shape.distances(z)
+    outside = np.flatnonzero(~shape.contains(z) & (gap > reach * shape.diagonal))
     if outside.size:
         k = outside[0]
         raise InputError(
-            f"{what} {k + 1}: ({z[k].real:g}, {z[k].imag:g}) is outside the source shape, "
+            f"{what} {k + 1}: ({z[k].real:g}, {z[k].imag:g}) is outside the {side} shape, "
             f"by {gap[k]:.3g}; move it inside"
         )
 

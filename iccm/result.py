@@ -21,10 +21,11 @@ from .maps.boundary_image import outline
 from .maps.distortion import Distortion
 from .maps.injectivity import Certificate
 from .maps.regions import Region, mean_scale, triangles_in
+from .maps.summary import CERTAIN_SHARE, SEEN_FOLDS, in_short
 from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
 from .meshes.surface_distortion import on_surfaces, surface_distances
-from .problem import ON_OUTLINE
+from .problem import ON_OUTLINE, TOLERANCE
 from .saved.map_file import RINGS, MapFile, Plane, read
 from .transform import Transform
 
@@ -33,10 +34,9 @@ if TYPE_CHECKING:
 
 PLOTTED = 480  # pixels of the picture in a plot, on its longer side
 INTERIOR_POINTS = 2000  # at which figures over an area are taken (by hand)
-CERTAIN = 0.99
-"""Of the source's area: of a map that is certain to be one-to-one on less, the inverse is looked at."""
 MOST_LOST = 0.01  # of the source's area
-TOLD = 2e-3  # of the source's area
+FAR_OFF = 30
+"""Times the tolerance: an outline that is farther from the target's is not reached, whatever weighs against it."""
 SQUEEZED = 2e-3
 """Of a surface: by landmarks good maps have at most 1.1e-3 (cow), one with limbs lost 2.4e-3 (fox, 622 triangles)."""
 FLATNESS = 1e-4  # of the diameter: how far the drawn image of the boundary may be off a curved one
@@ -56,7 +56,7 @@ class Status(Enum):
         "The boundary that the map covers is not within the tolerance of the source (boundary.source)."
     )
     BOUNDS = "The bounds on dilatation or stretch cannot be met: the closest map is given."
-    FOLDED = "The image of the boundary is within the tolerance, but the map folds, or may fold, far from it."
+    FOLDED = "The map folds: parts of the picture overlap or disappear (injective.folded)."
     TWISTED = (
         "The image of the boundary is within the tolerance, but between the surfaces the map is twisted or squeezed "
         "(stretch, dilatation): give landmarks there, or others."
@@ -74,6 +74,10 @@ class Status(Enum):
     def ok(self) -> bool:
         """Whether the solver ended as it should."""
         return self in (Status.DECREASE, Status.THRESHOLD, Status.REACHED, Status.MET, Status.OVERLAP)
+
+
+ROUTINE = tuple(status.value for status in (Status.DECREASE, Status.THRESHOLD, Status.REACHED, Status.MET))
+"""Messages that say no more than the figures do."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,6 +102,7 @@ class Fit:
             for the map of whole outlines.
         layouts: of the surfaces that source and target stand for; None for domains of the plane.
         rigid: the rigid regions, and how they came out.
+        tolerance: the gap between the image of the boundary and the target that was aimed at, relative to the diagonal.
 
     >>> import iccm
     >>> square = np.array([0, 1, 1 + 1j, 1j])
@@ -121,6 +126,7 @@ class Fit:
     filled: tuple[Complex, Complex] | None = None
     layouts: tuple[Flattening | None, Flattening | None] = (None, None)
     rigid: Sequence[Region] = ()
+    tolerance: float = TOLERANCE
 
     def __repr__(self) -> str:
         given = [("pin", len(self.pins)), ("stroke", len(self.strokes)), ("hole", len(self.source_holes))]
@@ -130,13 +136,24 @@ class Fit:
 
     @cached_property
     def status(self) -> Status:
-        """How the solver ended, judged by all that the report knows: a target is not reached by a map that folds, a
-        surface not by one that twists another."""
-        if self.ended is not Status.REACHED:
+        """How the solver ended, judged by all figures of the report.
+
+        A solver that ended well may leave a map that folds, that pins pull far off the target's outline, or that twists
+        one surface on another; none of these is `ok`.
+        """
+        if not self.ended.ok:
             return self.ended
         if self.lost > MOST_LOST:
             return Status.FOLDED
-        return Status.TWISTED if all(self.layouts) and self.distortion.strain else self.ended
+        if self.ended in (Status.DECREASE, Status.THRESHOLD) and self.is_far_off:
+            return Status.GAP
+        is_twisted = self.ended is Status.REACHED and all(self.layouts) and self.distortion.strain
+        return Status.TWISTED if is_twisted else self.ended
+
+    @property
+    def is_far_off(self) -> bool:
+        """Whether the image of the boundary is more than `FAR_OFF` tolerances from the target."""
+        return self.target is not None and self.boundary["hausdorff"] > FAR_OFF * self.tolerance
 
     @cached_property
     def certificate(self) -> Certificate:
@@ -149,7 +166,7 @@ class Fit:
     def lost(self) -> float:
         """Share of the source's area that the inverse does not bring back: it folds, or shrinks below what numbers can
         tell. Only what is not certain to be one-to-one is looked at."""
-        if self.certificate.share >= CERTAIN or (self.target is None and self.certificate.zeros == 0):
+        if self.certificate.share >= CERTAIN_SHARE or (self.target is None and self.certificate.zeros == 0):
             return 0.0  # without a target a map that folds nowhere may overlap itself: the outline tells
         z = self.interior
         back = self.inverse(self.map.jet(z)[0])
@@ -201,6 +218,7 @@ class Fit:
         curves = (*sides, self.source_holes, self.target_holes, *self.passed_holes)
         rings = {name: [curve.z for curve in each] for name, each in zip(RINGS, curves)}
         said = {"ended": self.ended.name, "notes": self.notes, "energies": self.energies, **about}
+        said["tolerance"] = self.tolerance
         arrays = {"pins": self.pins, "hole_partners": self.hole_partners}
         rings["filled"] = list(self.filled or ())
         rings["rigid"] = [ring for region in self.rigid for ring in region.rings]
@@ -219,7 +237,9 @@ class Fit:
         ended: str = about["ended"]
         notes: list[str] = about.get("notes", [])
         energies: list[dict[str, float]] = about.get("energies", [])
-        if source.outline is None or ended not in Status.__members__:
+        tolerance = about.get("tolerance", TOLERANCE)
+        is_tolerance = isinstance(tolerance, float) and tolerance > 0
+        if source.outline is None or ended not in Status.__members__ or not is_tolerance:
             raise InputError("about: what it says of the solving is not understood")
         begins, ends, *holes = (
             [Curve(z, not name.startswith("stroke")) for z in held.rings[name]] for name in RINGS[:6]
@@ -245,6 +265,7 @@ class Fit:
             passed_holes=(holes[2], holes[3]),
             filled=(filled[0], filled[1]) if filled else None,
             rigid=_regions(held, (holes[0], holes[1])),
+            tolerance=tolerance,
         )
 
     def plot(
@@ -481,6 +502,16 @@ class Fit:
         mean = np.sqrt(abs(aim.area / self.source.area))
         return distortion.of_inverse(self.map, interior_grid(aim, INTERIOR_POINTS), float(mean))
 
+    def summary(self) -> str:
+        """The figures that matter in one line, as the command line shows them.
+
+        >>> import iccm
+        >>> square = np.array([0, 1, 1 + 1j, 1j])
+        >>> iccm.fit(square, 2 * square).summary()
+        'scale within 2× on 100 % · no folds'
+        """
+        return in_short(self.report())
+
     @on_one_thread
     def report(self) -> dict[str, Any]:
         """The figures of the JSON report that depend on the map alone; lengths relative to `diagonal`."""
@@ -501,10 +532,10 @@ class Fit:
             "log10_area": {
                 name: _quantile(area, q) for name, q in (("p05", 0.05), ("median", 0.5), ("p95", 0.95))
             },
-            "injective": self.certificate.report(),
+            "injective": self.certificate.report() | {"folded": self.lost},
             "pins": [{"error": float(e)} for e in pin_errors],
             "strokes": [{"error": self._stroke_error(a, b)} for a, b in self.strokes],
-            "notes": [*self.notes, *self._doubts()],
+            "notes": [*self.notes, *self.doubts()],
         }
 
     @property
@@ -521,10 +552,10 @@ class Fit:
         source, target = self.layouts
         return {"apart": surface_distances(self._samples, source, target)} if source and target else {}
 
-    def _doubts(self) -> list[str]:
+    def doubts(self) -> list[str]:
         """What the figures say against the map, as sentences."""
         found = []
-        if self.lost >= TOLD:
+        if self.lost >= SEEN_FOLDS:
             found.append(
                 f"folds: {self.lost:.1%} of the source's area fold, or shrink below what numbers can tell: the inverse "
                 "does not bring them back"

@@ -97,6 +97,7 @@ def fit(
         importance=importance,
         size_map=size_map,
         reach=ON_OUTLINE if settings.is_balanced else NEAR,
+        pins_inside=not settings.is_balanced,
     )
     if any(holes) and not settings.is_balanced:
         raise InputError("source_holes, target_holes: the balanced method alone knows of holes")
@@ -113,11 +114,11 @@ def fit(
     if settings.method == "paper":
         from .paper import algorithm1
 
-        return replace(algorithm1.solve(problem, settings), layouts=layouts)
+        return _judged_by(settings, algorithm1.solve(problem, settings), layouts)
     if not settings.is_balanced:
         from .conformal import method as conformal
 
-        return replace(conformal.solve(problem, settings), layouts=layouts)
+        return _judged_by(settings, conformal.solve(problem, settings), layouts)
     if any(layouts):
         from .surfaces import method as surfaces
         from .surfaces import partial
@@ -131,6 +132,19 @@ def fit(
     from .balanced import fit as balanced
 
     return balanced.solve(problem, settings, before)
+
+
+def _judged_by(
+    settings: Options, found: Fit, layouts: tuple[Flattening | None, Flattening | None] = (None, None)
+) -> Fit:
+    """The result of a method that weighs constraints, with the tolerance that judges it and a note on the method."""
+    notes = [_switch_note(settings), *found.notes] if settings.switched_by else found.notes
+    return replace(found, layouts=layouts, tolerance=settings.tolerance, notes=notes)
+
+
+def _switch_note(settings: Options) -> str:
+    name = settings.switched_by.replace("_", "-")
+    return f"using --method conformal because of --{name}, which the default method does not have"
 
 
 def _check_rigid(
@@ -244,9 +258,8 @@ def deform(
         raise InputError("source_holes: the balanced method alone knows of holes")
     from .paper import algorithm1
 
-    return algorithm1.deform(
-        problem, Options(**OptionValues(smoothness=1e-4, order=0, max_iterations=100) | options)
-    )
+    weighed = Options(**OptionValues(smoothness=1e-4, order=0, max_iterations=100) | options)
+    return _judged_by(settings, algorithm1.deform(problem, weighed))
 
 
 def _map_of(start: Fit | TriangulatedMap | None) -> TriangulatedMap | None:

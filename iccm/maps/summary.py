@@ -2,6 +2,11 @@
 
 from typing import Any
 
+SEEN_FOLDS = 2e-3
+"""Of the source's area: folds on less are noise of the sampling."""
+CERTAIN_SHARE = 0.99
+"""Of the source's area: where the map is proven one-to-one on less, the summary says so."""
+
 
 def summary(report: dict[str, Any]) -> list[str]:
     """The figures that a person wants to see, a line each."""
@@ -48,13 +53,50 @@ def in_words(report: dict[str, Any]) -> list[str]:
 
 
 def in_short(report: dict[str, Any]) -> str:
-    """What a glance wants to know: whether sizes are even, whether anything folds, how long it took."""
-    even, injective = report["scale"]["within2"], report["injective"]
-    said = [] if even is None else [f"sizes even on {even:.0%}"]
-    said.append("no folds" if injective["certified"] else "not certainly one-to-one")
-    if "seconds" in report:
-        said.append(f"{report['seconds']['total']:.1f} s")
-    return ", ".join(said)
+    """What a glance wants to know, in one line: size, how even scales are, folds, a missed outline, seconds."""
+    seconds = report.get("seconds")
+    parts = [
+        _picture_size(report.get("pixels", {})),
+        _outline_gap(report),
+        _scale(report.get("scale", {})),
+        _folds(report["injective"]),
+        f"{seconds['total']:.1f} s" if seconds else "",
+    ]
+    return " · ".join(part for part in parts if part)
+
+
+def _picture_size(pixels: dict[str, Any]) -> str:
+    return f"{pixels['width']}×{pixels['height']}" if "width" in pixels else ""
+
+
+def _outline_gap(report: dict[str, Any]) -> str:
+    """How far the outline is off, where the status says that it is missed."""
+    gap = (report.get("boundary") or {}).get("hausdorff")
+    if gap is None or report["status"] not in ("gap", "source_gap", "crowded"):
+        return ""
+    return f"OUTLINE OFF by {_percent(gap)} of the diagonal"
+
+
+def _scale(scale: dict[str, Any]) -> str:
+    within = scale.get("within2")
+    return "" if within is None else f"scale within 2× on {_percent(within)}"
+
+
+def _folds(injective: dict[str, Any]) -> str:
+    """Whether the map folds: by what the inverse does not bring back, else by the certificate."""
+    folded, share = injective.get("folded") or 0.0, injective.get("share") or 0.0
+    if folded >= SEEN_FOLDS:
+        return f"FOLDS on {_percent(folded)}"
+    if not injective["certified"]:
+        return "not certainly one-to-one"
+    return (
+        "no folds" if share >= CERTAIN_SHARE else f"no folds on {_percent(share)}, uncertain at the outline"
+    )
+
+
+def _percent(share: float) -> str:
+    """A share as a percentage with two digits that count: 64 %, 0.3 %."""
+    return f"{100 * share:.0f} %" if share >= 0.0995 or share == 0 else f"{100 * share:.2g} %"
 
 
 def _certificate(found: dict[str, Any]) -> str:

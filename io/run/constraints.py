@@ -47,9 +47,10 @@ def constrain(
     found.check_weights()
     typed = [pair for start, end in job.pin for pair in constraints.pairs_at(source, target, start, end)]
     pins = np.concatenate([found.pins, np.reshape(np.array(typed, dtype=complex), (-1, 2))])
-    for side, shape in enumerate((source, target) if job.target and job.exact else (source,)):
+    for side, shape in enumerate((source, target) if job.target else (source,)):
         check_inside(shape, "pin", list(pins[:, side]))
-        check_inside(shape, "vertex of a stroke", [z for stroke in found.strokes for z in stroke[side].z])
+        if side == 0 or job.exact:  # weighed strokes may lead out of the target
+            check_inside(shape, "vertex of a stroke", [z for stroke in found.strokes for z in stroke[side].z])
     given: dict[str, Any] = {"pins": pins if len(pins) else None, "strokes": found.strokes or None}
     regions = job.rigid or (listed and listed.rigid) or (not job.rigid_target and source.rigid)
     if regions:

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ... import __version__
-from ...result import Status
+from ...maps.summary import CERTAIN_SHARE, SEEN_FOLDS
+from ...result import FAR_OFF, Status
 from .. import files
 from .parts import label
 from .phases import Doubt
@@ -20,8 +21,6 @@ if TYPE_CHECKING:
     from .state import Run
 
 SCHEMA = "iccm.report/1"
-OFF = 30  # tolerances: an outline farther from the target's is told
-MOST_OF_IT = 0.99  # of the source's area: less that is certain to be one-to-one is told
 
 
 def build(run: Run) -> dict[str, Any]:
@@ -45,9 +44,11 @@ def build(run: Run) -> dict[str, Any]:
 def note_doubts(run: Run) -> None:
     """Note, once, what the solver has to say and what puts the picture in doubt."""
     weighed = not run.job.exact
-    for pair, part in zip(run.pairs, run.fit_report.get("parts", [run.fit_report])):
+    parts = run.fit_report.get("parts", [run.fit_report])
+    for pair, fit, part in zip(run.pairs, run.fits, parts):
         doubted = doubts(run.fit_report | part, run.job.tolerance, run.job.quasi is not None, weighed=weighed)
-        run.note(*(label(pair, note) for note in [*part["notes"], *doubted]))
+        noted = [note if note in fit.notes else Doubt(note) for note in part["notes"]]
+        run.note(*(type(note)(label(pair, note)) for note in [*noted, *doubted]))
 
 
 def doubts(found: dict[str, Any], tolerance: float, quasi: bool, *, weighed: bool = True) -> list[str]:
@@ -62,11 +63,12 @@ def doubts(found: dict[str, Any], tolerance: float, quasi: bool, *, weighed: boo
     """
     said: list[str] = []
     gap, injective = (found["boundary"] or {}).get("hausdorff", 0.0), found["injective"]
-    if found["status"] not in ("gap", "crowded") and gap > OFF * tolerance:
+    pulled = weighed and bool(found["pins"] or found["strokes"])
+    if gap > FAR_OFF * tolerance and (pulled or found["status"] not in ("gap", "crowded")):
         said.append(Doubt("the outline's image is far from the target's (boundary)"))
     if not injective["certified"]:
         said.append(Doubt("the map is not one-to-one, so the picture overlaps itself (injective)"))
-    elif injective["share"] < MOST_OF_IT:
+    elif injective["share"] < CERTAIN_SHARE and not injective["folded"] >= SEEN_FOLDS:
         said.append(
             f"the picture may overlap itself near the outline: {injective['share']:.1%} of the source's area are "
             "certain to be one-to-one (injective)"

@@ -51,10 +51,10 @@ def test_completion_is_installed_once_and_nothing_else_changes(tmp_path, monkeyp
     ]
 
 
-def test_a_run_is_told_in_two_lines(shapes, iccm):
+def test_a_run_is_summed_up_in_one_line(shapes, iccm):
     typed = iccm("map", "square.svg", "disk.svg", "--size", "32", "-o", "out.png")
-    assert typed.lines[0] == "wrote out.png" and len(typed.lines) == 2
-    assert typed.lines[1].startswith("sizes even on ") and ", no folds, " in typed.lines[1]
+    assert len(typed.lines) == 1 and typed.lines[0].startswith("out.png  32×32 · scale within 2× on ")
+    assert " · no folds · " in typed.lines[0]
     more = iccm("map", "square.svg", "disk.svg", "--size", "32", "-o", "out.png", "--force", "-v")
     assert any(line.startswith("dilatation ") for line in more.lines)
 
@@ -90,7 +90,7 @@ def test_an_input_that_changes_is_mapped_again_until_ctrl_c(shapes):
             (shapes / "disk.svg").write_text("<svg")
             told("error: disk.svg")
             shutil.copy("blob.svg", "disk.svg")
-            told("sizes even")
+            told("no folds")
             assert (shapes / "out.png").read_bytes() != first
             time.sleep(0.5)  # so that the run has returned its exit code, too
             running.send_signal(signal.SIGINT)

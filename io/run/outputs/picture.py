@@ -103,7 +103,7 @@ class Picture(Output):
             image = replace(image, pixels=padded(image.pixels, image.alpha, job.padding or 0, job.fill))
         colours = Colours()
         colours.see(warped.pixels, warped.alpha)
-        _report_pixels(run, colours, warped.diagnostics)
+        _report_pixels(run, colours, warped.diagnostics, canvas)
         return image
 
     def _stream(self, run: Run, path: Path) -> None:
@@ -118,7 +118,7 @@ class Picture(Output):
             work, colours = self._warp(run), Colours()
             like = replace(run.image, alpha=work.alpha)
             image_files.write_bands(path, like, run.canvas.height, run.canvas.width, blocks())
-        _report_pixels(run, colours, work.diagnostics)
+        _report_pixels(run, colours, work.diagnostics, run.canvas)
 
 
 def displayed(run: Run, canvas: Canvas) -> NDArray:
@@ -127,9 +127,9 @@ def displayed(run: Run, canvas: Canvas) -> NDArray:
     return prepare(run.image.with_pixels(warped.pixels, warped.alpha), formats.picture(".webp")).pixels
 
 
-def _report_pixels(run: Run, colours: Colours, seen: Diagnostics) -> None:
-    """Report what became of the pixels, and say so when they show nothing."""
-    run.figures["pixels"] = seen.as_dict()
+def _report_pixels(run: Run, colours: Colours, seen: Diagnostics, canvas: Canvas) -> None:
+    """Report the size of the picture and what became of its pixels, and say so when they show nothing."""
+    run.figures["pixels"] = {"width": canvas.width, "height": canvas.height, **seen.as_dict()}
     textured = bool(run.job.texture) and run.job.texture_box != "bbox" and not run.on_mesh
     if note := colours.note(bool(seen.inside or seen.edge), textured):
         run.note(note)

@@ -79,7 +79,7 @@ def test_how_it_ends_is_told():
 
     assert end(max_iterations=3).status is Status.LIMIT and not Status.LIMIT.ok
     assert end(max_iterations=3).iterations == 3
-    assert end(threshold=1e-2).status is Status.THRESHOLD
+    assert end(threshold=1e-2).ended is Status.THRESHOLD
     fit = end(decrease=0.05)
     assert fit.status is Status.DECREASE and fit.status.ok
     last = [e["total"] for e in fit.energies]

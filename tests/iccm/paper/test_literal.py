@@ -195,5 +195,5 @@ def test_steps_are_whole():
     fit = iccm.fit(square(3), ell(3), literal=True, **options)
     whole = [each["total"] for each in fit.energies]
     assert (
-        whole[-1] > 1.1 * whole[-2] and np.all(np.diff(whole[:-1]) < 0) and fit.status is iccm.Status.DECREASE
+        whole[-1] > 1.1 * whole[-2] and np.all(np.diff(whole[:-1]) < 0) and fit.ended is iccm.Status.DECREASE
     )
