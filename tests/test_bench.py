@@ -181,3 +181,99 @@ def test_figures_of_reports_are_those_of_the_files(tmp_path):
     ]
     for mode, _, report, figures in found:
         assert figures and not differing(report, figures), mode
+
+
+SIDE = 512  # pixels: cracks are then measured as they are asked for
+
+
+def bar_and_disc():
+    """A bar beside a disc: two parts, not symmetric."""
+    y, x = np.mgrid[:SIDE, :SIDE]
+    bar = (x >= 40) & (x < 200) & (y >= 100) & (y < 420)
+    return bar, (x - 370) ** 2 + (y - 180) ** 2 < 100**2
+
+
+@pytest.mark.parametrize(("width", "is_crack"), [(1, True), (4, True), (6, True), (8, False), (20, False)])
+def test_a_slit_is_a_crack_up_to_twice_the_radius(width, is_crack):
+    from tests.bench import coverage
+
+    bar, _ = bar_and_disc()
+    result = bar.copy()
+    result[120:400, 90 : 90 + width] = False
+    area = 280 * width / bar.sum()
+    found = coverage.seen(bar, result)
+    assert found.covered == pytest.approx(1 - area)
+    # of a wider hole the closing rounds the corners, by less than a pixel's width times its radius each
+    assert found.cracks == pytest.approx(area if is_crack else 0, abs=4 * 9 / bar.sum())
+
+
+def test_gaps_that_the_target_has_are_no_cracks():
+    from tests.bench import coverage
+
+    bar, disc = bar_and_disc()
+    bar[:, 90:94] = False
+    assert coverage.seen(bar | disc, bar | disc).cracks == 0
+    assert coverage.seen(bar, bar | disc).spilled == pytest.approx(disc.sum() / (bar | disc).sum())
+
+
+def test_coverage_counts_parts_that_show_nothing_on_the_canvas_and_beyond_it():
+    from tests.bench import coverage
+
+    bar, disc = bar_and_disc()
+    assert coverage.parts(bar | disc) == 2
+    assert coverage.seen(bar | disc, disc).covered == pytest.approx(disc.sum() / (disc.sum() + 160 * 320))
+    assert coverage.seen(bar, bar, outside=160 * 320).covered == pytest.approx(0.5)
+
+
+def test_a_line_drawing_may_be_covered_as_drawn_or_filled():
+    from tests.bench import coverage
+
+    y, x = np.mgrid[:SIDE, :SIDE]
+    inside = ((x - 250) / 1.3) ** 2 + (y - 230) ** 2 < 150**2
+    line = inside & (((x - 250) / 1.3) ** 2 + (y - 230) ** 2 > 146**2)
+    left_half = inside & (x < 250)
+    assert coverage.seen(line, line).reading == "drawn" and coverage.seen(line, line).covered == 1
+    assert coverage.seen(line, inside).reading == "filled" and coverage.seen(line, inside).covered == 1
+    half = coverage.seen(line, left_half)
+    assert half.reading == "filled" and half.covered == pytest.approx(left_half.sum() / inside.sum())
+    bar, _ = bar_and_disc()
+    bar[200:210, 90:99] = False  # a filled drawing with a hole has no other reading
+    assert list(coverage.readings(bar)) == ["drawn"]
+
+
+def test_holes_of_the_result_are_counted_where_the_target_has_none():
+    from tests.bench import coverage
+
+    bar, _ = bar_and_disc()
+    target = bar.copy()
+    target[150:180, 60:100] = False  # a counter
+    result = target.copy()
+    result[300:330, 120:140] = False
+    assert coverage.seen(target, result).extra_holes == 1
+    assert coverage.seen(target, target).extra_holes == 0
+
+
+def test_a_picture_is_found_on_the_canvas_or_on_a_part(tmp_path):
+    pytest.importorskip("pyvips")
+    from PIL import Image
+
+    from tests.bench import drawings
+    from tests.bench.drawing_sets import Drawing
+
+    svg = (
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="10 20 200 100"><rect x="20" y="30" width="60" height="80"/>'
+        '<rect x="150" y="60" width="20" height="10" fill="none" stroke="#123" stroke-width="10"/></svg>'
+    )
+    target = Drawing("target.svg", svg, (10, 20, 200, 100), "game")
+    result = drawings.painted_area(target, target.canvas, (512, 256))
+    box, placed = drawings.shown_box(target, result)
+    assert placed and box == target.canvas
+    rows = [drawings.Row(0, 1.0, True)] * 2
+    picture = tmp_path / "result.png"
+    for number, pixels in enumerate((result, np.ones((341, 512), bool))):  # all of it; the frame's box alone
+        alpha = np.where(pixels, 255, 0).astype(np.uint8)
+        Image.fromarray(np.dstack([alpha] * 4)).save(picture)
+        rows[number] = drawings.with_picture(rows[number], picture, target)
+    frame = 30 * 20  # the whole box is painted, of which the target leaves the frame's inside empty
+    assert rows[0].covered == 1 and rows[0].cracks == 0
+    assert rows[1].covered == pytest.approx(frame / (frame + 60 * 80), abs=0.02)

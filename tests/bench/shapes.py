@@ -64,10 +64,18 @@ def package(name: str) -> Path:
     Raises:
         subprocess.CalledProcessError, FileNotFoundError: npm is missing or cannot reach its registry.
     """
+    return fetched(name, PACKAGES[name] if name in PACKAGES else WILD[name][0])
+
+
+def fetched(name: str, spec: str) -> Path:
+    """Folder of an npm package, unpacked below CACHE / name at the first use.
+
+    Raises:
+        subprocess.CalledProcessError, FileNotFoundError: npm is missing or cannot reach its registry.
+    """
     folder = CACHE / name
     if not (folder / "package" / "package.json").exists():
         folder.mkdir(parents=True, exist_ok=True)
-        spec = PACKAGES[name] if name in PACKAGES else WILD[name][0]
         command = ["npm", "pack", "--silent", "--pack-destination", str(folder), spec]
         done = subprocess.run(command, check=True, capture_output=True, text=True)
         with tarfile.open(folder / done.stdout.strip()) as archive:

@@ -1,0 +1,132 @@
+"""What a picture of a result shows of a drawing, measured on pixels: coverage, cracks, holes, and where it lies."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+Mask = NDArray[np.bool_]
+
+OPAQUE = 127.5  # alpha from which a pixel counts as painted
+LINES_SHARE = (
+    1 / 3
+)  # of its silhouette; what paints less is drawn by lines, and may be taken with its inside filled
+SAME_COVERAGE = 0.02  # readings of a drawing by which coverage differs less cover alike
+CRACK_RADIUS_PIXELS, CRACK_SIDE_PIXELS = (
+    3,
+    512,
+)  # of the closing that finds cracks, in a picture of this longer side
+LEAST_PART_SHARE = 0.002  # of the painted area; smaller components are specks
+MOST_BOXES = 40  # the largest components, one of which a picture may show alone
+LEAST_HOLE_PIXELS = 12  # at CRACK_SIDE_PIXELS; smaller holes are not seen
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What a result shows of the target drawing.
+
+    Attributes:
+        reading: "drawn", or "filled" where a line drawing is taken with its inside.
+        covered: share of the target's painted area that the result paints.
+        cracks: area of cracks inside the target, relative to the target's painted area.
+        spilled: share of the result's painted area that lies outside the target's.
+        extra_holes: holes of the result inside the target that the target does not have.
+    """
+
+    reading: str
+    covered: float
+    cracks: float
+    spilled: float
+    extra_holes: int
+
+
+def painted(alpha: NDArray) -> Mask:
+    """The pixels that a picture paints."""
+    return alpha > OPAQUE
+
+
+def readings(target: Mask) -> dict[str, Mask]:
+    """The painted area of a drawing: as drawn, and filled where lines alone draw it."""
+    filled = ndimage.binary_fill_holes(target)
+    if target.sum() >= LINES_SHARE * filled.sum():
+        return {"drawn": target}
+    return {"drawn": target, "filled": filled}
+
+
+def seen(target: Mask, result: Mask, outside: float = 0.0) -> Seen:
+    """What a result shows of a target, by the reading of the target that it covers better.
+
+    Args:
+        target: what the target paints, on the result's canvas.
+        result: what the result paints.
+        outside: pixels that the target paints beyond that canvas, at the same scale; they are not covered.
+    """
+    shares = {
+        name: float((area & result).sum() / max(area.sum() + outside, 1))
+        for name, area in readings(target).items()
+    }
+    drawn_better = shares["drawn"] > shares.get("filled", 0) + SAME_COVERAGE
+    reading = "drawn" if drawn_better or "filled" not in shares else "filled"
+    area = readings(target)[reading]
+    return Seen(
+        reading,
+        shares[reading],
+        cracks(area, result) * area.sum() / max(area.sum() + outside, 1),
+        float((result & ~area).sum() / max(result.sum(), 1)),
+        extra_holes(area, result),
+    )
+
+
+def cracks(target: Mask, result: Mask) -> float:
+    """What a closing of the result fills inside the target, relative to the target's painted area."""
+    if not target.any():
+        return 0.0
+    radius = CRACK_RADIUS_PIXELS * max(target.shape) / CRACK_SIDE_PIXELS
+    reach = int(np.ceil(radius))
+    # distances to pixels' centres: a pixel of its own size is added on either side by half a pixel
+    wide = np.pad(result, reach + 1)
+    grown = ndimage.distance_transform_edt(~wide) <= radius
+    closed = ndimage.distance_transform_edt(grown) > radius
+    filled = closed[reach + 1 : -reach - 1, reach + 1 : -reach - 1] & ~result & target
+    return float(filled.sum() / target.sum())
+
+
+def parts(mask: Mask) -> int:
+    """Components of a painted area that are more than specks."""
+    labels, count = ndimage.label(mask, np.ones((3, 3)))
+    sizes = ndimage.sum_labels(mask, labels, np.arange(1, count + 1))
+    return int((sizes >= LEAST_PART_SHARE * mask.sum()).sum()) if count else 0
+
+
+def extra_holes(target: Mask, result: Mask) -> int:
+    """Enclosed holes of the result in which the target paints more than half."""
+    holes = ndimage.binary_fill_holes(result) & ~result
+    labels, count = ndimage.label(holes)
+    if not count:
+        return 0
+    which = np.arange(1, count + 1)
+    sizes = ndimage.sum_labels(holes, labels, which)
+    inside = ndimage.sum_labels(target, labels, which)
+    least = LEAST_HOLE_PIXELS * (max(target.shape) / CRACK_SIDE_PIXELS) ** 2
+    return int(((sizes >= least) & (inside > sizes / 2)).sum())
+
+
+def agreement(target: Mask, result: Mask) -> float:
+    """How well a result lies on a target: intersection by union with its better reading."""
+    return max(
+        float((area & result).sum() / max((area | result).sum(), 1)) for area in readings(target).values()
+    )
+
+
+def component_boxes(mask: Mask) -> list[tuple[float, float, float, float]]:
+    """Left, top, width and height of all that is painted and of each component, relative to the picture's sides."""
+    labels, _ = ndimage.label(mask, np.ones((3, 3)))
+    found = [ndimage.find_objects(mask.astype(int)), ndimage.find_objects(labels)]
+    high, wide = mask.shape
+    boxes = [
+        (x.start / wide, y.start / high, (x.stop - x.start) / wide, (y.stop - y.start) / high)
+        for slices in found
+        for y, x in slices
+    ]
+    return sorted(boxes, key=lambda box: -box[2] * box[3])[:MOST_BOXES]

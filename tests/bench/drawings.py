@@ -1,0 +1,377 @@
+"""Whole drawings onto whole drawings, as a user types it, judged by the pictures that are written.
+
+python -m tests.bench.drawings [--pairs 150] [--seed 51] [--sheet FILE.png] [--beside COMMAND]
+
+Random pairs of icons, line icons, emoji, illustrations, logos, flags, words, maps and photos of `drawing_sets.SETS`,
+which no other bench uses. Each pair is one run of `iccm map A B -o out.png --size 512 --report r.json` in a process of
+its own. What the picture shows is measured from its alpha and from the target's, drawn by librsvg
+(pip install 'pyvips[binary]'); only stretch, dilatation and certificate are our report's. --beside runs a second
+command on the same pairs, such as the iccm of another release: '/old/bin/iccm map {source} {target}'. Where an arm has
+a label, its results are kept in build/bench/drawings/runs/LABEL, and are not made again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import os
+import re
+import resource
+import shlex
+import subprocess
+import sys
+import tempfile
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw
+
+from . import coverage
+from .assets import COMMAND
+from .drawing_sets import FOLDER, SETS, Drawing, random_pairs
+from .rasterizer import Box, fitted, rendered
+
+SEED = 51
+PIXELS = 512  # longer side of the results
+FINE_PIXELS = 2048  # longer side of the drawings in which components are looked for
+MOST_CPU_SECONDS = 8
+LIMIT_CPU_SECONDS = 120  # after which a run is ended
+AGREES = 0.02  # by how much our report's coverage may differ
+HEAD = f"{'':42} arm  exit covered reads  cracks holes spilled   p95   K95 proof CPU-s ours"
+
+
+@dataclass(frozen=True)
+class Row:
+    """What one run made of a pair.
+
+    Attributes:
+        code: exit code; 124: ended after LIMIT_CPU_SECONDS.
+        seconds: of the processor, of the whole command.
+        picture: whether one was written.
+        p95, K95, certified, ours: of the report: stretch, dilatation, whether all maps are certified, and `covered`.
+        shown: `shown` of the report.
+        reading, covered, cracks, spilled, extra_holes: as `coverage.Seen`.
+        placed: whether it is known what of the target's plane the picture shows.
+        said: what was written to stderr.
+    """
+
+    code: int
+    seconds: float
+    picture: bool
+    p95: float = np.nan
+    K95: float = np.nan
+    certified: bool = False
+    ours: float | None = None
+    shown: float | None = None
+    reading: str = ""
+    covered: float = 0.0
+    cracks: float = 0.0
+    spilled: float = 0.0
+    extra_holes: int = 0
+    placed: bool = False
+    said: str = ""
+
+    def __str__(self) -> str:
+        if not self.picture:
+            lines = [line for line in self.said.splitlines() if line.startswith("error")]
+            return f"{self.code:4} NO PICTURE {self.seconds:6.2f} {' '.join(lines)[:100]}"
+        ours = "" if self.ours is None else f"{self.ours:5.2f}"
+        place = "" if self.placed else " PLACE UNKNOWN"
+        return (
+            f"{self.code:4} {self.covered:7.2f} {self.reading:6} {self.cracks:6.2%} {self.extra_holes:5}"
+            f" {self.spilled:7.2f} {self.p95:5.2f} {self.K95:5.2f} {'yes' if self.certified else 'NO':5}"
+            f" {self.seconds:5.2f} {ours}{place}"
+        )
+
+
+@dataclass(frozen=True)
+class Arm:
+    """A command that is judged: its words, and the folder that keeps its results."""
+
+    name: str
+    words: tuple[str, ...]
+    folder: Path
+
+    def run(self, source: Drawing, target: Drawing) -> tuple[Row, Path]:
+        """The row of a pair and its picture; from the folder where they are there."""
+        key = hashlib.sha256(f"{source.label} {target.label}".encode()).hexdigest()[:16]
+        kept, picture = self.folder / f"{key}.json", self.folder / f"{key}.png"
+        if not kept.exists():
+            self.folder.mkdir(parents=True, exist_ok=True)
+            picture.unlink(missing_ok=True)
+            code, seconds, said, report = self._command(source, target, picture)
+            row = Row(code, seconds, picture.exists(), said=said)
+            kept.write_text(json.dumps(asdict(with_report(row, report)), indent=1))
+        row = Row(**json.loads(kept.read_text()))
+        return (with_picture(row, picture, target) if row.picture else row), picture
+
+    def _command(self, source: Drawing, target: Drawing, picture: Path) -> tuple[int, float, str, dict]:
+        report = picture.with_suffix(".report.json")
+        places = {"source": source.spec, "target": target.spec}
+        words = [word.format(**places) if "{" in word else word for word in self.words]
+        words += ["-o", str(picture), "--size", str(PIXELS), "--report", str(report), "--force"]
+        with tempfile.TemporaryFile("w+", errors="replace") as output:
+            process = subprocess.Popen(
+                words,
+                stdout=output,
+                stderr=output,
+                preexec_fn=lambda: resource.setrlimit(
+                    resource.RLIMIT_CPU, (LIMIT_CPU_SECONDS, LIMIT_CPU_SECONDS)
+                ),
+            )
+            _, status, usage = os.wait4(process.pid, 0)
+            process.returncode = code = os.waitstatus_to_exitcode(status)
+            output.seek(0)
+            said = output.read()
+        found = json.loads(report.read_text()) if report.exists() else {}
+        return 124 if code < 0 else code, usage.ru_utime + usage.ru_stime, said, found
+
+
+def with_report(row: Row, report: dict) -> Row:
+    """A row with the figures of our report: of several maps those of the worst."""
+    maps = [report, *report.get("parts", [])]
+    return replace(
+        row,
+        p95=max((part["stretch"]["p95"] for part in maps if part.get("stretch")), default=np.nan),
+        K95=max((part["dilatation"]["p95"] for part in maps if part.get("dilatation")), default=np.nan),
+        certified=bool(report) and all(part.get("injective", {}).get("certified") for part in maps),
+        ours=report.get("covered"),
+        shown=report.get("shown"),
+    )
+
+
+def with_picture(row: Row, path: Path, target: Drawing) -> Row:
+    """A row with what its picture shows of the target."""
+    with Image.open(path) as opened:
+        result = coverage.painted(np.asarray(opened.convert("RGBA"))[..., 3])
+    box, placed = shown_box(target, result)
+    height, width = result.shape
+    area = painted_area(target, box, (width, height))
+    whole, all_of_it = fine(target)
+    scale = width * height / (box[2] * box[3])
+    outside = whole.mean() * all_of_it[2] * all_of_it[3] * scale - area.sum() if box != all_of_it else 0
+    found = coverage.seen(area, result, max(0.0, float(outside)))
+    return replace(row, placed=placed, **asdict(found))
+
+
+def painted_area(drawing: Drawing, box: Box, size: tuple[int, int]) -> coverage.Mask:
+    """What a drawing paints of a box of its plane, at (width, height) pixels."""
+    return coverage.painted(rendered(drawing.svg, box, size)[..., 3])
+
+
+def part_count(drawing: Drawing) -> int:
+    """How many components a drawing has at the size of the results."""
+    return coverage.parts(painted_area(drawing, drawing.canvas, fitted(drawing.canvas, PIXELS)))
+
+
+@cache
+def fine(drawing: Drawing) -> tuple[coverage.Mask, Box]:
+    """All that a drawing paints, finely, and its canvas."""
+    size = fitted(drawing.canvas, FINE_PIXELS)
+    return painted_area(drawing, drawing.canvas, size), drawing.canvas
+
+
+def shown_box(target: Drawing, result: coverage.Mask) -> tuple[Box, bool]:
+    """What of the target's plane a result shows, and whether that is sure.
+
+    It is the canvas, or the box of all that is painted, or that of a component: the one of the picture's proportions on
+    which the picture lies best. The report is not asked.
+    """
+    height, width = result.shape
+    mask, canvas = fine(target)
+    boxes = [canvas]
+    for x, y, across, down in coverage.component_boxes(mask):
+        left, top = canvas[0] + x * canvas[2], canvas[1] + y * canvas[3]
+        boxes.append((left, top, across * canvas[2], down * canvas[3]))
+    longer = max(width, height)
+    fits = [box for box in boxes if np.abs(np.subtract(fitted(box, longer), (width, height))).max() <= 2]
+    if not fits:
+        return canvas, False
+    if len(fits) == 1:
+        return fits[0], True
+    # equally good ones: the first, which is the larger
+    scores = [coverage.agreement(painted_area(target, box, (width, height)), result) for box in fits]
+    return fits[int(np.argmax(np.round(scores, 2)))], True
+
+
+def share(rows: Sequence[Row], holds: Callable[[Row], bool]) -> float:
+    """Share of the rows for which something holds."""
+    return float(np.mean([holds(row) for row in rows]))
+
+
+def goals(arms: dict[str, list[Row]]) -> None:
+    """What was asked of the first arm, with the second behind it."""
+    asked: list[tuple[str, float, Callable[[Row], bool]]] = [
+        ("has a picture", 1, lambda r: r.picture),
+        ("covered at least .85", 0.92, lambda r: r.covered >= 0.85),
+        ("covered at least .70", 0.98, lambda r: r.covered >= 0.70),
+        ("cracks at most .5 %", 0.98, lambda r: r.picture and r.cracks <= 0.005),
+        ("p95 stretch at most 3", 0.97, lambda r: r.p95 <= 3),
+        ("K95 at most 5", 0.96, lambda r: r.K95 <= 5),
+        ("certified one-to-one", 1, lambda r: r.certified),
+        (f"at most {MOST_CPU_SECONDS} CPU-seconds", 1, lambda r: r.seconds <= MOST_CPU_SECONDS),
+        ("no hole of its own", 0, lambda r: r.picture and not r.extra_holes),
+        ("exit code 0", 0, lambda r: r.code == 0),
+    ]
+    first, *others = arms
+    print(f"\ngoals: share of the pairs in {first}, asked for{''.join(f', {name}' for name in others)}")
+    for name, least, holds in asked:
+        shares = {arm: share(rows, holds) for arm, rows in arms.items()}
+        verdict = "      " if not least else "holds " if shares[first] >= least - 1e-9 else "FAILS "
+        rest = " ".join(f"{shares[arm]:7.1%}" for arm in others)
+        print(f"  {verdict} {name:24} {shares[first]:7.1%} {f'{least:.0%}' if least else '':>5} {rest}")
+    for arm, rows in arms.items():
+        both = [row for row in rows if row.picture and row.ours is not None]
+        if both:
+            agree = share(both, lambda r: abs(r.covered - r.ours) <= AGREES)
+            print(f"  {arm}: our `covered` within {AGREES} of the measured one on {agree:.1%} of {len(both)}")
+
+
+def quantiles(arms: dict[str, list[Row]]) -> None:
+    """Median, 90 % and worst of each figure, arm beside arm."""
+    print(f"\nmedian, 10 % worst, worst{'':7}" + "".join(f"{arm:>30}" for arm in arms))
+    for name in ("covered", "cracks", "spilled", "p95", "K95", "seconds"):
+        cells = []
+        for rows in arms.values():
+            values = [getattr(row, name) for row in rows if row.picture]
+            levels = (0.5, 0.1, 0.0) if name == "covered" else (0.5, 0.9, 1.0)
+            found = np.nanquantile(values, levels, method="inverted_cdf") if values else [np.nan] * 3
+            cells.append("".join(f"{value:10.3g}" for value in found))
+        print(f"  {name:30}" + "".join(cells))
+
+
+def by_kind(arms: dict[str, list[Row]], kinds: list[str]) -> None:
+    """Covered by .85 or more by the target's kind."""
+    print("\ncovered at least .85, by the target's kind")
+    for kind, count in sorted(Counter(kinds).items()):
+        cells = [
+            share([row for row, k in zip(rows, kinds, strict=True) if k == kind], lambda r: r.covered >= 0.85)
+            for rows in arms.values()
+        ]
+        print(f"  {kind:8} {count:4}" + "".join(f"{cell:9.0%}" for cell in cells))
+
+
+def sheet(lines: list[tuple[str, list[NDArray | None], list[str]]], path: Path) -> None:
+    """A contact sheet: pairs three in a row, of each the source, the target and every arm's result."""
+    side, gap, text, across = 150, 4, 14, 3
+    cells = max(len(pictures) for _, pictures, _ in lines)
+    wide, high = cells * (side + gap) + 2 * gap, side + 2 * text + gap
+    rows = -(-len(lines) // across)
+    page = Image.new("RGB", (across * wide, rows * high), "white")
+    pen = ImageDraw.Draw(page)
+    for k, (title, pictures, captions) in enumerate(lines):
+        left, top = k % across * wide + gap, k // across * high
+        pen.text((left, top), title[: wide // 6], fill="black")
+        for n, pixels in enumerate(pictures):
+            x, y = left + n * (side + gap), top + text
+            pen.rectangle((x, y, x + side - 1, y + side - 1), fill="#aec2b6")
+            if pixels is None:
+                pen.line((x, y, x + side, y + side), fill="#c0143c", width=3)
+            else:
+                picture = Image.fromarray(pixels).convert("RGBA")
+                picture.thumbnail((side, side), Image.Resampling.LANCZOS)
+                place = (x + (side - picture.width) // 2, y + (side - picture.height) // 2)
+                page.paste(picture, place, picture)
+            pen.text((x, y + side), captions[n][: side // 6], fill="black")
+    page.save(path)
+
+
+def line_of(number: int, source: Drawing, target: Drawing, found: list[tuple[Row, Path]]) -> tuple:
+    """What the sheet shows of a pair."""
+    pictures: list[NDArray | None] = [look(source), look(target)]
+    captions = ["", ""]
+    for row, path in found:
+        pictures.append(np.asarray(Image.open(path).convert("RGBA")) if row.picture else None)
+        captions.append(f"cov {row.covered:.2f} cr {100 * row.cracks:.1f} p{row.p95:.1f} K{row.K95:.1f}")
+    return f"{number}. {source.label} > {target.label}", pictures, captions
+
+
+def look(drawing: Drawing) -> NDArray:
+    """A drawing as a person sees it."""
+    if drawing.kind == "photo":
+        return np.asarray(Image.open(drawing.spec).convert("RGBA"))
+    return rendered(drawing.svg, drawing.canvas, 300)
+
+
+def numbers(text: str) -> set[int]:
+    """The numbers of a list such as 3,7,20-30."""
+    found: set[int] = set()
+    for word in text.split(","):
+        first, _, last = word.partition("-")
+        found.update(range(int(first), int(last or first) + 1))
+    return found
+
+
+def arm(name: str, command: str, label: str | None, scratch: Path) -> Arm:
+    """An arm of a command line; SOURCE and TARGET are its last words where it does not name them."""
+    words = shlex.split(command)
+    if not any("{source}" in word for word in words):
+        words += ["{source}", "{target}"]
+    folder = FOLDER / "runs" / re.sub(r"[^\w.-]", "_", label) if label else scratch / name
+    return Arm(name, tuple(words), folder)
+
+
+def main(words: list[str] | None = None) -> None:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--pairs", type=int, default=150)
+    parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--only", type=numbers, help="numbers of pairs, such as 3,7,20-30")
+    parser.add_argument("--command", default=f"{COMMAND} map", help="what is judged")
+    parser.add_argument("--label", help="under which its results are kept")
+    parser.add_argument("--beside", metavar="COMMAND", help="a second command")
+    parser.add_argument("--beside-label", metavar="LABEL")
+    parser.add_argument("--sheet", type=Path, help="a contact sheet of the pairs")
+    parser.add_argument("--sheet-pairs", type=int, default=60, help="how many of them")
+    given = parser.parse_args(words)
+    empty: list[str] = []
+    pairs = random_pairs(given.pairs, given.seed, empty)
+    sets = Counter(drawing.part_of for pair in pairs for drawing in pair)
+    chosen = [k for k in range(1, len(pairs) + 1) if not given.only or k in given.only]
+    print(f"## {given.pairs} random pairs (seed {given.seed}) of {len(sets)} sets: {', '.join(sorted(sets))}")
+    print(f"drawings that paint nothing, passed over: {len(empty)} {empty[:8]}")
+    several = [any(part_count(drawing) > 1 for drawing in pair) for pair in pairs]
+    kinds = [{drawing.kind for drawing in pair} for pair in pairs]
+    print(f"pairs with several parts: {np.mean(several):.0%}", end="")
+    print(f", with a line icon or glyph: {np.mean([bool(k & {'line', 'glyph'}) for k in kinds]):.0%}", end="")
+    print(f", with colours: {np.mean(['colour' in k for k in kinds]):.0%}")
+    with tempfile.TemporaryDirectory() as scratch:
+        arms = [arm("new", given.command, given.label, Path(scratch))]
+        if given.beside:
+            arms.append(arm("old", given.beside, given.beside_label, Path(scratch)))
+        for each in arms:
+            print(f"{each.name}: {shlex.join(each.words)}")
+            if not each.folder.exists():
+                replace(each, folder=Path(scratch) / "first").run(*pairs[0])  # compiles
+                for file in (Path(scratch) / "first").glob("*"):
+                    file.unlink()
+        print(HEAD)
+        rows: dict[str, list[Row]] = {each.name: [] for each in arms}
+        lines = []
+        for k in chosen:
+            source, target = pairs[k - 1]
+            found = [each.run(source, target) for each in arms]
+            for each, (row, _) in zip(arms, found, strict=True):
+                rows[each.name].append(row)
+                name = f"{k} {source.label[:18]} > {target.label[:18]}"
+                print(f"{name:42} {each.name:4} {row}", flush=True)
+            if len(lines) < given.sheet_pairs:
+                lines.append(line_of(k, source, target, found))
+        if given.sheet:
+            sheet(lines, given.sheet)
+    by_kind(rows, [pairs[k - 1][1].kind for k in chosen])
+    quantiles(rows)
+    goals(rows)
+    print(f"\nlicences: {', '.join(f'{name} {SETS[name].licence}' for name in sorted(sets))}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())
