@@ -79,9 +79,10 @@ class Compiler(NamedTuple):
     def variants(self) -> tuple[Variant, ...]:
         """The libraries that there are for the machine."""
         if self.machine == "x86_64":
-            return Variant("core-x86-64", ("-march=x86-64",)), Variant(
-                "core-x86-64-v3", ("-march=x86-64-v3",)
-            )
+            # without fused products altogether: GCC 12 makes some while it vectorises complex ones, whatever
+            # -ffp-contract says
+            wide = "-march=x86-64-v3", "-mno-fma"
+            return Variant("core-x86-64", ("-march=x86-64",)), Variant("core-x86-64-v3", wide)
         return (Variant("core"),)
 
 
