@@ -83,6 +83,12 @@ inline double dot(Complex a, Complex b) { return a.re * b.re + a.im * b.im; }
 // Twice the signed area of the triangle of vertices a, b, c of z. Rounded: where the sign decides, see orientation.
 inline double twice_area(const Complex *z, Index a, Index b, Index c) { return cross(z[b] - z[a], z[c] - z[a]); }
 
+// An array (n, N), of which the interface has the first number: rows<3>(faces)[t][k].
+template <int N, typename T>
+inline T (*rows(T *first))[N] {
+    return reinterpret_cast<T(*)[N]>(first);
+}
+
 // Memory for one call of an exported function: freed when the scope ends. `data` is null where there is none.
 template <typename T>
 class Buffer {

@@ -1,0 +1,59 @@
+// Constrained Delaunay triangulations under edit.
+#pragma once
+
+#include "iccm/flips.h"
+
+namespace iccm {
+
+// Twice the area, in a domain of area one, that a flip must leave to either triangle.
+constexpr double MIN_FLIPPED_AREA = 1e-14;
+
+// Edges that every mesh must keep: each of the first `count` vertices is joined to vertex next[v], or to none (-1).
+struct Links {
+    const Index *next;
+    Index count;
+
+    bool join(Index a, Index b) const { return a < count && b < count && (next[a] == b || next[b] == a); }
+};
+
+// Whether vertex d lies inside the circumcircle of the counter-clockwise triangle a, b, c by more than rounding:
+//
+//     | u  |u|² |
+//     | v  |v|² | > 0,   u = a - d, v = b - d, w = c - d (two columns each)
+//     | w  |w|² |
+//
+// The determinant's error is at most 1e-15 of the sum of its terms' sizes (Shewchuk, Adaptive precision floating-point
+// arithmetic and fast robust geometric predicates, 1997, §4.3); the margin of 1e-13 leaves room to spare. Cocircular
+// vertices thus count as outside, so that flips between them cannot alternate.
+inline bool in_circle(const Complex *z, Index a, Index b, Index c, Index d) {
+    constexpr double MARGIN = 1e-13;
+    Complex u = z[a] - z[d], v = z[b] - z[d], w = z[c] - z[d];
+    double first = dot(u, u) * cross(v, w), second = dot(v, v) * cross(w, u), third = dot(w, w) * cross(u, v);
+    return first + second + third > MARGIN * (fabs(first) + fabs(second) + fabs(third));
+}
+
+// Flip edges, from the triangles on the stack on, until all are Delaunay but for those that must stay (Lawson, Software
+// for C¹ surface interpolation, 1977). Empties the stack. No flip joins two of the first `fixed` vertices.
+inline void legalise(const Complex *z, Triangles mesh, Stack stack, Index fixed, Links links) {
+    // Flips end by themselves in exact arithmetic; the bound, which no mesh comes near, ends them in any other.
+    constexpr Index MAX_VISITS = 2000000;
+    for (Index visit = 0; visit < MAX_VISITS && !stack.empty(); ++visit) {
+        Index t = stack.pop();
+        for (int k = 0; k < 3; k++) {
+            Index u = mesh.across[t][k];
+            if (u < 0) continue;
+            Index a = mesh.faces[t][k], b = mesh.faces[t][after(k)], c = mesh.faces[t][before(k)];
+            Index d = mesh.faces[u][opposite(mesh, u, b, c)];
+            if ((a < fixed && d < fixed) || links.join(b, c)) continue;
+            if (in_circle(z, a, b, c, d) && twice_area(z, a, b, d) > MIN_FLIPPED_AREA &&
+                twice_area(z, a, d, c) > MIN_FLIPPED_AREA) {
+                flip(mesh, t, k);
+                stack.push(t);
+                stack.push(u);
+                break;
+            }
+        }
+    }
+}
+
+}  // namespace iccm

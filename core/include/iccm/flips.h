@@ -1,0 +1,74 @@
+// Triangulations under edit: neighbours across edges, edge flips, and stacks of triangles to look at again.
+//
+// Corners are numbered 0, 1, 2, counter-clockwise; side k is the one opposite corner k.
+#pragma once
+
+#include "iccm/core.h"
+
+namespace iccm {
+
+// Corners (t, 3), counter-clockwise, and the triangles (t, 3) beyond the sides opposite them, -1 on the outline. Both
+// may have room for more triangles than there are.
+struct Triangles {
+    Index (*faces)[3];
+    Index (*across)[3];
+};
+
+// The corner after corner k, and the one before it.
+inline int after(int k) { return k == 2 ? 0 : k + 1; }
+inline int before(int k) { return k == 0 ? 2 : k - 1; }
+
+// A triangle and the triangles across its sides.
+inline void write(Triangles mesh, Index t, Index a, Index b, Index c, Index beyond_a, Index beyond_b, Index beyond_c) {
+    Index *corners = mesh.faces[t], *across = mesh.across[t];
+    corners[0] = a, corners[1] = b, corners[2] = c;
+    across[0] = beyond_a, across[1] = beyond_b, across[2] = beyond_c;
+}
+
+// Make `replacement` the neighbour of triangle t where `old` was; t is -1 on the outline, which has no record.
+inline void relink(Triangles mesh, Index t, Index old, Index replacement) {
+    if (t < 0) return;
+    for (int k = 0; k < 3; k++)
+        if (mesh.across[t][k] == old) {
+            mesh.across[t][k] = replacement;
+            return;
+        }
+}
+
+// The corner of triangle t that is neither vertex b nor vertex c.
+inline int opposite(Triangles mesh, Index t, Index b, Index c) {
+    const Index *corners = mesh.faces[t];
+    for (int k = 0; k < 3; k++)
+        if (corners[k] != b && corners[k] != c) return k;
+    return 0;
+}
+
+// Replace side k of triangle t by the other diagonal of the quadrilateral that it forms with its neighbour u: the
+// triangles abc and dcb become abd (number t) and adc (number u).
+inline void flip(Triangles mesh, Index t, int k) {
+    Index u = mesh.across[t][k];
+    Index a = mesh.faces[t][k], b = mesh.faces[t][after(k)], c = mesh.faces[t][before(k)];
+    int j = opposite(mesh, u, b, c);
+    Index d = mesh.faces[u][j];
+    Index beyond_ca = mesh.across[t][after(k)], beyond_ab = mesh.across[t][before(k)];
+    Index beyond_bd = mesh.across[u][after(j)], beyond_dc = mesh.across[u][before(j)];
+    write(mesh, t, a, b, d, beyond_bd, u, beyond_ab);
+    write(mesh, u, a, d, c, beyond_dc, beyond_ca, t);
+    relink(mesh, beyond_bd, u, t);
+    relink(mesh, beyond_ca, t, u);
+}
+
+// Triangles that have changed and are to be looked at; entry 0 is their number, as the callers' arrays have it.
+struct Stack {
+    Index *entries;
+    Index size;  // of the array
+
+    // A full stack drops triangles: a mesh is then less than optimal, but valid.
+    void push(Index t) {
+        if (entries[0] + 1 < size) entries[++entries[0]] = t;
+    }
+    bool empty() const { return entries[0] == 0; }
+    Index pop() { return entries[entries[0]--]; }
+};
+
+}  // namespace iccm
