@@ -48,7 +48,11 @@ def command(jobs: str, root: str | None, check: bool, **given: Any) -> int:
     folder = Path(root if root is not None else os.path.dirname(jobs) or ".")
     tasks = _tasks(jobs, folder, outside=given["outside"], force=given["force"])
     book = Journal(folder)
-    if given["resume"] and not check and (swept := book.sweep()):
+    if (
+        given["resume"]
+        and not check
+        and (swept := book.sweep(path for task in tasks for path in task.job.outputs))
+    ):
         logs.log.info(f"removed {len(swept)} temporary files of a batch that was killed")
     tasks = dispatch.prepare(tasks, book, resume=given["resume"], make=not check)
     if check:

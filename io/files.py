@@ -9,7 +9,8 @@ import shutil
 import sys
 import tempfile
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
+from contextvars import ContextVar
 from io import BufferedReader
 from pathlib import Path
 from typing import Any
@@ -19,11 +20,25 @@ from ..errors import InputError, naming
 
 BLOCK = 1 << 16
 _unfinished = set[Path]()  # temporary files and folders that are there now
+_together: ContextVar[ExitStack | None] = ContextVar(
+    "together", default=None
+)  # what ends `together`, inside of it
 _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS}
 
 
 @contextmanager
-def replacing(path: str | os.PathLike, *, force: bool = False) -> Iterator[Path]:
+def together() -> Iterator[None]:
+    """Let all that `write_bytes` writes in the block appear when it ends well, and none of it when it fails."""
+    with ExitStack() as stack:
+        before = _together.set(stack)
+        try:
+            yield
+        finally:
+            _together.reset(before)
+
+
+@contextmanager
+def replacing(path: str | os.PathLike, *, force: bool = False, private: bool = False) -> Iterator[Path]:
     """A temporary sibling of `path`, with its suffix, that takes its place when the block ends well.
 
     The content is flushed to the disk before the rename, so that a crash or a full disk never leaves a torn
@@ -33,13 +48,14 @@ def replacing(path: str | os.PathLike, *, force: bool = False) -> Iterator[Path]
     Args:
         path: what to write. A symbolic link is followed: the file that it names is replaced.
         force: whether an existing file may be replaced.
+        private: whether nobody but the user may read it, whatever the umask and an old file allow.
 
     Raises:
         InputError: the folder is missing or not writable, `path` is not a plain file, it exists without
             `force`, or the disk is full.
     """
     given, path = path, check_output(path, force=force)
-    temporary = _sibling(path)
+    temporary = _sibling(path, private)
     try:
         yield temporary
         if not force and path.exists():
@@ -98,8 +114,8 @@ def check_output(path: str | os.PathLike, *, force: bool = False) -> Path:
     """The real path of an output that may be written, checked before any work is done for it.
 
     Raises:
-        InputError: the folder is missing or not writable, `path` is not a plain file or exists without
-            `force`.
+        InputError: the folder is missing or not writable, `path` is not a plain file, or it exists, or is a link
+            to a file that does not, without `force`.
     """
     path = Path(path)
     try:
@@ -115,6 +131,8 @@ def check_output(path: str | os.PathLike, *, force: bool = False) -> Path:
             raise InputError(f"{path}: is not a plain file; name another output")
         if real.exists() and not force:
             raise InputError(f"{path}: the file exists; use --force to replace it")
+        if path.is_symlink() and not force:
+            raise InputError(f"{path}: is a link to {real}; use --force to write there, or name that file")
     except (OSError, ValueError) as error:
         if isinstance(error, InputError):
             raise
@@ -259,9 +277,15 @@ def read_json(path: str | os.PathLike, *, max_bytes: int) -> Any:
         return parse_json(data)
 
 
-def write_bytes(path: str | os.PathLike, content: bytes, *, force: bool = False) -> None:
-    """Write a file; arguments and errors as for `replacing`."""
-    with replacing(path, force=force) as temporary:
+def write_bytes(
+    path: str | os.PathLike, content: bytes, *, force: bool = False, private: bool = False
+) -> None:
+    """Write a file, at the end of `together` where that surrounds it; arguments and errors as for `replacing`."""
+    stack = _together.get()
+    if stack is not None:
+        stack.enter_context(replacing(path, force=force, private=private)).write_bytes(content)
+        return
+    with replacing(path, force=force, private=private) as temporary:
         temporary.write_bytes(content)
 
 
@@ -275,28 +299,55 @@ def sha256(path: str | os.PathLike) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def _sibling(path: Path) -> Path:
+def _sibling(path: Path, private: bool) -> Path:
     """An empty file beside `path`, because a rename is atomic only within one file system."""
     try:
         handle, name = tempfile.mkstemp(prefix=f".{path.stem[:32]}.", suffix=path.suffix, dir=path.parent)
         _unfinished.add(Path(name))
         os.close(handle)
-        os.chmod(name, path.stat().st_mode & 0o777 if path.exists() else 0o666 & ~_umask())
+        if not private:  # as mkstemp makes them
+            os.chmod(name, path.stat().st_mode & 0o777 if path.exists() else 0o666 & ~_umask())
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {_reason(error)}") from error
     return Path(name)
 
 
-def make_folder(path: Path, mode: int = 0o777) -> None:
+def make_folder(path: Path) -> None:
     """Make a folder, and those above it, unless it is there.
 
     Raises:
         InputError: it cannot be made.
     """
     try:
-        path.mkdir(mode=mode, parents=True, exist_ok=True)
+        path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{path}: cannot be made: {error.strerror}") from error
+
+
+def make_private_folder(path: Path, top: Path) -> None:
+    """Make a folder that nobody but the user may look into, whatever the umask; and so all from `top` down to it.
+
+    Folders that are there already are closed to others, too.
+
+    Raises:
+        InputError: one cannot be made, or closed because it is another user's.
+    """
+    between = [top, *(top / part for part in _prefixes(path.relative_to(top)))]
+    try:
+        top.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        for folder in between:
+            folder.mkdir(mode=0o700, exist_ok=True)
+            if os.name != "nt" and folder.stat().st_mode & 0o077:
+                folder.chmod(0o700)
+    except OSError as error:
+        raise InputError(
+            f"{error.filename or path}: cannot be made for you alone: {error.strerror}"
+        ) from error
+
+
+def _prefixes(path: Path) -> list[Path]:
+    """The folders on the way down a relative path, the path itself the last."""
+    return [Path(*path.parts[:count]) for count in range(1, len(path.parts) + 1)]
 
 
 def sweep(paths: Iterable[str | os.PathLike]) -> list[Path]:

@@ -36,7 +36,8 @@ def install(program: str, to: str | None = None) -> list[Path]:
         The folders, or the file, that it is in now.
 
     Raises:
-        InputError: no folder of the program's is found, or one cannot be written.
+        InputError: no folder of the program's is found, one cannot be written, or there is something else in the place
+            of an earlier version.
     """
     if to and Path(to).suffix == ".zip":
         return [_zipped(program, Path(to))]
@@ -44,6 +45,8 @@ def install(program: str, to: str | None = None) -> list[Path]:
     if not homes:
         raise InputError(_NOT_FOUND[program])
     given = contents(program)
+    for home in homes:
+        _check_own(home / OWN)
     for home in homes:
         files.make_folder(home / OWN)
         for name, content in given.items():
@@ -123,13 +126,39 @@ def _asked(command: list[str]) -> str:
     return done.stdout.strip().splitlines()[-1] if done.returncode == 0 and done.stdout.strip() else ""
 
 
+def _check_own(folder: Path) -> None:
+    """Refuse a folder in which there is something, and no plug-in that `install` put there.
+
+    Raises:
+        InputError: there is.
+    """
+    if folder.is_dir() and any(folder.iterdir()) and not (folder / PYTHON).is_file():
+        raise InputError(
+            f"{folder}: holds something else than a plug-in of iccm; name another folder with --to"
+        )
+
+
 def _zipped(program: str, path: Path) -> Path:
     if program != "blender":
         raise InputError(f"{path}: {program.capitalize()} installs from no .zip; name a folder")
+    if path.is_symlink() or (path.exists() and not _is_own_zip(path)):
+        raise InputError(
+            f"{path}: exists, and is not a plug-in of iccm; name another file, or remove it first"
+        )
     with files.replacing(path, force=True) as temporary, zipfile.ZipFile(temporary, "w") as archive:
         for name, content in sorted(contents(program).items()):
             archive.writestr(name, content)
     return path
+
+
+def _is_own_zip(path: Path) -> bool:
+    """Whether a file is a plug-in that `install` wrote: an archive of its files and no others."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            names = set(archive.namelist())
+    except (OSError, zipfile.BadZipFile):
+        return False
+    return {SHARED, PYTHON} <= names and not any("/" in name for name in names)
 
 
 _NOT_FOUND = {

@@ -240,7 +240,7 @@ def _begin(
         wrong = next((w for path in job.outputs if (w := _why_unwritable(path, job.force, False))), None)
         if wrong:
             return _record(item, _answer("failed", wrong))
-    old = book.finished(key) if resume else None
+    old = book.finished(key, job) if resume else None
     if old is not None:
         outputs = [{**o, "path": book.place(o["path"])} for o in old["outputs"]]
         return _record(item, {**old, "outputs": outputs}, resumed=True)
@@ -258,10 +258,7 @@ def _finish(key: str | None, record: dict[str, Any], book: Journal, warn: Callab
     if key is None or record["status"] not in ("done", "poor"):
         return
     try:
-        book.finish(
-            key,
-            {k: v for k, v in record.items() if k in ("status", "message", "outputs", "figures", "notes")},
-        )
+        book.finish(key, {name: record[name] for name in journal.RESULT})
     except OSError as error:
         warn(
             f"{book.path}: the journal cannot be written ({error.strerror}); --resume will run this job again"

@@ -2,6 +2,10 @@
 
 A line is appended with one write and read back leniently: a torn last line, left by a full disk or a killed process,
 costs nothing but the job that it spoke of. Several batches may append at once.
+
+The folder may have come from elsewhere, and the journal with it. So it is neither read nor written through a link, what
+it says of files outside of its folder counts only where the manifest names these files, too, and a result of another
+form than those that are written here is none.
 """
 
 from __future__ import annotations
@@ -10,27 +14,38 @@ import hashlib
 import json
 import os
 import platform
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from ... import __version__
+from ...errors import InputError
 from .. import files
 from ..run.inputs import Files
 from ..run.job import Described
 from .manifest import JOURNAL
 
 NAME = JOURNAL
+RESULT = ("status", "message", "outputs", "figures", "notes")
+"""What of the result of a job is kept."""
+CLOSED = getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_NOFOLLOW", 0)
+"""How the journal is opened: not by other programs, nor through a link."""
 
 
 class Journal:
     """What earlier runs in an output folder did, and a place to note what this one does."""
 
     def __init__(self, root: Path) -> None:
-        """Read the journal of an output folder, if there is one."""
+        """Read the journal of an output folder, if there is one.
+
+        Raises:
+            InputError: there is something else of this name.
+        """
         self.path, self._root = Path(root) / NAME, os.fspath(root)
+        if os.path.lexists(self.path) and (self.path.is_symlink() or not self.path.is_file()):
+            raise InputError(f"{self.path}: is not a plain file, and no journal; remove it")
         self._real = os.path.realpath(root)
         self._finished: dict[str, int] = {}
         self._begun: set[str] = set()
@@ -44,14 +59,19 @@ class Journal:
             elif line.get("event") == "finished" and isinstance(line.get("key"), str):
                 self._finished[line["key"]] = start
 
-    def finished(self, key: str) -> dict[str, Any] | None:
+    def finished(self, key: str, job: Described) -> dict[str, Any] | None:
         """The result of an earlier run of this very job, if its outputs are still as it left them."""
         start = self._finished.get(key)
         line = None if start is None else self._line(start)
-        if line is None or line.get("key") != key or not isinstance(line.get("result"), dict):
+        if line is None or line.get("key") != key:
             return None
-        outputs = _list(line["result"], "outputs")
-        return line["result"] if outputs and all(map(self._intact, outputs)) else None
+        result = _result(line.get("result"))
+        named = {self._relative(path) for path in job.outputs}
+        if result is None or not all(
+            self._is_inside(o["path"]) or o["path"] in named for o in result["outputs"]
+        ):
+            return None
+        return result if all(map(self._intact, result["outputs"])) else None
 
     def wrote(self, path: str) -> bool:
         """Whether an earlier run began to write this output: then --resume may replace it."""
@@ -68,22 +88,32 @@ class Journal:
             }
         )
 
-    def sweep(self) -> list[Path]:
+    def sweep(self, outputs: Iterable[str] = ()) -> list[Path]:
         """Remove the temporary files that killed batches left beside outputs of this journal; those that were removed.
 
-        Only of batches that ran on this machine and are gone.
+        Only of batches that ran on this machine and are gone, and only in its folder, or beside the `outputs` named.
         """
-        return files.sweep(self.path.parent / path for path in sorted(self._left))
+        named = {self._relative(path) for path in outputs}
+        left = [path for path in sorted(self._left) if self._is_inside(path) or path in named]
+        return files.sweep(self.path.parent / path for path in left)
 
     def finish(self, key: str, result: dict[str, Any]) -> None:
         """Note the result of a job; its outputs with their hashes are in it."""
         outputs = [{**o, "path": self._relative(o["path"])} for o in result["outputs"]]
         self._append({"event": "finished", "key": key, "result": {**result, "outputs": outputs}})
 
-    def _intact(self, output: Any) -> bool:
+    def _is_inside(self, path: str) -> bool:
+        """Whether an output by its name in the journal lies in its folder, links followed."""
+        try:
+            real = os.path.realpath(os.path.join(self._real, path))
+        except (OSError, ValueError):
+            return False
+        return Path(real).is_relative_to(self._real)
+
+    def _intact(self, output: dict[str, str]) -> bool:
         try:
             return files.sha256(self.path.parent / output["path"]) == output["sha256"]
-        except (files.InputError, TypeError, KeyError):
+        except InputError:
             return False
 
     def place(self, path: str) -> str:
@@ -111,9 +141,8 @@ class Journal:
     def _append(self, line: dict[str, Any]) -> None:
         # The leading newline closes a line that was torn; empty lines are skipped on reading.
         data = ("\n" + json.dumps(line) + "\n").encode()
-        handle = os.open(
-            self.path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_CLOEXEC", 0), 0o666
-        )
+        flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | CLOSED
+        handle = os.open(self.path, flags, 0o666)
         try:
             if os.write(handle, data) != len(data):
                 raise OSError(28, "No space left on device", str(self.path))
@@ -164,6 +193,25 @@ def _parse(line: bytes) -> dict[str, Any] | None:
     except (ValueError, RecursionError):
         return None
     return value if isinstance(value, dict) else None
+
+
+def _result(value: Any) -> dict[str, Any] | None:
+    """A result as `Journal.finish` writes it; None for anything else."""
+    match value:
+        case {
+            "status": str(),
+            "message": str(),
+            "outputs": [_, *_] as outputs,
+            "notes": [*notes],
+            "figures": dict(),
+        }:
+            sound = all(isinstance(note, str) for note in notes) and all(map(_is_output, outputs))
+            return {key: value[key] for key in RESULT} if sound else None
+    return None
+
+
+def _is_output(value: Any) -> bool:
+    return isinstance(value, dict) and all(isinstance(value.get(key), str) for key in ("path", "sha256"))
 
 
 def _list(line: dict[str, Any], key: str) -> list[Any]:

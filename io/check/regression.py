@@ -19,20 +19,36 @@ from .compare import Tolerances, Verdict, compare, finite, scaled
 SETTINGS = "tolerances.toml"
 
 
-def names(folder: Path) -> list[str]:
+def names(folder: Path, *, closed: bool = False) -> list[str]:
     """The files of a folder and below as relative paths with /; hidden ones and the tolerances are left out.
 
+    Args:
+        folder: of results, or of baselines.
+        closed: whether links out of it are refused. Baselines may be links into a store of large files.
+
     Raises:
-        InputError: the folder does not exist.
+        InputError: the folder does not exist, or is `closed` and a link leads out of it.
     """
     if not folder.is_dir():
         raise InputError(f"{folder}: no such folder")
     found = [path.relative_to(folder) for path in folder.rglob("*") if path.is_file()]
+    for name in found if closed else ():
+        check_inside(folder, folder / name)
     return sorted(
         p.as_posix()
         for p in found
         if p.as_posix() != SETTINGS and not any(q.startswith(".") for q in p.parts)
     )
+
+
+def check_inside(folder: Path, path: Path) -> None:
+    """Refuse what a link takes out of a folder: results may come from elsewhere, and are read and stored.
+
+    Raises:
+        InputError: it does.
+    """
+    if not path.resolve().is_relative_to(folder.resolve()):
+        raise InputError(f"{path}: is a link out of {folder}; put the file itself there")
 
 
 def chosen(found: Iterable[str], only: tuple[str, ...]) -> list[str]:
@@ -46,7 +62,7 @@ def check(run: Path, baselines: Path, allowed: Tolerances, only: tuple[str, ...]
     Raises:
         InputError: a folder is missing, or there is nothing: a comparison of nothing would always pass.
     """
-    both = chosen(sorted({*names(run), *names(baselines)}), only)
+    both = chosen(sorted({*names(run, closed=True), *names(baselines)}), only)
     if not both and only:
         raise InputError(f"{' '.join(only)}: no such file in {run} or {baselines} (--only)")
     if not both:
@@ -67,7 +83,7 @@ def update(run: Path, baselines: Path, only: tuple[str, ...] = ()) -> tuple[list
     Raises:
         InputError: the run is empty or the folder cannot be written.
     """
-    present = names(run)
+    present = names(run, closed=True)
     if not present:
         raise InputError(f"{run}: nothing to store as baselines")
     baselines.mkdir(parents=True, exist_ok=True)
@@ -75,6 +91,8 @@ def update(run: Path, baselines: Path, only: tuple[str, ...] = ()) -> tuple[list
     gone = chosen((name for name in names(baselines) if name not in set(present)), only)
     if not new and not gone:
         raise InputError(f"{' '.join(only)}: no such file in {run} or {baselines} (--only)")
+    for name in new:
+        check_inside(baselines, baselines / name)
     for name in new:
         (baselines / name).parent.mkdir(parents=True, exist_ok=True)
         with files.replacing(baselines / name, force=True) as path:

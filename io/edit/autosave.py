@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from ...errors import InputError
 from ..checked import Checked
-from ..files import make_folder, write_bytes
+from ..files import make_private_folder, write_bytes
 from ..run.job import Job
 from ..shapes.starts import StartingMap
 from ..spec import path_of
@@ -42,6 +42,16 @@ def folder() -> Path:
     """Where programs keep what is to outlast them: $XDG_STATE_HOME, or what the system has for it."""
     home = os.environ.get("LOCALAPPDATA") if os.name == "nt" else os.environ.get("XDG_STATE_HOME")
     return Path(home or Path.home() / ".local" / "state") / "iccm" / "edit"
+
+
+def make_private(path: Path) -> None:
+    """Make a folder in, or the one that is, `folder`: for the user alone, as the token of the page's address is kept
+    there.
+
+    Raises:
+        InputError: it cannot be made so.
+    """
+    make_private_folder(path, folder().parent)
 
 
 def path(job: Job) -> Path:
@@ -85,8 +95,8 @@ def keep(session: Session, scene: Scene, port: int, token: str) -> None:
     found, pair = session.start(scene), (session.source, session.target)
     start = None if found is None else StartingMap.of(found, *pair)
     unsaved = Unsaved(scene=scene, start=start, when=datetime.now(UTC), port=port, token=token)
-    make_folder(folder(), 0o700)
-    write_bytes(path(session.job), unsaved.model_dump_json().encode(), force=True)
+    make_private(folder())
+    write_bytes(path(session.job), unsaved.model_dump_json().encode(), force=True, private=True)
 
 
 def forget(job: Job) -> None:

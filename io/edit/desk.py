@@ -69,9 +69,9 @@ class Desk:
         if not (path.is_file() and path.stat().st_size == len(content) and path.read_bytes() == content):
             folder = _copies() / _name_of(content)
             path = folder / name
-            files.make_folder(folder, 0o700)
+            autosave.make_private(folder)
             if not path.exists():
-                files.write_bytes(path, content)
+                files.write_bytes(path, content, private=True)
             os.utime(path)
         self._known.add(str(path))
         return str(path)

@@ -3,7 +3,11 @@
 y points up; units are the file's. Loops of a layer inside each other are holes; layers are the names.
 """
 
+import json
+import os
 from collections import defaultdict
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +21,8 @@ from .. import files, limits
 from ..svg.drawing import Drawing
 
 JOINED = 1e-6  # of the drawing's diagonal: ends so close to each other meet
+NO_FONTS = {"version": 2, "font-faces": []}
+"""A list of fonts as ezdxf keeps it; of another version it makes one anew, where this one is."""
 DRAWN = {"LINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE", "LWPOLYLINE", "POLYLINE", "HATCH", "MPOLYGON", "SOLID"}
 
 
@@ -29,9 +35,10 @@ def read(
         InputError: ezdxf is not installed, or the file is no DXF drawing.
     """
     try:
-        import ezdxf
-        from ezdxf import disassemble, recover
-        from ezdxf import path as paths
+        with _without_fonts():
+            import ezdxf
+            from ezdxf import disassemble, recover
+            from ezdxf import path as paths
     except ImportError:
         raise InputError(f"{path}: DXF is read by ezdxf: pip install 'iccm[dxf]'") from None
     files.open_input(path, max_bytes=max_bytes)
@@ -64,6 +71,26 @@ def read(
         _add(drawing, layer, curves[layer], near)
     drawing.outlines.sort(key=lambda outline: -outline.area)
     return drawing
+
+
+@contextmanager
+def _without_fonts() -> Iterator[None]:
+    """Let ezdxf be imported without looking through the system's fonts, of which it would keep a list in the home.
+
+    It takes such a list from the folder for caches instead of making one: here an empty one from a folder that is
+    removed. Lines need no fonts.
+    """
+    before = os.environ.get("XDG_CACHE_HOME")
+    with files.scratch() as folder:
+        (folder / "ezdxf").mkdir()
+        (folder / "ezdxf" / "font_manager_cache.json").write_text(json.dumps(NO_FONTS))
+        os.environ["XDG_CACHE_HOME"] = str(folder)
+        try:
+            yield
+        finally:
+            os.environ.pop("XDG_CACHE_HOME")
+            if before is not None:
+                os.environ["XDG_CACHE_HOME"] = before
 
 
 def _add(drawing: Drawing, layer: str, curves: list[Complex], near: float) -> None:

@@ -71,7 +71,7 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases, dry: bool) -
     solve_pairs(run)
     outputs.tell_share(run)
     run.begin("fit_report")
-    with ExitStack() as stack:
+    with files.together(), ExitStack() as stack:
         for output in wanted:
             path = stack.enter_context(files.writing(output.name, force=job.force))
             output.write(run.with_texture(output.map), path)

@@ -81,7 +81,7 @@ def run(job: FlattenJob, *, tell: Callable[[str], None] = lambda note: None) -> 
         told.append(text)
         tell(text)
 
-    with one_thread(), references.outside(job.outside), ExitStack() as stack:
+    with one_thread(), references.outside(job.outside), files.together(), ExitStack() as stack:
         check(job)
         size_limits.faces(Spec.of(job.mesh).path, job.max_faces)
         laid = lay_out(

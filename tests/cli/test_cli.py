@@ -465,3 +465,11 @@ def test_file_names_that_are_no_text_are_refused_in_one_line(shapes, shell):
         done = shell(name + line)
         assert done.returncode == 2 and len(done.stderr.splitlines()) == 1 and "not UTF-8" in done.stderr
     assert shell(name + 'iccm info --json "$name.svg"').returncode == 0
+
+
+def test_the_default_output_is_not_written_through_a_link(shapes, iccm):
+    (shapes / "square-blob.png").symlink_to("elsewhere.png")
+    for more in ((), ("--force",)):
+        typed = iccm("map", "square.svg", "blob.svg", *more, "--size", "16")
+        assert typed.code == 2 and "square-blob.png" in typed.err and "-o" in typed.err
+    assert not (shapes / "elsewhere.png").exists()

@@ -101,3 +101,26 @@ def test_a_folder_or_an_archive_is_named(home, iccm, monkeypatch):
 def test_the_manifest_is_that_of_this_version():
     manifest = tomllib.loads(plugins.contents("blender")["blender_manifest.toml"].decode())
     assert manifest["version"] == library.__version__ and manifest["id"] == plugins.OWN
+
+
+def test_only_plug_ins_are_replaced(home, iccm, monkeypatch):
+    monkeypatch.chdir(home)
+    archive = home / "notes.zip"
+    for write in (
+        lambda: archive.write_text("notes"),
+        lambda: zipfile.ZipFile(archive, "w").writestr("notes.txt", "mine"),
+        lambda: (archive.unlink(), archive.symlink_to(home / "elsewhere.zip")),
+    ):
+        write()
+        before = archive.read_bytes() if archive.exists() else None
+        typed = iccm("plugins", "install", "blender", "--to", "notes.zip")
+        assert typed.code == 2 and "notes.zip" in typed.err
+        assert (archive.read_bytes() if archive.exists() else None) == before
+    assert not (home / "elsewhere.zip").exists()
+    for _ in range(2):
+        assert iccm("plugins", "install", "blender", "--to", "iccm.zip").code == 0
+    sources = home / "src" / "iccm"
+    sources.mkdir(parents=True)
+    (sources / "__init__.py").write_text("mine")
+    assert iccm("plugins", "install", "blender", "--to", "src").code == 2
+    assert files(home / "src") == {"iccm/__init__.py": b"mine"}

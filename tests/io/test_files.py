@@ -155,3 +155,56 @@ def test_temporary_files_of_any_name_are_swept(tmp_path, name):
     with files.replacing(tmp_path / name) as temporary:
         assert files.sweep([tmp_path / name, tmp_path / "gone" / name]) == [temporary]
         temporary.touch()
+
+
+def test_a_dangling_link_is_no_place_for_an_output(tmp_path):
+    (tmp_path / "a.png").symlink_to(tmp_path / "gone" / "b.png")
+    (tmp_path / "gone").mkdir()
+    with pytest.raises(InputError, match="link"), files.replacing(tmp_path / "a.png"):
+        pytest.fail("the block must not run")
+    assert only(tmp_path / "gone")
+    with files.replacing(tmp_path / "a.png", force=True) as temporary:
+        temporary.write_text("new")
+    assert (tmp_path / "gone" / "b.png").read_text() == "new"
+
+
+@pytest.fixture
+def permissive():
+    """An umask that leaves everything open."""
+    old = os.umask(0)
+    yield
+    os.umask(old)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="permissions of POSIX")
+def test_private_folders_and_files_are_closed_whatever_the_umask_and_though_they_exist(tmp_path, permissive):
+    top = tmp_path / "state" / "iccm"
+    deep = top / "edit" / "files"
+    files.make_private_folder(deep, top)
+    for folder in (top.parent, top, top / "edit", deep):
+        assert stat.S_IMODE(folder.stat().st_mode) == 0o700
+    for folder in (top, top / "edit", deep):
+        folder.chmod(0o755)
+    (deep / "a").write_text("old")
+    (deep / "a").chmod(0o644)
+    files.make_private_folder(deep, top)
+    assert {stat.S_IMODE(folder.stat().st_mode) for folder in (top, top / "edit", deep)} == {0o700}
+    files.write_bytes(deep / "a", b"new", force=True, private=True)
+    files.write_bytes(deep / "b", b"new", private=True)
+    assert {stat.S_IMODE(path.stat().st_mode) for path in deep.iterdir()} == {0o600}
+
+
+def test_what_is_written_together_appears_when_all_went_well_or_not_at_all(tmp_path):
+    (tmp_path / "b").write_text("old")
+    with pytest.raises(KeyError), files.together():
+        files.write_bytes(tmp_path / "a", b"new")
+        files.write_bytes(tmp_path / "b", b"new", force=True)
+        raise KeyError
+    assert only(tmp_path, "b") and (tmp_path / "b").read_text() == "old"
+    with files.together():
+        files.write_bytes(tmp_path / "a", b"new")
+        files.write_bytes(tmp_path / "b", b"new", force=True)
+        assert not (tmp_path / "a").exists()
+    assert only(tmp_path, "a", "b") and (tmp_path / "b").read_text() == "new"
+    files.write_bytes(tmp_path / "c", b"at once")
+    assert (tmp_path / "c").read_text() == "at once"

@@ -11,6 +11,7 @@ saved_map      the map itself, exactly
 plot           the figure
 """
 
+import os
 from copy import copy
 from importlib import import_module
 
@@ -139,7 +140,7 @@ def name_outputs(job: Job, inputs: Inputs) -> Job:
     """The job with a picture, or a mesh for a mesh, named after its shapes, when it writes nothing else.
 
     Raises:
-        InputError: that mesh would not show the texture.
+        InputError: that mesh would not show the texture, or there is a link of that name: where it leads was not named.
     """
     if job.output or any(getattr(job, field) for field in WRITTEN):
         return job
@@ -150,9 +151,12 @@ def name_outputs(job: Job, inputs: Inputs) -> Job:
     if len(job.maps) > 1:
         name, suffix = f"{name}-{STEM}", ".png"
     try:
-        return job.model_copy(update={"output": pair_outputs([name + suffix], job.maps)})
+        named = pair_outputs([name + suffix], job.maps)
     except ValueError as error:
         raise InputError(str(error)) from None
+    if links := [each for each in named if os.path.islink(each)]:
+        raise InputError(f"{links[0]}: is a link; name the file to write with -o")
+    return job.model_copy(update={"output": named})
 
 
 def suffix_for(job: Job, inputs: Inputs) -> str:

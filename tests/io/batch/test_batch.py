@@ -3,7 +3,10 @@
 import hashlib
 import json
 import os
+import platform
 import signal
+import subprocess
+import sys
 import time
 from concurrent.futures import BrokenExecutor, Future, wait
 
@@ -154,7 +157,7 @@ def test_where_a_job_may_have_killed_its_worker_none_waits_at_it(play, monkeypat
 def test_what_is_skipped_does_not_wait_for_what_runs(play, monkeypatch):
     done = {"status": "done", "message": "done", **NOTHING}
     monkeypatch.setattr(journal, "key", lambda job: job.source)
-    monkeypatch.setattr(Journal, "finished", lambda book, key: None if key == "a" else done)
+    monkeypatch.setattr(Journal, "finished", lambda book, key, job: None if key == "a" else done)
     patience = []
     monkeypatch.setattr(
         dispatch, "wait", lambda running, **how: patience.append(how["timeout"]) or wait(running, **how)
@@ -226,14 +229,95 @@ def test_the_journal_forgives_torn_lines(tmp_path):
     book.begin(key, job)
     with book.path.open("a") as file:
         file.write('{"event": "finished", "key": ')
-    book.finish(key, {"status": "done", "outputs": [output]})
+    book.finish(key, {"status": "done", "message": "", "outputs": [output], "figures": {}, "notes": []})
     with book.path.open("ab") as file:
         file.write(b'{"torn": \xff\n[1]\n"x"\n{"event": "finished", "key": 3}\n{"event": "begun"}\n')
     again = Journal(tmp_path)
-    assert again.finished(key)["status"] == "done" and again.wrote(job.report)
-    assert again.finished("other") is None and not again.wrote(job.source)
+    assert again.finished(key, job)["status"] == "done" and again.wrote(job.report)
+    assert again.finished("other", job) is None and not again.wrote(job.source)
     (tmp_path / "out.json").write_text("changed")
-    assert again.finished(key) is None
+    assert again.finished(key, job) is None
+
+
+@pytest.fixture
+def told(tmp_path):
+    """`told(path, **changed)`: whether a journal of tmp_path/out that says that a job wrote a file is believed."""
+    root, away = tmp_path / "out", tmp_path / "away.json"
+    root.mkdir()
+    for path in (away, root / "r.json"):
+        path.write_text("made")
+    (tmp_path / "in").write_text("x")
+    (root / "link").symlink_to(tmp_path)
+
+    def told(path, output="r.json", **changed):
+        job = Job(source=str(tmp_path / "in"), report=str(root / output))
+        digest = hashlib.sha256(b"made").hexdigest()
+        result = {"status": "done", "message": "", "figures": {}, "notes": []}
+        result |= {"outputs": [{"path": path, "sha256": digest}]} | changed
+        line = {"event": "finished", "key": journal.key(job), "result": result}
+        (root / journal.NAME).write_text(json.dumps(line) + "\n")
+        return Journal(root).finished(journal.key(job), job)
+
+    return told
+
+
+def test_the_journal_is_believed_of_files_in_its_folder_and_of_those_of_the_job(told, tmp_path):
+    assert told("r.json") is not None
+    assert told("../away.json", output="../away.json") is not None
+    for path in ("../away.json", str(tmp_path / "away.json"), "link/away.json", "gone.json", "a\0b"):
+        assert told(path) is None, path
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"status": 3},
+        {"message": None},
+        {"outputs": []},
+        {"outputs": [3]},
+        {"outputs": [{"path": "r.json", "sha256": 3}]},
+        {"outputs": {"path": "r.json"}},
+        {"figures": []},
+        {"notes": [3]},
+        {"notes": None},
+    ],
+)
+def test_results_of_another_form_are_none(told, changed):
+    assert told("r.json", **changed) is None
+
+
+def test_the_journal_sweeps_in_its_folder_and_beside_outputs_of_the_manifest_alone(tmp_path):
+    ended = subprocess.Popen([sys.executable, "-c", ""])
+    ended.wait()
+    root, away = tmp_path / "out", tmp_path / "away"
+    for folder in (root, away):
+        folder.mkdir()
+        (folder / ".made.abcdefgh.png").touch()
+    outputs = ["made.png", "../away/made.png", str(away / "made.png")]
+    line = {"event": "begun", "key": "k", "outputs": outputs, "by": [platform.node(), ended.pid]}
+    (root / journal.NAME).write_text(json.dumps(line) + "\n")
+    assert Journal(root).sweep() == [root / ".made.abcdefgh.png"]
+    (found,) = Journal(root).sweep([str(away / "made.png")])
+    assert found.name == ".made.abcdefgh.png" and not any(away.iterdir())
+
+
+@pytest.mark.parametrize("make", ["link", "pipe", "folder"])
+def test_a_journal_that_is_not_a_plain_file_is_refused(tmp_path, iccm, make):
+    (tmp_path / "precious").write_text("mine")
+    (tmp_path / "j.jsonl").write_text('{"source": "in.svg", "target": "in.svg"}\n')
+    path = tmp_path / journal.NAME
+    if make == "link":
+        path.symlink_to(tmp_path / "precious")
+    elif make == "folder":
+        path.mkdir()
+    elif hasattr(os, "mkfifo"):
+        os.mkfifo(path)
+    else:
+        pytest.skip("there are no pipes with names here")
+    (tmp_path / "in.svg").write_text('<svg xmlns="http://www.w3.org/2000/svg"><path d="M0 0H9V5z"/></svg>')
+    typed = iccm("batch", tmp_path / "j.jsonl")
+    assert typed.code == 2 and journal.NAME in typed.err
+    assert (tmp_path / "precious").read_text() == "mine"
 
 
 def test_the_key_knows_inputs_options_and_version(tmp_path, monkeypatch):

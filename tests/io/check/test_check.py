@@ -183,6 +183,24 @@ def test_update_rewrites_and_removes(folders, iccm):
     assert iccm("check", run, base).code == 0 and not (base / "other.obj").exists()
 
 
+def test_links_out_of_the_folders_are_not_followed(folders, iccm, tmp_path):
+    run, base = folders
+    (tmp_path / "secret.obj").write_text("v 1 2 3\n")
+    (run / "inside.png").symlink_to("a.png")
+    assert iccm("check", run, base, "--update").code == 0
+    assert (base / "inside.png").read_bytes() == (run / "a.png").read_bytes()
+    (run / "leak.obj").symlink_to(tmp_path / "secret.obj")
+    for more in ((), ("--update",)):
+        typed = iccm("check", run, base, *more)
+        assert typed.code == 2 and "leak.obj" in typed.err and not (base / "leak.obj").exists()
+    (run / "leak.obj").unlink()
+    (base / "a.png").unlink()
+    (base / "a.png").symlink_to(tmp_path / "secret.obj")
+    typed = iccm("check", run, base, "--update")
+    assert typed.code == 2 and "a.png" in typed.err
+    assert (tmp_path / "secret.obj").read_text() == "v 1 2 3\n"
+
+
 def test_nothing_to_compare_is_an_error(tmp_path, iccm):
     (tmp_path / "run").mkdir()
     (tmp_path / "base").mkdir()

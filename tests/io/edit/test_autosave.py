@@ -1,12 +1,15 @@
 """Nothing is lost: what was not saved is kept, offered by the next start, and forgotten once it is saved."""
 
 import os
+import stat
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from iccm.errors import InputError
 from iccm.io.edit import autosave, saving
+from iccm.io.edit.desk import Desk
 from iccm.io.edit.messages import Scene
 from iccm.io.edit.session import Session
 from iccm.io.run.job import make
@@ -31,6 +34,28 @@ def test_what_was_not_saved_is_there_again_with_the_map_it_goes_on_from(shapes, 
     assert np.array_equal(again._map.image, edited._map.image)
     if os.name != "nt":
         assert (state / "iccm" / "edit").stat().st_mode & 0o077 == 0
+
+
+@pytest.mark.skipif(os.name == "nt", reason="permissions of POSIX")
+@pytest.mark.parametrize("before", [False, True])
+def test_the_token_is_the_users_alone(shapes, state, before):
+    """Whatever the umask is, and also where an earlier version left folders and files that all may read."""
+    folder = state / "iccm" / "edit"
+    old = os.umask(0)
+    try:
+        if before:
+            (folder / "files").mkdir(parents=True)
+            autosave.path(JOB).write_text("{}")
+        edited = Session(JOB)
+        path = Path(Desk(source="square.svg", target="blob.svg").put("other.svg", b"<svg/>"))
+        autosave.keep(edited, SCENE, *AT)
+    finally:
+        os.umask(old)
+    assert path.is_relative_to(folder) and "token" in autosave.path(JOB).read_text()
+    made = [state / "iccm", *(state / "iccm").rglob("*")]
+    modes = {each: stat.S_IMODE(each.stat().st_mode) for each in made}
+    assert set(modes.values()) == {0o700, 0o600}
+    assert all((mode == 0o700) == each.is_dir() for each, mode in modes.items())
 
 
 def test_it_is_of_this_pair_alone_wherever_the_command_is_typed(shapes, monkeypatch):

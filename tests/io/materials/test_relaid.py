@@ -173,6 +173,17 @@ def test_an_obj_gets_materials(there, iccm, old, out):
     assert off(made, BENT, 1) <= 0.005
 
 
+def test_a_mesh_that_lies_elsewhere_leaves_no_files(there, iccm):
+    lines = (there / "new.obj").read_text().splitlines()
+    bent = [line if line[:2] != "v " else f"v {k} {k * k % 97} {k % 13}" for k, line in enumerate(lines)]
+    # One face fewer: the order says nothing either.
+    (there / "new.obj").write_text("\n".join(bent[:-1]) + "\n")
+    before = {path.name for path in there.iterdir()}
+    done = iccm("relayout", "old.obj", "new.obj", "-o", "out.obj", "--size", 16, "--match", "position")
+    assert done.code == 2 and "nothing of it lies on" in done.err
+    assert {path.name for path in there.iterdir()} == before
+
+
 def test_a_material_that_gets_a_bump_map_of_another_shows_it_fully(there, iccm):
     """Blender takes a bump map without -bm as one of strength 0."""
     new = (there / "new.obj").read_text().splitlines()

@@ -1,6 +1,9 @@
 """Shapes from where they are: GeoJSON, annotations, fonts, DXF."""
 
 import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import matplotlib
@@ -129,6 +132,23 @@ def test_closed_lines_of_dxf_by_layer(tmp_path):
     assert any("1 open lines of layer 'lines'" in note for note in joined.notes)
     leaf = shape.read(f"{path}#leaves").curve
     assert abs(leaf.area - 8 * np.pi) < 0.05 and abs(leaf.z.mean() - (50 + 50j)) < 0.5
+
+
+def test_reading_dxf_leaves_nothing_in_the_home(tmp_path):
+    ezdxf = pytest.importorskip("ezdxf", reason="ezdxf is an extra")
+    document = ezdxf.new()
+    document.modelspace().add_circle((5, 5), 2)
+    document.saveas(tmp_path / "d.dxf")
+    home = tmp_path / "home"
+    home.mkdir()
+    folders = {name: str(home) for name in ("HOME", "USERPROFILE", "XDG_CACHE_HOME", "XDG_CONFIG_HOME")}
+    code = "from iccm.io.outlines import dxf; from pathlib import Path; dxf.read(Path('d.dxf')); import os; "
+    code += "print(os.environ['XDG_CACHE_HOME'])"
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=tmp_path, env=os.environ | folders, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert done.stdout.strip() == str(home) and not list(home.rglob("*"))
 
 
 @pytest.mark.parametrize(
