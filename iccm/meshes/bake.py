@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Complex, Index
-from ..jit import kept
 from ..maps.extended_inverse import ExtendedInverse, bends
+from ..native import function
 from ..parallel import over_slices
 from ..pixels.padding import pad
 from ..pixels.sampler import Sampler, put
@@ -23,6 +23,9 @@ from .flatten import Flattening
 from .layout import Layout
 from .rasterise import affine
 
+_evaluate = function("""int64_t iccm_meshes_evaluate(
+    const Complex *coefficients, const double *corners, const int32_t *owner, const int64_t *at, int64_t count,
+    int64_t first, int64_t height, int64_t width, Complex *z, Complex *zx, Complex *zy)""")
 ROWS, ACROSS = 64, 512  # texels of the layout that are filtered at a time (by hand)
 TEXEL = 48  # bytes that a texel of the layout takes on the way: arrays counted
 
@@ -185,7 +188,7 @@ class _Source:
 
     def _affine(self, coefficients: Complex, own: NDArray, at: Index, first: int) -> Origins:
         z, zx, zy = (np.empty(at.size, complex) for _ in range(3))
-        _evaluate(coefficients, self.corners, own, at, first, self.owner.shape, z, zx, zy)
+        _evaluate(coefficients, self.corners, own, at, at.size, first, *self.owner.shape, z, zx, zy)
         return z, zx, zy
 
     def _flat_places(self, own: NDArray, at: Index, first: int) -> Complex:
@@ -203,31 +206,6 @@ class _Source:
         zx[good] = (z_w * wx + z_wbar * wx.conj())[good]
         zy[good] = (z_w * wy + z_wbar * wy.conj())[good]
         return z, zx, zy
-
-
-@kept()
-def _evaluate(coefficients, corners, owner, at, first, shape, z, zx, zy):
-    """An affine function a triangle at the texels they own, a texel that came in from the other side put back there."""
-    height, width = shape
-    for i in range(owner.size):
-        t = owner[i]
-        x = _beside(corners[t, 0, 0], corners[t, 1, 0], corners[t, 2, 0], at[i] % width + 0.5, width)
-        y = _beside(
-            corners[t, 0, 1], corners[t, 1, 1], corners[t, 2, 1], first + at[i] // width + 0.5, height
-        )
-        zx[i], zy[i] = coefficients[t, 1], coefficients[t, 2]
-        z[i] = coefficients[t, 0] + zx[i] * x + zy[i] * y
-
-
-@kept()
-def _beside(a, b, c, x, size):
-    """The place x, moved by multiples of `size` unless it lies among three others or half a texel beside them."""
-    low, high = min(a, b, c) - 0.5, max(a, b, c) + 0.5
-    if x < low:
-        x += size * np.ceil((low - x) / size)
-    elif x > high:
-        x -= size * np.ceil((x - high) / size)
-    return x
 
 
 def _into(triangle: Complex, w: Complex) -> Complex:

@@ -7,11 +7,15 @@ from numpy.typing import NDArray
 
 from ..arrays import Complex, Index, Real, xy_of
 from ..jit import kept
+from ..native import function
 from ..parallel import over_slices
 from ..plane import bounding_box, longer_side
 from .flatten import Flattening
 from .rasterise import rasterise
 
+_walk = function("""int64_t iccm_meshes_walk(
+    const Complex *flat, const int64_t *faces, const int64_t *twin, const Complex *z, const int32_t *start,
+    int64_t count, int64_t *triangle, double *weights)""")
 GRID = 1024  # cells of the longer side of the grid of starting triangles (by hand)
 
 
@@ -70,17 +74,17 @@ class Locator:
 
         Points of a hole or outside count as being on the border of a triangle near by.
         """
+        z = np.ascontiguousarray(z, np.complex128)
         at = (z - self.low) * self.scale
         column, row = (np.clip(c.astype(np.int64), 0, GRID - 1) for c in (at.real, at.imag))
         start = self.grid[row, column]
         triangle, weights = np.empty(z.size, np.int64), np.empty((z.size, 3))
-        over_slices(
-            lambda part: _walk(
-                self.flat, self.faces, self.twin, z[part], start[part], triangle[part], weights[part]
-            ),
-            z.size,
-            threads,
-        )
+
+        def walk(part: slice) -> None:
+            some, begin = z[part], start[part]
+            _walk(self.flat, self.faces, self.twin, some, begin, some.size, triangle[part], weights[part])
+
+        over_slices(walk, z.size, threads)
         return triangle, weights
 
 
@@ -104,13 +108,6 @@ def along(edges: Real, way: Real) -> Real:
 @kept()
 def _cross(o, a, b):
     return (a.real - o.real) * (b.imag - o.imag) - (a.imag - o.imag) * (b.real - o.real)
-
-
-@kept()
-def _walk(flat, faces, twin, z, start, triangle, weights):
-    """Fills in the triangles of points, and the barycentric coordinates there."""
-    for i in range(z.size):
-        triangle[i] = _walk_to(flat, faces, twin, z[i], start[i], weights[i])
 
 
 @kept()

@@ -4,11 +4,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Index, Real
-from ..jit import kept
+from ..native import function
 from ..pixels.sampler import Sampler
 from ..pixels.texture import Places
 from .rasterise import affine
 
+_nearest = function("""int64_t iccm_meshes_nearest(
+    const double *corners, const double *slopes, int64_t m, int32_t *owner, float *depth, int64_t height,
+    int64_t width)""")
 # Chosen by hand, and nobody knows better, where a line does not say how a number was found.
 SAMPLES = 2  # a pixel and axis
 AMBIENT = 0.35  # share of the light that comes from everywhere
@@ -56,7 +59,7 @@ def render(
     corners = screen[faces]
     owner, depth = np.full((height, width), -1, np.int32), np.full((height, width), -np.inf, np.float32)
     slopes = affine(corners, seen[:, 2][faces])
-    _nearest(corners, slopes, owner, depth)
+    _nearest(corners, slopes, len(corners), owner, depth, height, width)
     at = np.flatnonzero(owner >= 0)
     own = owner.ravel()[at]
     colour = _texels(corners, uv, own, at, width, sampler)
@@ -114,40 +117,3 @@ def _texels(corners: Real, uv: Real, own: NDArray, at: Index, width: int, sample
     top = np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else 1
     values = pixels.astype(np.float32) / top
     return values[:, :3] if values.shape[1] >= 3 else np.repeat(values[:, :1], 3, axis=1)
-
-
-@kept()
-def _nearest(corners, slopes, owner, depth):
-    """Each sample's triangle nearest to the viewer."""
-    height, width = owner.shape
-    for t in range(corners.shape[0]):
-        tri = corners[t]
-        turn = (tri[1, 0] - tri[0, 0]) * (tri[2, 1] - tri[0, 1]) - (tri[1, 1] - tri[0, 1]) * (
-            tri[2, 0] - tri[0, 0]
-        )
-        if turn == 0:
-            continue
-        x0, x1 = (
-            max(0, int(np.floor(tri[:, 0].min() - 0.5))),
-            min(width - 1, int(np.ceil(tri[:, 0].max() - 0.5))),
-        )
-        y0, y1 = (
-            max(0, int(np.floor(tri[:, 1].min() - 0.5))),
-            min(height - 1, int(np.ceil(tri[:, 1].max() - 0.5))),
-        )
-        for y in range(y0, y1 + 1):
-            for x in range(x0, x1 + 1):
-                inside = True
-                for k in range(3):
-                    q = (k + 1) % 3
-                    e = (tri[q, 0] - tri[k, 0]) * (y + 0.5 - tri[k, 1]) - (tri[q, 1] - tri[k, 1]) * (
-                        x + 0.5 - tri[k, 0]
-                    )
-                    if e * turn < 0:
-                        inside = False
-                        break
-                if inside:
-                    d = slopes[t, 0] + slopes[t, 1] * (x + 0.5) + slopes[t, 2] * (y + 0.5)
-                    if d > depth[y, x]:
-                        depth[y, x] = d
-                        owner[y, x] = t

@@ -1,0 +1,19 @@
+// The triangles of a flat mesh that points of the plane lie in.
+#include "iccm/locate.h"
+
+using namespace iccm;
+
+// Walk from triangle to triangle to each of some points (iccm/locate.h).
+//
+//   flat       (n,) vertices
+//   faces      (m, 3) triangles, counter-clockwise
+//   twin       (3m,) the half-edge beyond each one, negative on a border
+//   z          (count,) points
+//   start      (count,) triangles that walks begin at
+//   triangle   (count,) written
+//   weights    (count, 3) written: barycentric coordinates there
+ICCM_EXPORT int64_t iccm_meshes_walk(const Complex *flat, const int64_t *faces, const int64_t *twin, const Complex *z,
+                                     const int32_t *start, int64_t count, int64_t *triangle, double *weights) {
+    for (Index i = 0; i < count; i++) triangle[i] = walk_to(flat, faces, twin, z[i], start[i], weights + 3 * i);
+    return 0;
+}
