@@ -21,6 +21,11 @@ class BuildCore(build_ext):
         folder = Path(self.build_lib) / "iccm" / "native" / "lib"
         compile_core(folder.resolve(), find_compiler(), Path(self.build_temp).resolve() / "core")
 
+    def copy_extensions_to_source(self) -> None:
+        """Make the libraries' folder, which a fresh checkout lacks, and copy them there."""
+        (ROOT / "iccm" / "native" / "lib").mkdir(parents=True, exist_ok=True)
+        super().copy_extensions_to_source()
+
     def get_ext_filename(self, fullname: str) -> str:
         """A library's file, whose name holds nothing of Python's."""
         *folders, name = fullname.split(".")
