@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...arrays import Box, Complex
 from ...errors import InputError
+from ..spec import Spec
 from . import framing
 from .job import Job
 
@@ -109,7 +110,7 @@ def sampler_of(
 
 
 def image_of(job: Job, source: Shape, room: Memory) -> Image:
-    """The picture to carry along: --texture, the mesh's own, or a checkerboard.
+    """The picture to carry along: --texture, the source's own, or a checkerboard.
 
     Raises:
         InputError: it cannot be read, or has more pixels than --max-pixels.
@@ -120,10 +121,14 @@ def image_of(job: Job, source: Shape, room: Memory) -> Image:
     if name := job.texture:
         key = None if job.memory else (_stamp(name), job.max_pixels, job.colorspace)
         return _read.get(key, _numbers, lambda: image_files.read(name, **limits))
-    if source.pictures:
+    if source.pictures and source.is_mesh:
         from ..shapes import mesh_reading
 
         return mesh_reading.read_texture(source, **limits)
+    if source.pictures:
+        from ..shapes import own_picture
+
+        return own_picture.read(Spec.of(source.spec), source.trace, **limits)
     from ...pixels.checkerboard import checkerboard
 
     return _read.get(CHEQUERED, _numbers, lambda: image_files.Image(checkerboard(CHEQUERED)))

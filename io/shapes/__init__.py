@@ -2,6 +2,7 @@
 
 shape           `file#part` as a domain in the core plane
 silhouette      pictures as outlines
+own_picture     pictures as textures of their own silhouettes
 scan            scans and photographs, cleaned to be traced
 planar_obj      planar OBJ files as outlines
 mesh_shape      a mesh as a planar shape, flattened

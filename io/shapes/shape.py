@@ -53,6 +53,8 @@ class Shape:
         holes: the boundaries of its holes, core plane.
         hole_names: ids and labels of what is drawn in each of them.
         aspect: of a layout, width by height of the pictures that lie there.
+        coloured: whether its file has colours of its own to show; it is its own texture then.
+        trace: what of a picture is traced, see `silhouette.read`.
     """
 
     spec: str
@@ -70,6 +72,8 @@ class Shape:
     hole_names: tuple[tuple[str, ...], ...] = ()
     aspect: float = 1.0
     rigid: tuple[Complex, ...] = ()
+    coloured: bool = False
+    trace: str = "auto"
 
     @property
     def bounds(self) -> Box:
@@ -145,8 +149,8 @@ class Shape:
 
     @property
     def pictures(self) -> tuple[Path | bytes, ...]:
-        """The textures that the file names or holds: those of a mesh."""
-        return ()
+        """The textures that the file names, holds or is: those of a mesh, or a drawing that has colours of its own."""
+        return (self.path,) if self.coloured else ()
 
     def placing(self, texture: Texture, tiles: Box | None = None) -> Placing:
         """Where points of the shape's plane lie in a texture, which has a place of its own in it.
@@ -240,6 +244,8 @@ def read(
         tuple(notes),
         names=outline.names,
         rigid=tuple(_core(z, drawing.flip) for z in drawing.rigid),
+        coloured=drawing.coloured,
+        trace=trace,
         **_holes(drawing, outline),
     )
 
@@ -279,6 +285,8 @@ def read_all(text: str, *, flatness: float = 1e-4, trace: str = "auto") -> list[
             part=f"{chosen.part or ''}#{number + 1}".removeprefix("#"),
             names=drawing.outlines[number].names,
             extent=extent,
+            coloured=drawing.coloured,
+            trace=trace,
             **_holes(drawing, drawing.outlines[number]),
         )
         for number, curve in curves.items()

@@ -3,7 +3,7 @@
 Coordinates are pixels, x right and y down, the centre of the upper left pixel at (0.5, 0.5).
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +23,18 @@ SPECK = 4  # pixels; smaller pieces are noise
 # it is a staircase that far to either side: less than 0.75 would keep the stairs.
 SOFT, HARD = 0.25, 0.75
 UNEVEN = 0.1  # of the border's pixels: if more are neither background nor shape, it is no plain background (by hand)
+EXACT, ALIKE = 0.03, 0.06
+"""Differences of colours that are nothing, as those of a flat background, and those of noise and of JPEG files."""
+FLAT_SHARE, HALF, CUTS = 0.9, 0.5, 8
+"""Of a border: the share of one colour that makes it plain, or half of it if what is cut off there begins and ends
+at most so many times (a bust: 2); at the edge of a photograph everything changes often (bricks: 50)."""
+LINE_SHARE = 32  # of the longer side: as wide as a pencil's line around a drawing may be (by hand)
+FEW_SHARE = 0.005  # of the pixels: fewer of another colour, such as noise, do not make a second one
+CANVAS, SILHOUETTE = "canvas", "silhouette"
+PHOTOGRAPH = (
+    "taken as a whole, a rectangle: it has no transparency and no plain background (#silhouette or --trace traces what "
+    "stands out)"
+)
 INSIDE = "the inside of its line is taken; --trace dark takes the line itself"
 APART = 1e-3
 """Coverage by which no pixel is nearer to the level than that: they keep contours apart (by hand)."""
@@ -38,11 +50,13 @@ def read(
     max_pixels: int = limits.SILHOUETTE_PIXELS,
     trace: str = "auto",
 ) -> Drawing:
-    """The outlines in a picture: of its alpha channel, of a mask or drawing on a plain background, or of a scan.
+    """The outlines in a picture: of its alpha channel, of a mask or drawing on a plain background, or of a scan; of a
+    photograph its rectangle.
 
     With `trace` "auto" alpha is taken where it varies, then what stands out from a plain background, else, as under
-    uneven light, what `scan` finds; of a line that encloses much more than itself its inside. For "dark", "light" and
-    "inside" see there.
+    uneven light, what `scan` finds; of a line that encloses much more than itself its inside. A picture without any
+    background is a photograph: its rectangle, with a note. For "dark", "light" and "inside" see `scan.field_of`.
+    `chosen` may be `canvas`, the rectangle of any picture, and `silhouette`, which traces photographs, too.
 
     Outlines follow the level where coverage is one half, between pixel centres, and are simplified to 0.25 pixel
     (0.75 in a mask without grey levels), or to `flatness` times their diagonal where that is more.
@@ -54,12 +68,20 @@ def read(
 
     files.open_input(path, max_bytes=max_bytes)
     image = image_files.read(path, max_pixels=max_pixels)
-    with naming(path):
-        field, by, said = _field(image.pixels, image.alpha, trace)
-        found, rest = traced(field, flatness)
-    found = [_enlarged(each, by) for each in found]
     height, width = image.pixels.shape[:2]
-    drawing = Drawing(found, (0.0, 0.0, float(width), float(height)), flip=True, notes=said)
+    part = part_of(chosen)
+    with naming(path):
+        reading = interpret(image.pixels, image.alpha, trace, part)
+        coloured = has_colours(image.pixels, image.alpha, reading)
+        drawing = Drawing([], (0.0, 0.0, float(width), float(height)), flip=True, coloured=coloured)
+        drawing.ids.update({part: None} if part in (CANVAS, SILHOUETTE) else {})
+        drawing.notes.extend(reading.notes)
+        if reading.field is None:
+            corners = np.array([0, width, width + 1j * height, 1j * height])
+            drawing.outlines.append(FilledOutline("the whole picture", corners, float(width * height)))
+            return drawing
+        found, rest = traced(reading.field, flatness)
+    drawing.outlines.extend(_enlarged(each, reading.scale) for each in found)
     if rest:
         drawing.notes.append(
             f"left out {rest} specks of less than {SPECK} pixels or beyond the {limits.PIECES} largest pieces"
@@ -67,29 +89,129 @@ def read(
     return drawing
 
 
-def _field(pixels: NDArray, alpha: int, trace: str) -> tuple[NDArray[np.float32], float, list[str]]:
-    """Coverages to be traced, how many pixels of the picture each is wide, and what is to be said of that."""
+def part_of(chosen: str | None) -> str | None:
+    """The name in `name`, `name#number` or `number`."""
+    name, _, number = (chosen or "").rpartition("#")
+    return (name if number.isdecimal() else chosen) or None
+
+
+@dataclass(frozen=True, eq=False)
+class Reading:
+    """What of a picture is meant.
+
+    Attributes:
+        kind: where that is known from: "alpha", a "plain" background, a "scan", the inside of a "line", or the
+            "rectangle", all of it.
+        field: (h, w) coverages to be traced; None for all of the picture.
+        scale: how many pixels of the picture each of these is wide.
+        notes: what the user should know about it.
+    """
+
+    kind: str
+    field: NDArray[np.float32] | None
+    scale: float = 1.0
+    notes: tuple[str, ...] = ()
+
+
+def interpret(pixels: NDArray, alpha: int, trace: str = "auto", part: str | None = None) -> Reading:
+    """Decide what of a picture is meant, see `read`.
+
+    Raises:
+        InputError: nothing stands out, or values are not finite.
+    """
     from . import scan
 
+    if part == CANVAS:
+        return Reading("rectangle", None)
+    photographs = trace == "auto" and part != SILHOUETTE
     if trace == "auto":
         field = coverage(pixels, alpha)
         if _is_alpha(pixels, alpha):
-            return field, 1.0, []
-        border = np.concatenate([field[0], field[-1], field[:, 0], field[:, -1]])
-        if np.mean((border > 0.25) & (border < 0.75)) < UNEVEN:
+            return Reading("alpha", field)
+        if _is_plain(pixels, alpha, field, strict=photographs):
             ink = field >= 0.5
             if not scan.is_line(ink):
-                return field, 1.0, []
+                return Reading("plain", field)
             try:
-                return scan.smooth(scan.inside_of(ink)), 1.0, [INSIDE]
+                return Reading("line", scan.smooth(scan.inside_of(ink)), 1.0, (INSIDE,))
             except InputError:
-                return field, 1.0, []
+                return Reading("plain", field)
+    colours = straight_colours(pixels, alpha)
+    try:
+        field, by, inside = scan.field_of(colours, trace, photographs=photographs)
+    except InputError:
+        if not photographs:
+            raise
+        return Reading("rectangle", None, 1.0, (PHOTOGRAPH,))
+    return Reading("line" if inside else "scan", field, by, (INSIDE,) if inside and trace == "auto" else ())
+
+
+def opaque_part(reading: Reading, shape: tuple[int, int]) -> NDArray[np.float32]:
+    """(h, w) how much of each pixel of a picture of that shape is covered by what stands out: all of it, however alike
+    it is to the background, where only such pixels surround it."""
+    import cv2
+
+    height, width = shape
+    if reading.field is None:
+        return np.ones(shape, np.float32)
+    field = np.clip(reading.field, 0, 1)
+    if field.shape != shape:
+        field = cv2.resize(field, (width, height), interpolation=cv2.INTER_LINEAR)
+    inside = (field >= 0.5).astype(np.uint8)
+    around = np.ones((3, 3), np.uint8)
+    deep, near = cv2.erode(inside, around), cv2.dilate(inside, around)
+    return np.where(deep > 0, 1, np.where(near > 0, field, 0)).astype(np.float32)
+
+
+def has_colours(pixels: NDArray, alpha: int, reading: Reading) -> bool:
+    """Whether what is meant of a picture has more than one colour, and so shows something of its own.
+
+    Pixels along its edge do not count, which are mixed with the background; for the inside of a line, nor does the
+    line.
+    """
+    import cv2
+
+    height, width = pixels.shape[:2]
+    mask = opaque_part(reading, (height, width)) >= 0.5
+    edge = max(height, width) // LINE_SHARE if reading.kind == "line" else 1
+    if reading.field is not None:
+        depth = cv2.distanceTransform(np.pad(mask, 1).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+        mask = (depth > edge)[1:-1, 1:-1]
+    colours = straight_colours(pixels, alpha)[mask]
+    if not colours.size:
+        return False
+    low, high = np.quantile(colours, [FEW_SHARE, 1 - FEW_SHARE], axis=0)
+    return bool((high - low).max() > ALIKE)
+
+
+def straight_colours(pixels: NDArray, alpha: int) -> NDArray[np.float32]:
+    """(h, w, c) colours without alpha, from 0 to 1."""
     scale = np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else 1
     if pixels.dtype.kind == "f" and not np.isfinite(pixels).all():
         raise InputError("some pixels are not finite numbers")
     colours = np.delete(pixels, alpha, axis=2) if alpha >= 0 else pixels
-    field, by, inside = scan.field_of((colours / np.float32(scale)).astype(np.float32), trace)
-    return field, by, [INSIDE] if inside and trace == "auto" else []
+    return (colours / np.float32(scale)).astype(np.float32)
+
+
+def _is_plain(pixels: NDArray, alpha: int, field: NDArray[np.float32], *, strict: bool) -> bool:
+    """Whether a picture's border is background and shape, and little in between; if `strict`, also whether it is
+    mostly one colour, which the shape interrupts a few times at most, and the shape is not made of many pieces."""
+    from .scan import border_of, is_scattered
+
+    border = border_of(field)
+    if np.mean((border > 0.25) & (border < 0.75)) >= UNEVEN:
+        return False
+    if not strict:
+        return True
+    colours = border_of(straight_colours(pixels, alpha))
+    away = np.abs(colours - np.median(colours, axis=0)).max(axis=1)
+    if np.mean(away <= EXACT) >= FLAT_SHARE:
+        return True
+    free = np.mean(away <= ALIKE)
+    sides = np.split(field, [1, len(field) - 1])[0::2]
+    sides += [side.T for side in np.split(field, [1, field.shape[1] - 1], axis=1)[0::2]]
+    changes = sum(int(np.count_nonzero(np.diff(side[0] >= 0.5))) for side in sides)
+    return bool(free >= HALF and (free >= FLAT_SHARE or changes <= CUTS)) and not is_scattered(field >= 0.5)
 
 
 def _enlarged(outline: FilledOutline, by: float) -> FilledOutline:

@@ -29,6 +29,7 @@ class Drawing:
         notes: what was left out or changed on the way.
         refused: (enclosed area, message) of what looks like a domain but is not one.
         ids: the names that select something, in order; a dictionary, for drawings of many.
+        coloured: whether it has colours of its own to show, and not just a shape.
         paint: computes `ink` and `painted` where these are more than the outlines together.
     """
 
@@ -41,6 +42,7 @@ class Drawing:
     notes: list[str] = field(default_factory=list)
     refused: list[Refused] = field(default_factory=list)
     ids: dict[str, None] = field(default_factory=dict)
+    coloured: bool = False
     paint: Callable[[], tuple[shapely.Geometry, shapely.Geometry]] | None = None
 
     @property

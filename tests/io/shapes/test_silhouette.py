@@ -1,5 +1,7 @@
 """Outlines of pictures: right to a part of a pixel, few vertices, y up in the core plane."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import shapely
@@ -176,3 +178,111 @@ def test_values_that_are_not_finite():
     pixels[2, 2] = np.nan
     with pytest.raises(InputError, match="not finite"):
         silhouette.coverage(pixels, -1)
+
+
+def of_scikit_image(name):
+    import skimage
+
+    return str(Path(skimage.__file__).parent / "data" / name)
+
+
+@pytest.mark.parametrize(
+    "name", ["chelsea.png", "coffee.png", "astronaut.png", "camera.png", "rocket.jpg", "brick.png"]
+)
+def test_a_photograph_is_its_rectangle_and_says_so(name):
+    path = of_scikit_image(name)
+    photo, canvas = shapes.read(path), shapes.read(f"{path}#canvas")
+    assert photo.curve.z.size == 4 and photo.curve.box == photo.box == canvas.curve.box
+    assert "rectangle" in photo.notes[0] and "#silhouette" in photo.notes[0] and not canvas.notes
+    assert photo.coloured and canvas.coloured
+
+
+def test_a_photograph_is_traced_where_that_is_asked_for():
+    path = of_scikit_image("rocket.jpg")
+    whole = shapes.read(path).curve.area
+    for traced in (shapes.read(f"{path}#silhouette"), shapes.read(path, trace="light")):
+        assert traced.curve.area < 0.6 * whole and not any("rectangle" in note for note in traced.notes)
+
+
+@pytest.mark.parametrize("name", ["horse.png", "retina.jpg", "coins.png", "color.png"])
+def test_what_lies_on_a_background_is_no_rectangle(name):
+    found = shapes.read(of_scikit_image(name))
+    assert found.curve.area < 0.8 * abs(found.box[1] - found.box[0]) ** 2 / 2
+    assert not any("rectangle" in note for note in found.notes)
+
+
+def test_a_shape_cut_off_by_the_edge_is_no_photograph(tmp_path):
+    """Shoulders at the lower edge, in two colours: a bust."""
+    y, x = np.mgrid[:SIDE, :SIDE]
+    bust = ((x - 90) ** 2 + (y - 70) ** 2 < 40**2) | ((abs(x - 100) < 70) & (y > 100 + 20 * np.sin(x / 20)))
+    pixels = np.where(bust[..., None], np.where(y[..., None] > 120, (40, 60, 200), (230, 170, 120)), 250)
+    found = shapes.read(written(tmp_path, pixels.astype(np.uint8)))
+    assert found.curve.area == pytest.approx(bust.sum(), rel=0.01) and found.coloured
+
+
+def test_the_canvas_of_any_picture(tmp_path):
+    pixels = np.zeros((50, 80, 4), np.uint8)
+    pixels[10:30, 10:40] = 255
+    path = written(tmp_path, pixels, alpha=3)
+    assert (
+        shapes.read(f"{path}#canvas").curve.area == 4000
+        and shapes.read(f"{path}#canvas#1").curve.area == 4000
+    )
+    assert shapes.read(f"{path}#silhouette").curve.area == pytest.approx(600, rel=0.01)
+    with pytest.raises(InputError, match="no 'face' in the file"):
+        shapes.read(f"{path}#face")
+
+
+def test_lines_around_several_things_are_all_filled(tmp_path):
+    y, x = np.mgrid[:SIDE, :SIDE]
+    rings = [(60, 70, 40), (150, 120, 25)]
+    away = np.min([abs(np.hypot(x - a, y - b) - r) for a, b, r in rings], axis=0)
+    found = shapes.read_all(written(tmp_path, np.where(away < 1.5, 0, 255).astype(np.uint8)[..., None]))
+    assert [round(each.curve.area) for each in found] == [
+        pytest.approx(np.pi * (r + 1.5) ** 2, rel=0.02) for _, _, r in rings
+    ]
+
+
+@pytest.mark.parametrize(
+    "inside, coloured", [((200, 30, 30), False), (((200, 30, 30), (30, 90, 200)), True), ((0, 0, 0), False)]
+)
+def test_a_picture_has_colours_of_its_own_where_it_paints_more_than_one(tmp_path, inside, coloured):
+    part, x = covered(disc)[..., None], np.arange(SIDE)[None, :, None]
+    colours = np.broadcast_to(inside, (2, 3))
+    painted = np.where(x < 70, colours[0], colours[1])
+    on_white = np.rint(part * painted + (1 - part) * 255).astype(np.uint8)
+    assert shapes.read(written(tmp_path, on_white)).coloured == coloured
+    clear = np.concatenate([np.broadcast_to(painted, on_white.shape), part * 255], axis=2).astype(np.uint8)
+    assert shapes.read(written(tmp_path, clear, alpha=3)).coloured == coloured
+
+
+def test_a_drawing_on_paper_is_its_own_texture_without_the_paper(tmp_path):
+    """Left half red, right half a red that is nearly the ground's; the edge has no fringe of the ground."""
+    from iccm.io.shapes import own_picture
+    from iccm.io.spec import Spec
+
+    part, x = covered(disc)[..., None], np.arange(SIDE)[None, :, None]
+    painted = np.where(x < 90, (200, 30, 40), (200, 180, 40))
+    path = written(tmp_path, np.rint(part * painted + (1 - part) * (20, 200, 60)).astype(np.uint8))
+    own = own_picture.read(Spec.of(path))
+    assert own.alpha == 3 and own.pixels.shape == (SIDE, SIDE, 4)
+    alpha = own.pixels[..., 3] / 255
+    assert np.abs(alpha - part[..., 0]).max() < 0.15 and set(alpha[part[..., 0] == 1]) == {1}
+    left = (part[..., 0] > 0.3) & (x[..., 0] < 85)
+    assert np.abs(own.pixels[left][:, :3].astype(int) - (200, 30, 40)).max() <= 40
+    assert np.abs(own.pixels[left][:, :3].astype(int) - (200, 30, 40)).mean() < 2
+
+
+def test_a_photograph_is_carried_without_a_texture_given(tmp_path, iccm, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "disc.svg").write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9"><circle cx="4.5" cy="4.5" r="4"/></svg>'
+    )
+    done = iccm("map", of_scikit_image("chelsea.png"), "disc.svg", "--size", "64", "-o", "o.png")
+    assert done.code == 0 and "#silhouette" in done.err
+    cat = image_files.read(of_scikit_image("chelsea.png")).pixels
+    shown = image_files.read("o.png").pixels
+    seen = shown[shown[..., 3] == 255][:, :3]
+    assert np.abs(seen.mean(axis=0) - cat.reshape(-1, 3).mean(axis=0)).max() < 12  # no checkerboard
+    assert iccm("map", "disc.svg", of_scikit_image("rocket.jpg"), "--size", "64", "-o", "p.png").code == 0
+    assert (image_files.read("p.png").pixels[..., 3] == 255).mean() > 0.6

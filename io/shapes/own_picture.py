@@ -1,0 +1,70 @@
+"""Drawings as their own textures: the pixels of a picture, without the background that it was taken out of."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import naming
+from ..pictures import image_files
+from ..pictures.image_files import Image
+from ..spec import Spec
+from .silhouette import Reading, interpret, opaque_part, part_of, straight_colours
+
+FAINT = 0.05  # coverage: of less the colour cannot be told from the background's
+
+
+def read(spec: Spec, trace: str = "auto", **options: Any) -> Image:
+    """Read a picture as the texture of its own silhouette.
+
+    What stands out from a background is opaque, and the background transparent; along the edge, where both are mixed in
+    a pixel, the background's share is taken out of the colour. Pictures with alpha, and photographs, are as they are.
+
+    Args:
+        spec: the picture, and what of it is meant.
+        trace: as for `silhouette.read`.
+        options: as for `image_files.read`.
+
+    Raises:
+        InputError: it is not a picture, or nothing in it stands out.
+    """
+    image = image_files.read(spec.path, **options)
+    with naming(spec.path):
+        reading = interpret(image.pixels, image.alpha, trace, part_of(spec.chosen))
+    if reading.kind in ("rectangle", "alpha"):
+        return image
+    return _cut_out(image, reading)
+
+
+def _cut_out(image: Image, reading: Reading) -> Image:
+    """The picture with an alpha channel: how much of each pixel is covered by what stands out."""
+    height, width = image.pixels.shape[:2]
+    alpha = opaque_part(reading, (height, width))
+    colours = straight_colours(image.pixels, image.alpha)
+    if reading.kind == "plain":
+        colours = _unmix(colours, alpha)
+    largest = np.iinfo(image.pixels.dtype).max if image.pixels.dtype.kind == "u" else 1
+    made = np.concatenate([colours, alpha[..., None]], axis=2) * np.float32(largest)
+    if image.pixels.dtype.kind == "u":
+        made = np.rint(made)
+    return replace(
+        image,
+        pixels=made.astype(image.pixels.dtype),
+        alpha=made.shape[2] - 1,
+        associated=False,
+        metadata={name: value for name, value in image.metadata.items() if name != "channels"},
+    )
+
+
+def _unmix(colours: NDArray[np.float32], alpha: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Take the background out of pixels that both cover: c = a s + (1 - a) b, solved for s, in the stored encoding, in
+    which drawing programs mix along edges. (Compositing in linear light would be exact for photographs.)"""
+    border = np.concatenate([colours[0], colours[-1], colours[:, 0], colours[:, -1]])
+    background = np.median(border, axis=0)
+    mixed = (alpha > FAINT) & (alpha < 1)
+    out, share = colours.copy(), alpha[mixed][:, None]
+    out[mixed] = np.clip((colours[mixed] - (1 - share) * background) / share, 0, 1)
+    return out
