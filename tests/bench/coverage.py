@@ -113,10 +113,9 @@ def extra_holes(target: Mask, result: Mask) -> int:
 
 
 def agreement(target: Mask, result: Mask) -> float:
-    """How well a result lies on a target: intersection by union with its better reading."""
-    return max(
-        float((area & result).sum() / max((area | result).sum(), 1)) for area in readings(target).values()
-    )
+    """How well a result lies on a target, as drawn or filled: intersection by union."""
+    areas = (target, ndimage.binary_fill_holes(target))
+    return max(float((area & result).sum() / max((area | result).sum(), 1)) for area in areas)
 
 
 def component_boxes(mask: Mask) -> list[tuple[float, float, float, float]]:

@@ -42,6 +42,8 @@ PIXELS = 512  # longer side of the results
 FINE_PIXELS = 2048  # longer side of the drawings in which components are looked for
 MOST_CPU_SECONDS = 8
 LIMIT_CPU_SECONDS = 120  # after which a run is ended
+ALIKE = 0.1  # of intersections by unions: boxes that differ less explain a picture alike
+PAGE_PAIRS = 18  # of a contact sheet
 AGREES = 0.02  # by how much our report's coverage may differ
 HEAD = f"{'':42} arm  exit covered reads  cracks holes spilled   p95   K95 proof CPU-s ours"
 
@@ -195,9 +197,9 @@ def shown_box(target: Drawing, result: coverage.Mask) -> tuple[Box, bool]:
         return canvas, False
     if len(fits) == 1:
         return fits[0], True
-    # equally good ones: the first, which is the larger
+    # they are in order of size: of those that are about as good the largest is taken, as dots resemble discs
     scores = [coverage.agreement(painted_area(target, box, (width, height)), result) for box in fits]
-    return fits[int(np.argmax(np.round(scores, 2)))], True
+    return next(box for box, score in zip(fits, scores, strict=True) if score > max(scores) - ALIKE), True
 
 
 def share(rows: Sequence[Row], holds: Callable[[Row], bool]) -> float:
@@ -255,6 +257,13 @@ def by_kind(arms: dict[str, list[Row]], kinds: list[str]) -> None:
             for rows in arms.values()
         ]
         print(f"  {kind:8} {count:4}" + "".join(f"{cell:9.0%}" for cell in cells))
+
+
+def sheets(lines: list[tuple[str, list[NDArray | None], list[str]]], path: Path) -> None:
+    """Contact sheets of PAGE_PAIRS pairs: FILE.png, or FILE-1.png, FILE-2.png, …"""
+    for start in range(0, len(lines), PAGE_PAIRS):
+        page = path if len(lines) <= PAGE_PAIRS else path.with_stem(f"{path.stem}-{start // PAGE_PAIRS + 1}")
+        sheet(lines[start : start + PAGE_PAIRS], page)
 
 
 def sheet(lines: list[tuple[str, list[NDArray | None], list[str]]], path: Path) -> None:
@@ -329,7 +338,7 @@ def main(words: list[str] | None = None) -> None:
     parser.add_argument("--label", help="under which its results are kept")
     parser.add_argument("--beside", metavar="COMMAND", help="a second command")
     parser.add_argument("--beside-label", metavar="LABEL")
-    parser.add_argument("--sheet", type=Path, help="a contact sheet of the pairs")
+    parser.add_argument("--sheet", type=Path, help=f"contact sheets, {PAGE_PAIRS} pairs on each")
     parser.add_argument("--sheet-pairs", type=int, default=60, help="how many of them")
     given = parser.parse_args(words)
     empty: list[str] = []
@@ -366,7 +375,7 @@ def main(words: list[str] | None = None) -> None:
             if len(lines) < given.sheet_pairs:
                 lines.append(line_of(k, source, target, found))
         if given.sheet:
-            sheet(lines, given.sheet)
+            sheets(lines, given.sheet)
     by_kind(rows, [pairs[k - 1][1].kind for k in chosen])
     quantiles(rows)
     goals(rows)
