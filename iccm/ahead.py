@@ -45,15 +45,6 @@ def _minimise() -> None:
     retriangulated(state.unfolded(), 1.0).forward(1.0, 1, 1e-3, corners=True)
 
 
-def _mesh() -> None:
-    """Triangulating, and the nearest points of a curve."""
-    from .balanced.meshing.mesh import Sizes, triangulate
-    from .curve import Curve
-
-    Curve(SQUARE).closest(SQUARE)
-    triangulate(SQUARE, Sizes.even(0.1))
-
-
 def _pixels() -> None:
     """A picture through a map."""
     from .maps.triangulated.map import TriangulatedMap
@@ -89,7 +80,6 @@ class Part(NamedTuple):
 PARTS = {
     "minimise": Part(_minimise, "balanced.minimise.newton", "descend", 5.0),
     "pixels": Part(_pixels, "pixels.filters", "_painted", 3.2),
-    "mesh": Part(_mesh, "balanced.meshing.mesh", "_refine_and_split", 1.7),
 }
 
 

@@ -5,10 +5,17 @@ from typing import NamedTuple
 import numpy as np
 
 from .arrays import Complex, Index, Real
-from .jit import kernel
+from .native import function
 
 CELLS = 2  # buckets for a box: a point then looks at about six boxes
 ENTRIES = 32  # of the buckets for a box at most: long slanting ones would fill the memory
+
+_nearest_segments = function(
+    """int64_t iccm_maps_nearest_segments(
+        const Complex *points, int64_t p, const Complex *start, const Complex *along, double low_x, double low_y,
+        double size, int64_t columns, int64_t rows_count, const int64_t *begin, const int64_t *boxes, int64_t *segment,
+        double *part)"""
+)
 
 
 class BucketGrid(NamedTuple):
@@ -63,42 +70,10 @@ def nearest_segments(w: Complex, start: Complex, end: Complex) -> tuple[Index, R
     in [0, 1]. Points that are not finite have the first one."""
     x, y = np.sort([start.real, end.real], axis=0), np.sort([start.imag, end.imag], axis=0)
     grid = BucketGrid.of(np.stack([x[0], y[0], x[1], y[1]], axis=1))
-    segment, part = np.zeros(w.size, np.int64), np.zeros(w.size)
-    _nearest(np.ascontiguousarray(w, np.complex128), start, end - start, grid, segment, part)
+    segment, part = np.empty(w.size, np.int64), np.empty(w.size)
+    _nearest_segments(
+        np.ascontiguousarray(w, np.complex128), w.size, np.ascontiguousarray(start), end - start,
+        grid.low.real, grid.low.imag, grid.size, grid.columns, grid.rows, grid.begin, grid.patches,
+        segment, part,
+    )  # fmt: skip
     return segment, part
-
-
-@kernel
-def _nearest(w, start, along, grid, segment, part):
-    """Rings of buckets around each point, until none that is left can hold anything nearer."""
-    for n in range(w.size):
-        place = w[n] - grid.low
-        x, y = place.real / grid.size, place.imag / grid.size
-        if not abs(x) + abs(y) < np.inf:
-            continue
-        column = int(min(max(x, 0.0), grid.columns - 1.0))
-        row = int(min(max(y, 0.0), grid.rows - 1.0))
-        # a point outside the grid is at least this far from it, beside what the rings so far reach
-        beside_x, beside_y = max(-x, x - grid.columns, 0.0), max(-y, y - grid.rows, 0.0)
-        beside, cell = beside_x * beside_x + beside_y * beside_y, grid.size * grid.size
-        best, ring, most, within = np.inf, 0, max(grid.columns, grid.rows), 0.0
-        while ring <= most and not best <= (beside + within) * cell:
-            for r in range(max(row - ring, 0), min(row + ring + 1, grid.rows)):
-                # the first and the last row of a ring whole, of the others the two ends
-                step = 1 if abs(r - row) == ring else 2 * ring
-                for c in range(column - ring, column + ring + 1, step):
-                    if not 0 <= c < grid.columns:
-                        continue
-                    bucket = r * grid.columns + c
-                    for b in range(grid.begin[bucket], grid.begin[bucket + 1]):
-                        s = grid.patches[b]
-                        d, off = along[s], w[n] - start[s]
-                        length = d.real * d.real + d.imag * d.imag
-                        t = d.real * off.real + d.imag * off.imag
-                        t = min(t / length, 1.0) if t > 0 else 0.0
-                        x_away, y_away = off.real - t * d.real, off.imag - t * d.imag
-                        squared = x_away * x_away + y_away * y_away
-                        if squared < best or (squared == best and s < segment[n]):
-                            best, segment[n], part[n] = squared, s, t
-            within = float(ring * ring)
-            ring += 1

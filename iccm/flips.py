@@ -8,35 +8,19 @@ import numpy as np
 
 from .arrays import Index
 from .jit import kernel
+from .native import function
+
+_neighbours = function(
+    "int64_t iccm_maps_neighbours(const int64_t *faces, int64_t m, int64_t vertices, int64_t *across)"
+)
 
 
 def neighbours(faces: Index, count: int) -> Index:
     """(t, 3) the triangles across the edges of faces (t, 3), whose vertices are numbers below `count`."""
+    faces = np.ascontiguousarray(faces)
     across = np.empty_like(faces)
-    _join(faces, np.full(count, -1), np.empty(faces.size, np.int64), across)
+    _neighbours(faces, len(faces), count, across)
     return across
-
-
-@kernel
-def _join(faces, first, following, across):
-    """Writes the triangles beyond the sides of faces (m, 3), -1 for none.
-
-    Args:
-        first: (n,) -1 for every vertex; written: the last side that begins there,
-        following: (3m,) written: and the one before that.
-        across: (m, 3) written.
-    """
-    for t in range(len(faces)):
-        for k in range(3):
-            start, end = faces[t, (k + 1) % 3], faces[t, (k + 2) % 3]
-            across[t, k], following[3 * t + k], first[start] = -1, first[start], 3 * t + k
-            side = first[end]
-            while side >= 0:
-                u, j = side // 3, side % 3
-                if faces[u, (j + 2) % 3] == start:
-                    across[t, k], across[u, j] = u, t
-                    break
-                side = following[side]
 
 
 @kernel

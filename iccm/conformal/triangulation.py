@@ -56,12 +56,12 @@ def constrained(nodes: Complex, mesh: PlaneMesh, lacking: Flags) -> PlaneMesh:
     """
     faces, across = mesh.faces.copy(), mesh.across.copy()
     following = (np.arange(lacking.size) + 1) % lacking.size
-    for k in np.flatnonzero(lacking):
-        if not recover(nodes, faces, across, len(faces), k, following[k], following):
+    for k in np.flatnonzero(lacking).tolist():
+        if not recover(nodes, faces, across, len(faces), k, int(following[k]), following):
             raise TooThinError
     stack = np.zeros(8 * len(faces), np.int64)
     stack[0], stack[1 : 1 + len(faces)] = len(faces), np.arange(len(faces))
-    legalise(nodes, faces, across, stack, 0, following)
+    legalise(nodes, faces, across, stack, following)
     made = PlaneMesh(faces, across)
     if missing(made, lacking.size, nodes.size).any():
         raise TooThinError

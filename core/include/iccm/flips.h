@@ -35,13 +35,14 @@ inline void relink(Triangles mesh, Index t, Index old, Index replacement) {
         }
 }
 
-// The corner of triangle t that is neither vertex b nor vertex c.
-inline int opposite(Triangles mesh, Index t, Index b, Index c) {
-    const Index *corners = mesh.faces[t];
+// The corner that is neither vertex b nor vertex c: of a triangle, given its corners, and of triangle t of a mesh.
+inline int opposite(const Index *corners, Index b, Index c) {
     for (int k = 0; k < 3; k++)
         if (corners[k] != b && corners[k] != c) return k;
     return 0;
 }
+
+inline int opposite(Triangles mesh, Index t, Index b, Index c) { return opposite(mesh.faces[t], b, c); }
 
 // Replace side k of triangle t by the other diagonal of the quadrilateral that it forms with its neighbour u: the
 // triangles abc and dcb become abd (number t) and adc (number u).

@@ -5,7 +5,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...arrays import Index
-from ...jit import kernel
+from ...native import function
+
+_order_pairs = function(
+    """int64_t iccm_maps_order_pairs(
+        const int64_t *first, const int64_t *second, int64_t n, int64_t bound, int64_t *order)"""
+)
+_number_edges = function(
+    """int64_t iccm_maps_number_edges(
+        const int64_t *faces, const int64_t *across, int64_t m, int64_t *ends, int64_t *sides, int64_t *rim,
+        int64_t *beside, int64_t *opposite, int64_t *rim_count)"""
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +42,8 @@ def edges_of(faces: Index) -> Edges:
     tail, head = (np.roll(faces, -k, axis=1).ravel() for k in (1, 2))
     low, high = np.minimum(tail, head), np.maximum(tail, head)
     count = int(faces.max(initial=-1)) + 1
-    order = _by_counting(low, _by_counting(high, np.arange(low.size), count), count)
+    order = np.empty(low.size, np.int64)
+    _order_pairs(low, high, low.size, count, order)
     new = np.ones(low.size, bool)
     new[1:] = (np.diff(low[order]) != 0) | (np.diff(high[order]) != 0)
     first, sides = order[new], np.empty(low.size, np.int64)
@@ -43,15 +54,12 @@ def edges_of(faces: Index) -> Edges:
     return Edges(ends, sides.reshape(faces.shape), rim, first[rim] // 3, first[rim] % 3)
 
 
-@kernel
-def _by_counting(key, order, count):
-    """`order` sorted by key[order], numbers below `count`; equal ones stay in order."""
-    place, out = np.zeros(count + 1, np.int64), np.empty(order.size, np.int64)
-    for k in key:
-        place[k + 1] += 1
-    for k in range(count):
-        place[k + 1] += place[k]
-    for at in order:
-        out[place[key[at]]] = at
-        place[key[at]] += 1
-    return out
+def edges_across(faces: Index, across: Index) -> Edges:
+    """The edges of (m, 3) faces with known neighbours (m, 3), -1 for none, in the order of the triangles."""
+    m = len(faces)
+    ends, sides = np.empty((3 * m, 2), np.int64), np.empty((m, 3), np.int64)
+    rim, beside, corner = np.empty((3, 3 * m), np.int64)
+    around = np.empty(1, np.int64)
+    count = _number_edges(faces, across, m, ends, sides, rim, beside, corner, around)
+    outer = slice(int(around[0]))
+    return Edges(ends[:count], sides, rim[outer].copy(), beside[outer].copy(), corner[outer].copy())
