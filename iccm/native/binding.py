@@ -7,6 +7,13 @@ A declaration is the prototype of the function, word by word as it is in C++:
 The function then takes NumPy arrays for pointers and Python numbers for the others. That an array has the type of the
 declaration, is contiguous in C's order and, unless `const`, writable is checked at every call, which takes less than a
 microsecond for an array; the functions themselves trust sizes and indices, which whoever calls them hands over right.
+
+Arrays that go together are declared as a record, a struct of the core, member by member in its order. A record checks
+its arrays once, when it is made, and keeps them:
+
+    Rails = record("struct Rails { const double *knots; const Complex *vertices; int64_t size; }")
+    _length = function("double iccm_example_length(const Rails *rails)")
+    _length(Rails(knots, vertices, vertices.size))
 """
 
 import ctypes
@@ -37,7 +44,9 @@ ARRAYS: dict[str, Any] = {
     "float": np.float32,
     "double": np.float64,
     "Complex": np.complex128,
+    "Complex64": np.complex64,
 }
+STRUCT = re.compile(r"struct (?P<name>\w+) \{ (?P<members>[^}]*)\}", re.ASCII)
 PROTOTYPE = re.compile(r"(?P<returns>\w+) (?P<name>iccm_\w+)\((?P<arguments>[^)]*)\)", re.ASCII)
 ARGUMENT = re.compile(r"(?P<const>const )?(?P<type>\w+) (?P<pointer>\*?)(?P<name>\w+)", re.ASCII)
 OUT_OF_MEMORY = -(2**63)
@@ -84,6 +93,69 @@ def function(prototype: str) -> Function:
     return Function(prototype)
 
 
+class Record(ctypes.Structure):
+    """A struct of the core, made from its members in their order: NumPy arrays, numbers and other records.
+
+    Raises:
+        TypeError: an array of another type, not contiguous, or read-only where it is written.
+    """
+
+    declaration: str
+    _converters: tuple[Callable[[Any], Any], ...]
+
+    def __init__(self, *values: Any):
+        if len(values) != len(self._converters):
+            raise TypeError(f"{type(self).__name__} has {len(self._converters)} members, not {len(values)}")
+        super().__init__(*[convert(value) for convert, value in zip(self._converters, values)])
+        self._values = values  # the arrays, which must not be freed before the record
+
+
+RECORDS: dict[str, type[Record]] = {}
+"""The records that are declared, by name."""
+
+
+def record(declaration: str) -> type[Record]:
+    """Declare a struct of the core, word by word as in C++; see `Record`."""
+    declaration = " ".join(declaration.split())
+    found = STRUCT.fullmatch(declaration)
+    if found is None:
+        raise ValueError(f"not a struct of the core: {declaration}")
+    fields: list[tuple[str, Any]] = []
+    converters: list[Callable[[Any], Any]] = []
+    for text in found["members"].rstrip("; ").split("; "):
+        member = ARGUMENT.fullmatch(text)
+        if member is None:
+            raise ValueError(f"not a member of a struct of the core: {text}")
+        kind, name = member["type"], member["name"]
+        if member["pointer"]:
+            fields.append((name, ctypes.c_void_p))
+            converters.append(_address_of(_array(member)))
+        elif kind in RECORDS:
+            fields.append((name, RECORDS[kind]))
+            converters.append(_same)
+        else:
+            fields.append((name, SCALARS[kind]))
+            converters.append(_same)
+    attributes = {"_fields_": fields, "_converters": tuple(converters), "declaration": declaration}
+    made: type[Record] = type(found["name"], (Record,), attributes)
+    RECORDS[found["name"]] = made
+    return made
+
+
+def _same(value: Any) -> Any:
+    return value
+
+
+def _address_of(converter: Any) -> Callable[[Any], int]:
+    convert = converter.from_param
+
+    def address(array: Any) -> int:
+        found = convert(array)
+        return (found.value or 0) if isinstance(found, ctypes.c_void_p) else ctypes.addressof(found)
+
+    return address
+
+
 def _argument(text: str) -> Any:
     """What ctypes converts an argument with."""
     found = ARGUMENT.fullmatch(text)
@@ -91,6 +163,13 @@ def _argument(text: str) -> Any:
         raise ValueError(f"not an argument of a function of the core: {text}")
     if not found["pointer"]:
         return SCALARS[found["type"]]
+    if found["type"] in RECORDS:
+        return ctypes.POINTER(RECORDS[found["type"]])
+    return _array(found)
+
+
+def _array(found: re.Match[str]) -> Any:
+    """What ctypes converts an array with."""
     dtype = np.dtype(ARRAYS[found["type"]])
     return _constant(found["name"], dtype) if found["const"] else _written(found["name"], dtype)
 
