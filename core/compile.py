@@ -37,6 +37,7 @@ FLAGS = (
     "-Wall",
     "-Wextra",
     "-Wno-unknown-pragmas",
+    "-Wno-psabi",  # wide registers are passed between inlined functions only
     f"-I{CORE / 'include'}",
     f"-I{CORE}",
 )

@@ -20,7 +20,6 @@ from .parallel import thread_count
 
 SQUARE = np.array([-0.5 - 0.5j, 0.5 - 0.5j, 0.5 + 0.5j, -0.5 + 0.5j])
 FAN = np.array([(0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)])  # the square and its middle
-SMALL = 32  # pixels of a picture that all pixels' kernels are needed for
 
 
 def _minimise() -> None:
@@ -45,19 +44,13 @@ def _minimise() -> None:
     retriangulated(state.unfolded(), 1.0).forward(1.0, 1, 1e-3, corners=True)
 
 
-def _pixels() -> None:
-    """A picture through a map."""
+def _map() -> None:
+    """A triangulated map, made and evaluated."""
     from .maps.triangulated.map import TriangulatedMap
-    from .pixels.warp import Canvas, Texture, warp
 
     z: Complex = np.append(SQUARE, 0)
-    box = complex(SQUARE[0]), complex(SQUARE[2])
     image: Complex = 1.1 * z
-    map = TriangulatedMap(z, image, FAN, (np.arange(4),))
-    map(z)
-    picture = np.full((SMALL, SMALL, 3), 99, np.uint8)
-    for size in (2 * SMALL, SMALL // 4):  # enlarged, and shrunk
-        warp(map, Texture(picture, box), Canvas(size, size, box), threads=1)
+    TriangulatedMap(z, image, FAN, (np.arange(4),))(z)
 
 
 class Part(NamedTuple):
@@ -79,7 +72,7 @@ class Part(NamedTuple):
 # what others need, too, first
 PARTS = {
     "minimise": Part(_minimise, "balanced.minimise.newton", "descend", 5.0),
-    "pixels": Part(_pixels, "pixels.filters", "_painted", 3.2),
+    "map": Part(_map, "maps.triangulated.evaluation", "_evaluate", 1.0),
 }
 
 

@@ -10,7 +10,6 @@ sampler                 a texture ready to be filtered; stored pixels again
 colour                  linear light, premultiplied, and back
 pyramid                 reductions of a picture, coefficients of its spline
 filters                 stretched kernels that read it
-lanes                   four channels at once in a register
 normals                 normals that turn with a map
 coverage                exact coverage of pixels by outlines
 padding                 colours beyond the outline

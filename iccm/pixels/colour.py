@@ -5,10 +5,13 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ..jit import kept
+from ..native import function
 
 Float = NDArray[np.float32]
 HALF = np.finfo(np.float16).max
+_encode_bytes = function("""int64_t iccm_pixels_encode_bytes(
+    const float *values, int64_t count, int64_t c, int64_t alpha, const double *edges, const uint8_t *start,
+    uint8_t *out)""")
 FINE = 4096  # cells of the table from linear light to sRGB bytes, narrower than any byte's share
 
 
@@ -68,8 +71,9 @@ def encode(values: Float, dtype: np.dtype, alpha: int, *, srgb: bool, associated
         values, srgb = _scaled(straight, alpha, divide=False), False
     out = np.empty(values.shape, dtype=dtype)
     if srgb and dtype == np.uint8:
-        channels = values.shape[2]
-        _encode_bytes(values.reshape(-1, channels), alpha, *byte_edges(), out.reshape(-1, channels))
+        height, width, channels = values.shape
+        values = np.ascontiguousarray(values, np.float32)
+        _encode_bytes(values, height * width, channels, alpha, *byte_edges(), out)
         return out
     top = np.iinfo(dtype).max if dtype.kind != "f" else 0
     for k in range(values.shape[2]):
@@ -89,25 +93,6 @@ def byte_edges() -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
     edges = linear_from_srgb((np.arange(256) - 0.5) / 255)
     start = np.searchsorted(edges, np.arange(FINE + 1) / FINE, side="right") - 1
     return np.append(edges, np.inf), start.astype(np.uint8)
-
-
-@kept()
-def _encode_bytes(values, alpha, edges, start, out):
-    """Linear values (p, c) as sRGB bytes."""
-    for i in range(values.shape[0]):
-        for k in range(values.shape[1]):
-            v = unit(values[i, k])
-            if k == alpha:
-                out[i, k] = np.uint8(np.rint(v * 255))
-            else:
-                code = np.int64(start[int(v * FINE)])
-                out[i, k] = code + (v >= edges[code + 1])
-
-
-@kept()
-def unit(v):
-    """A number cut off at 0 and 1; one that is not is 0."""
-    return min(v, 1.0) if v > 0 else 0.0
 
 
 def tables(dtype: np.dtype, channels: int, alpha: int, *, srgb: bool) -> Float:

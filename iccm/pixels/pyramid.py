@@ -6,18 +6,23 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..jit import kernel
 from ..memory import Memory
+from ..native import Record, function, record
 from ..parallel import over_slices
 from .colour import Float
-from .lanes import LANES, lane, nothing, plus
 
+Picture = record("""struct Pyramid {
+    const uint8_t *base; int64_t base_bytes; int64_t channels; const float *decode; int64_t alpha; const float *texels;
+    const int64_t *levels; int64_t level_count; int64_t edge; }""")
+_halve = function("""int64_t iccm_pixels_halve(
+    const float *picture, int64_t height, int64_t width, int64_t c, const float *taps, int64_t edge, float *out)""")
+_decode = function("""int64_t iccm_pixels_decode(
+    const uint8_t *pixels, int64_t bytes, int64_t count, int64_t c, const float *table, int64_t alpha, float *out)""")
 FRAME = 12  # texels around a spline's coefficients: the spline's pole to this power is 0.43 ** 12 = 4e-5
 CLAMP, CLEAR, REPEAT, MIRROR = 0, 1, 2, 3
 EDGES = {"clamp": CLAMP, "transparent": CLEAR, "repeat": REPEAT, "mirror": MIRROR}
 STRIP, LEAST_ROWS = 1 << 20, 64
 """Numbers of a picture, and rows of a wide one, that are worked on at a time (by hand)."""
-PIECE = 1024  # numbers of a row that are added up in the processor's nearest cache
 HALO = (0, 6, 20)  # rows around them that so many reductions by two reach: 6 + 2 · 6, in whole fours
 
 
@@ -45,6 +50,16 @@ class Pyramid(NamedTuple):
     width: NDArray[np.int64]
     edge: int
     spline: Float
+
+    @property
+    def picture(self) -> Record:
+        """What functions of the core take."""
+        levels = np.column_stack([self.size, self.start, self.height, self.width])
+        base, channels = self.base, self.base.shape[2]
+        return Picture(
+            *(base.view(np.uint8), base.itemsize, channels, self.decode, self.alpha),
+            *(self.texels, levels, len(levels), self.edge),
+        )
 
 
 def pyramid(
@@ -99,13 +114,15 @@ def compact(
         return ready(pixels[rows], decode, alpha)
 
     levels = _reductions(pixels.shape, read, 2 * reduced, edge, memory, threads)
-    return _stacked(pixels, decode, alpha, levels, edge, spline)
+    return _stacked(np.ascontiguousarray(pixels), decode, alpha, levels, edge, spline)
 
 
 def ready(pixels: NDArray, decode: Float, alpha: int) -> Float:
     """(h, w, c) stored integers decoded and premultiplied; arguments as for `compact`."""
+    height, width, channels = pixels.shape
     out = np.empty(pixels.shape, dtype=np.float32)
-    _decoded(pixels, decode, alpha, out)
+    stored = np.ascontiguousarray(pixels)
+    _decode(stored.view(np.uint8), stored.itemsize, height * width, channels, decode, alpha, out)
     return out
 
 
@@ -159,9 +176,7 @@ def _shrink(
     def strip(rows: slice) -> None:
         if edge in (REPEAT, MIRROR):
             above = HALO[halvings]
-            part = read(
-                np.array([inside(i, height, edge) for i in range(rows.start - above, rows.stop + above)])
-            )
+            part = read(_repeated(np.arange(rows.start - above, rows.stop + above), height, edge))
         else:
             above, below = min(rows.start, HALO[halvings]), min(height - rows.stop, HALO[halvings])
             part = read(slice(rows.start - above, rows.stop + below))
@@ -191,65 +206,16 @@ def _reduced(a: Float, edge: int) -> Float:
     taps /= taps.sum()
     h, w, c = a.shape
     out = np.empty(((h + 1) // 2, (w + 1) // 2, c), np.float32)
-    line = np.zeros((w + 12) * c + LANES, np.float32)  # a row with its surroundings, and room to reach beyond
-    _halve(a.reshape(h, w * c), taps, edge, line, out)
+    _halve(np.ascontiguousarray(a), h, w, c, taps, edge, out)
     return out
 
 
-@kernel
-def inside(i, n, edge):
-    """The number of n texels in a row that stands for the one with any number i."""
+def _repeated(rows: NDArray[np.int64], height: int, edge: int) -> NDArray[np.int64]:
+    """The rows of a picture that stand for those with any numbers, where it is there again beyond its edges."""
     if edge == REPEAT:
-        return i % n
-    if edge == MIRROR:
-        i %= 2 * n
-        return min(i, 2 * n - 1 - i)
-    return min(max(i, 0), n - 1)
-
-
-@kernel
-def _halve(a, taps, edge, line, out):
-    """Halves a picture (h, w c) into out, row by row: first across the rows, in the middle of `line`, zeros."""
-    h, end = a.shape
-    c = out.shape[2]
-    for i in range(out.shape[0]):
-        for first in range(0, end, PIECE):
-            piece = line[5 * c + first : 5 * c + min(first + PIECE, end)]
-            for j in range(piece.size):
-                piece[j] = 0
-            for t in range(taps.size):
-                row = 2 * i + t - 5
-                if edge == CLEAR and (row < 0 or row >= h):
-                    continue
-                row, tap = inside(row, h, edge), taps[t]
-                above = a[row, first : first + PIECE]
-                for j in range(piece.size):
-                    piece[j] += tap * above[j]
-        if edge != CLEAR:
-            w = end // c
-            for k in range(5 * c):
-                line[k] = line[(5 + inside(k // c - 5, w, edge)) * c + k % c]
-            for k in range(7 * c):
-                line[5 * c + end + k] = line[(5 + inside(w + k // c, w, edge)) * c + k % c]
-        for j in range(out.shape[1]):
-            for first in range(0, c, LANES):
-                value, at = nothing(), 2 * j * c + first
-                for t in range(taps.size):
-                    value = plus(value, taps[t], line, at + t * c)
-                for k in range(first, min(c, first + LANES)):
-                    out[i, j, k] = lane(value, k - first)
-
-
-@kernel
-def _decoded(pixels, decode, alpha, out):
-    """Stored integers made ready."""
-    h, w, c = pixels.shape
-    for i in range(h):
-        for j in range(w):
-            over = decode[pixels[i, j, alpha], alpha] if alpha >= 0 else np.float32(1)
-            for k in range(c):
-                value = decode[pixels[i, j, k], k]
-                out[i, j, k] = value if k == alpha else over * value
+        return rows % height
+    rows = rows % (2 * height)
+    return np.minimum(rows, 2 * height - 1 - rows)
 
 
 def _coefficients(picture: Float, edge: int) -> Float:

@@ -8,12 +8,15 @@ from numpy.typing import NDArray
 
 from ..arrays import Box, Complex, Real
 from ..errors import InputError
-from ..jit import kernel
 from ..memory import Memory
+from ..native import function
 from ..parallel import over_slices
 from .colour import Float
 from .pyramid import strip_rows
 
+_place = function("""int64_t iccm_pixels_place(
+    const Complex *z, const Complex *right, const Complex *down, int64_t count, const double *corner,
+    double *xy, double *turn)""")
 Corner = tuple[float, float, float, float]
 MENDING = 48  # bytes that each texel takes on the way where some are not finite (by hand)
 
@@ -173,29 +176,11 @@ class Texture:
         if self.turn != 1:
             back = np.complex64(self.turn.conjugate())
             z, right, down = self.turned_back(z), right * back, down * back
-        _places(z, right, down, self.corner, xy, turn)
+        points, across, below = (np.ascontiguousarray(part, np.complex128) for part in (z, right, down))
+        _place(points, across, below, z.size, np.array(self.corner), xy, turn)
         return Places(xy, turn, right, down)
 
     def turned_back(self, z: Complex) -> Complex:
         """Where points of the source's plane would lie, were the picture not turned."""
         middle = (self.box[0] + self.box[1]) / 2
         return middle + (z - middle) * self.turn.conjugate()
-
-
-@kernel
-def place(z, right, down, at):
-    """The six numbers of a point in `Places`, from its derivatives and a texture's `corner`."""
-    left, top, sx, sy = at
-    return (
-        *((z.real - left) * sx, (top - z.imag) * sy),
-        *(right.real * sx, down.real * sx, -right.imag * sy, -down.imag * sy),
-    )
-
-
-@kernel
-def _places(z, right, down, at, xy, turn):
-    """Fills in `Places` from points (p,) and derivatives (p,)."""
-    for i in range(z.size):
-        xy[i, 0], xy[i, 1], turn[i, 0], turn[i, 1], turn[i, 2], turn[i, 3] = place(
-            z[i], right[i], down[i], at
-        )

@@ -12,12 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Complex, Index
-from ..jit import kernel
 from ..maps.triangulated.map import TriangulatedMap
+from ..native import function
 from .canvas import BAND, Band, Canvas, Diagnostics
 from .coverage import coverage, coverage_box
 
 EMPTY, FILLED, TOUCHED = 0, 1, 2  # states of a pixel; the last: only the outline comes near its centre
+_fill = function("""int64_t iccm_pixels_fill(
+    const Complex *corners, const Complex *powers, const int64_t *chosen, const double *reach, int64_t count,
+    int64_t row, int64_t rows, int64_t width, const float *covered, Complex *z, Complex64 *right, Complex64 *down,
+    bool slopes, uint8_t *state)""")
 BYTES = 33  # of a pixel: 16 for z, 8 for right and for down, and its state
 
 
@@ -60,7 +64,10 @@ class TriangulatedPreimages:
         reach = np.stack([self.top[chosen], self.bottom[chosen]], axis=1)
         if not self.slopes:
             right = down = np.empty((0, 0), np.complex64)
-        inside = _fill(self.corners, self.powers, chosen, reach, row, area, z, right, down, state)
+        inside = _fill(
+            *(self.corners, self.powers, chosen, reach, chosen.size, row, rows, width),
+            *(area, z, right, down, self.slopes, state),
+        )
         if not self.slopes:
             right = down = np.broadcast_to(np.complex64(complex(np.nan, np.nan)), z.shape)
         band = Band(row, area, z, right, down, Diagnostics(inside=inside))
@@ -156,81 +163,3 @@ def powers(corners: Complex, patches: Complex) -> Complex:
         return sum((a[i] * b[j] + (a[j] * b[i] if i != j else 0)) * (2 * d) for a, b, d in pairs)
 
     return np.ascontiguousarray(np.stack([z0, x, y, second(0, 0), second(0, 1), second(1, 1)], axis=1))
-
-
-@kernel
-def _fill(corners, powers, chosen, reach, row, covered, z, right, down, state):
-    """Writes the pixels whose centres lie in the chosen triangles, corners with pixel centres at whole numbers; NaN
-    elsewhere. Row by row, since what is written is more than the processor's cache holds of a band.
-
-    Args:
-        corners: (m, 3) of all triangles.
-        powers: (m, 6) see there.
-        chosen: (t,) the triangles that may touch the band.
-        reach: (t, 2) their least and greatest y.
-        row: where the band begins.
-        covered: (rows, width) area of each pixel.
-        z, right, down: (rows, width), written; the last two may have no rows.
-        state: (rows, width), EMPTY; written: FILLED, or TOUCHED where a pixel without a centre is covered in part.
-
-    Returns:
-        How many are FILLED.
-    """
-    rows, width = z.shape
-    slopes = right.shape[0] > 0
-    nothing = complex(np.nan, np.nan)
-    count = 0
-    for i in range(rows):
-        line = float(i + row)
-        for n in range(chosen.size):
-            if not reach[n, 0] <= line < reach[n, 1]:
-                continue
-            c, k = corners[chosen[n]], powers[chosen[n]]
-            first, last = _span(c, line, width)
-            if first >= last:
-                continue
-            # along a row the quadratic patch is start + slope x + k[3] x², its derivatives are linear
-            y = line - c[0].imag
-            x0 = first - c[0].real
-            start = k[0] + y * (k[2] + y * k[5])
-            slope = k[1] + y * k[4]
-            fall = k[2] + 2 * y * k[5]
-            a, s = z[i, first:last], state[i, first:last]
-            sr, si, pr, pi, qr, qi = start.real, start.imag, slope.real, slope.imag, k[3].real, k[3].imag
-            fr, fi, gr, gi = fall.real, fall.imag, k[4].real, k[4].imag
-            for j in range(last - first):
-                x = x0 + j
-                a[j] = complex(sr + x * (pr + x * qr), si + x * (pi + x * qi))
-                s[j] = FILLED
-            if slopes:
-                b, e = right[i, first:last], down[i, first:last]
-                for j in range(last - first):
-                    x = x0 + j
-                    b[j] = complex(pr + 2 * x * qr, pi + 2 * x * qi)
-                    e[j] = complex(fr + x * gr, fi + x * gi)
-        for j in range(width):
-            if state[i, j] == FILLED:
-                count += 1
-                continue
-            z[i, j] = nothing
-            if slopes:
-                right[i, j] = down[i, j] = nothing
-            if covered[i, j] > 0:
-                state[i, j] = TOUCHED
-    return count
-
-
-@kernel
-def _span(c, y, width):
-    """The pixels first .. last - 1 of the line at y that lie in a triangle."""
-    low, high = np.inf, -np.inf
-    for k in range(3):
-        p, q = c[k], c[(k + 1) % 3]
-        if p.imag > q.imag:  # the same way for both triangles of a side
-            p, q = q, p
-        if p.imag <= y < q.imag:
-            x = p.real + (y - p.imag) * ((q.real - p.real) / (q.imag - p.imag))
-            low, high = min(low, x), max(high, x)
-    if not low <= high:
-        return 0, 0
-    return int(np.ceil(max(low, 0.0))), int(np.ceil(min(high, float(width))))

@@ -1,0 +1,65 @@
+// A few numbers side by side in wide registers (vector extensions of GCC and Clang). What a processor lacks, the compiler
+// takes apart.
+#pragma once
+
+#include "iccm/core.h"
+
+#if defined(__AVX__)
+#include <immintrin.h>
+#endif
+
+namespace iccm {
+
+typedef float Float4 __attribute__((vector_size(16)));
+typedef double Double4 __attribute__((vector_size(32)));
+// As many single-precision numbers as a register holds.
+#if defined(__AVX__)
+typedef float Floats __attribute__((vector_size(32)));
+constexpr Index WIDTH = 8;
+constexpr Floats COUNT = {0, 1, 2, 3, 4, 5, 6, 7};
+#else
+typedef float Floats __attribute__((vector_size(16)));
+constexpr Index WIDTH = 4;
+constexpr Floats COUNT = {0, 1, 2, 3};
+#endif
+
+// Four numbers from anywhere in memory, and back.
+inline Float4 load(const float *numbers) {
+    Float4 four;
+    memcpy(&four, numbers, sizeof four);
+    return four;
+}
+
+inline void store(Float4 four, float *numbers) { memcpy(numbers, &four, sizeof four); }
+
+// Single as double precision, and back. (GCC 12 takes the general form apart even where one instruction does it.)
+inline Double4 widen(Float4 four) {
+#if defined(__AVX__)
+    return Double4(_mm256_cvtps_pd(four));
+#else
+    return __builtin_convertvector(four, Double4);
+#endif
+}
+
+inline Float4 narrow(Double4 four) {
+#if defined(__AVX__)
+    return Float4(_mm256_cvtpd_ps(four));
+#else
+    return __builtin_convertvector(four, Float4);
+#endif
+}
+
+// The lower and the higher one of each pair; `b` where they cannot be compared.
+template <typename Lanes>
+inline Lanes lower(Lanes a, Lanes b) {
+    return a < b ? a : b;
+}
+
+template <typename Lanes>
+inline Lanes higher(Lanes a, Lanes b) {
+    return a > b ? a : b;
+}
+
+inline double sum(Double4 four) { return (four[0] + four[2]) + (four[1] + four[3]); }
+
+}  // namespace iccm

@@ -1,0 +1,117 @@
+// Filters at scattered points: nearest texel, stretched kernels, quintic spline.
+#include "pixels/filters.h"
+
+namespace iccm {
+namespace {
+
+constexpr Index FRAME = 12;    // texels around a spline's coefficients
+constexpr double BLEND = 1.5;  // a spline gives way to the cubic between a footprint of one texel and this
+
+template <typename Stored>
+void nearest(const Pyramid &picture, const double *xy, Index count, float *out) {
+    const Index w = picture.level(0).width, h = picture.level(0).height, c = picture.channels;
+    for (Index n = 0; n < count; n++, xy += 2, out += c) {
+        Index i = round_down(xy[1]), j = round_down(xy[0]);
+        const bool nowhere = picture.outside() == Edge::clear && (i < 0 || j < 0 || i >= h || j >= w);
+        i = inside(i, h, picture.outside()), j = inside(j, w, picture.outside());
+        for (Index k = 0; k < c; k++) out[k] = nowhere ? 0.0f : ready<Stored>(picture, i, j, k);
+    }
+}
+
+template <typename Stored>
+Index filter(const Pyramid &picture, const double *xy, const double *turn, Index count, Kernel kernel, bool clamped,
+             float *out) {
+    Filter<Stored> filter(picture, kernel, clamped);
+    if (!filter) return OUT_OF_MEMORY;
+    filter.values(xy, turn, count, out);
+    return 0;
+}
+
+// The six quintic B-splines that reach t in [0, 1) after the third knot (Unser, Splines: a perfect fit, 1999).
+void quintic(double t, double *weights) {
+    for (int k = 0; k < 6; k++) {
+        const double x = fabs(t + 2 - k), y = 3 - x;
+        if (x < 1)
+            weights[k] = (66 - x * x * (60 - x * x * (30 - 10 * x))) / 120;
+        else if (x < 2)
+            weights[k] = (51 + x * (75 - x * (210 - x * (150 - x * (45 - 5 * x))))) / 120;
+        else
+            weights[k] = x < 3 ? y * y * y * y * y / 120 : 0;
+    }
+}
+
+// The spline through the texels at (x, y). coefficients: (height, width, c) with FRAME more on all sides than texels.
+void spline(const float *coefficients, Index height, Index width, Index c, Edge edge, double x, double y, double *out) {
+    const double past = 6;  // further out nothing changes
+    const Index h = height - 2 * FRAME, w = width - 2 * FRAME;
+    if (edge != Edge::clear) x = folded(x, w, edge), y = folded(y, h, edge);
+    x = min(max(x, -past), double(w) + past), y = min(max(y, -past), double(h) + past);
+    const Index i = round_down(y - 0.5), j = round_down(x - 0.5);
+    double down[6], across[6];
+    quintic(y - 0.5 - double(i), down);
+    quintic(x - 0.5 - double(j), across);
+    for (Index k = 0; k < c; k++) out[k] = 0;
+    for (Index a = 0; a < 6; a++)
+        for (Index b = 0; b < 6; b++) {
+            const double weight = down[a] * across[b];
+            const float *texel = coefficients + ((i + a - 2 + FRAME) * width + j + b - 2 + FRAME) * c;
+            for (Index k = 0; k < c; k++) out[k] += weight * double(texel[k]);
+        }
+}
+
+}  // namespace
+}  // namespace iccm
+
+using namespace iccm;
+
+// The texels that hold places.
+//
+//   xy   (count, 2) texel coordinates, x right, y down, the first texel's centre at 0.5
+//   out  (count, c) written: their values, ready
+ICCM_EXPORT int64_t iccm_pixels_nearest(const Pyramid *picture, const double *xy, int64_t count, float *out) {
+    switch (picture->base_bytes) {
+        case 1: nearest<uint8_t>(*picture, xy, count, out); break;
+        case 2: nearest<uint16_t>(*picture, xy, count, out); break;
+        default: nearest<float>(*picture, xy, count, out);
+    }
+    return 0;
+}
+
+// Values at places with footprints.
+//
+//   xy       (count, 2) as for iccm_pixels_nearest
+//   turn     (count, 4) derivatives of x and y by the output's x and y: dx/dx, dx/dy, dy/dx, dy/dy
+//   kernel   see Kernel
+//   clamped  whether each channel stays between the least and the greatest of the texels that the kernel reads
+//   out      (count c + LANES,) written
+ICCM_EXPORT int64_t iccm_pixels_filter(const Pyramid *picture, const double *xy, const double *turn, int64_t count,
+                                       int64_t kernel, bool clamped, float *out) {
+    switch (picture->base_bytes) {
+        case 1: return filter<uint8_t>(*picture, xy, turn, count, Kernel(kernel), clamped, out);
+        case 2: return filter<uint16_t>(*picture, xy, turn, count, Kernel(kernel), clamped, out);
+        default: return filter<float>(*picture, xy, turn, count, Kernel(kernel), clamped, out);
+    }
+}
+
+// Put the spline in the place of the cubic's values, which it gives way to where the texture is shrunk.
+//
+//   coefficients  (height, width, c) with FRAME more on all sides than there are texels
+//   edge          see Edge
+//   xy, turn      as for iccm_pixels_filter
+//   out           (count, c) the cubic's values, changed
+ICCM_EXPORT int64_t iccm_pixels_spline(const float *coefficients, int64_t height, int64_t width, int64_t c, int64_t edge,
+                                       const double *xy, const double *turn, int64_t count, float *out) {
+    Buffer<double> value(c);
+    if (!value) return OUT_OF_MEMORY;
+    for (Index n = 0; n < count; n++, xy += 2, turn += 4, out += c) {
+        const double longest = footprint(turn[0], turn[1], turn[2], turn[3]).longest;
+        const double share = max(0.0, (BLEND - longest) / (BLEND - 1));
+        if (!(share > 0)) continue;
+        spline(coefficients, height, width, c, Edge(edge), xy[0], xy[1], value.data);
+        for (Index k = 0; k < c; k++) {
+            const double smooth = value[k];
+            out[k] = float(share == 1 ? smooth : share * smooth + (1 - share) * double(out[k]));
+        }
+    }
+    return 0;
+}

@@ -1,0 +1,101 @@
+// Making pyramids: a picture halved both ways, and stored integers decoded.
+#include "pixels/pyramid.h"
+
+#include "iccm/lanes.h"
+
+namespace iccm {
+namespace {
+
+constexpr Index TAPS = 12;    // of the half-band filter; output j is centred between taps 5 and 6, on input 2 j + 1/2
+constexpr Index BEFORE = 5;   // inputs that it reaches to before input 2 j
+constexpr Index AFTER = 7;    // and from 2 j on
+constexpr Index LANES = 4;    // channels that are weighed side by side
+constexpr Index PIECE = 1024; // numbers of a row that are added up in the processor's nearest cache
+
+// The weighted sum of TAPS rows of a picture around row 2 i, into `line`.
+void halve_down(const float *picture, Index height, Index size, Index i, const float *taps, Edge edge, float *line) {
+    for (Index first = 0; first < size; first += PIECE) {
+        const Index count = min(PIECE, size - first);
+        float *piece = line + first;
+        for (Index j = 0; j < count; j++) piece[j] = 0;
+        for (Index t = 0; t < TAPS; t++) {
+            const Index row = 2 * i + t - BEFORE;
+            if (edge == Edge::clear && (row < 0 || row >= height)) continue;
+            const float *from = picture + inside(row, height, edge) * size + first;
+            const float tap = taps[t];
+            for (Index j = 0; j < count; j++) piece[j] += tap * from[j];
+        }
+    }
+}
+
+// Fill in what lies beside a row of `width` texels: BEFORE of them before it, AFTER behind it.
+void surround(float *row, Index width, Index c, Edge edge) {
+    for (Index k = 0; k < BEFORE * c; k++) row[k - BEFORE * c] = row[inside(k / c - BEFORE, width, edge) * c + k % c];
+    for (Index k = 0; k < AFTER * c; k++) row[width * c + k] = row[inside(width + k / c, width, edge) * c + k % c];
+}
+
+// The weighted sums of TAPS texels around each second one of a row, which has its surroundings.
+void halve_across(const float *row, Index width, Index c, const float *taps, float *out) {
+    for (Index j = 0; j < width; j++)
+        for (Index first = 0; first < c; first += LANES) {
+            const float *from = row + (2 * j - BEFORE) * c + first;
+            Double4 value = {0, 0, 0, 0};
+            for (Index t = 0; t < TAPS; t++) value += double(taps[t]) * widen(load(from + t * c));
+            const Float4 rounded = narrow(value);
+            memcpy(out + j * c + first, &rounded, sizeof(float) * size_t(min(c - first, LANES)));
+        }
+}
+
+template <typename Stored>
+void decode(const Stored *pixels, Index count, Index c, const float *table, Index alpha, float *out) {
+    for (Index i = 0; i < count; i++, pixels += c, out += c) {
+        const float opacity = alpha < 0 ? 1.0f : table[pixels[alpha] * c + alpha];
+        for (Index k = 0; k < c; k++) {
+            const float value = table[pixels[k] * c + k];
+            out[k] = k == alpha ? value : opacity * value;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace iccm
+
+using namespace iccm;
+
+// Halve a picture both ways by a filter that rows and columns share: first down the columns, in single precision, then
+// across.
+//
+//   picture  (height, width, c)
+//   taps     (TAPS,)
+//   edge     see Edge
+//   out      (ceil(height / 2), ceil(width / 2), c) written
+ICCM_EXPORT int64_t iccm_pixels_halve(const float *picture, int64_t height, int64_t width, int64_t c, const float *taps,
+                                      int64_t edge, float *out) {
+    const Index out_height = (height + 1) / 2, out_width = (width + 1) / 2;
+    // zeros around the row, which is what is there if nothing is; LANES more, since a register reaches beyond the last
+    // texel's channels
+    Buffer<float> line((width + BEFORE + AFTER) * c + LANES, 0.0f);
+    if (!line) return OUT_OF_MEMORY;
+    float *row = line.data + BEFORE * c;
+    for (Index i = 0; i < out_height; i++) {
+        halve_down(picture, height, width * c, i, taps, Edge(edge), row);
+        if (Edge(edge) != Edge::clear) surround(row, width, c, Edge(edge));
+        halve_across(row, out_width, c, taps, out + i * out_width * c);
+    }
+    return 0;
+}
+
+// Stored integers as linear premultiplied numbers.
+//
+//   pixels  bytes of (count, c) integers of 1 or 2 bytes each
+//   table   (levels, c) the linear value of every integer, by channel
+//   alpha   the channel that multiplies the others, or -1
+//   out     (count, c) written
+ICCM_EXPORT int64_t iccm_pixels_decode(const uint8_t *pixels, int64_t bytes, int64_t count, int64_t c,
+                                       const float *table, int64_t alpha, float *out) {
+    if (bytes == 1)
+        decode(pixels, count, c, table, alpha, out);
+    else
+        decode(reinterpret_cast<const uint16_t *>(pixels), count, c, table, alpha, out);
+    return 0;
+}

@@ -1,0 +1,32 @@
+// Where points of the plane lie in a picture that lies flat in it.
+#pragma once
+
+#include "iccm/core.h"
+
+namespace iccm {
+
+// Two single-precision numbers as NumPy's complex64.
+struct Complex64 {
+    float re, im;
+};
+
+// The upper left corner of a picture in the plane, and texels a unit across and down.
+struct Corner {
+    double left, top, across, down;
+};
+
+// Texel coordinates of a point, x right and y down, and their derivatives by the output's x and y: dx/dx, dx/dy, dy/dx,
+// dy/dy.
+struct Place {
+    double x, y, xx, xy, yx, yy;
+};
+
+// `right` and `down` are complex numbers of either precision.
+template <typename Slope>
+inline Place place(Complex z, Slope right, Slope down, const Corner &corner) {
+    return {(z.re - corner.left) * corner.across, (corner.top - z.im) * corner.down,
+            right.re * corner.across,             down.re * corner.across,
+            -right.im * corner.down,              -down.im * corner.down};
+}
+
+}  // namespace iccm
