@@ -253,6 +253,21 @@ def test_holes_of_the_result_are_counted_where_the_target_has_none():
     assert coverage.seen(target, target).extra_holes == 0
 
 
+def test_what_is_shown_of_a_source_is_measured_through_the_map():
+    from tests.bench import coverage
+
+    y, x = np.mgrid[:80, :100]
+    source = (x < 50) & (y >= 20)  # the left half, but for its upper quarter
+    down, right = np.mgrid[:300, :200]
+    # the picture shows the canvas' right 80 %, upside down and sheared, in its columns 20 to 180
+    across = 0.2 + 0.8 * (right + 0.5 - 20) / 160
+    up = (down + 0.5) / 300
+    places = np.stack([across + 0.05 * (up - 0.5), up], -1)
+    visible = (right >= 20) & (right < 180)
+    assert coverage.shown(places, visible, source) == pytest.approx(0.3 / 0.5, abs=0.02)
+    assert coverage.shown(places, np.zeros_like(visible), source) == 0
+
+
 def test_a_picture_is_found_on_the_canvas_or_on_a_part(tmp_path):
     pytest.importorskip("pyvips")
     from PIL import Image

@@ -92,6 +92,32 @@ def cracks(target: Mask, result: Mask) -> float:
     return float(filled.sum() / target.sum())
 
 
+def shown(places: NDArray, visible: Mask, source: Mask) -> float:
+    """Share of the source drawing's painted area that a picture shows.
+
+    Args:
+        places: (height, width, 2) of every pixel the place in the source that it shows: across and up, from 0 to 1.
+        visible: the pixels that show something.
+        source: what the source paints of its canvas.
+    """
+    slopes = []
+    for axis in (0, 1):
+        ahead = np.roll(visible, -1, axis) & visible
+        ahead[(-1, slice(None)) if axis == 0 else (slice(None), -1)] = False
+        steps = np.roll(places, -1, axis) - places
+        behind = np.roll(ahead, 1, axis)
+        # a pixel at the edge takes the step from the neighbour that there is
+        slopes.append(
+            np.where(ahead[..., None], steps, np.where(behind[..., None], np.roll(steps, 1, axis), 0))
+        )
+    (down, right) = slopes
+    area = np.abs(down[..., 0] * right[..., 1] - down[..., 1] * right[..., 0])
+    height, width = source.shape
+    column = np.clip((places[..., 0] * width).astype(int), 0, width - 1)
+    row = np.clip(((1 - places[..., 1]) * height).astype(int), 0, height - 1)
+    return float(area[visible & source[row, column]].sum() / max(source.mean(), 1e-9))
+
+
 def parts(mask: Mask) -> int:
     """Components of a painted area that are more than specks."""
     labels, count = ndimage.label(mask, np.ones((3, 3)))

@@ -26,6 +26,19 @@ WORDS = (
 )
 SIGNS = ("水", "山", "花", "あ", "ふ", "み", "ネコ", "東京", "ありがとう", "祭り")
 LINE_BOX_EMS = 0.8, 1.0  # above the baseline, and in all: the canvas of a word, as our reference has it
+KIN = (  # of one kind, by set and name
+    ("temaki/donut", "flatcolor/doughnut-chart"),
+    ("temaki/wheel", "fontisto/flotation-ring"),
+    ("temaki/hand", "emojione1/hand-with-fingers-splayed"),
+    ("emojione/call-me-hand", "temaki/hand"),
+    ("borders/ita", "borders/nor"),
+    ("borders/jpn", "borders/gbr"),
+    ("borders/bra", "borders/ind"),
+    ("tabler/cat", "tabler/dog"),
+    ("hugeicons/cat", "iconpark/dog"),
+    ("fontisto/heart", "fontisto/star"),
+    ("emojione1/cat-face", "emojione1/dog-face"),
+)
 REGIONS = (
     *("@svg-maps/italy@2.0.0", "@svg-maps/india@2.0.0", "@svg-maps/canada@2.0.0", "@svg-maps/spain@2.0.0"),
     *("@svg-maps/mexico@2.0.0", "@svg-maps/nigeria@2.0.0"),
@@ -138,6 +151,55 @@ def random_pairs(count: int, seed: int, empty: list[str]) -> list[tuple[Drawing,
     ]
 
 
+def kin_pairs() -> list[tuple[Drawing, Drawing]]:
+    """Letters onto letters, rings onto rings, hands onto hands, countries onto countries: pairs without chance."""
+    serif, bold, script = (set_files(name)[0] for name in ("playfair", "bangers", "vibes"))
+    letters = [
+        *((bold, "A", serif, "R"), (serif, "8", bold, "B"), (bold, "O", serif, "D"), (serif, "P", bold, "e")),
+        *(
+            (serif, "g", bold, "8"),
+            (bold, "A", serif, "o"),
+            (serif, "Q", serif, "O"),
+            (serif, "b", serif, "q"),
+        ),
+        *(
+            (bold, "a", serif, "a"),
+            (serif, "R", bold, "R"),
+            (script, "B", serif, "B"),
+            (bold, "I", serif, "L"),
+        ),
+        (bold, "Hello", serif, "Hello"),
+    ]
+    fonts = {serif: "playfair", bold: "bangers", script: "vibes"}
+    found = [
+        tuple(
+            Drawing(f"{font}#text={text}", *word_svg(font, text), fonts[font]) for font, text in (one, other)
+        )
+        for one, other in (((a, b), (c, d)) for a, b, c, d in letters)
+    ]
+    found += [(_named(a), _named(b)) for a, b in KIN]
+    samples = shapes.ROOT / "samples" / "rose-leaf"
+    rose, leaf = (_file(samples / f"{name}.svg", "game") for name in ("rose", "leaf"))
+    return [*found, (rose, leaf)]
+
+
+def _named(label: str) -> Drawing:
+    """The drawing of a set, named as `set/name`."""
+    part_of, name = label.split("/")
+    files = set_files(part_of)
+    if files[0].name == "icons.json":
+        svg = dict(collection(files[0], SETS[part_of].keep))[name]
+        return Drawing(str(written(part_of, name, svg, SETS[part_of].suffix)), svg, svg_canvas(svg), part_of)
+    return _file(next(path for path in files if path.name.split(".")[0] == name), part_of)
+
+
+def _file(path: Path, part_of: str) -> Drawing:
+    """The drawing of an SVG or GeoJSON file."""
+    text = path.read_text(encoding="utf-8")
+    svg, canvas = geojson_svg(text) if path.suffix == ".json" else (text, svg_canvas(text))
+    return Drawing(str(path), svg, canvas, part_of)
+
+
 def random_drawing(choice: random.Random, names: list[str], empty: list[str]) -> Drawing:
     """A random drawing of one of these sets."""
     while True:
@@ -162,12 +224,7 @@ def drawing_of(name: str, choice: random.Random) -> Drawing:
     if files[0].name == "icons.json":
         key, svg = choice.choice(collection(files[0], SETS[name].keep))
         return Drawing(str(written(name, key, svg, suffix)), svg, svg_canvas(svg), name)
-    path = choice.choice(files)
-    if path.suffix == ".json":
-        svg, canvas = geojson_svg(path.read_text(encoding="utf-8"))
-        return Drawing(str(path), svg, canvas, name)
-    svg = path.read_text(encoding="utf-8")
-    return Drawing(str(path), svg, svg_canvas(svg), name)
+    return _file(choice.choice(files), name)
 
 
 @cache

@@ -1,6 +1,6 @@
 """Whole drawings onto whole drawings, as a user types it, judged by the pictures that are written.
 
-python -m tests.bench.drawings [--pairs 150] [--seed 51] [--sheet FILE.png] [--beside COMMAND]
+python -m tests.bench.drawings [--pairs 150] [--seed 51] [--sheet FILE.png] [--beside COMMAND] [--kin]
 
 Random pairs of icons, line icons, emoji, illustrations, logos, flags, words, maps and photos of `drawing_sets.SETS`,
 which no other bench uses. Each pair is one run of `iccm map A B -o out.png --size 512 --report r.json` in a process of
@@ -34,7 +34,7 @@ from PIL import Image, ImageDraw
 
 from . import coverage
 from .assets import COMMAND
-from .drawing_sets import FOLDER, SETS, Drawing, random_pairs
+from .drawing_sets import FOLDER, SETS, Drawing, kin_pairs, random_pairs
 from .rasterizer import Box, fitted, rendered
 
 SEED = 51
@@ -58,6 +58,7 @@ class Row:
         picture: whether one was written.
         p95, K95, certified, ours: of the report: stretch, dilatation, whether all maps are certified, and `covered`.
         shown: `shown` of the report.
+        visible: share of the source's painted area that the picture shows, where an STMap was asked for.
         reading, covered, cracks, spilled, extra_holes: as `coverage.Seen`.
         placed: whether it is known what of the target's plane the picture shows.
         said: what was written to stderr.
@@ -71,6 +72,7 @@ class Row:
     certified: bool = False
     ours: float | None = None
     shown: float | None = None
+    visible: float | None = None
     reading: str = ""
     covered: float = 0.0
     cracks: float = 0.0
@@ -84,6 +86,7 @@ class Row:
             lines = [line for line in self.said.splitlines() if line.startswith("error")]
             return f"{self.code:4} NO PICTURE {self.seconds:6.2f} {' '.join(lines)[:100]}"
         ours = "" if self.ours is None else f"{self.ours:5.2f}"
+        ours += "" if self.visible is None else f" shows {self.visible:.2f}"
         place = "" if self.placed else " PLACE UNKNOWN"
         return (
             f"{self.code:4} {self.covered:7.2f} {self.reading:6} {self.cracks:6.2%} {self.extra_holes:5}"
@@ -94,11 +97,19 @@ class Row:
 
 @dataclass(frozen=True)
 class Arm:
-    """A command that is judged: its words, and the folder that keeps its results."""
+    """A command that is judged.
+
+    Attributes:
+        name: of the column.
+        words: the command's.
+        folder: keeps its results.
+        stmap: whether it writes an STMap, too, by which is measured what of the source is seen.
+    """
 
     name: str
     words: tuple[str, ...]
     folder: Path
+    stmap: bool = False
 
     def run(self, source: Drawing, target: Drawing) -> tuple[Row, Path]:
         """The row of a pair and its picture; from the folder where they are there."""
@@ -111,13 +122,19 @@ class Arm:
             row = Row(code, seconds, picture.exists(), said=said)
             kept.write_text(json.dumps(asdict(with_report(row, report)), indent=1))
         row = Row(**json.loads(kept.read_text()))
-        return (with_picture(row, picture, target) if row.picture else row), picture
+        if row.picture:
+            row = with_picture(row, picture, target)
+            if (places := picture.with_suffix(".exr")).exists():
+                row = replace(row, visible=visible_share(places, picture, source))
+        return row, picture
 
     def _command(self, source: Drawing, target: Drawing, picture: Path) -> tuple[int, float, str, dict]:
         report = picture.with_suffix(".report.json")
         places = {"source": source.spec, "target": target.spec}
         words = [word.format(**places) if "{" in word else word for word in self.words]
         words += ["-o", str(picture), "--size", str(PIXELS), "--report", str(report), "--force"]
+        if self.stmap:
+            words += ["--stmap", str(picture.with_suffix(".exr"))]
         with tempfile.TemporaryFile("w+", errors="replace") as output:
             process = subprocess.Popen(
                 words,
@@ -160,6 +177,16 @@ def with_picture(row: Row, path: Path, target: Drawing) -> Row:
     outside = whole.mean() * all_of_it[2] * all_of_it[3] * scale - area.sum() if box != all_of_it else 0
     found = coverage.seen(area, result, max(0.0, float(outside)))
     return replace(row, placed=placed, **asdict(found))
+
+
+def visible_share(places: Path, picture: Path, source: Drawing) -> float:
+    """Share of the source's painted area that a picture shows, by the STMap beside it."""
+    import OpenImageIO as oiio
+
+    pixels = oiio.ImageInput.open(str(places)).read_image()
+    with Image.open(picture) as opened:
+        result = coverage.painted(np.asarray(opened.convert("RGBA"))[..., 3])
+    return coverage.shown(pixels[..., :2], result & (pixels[..., 3] > 0.5), fine(source)[0])
 
 
 def painted_area(drawing: Drawing, box: Box, size: tuple[int, int]) -> coverage.Mask:
@@ -238,11 +265,11 @@ def goals(arms: dict[str, list[Row]]) -> None:
 def quantiles(arms: dict[str, list[Row]]) -> None:
     """Median, 90 % and worst of each figure, arm beside arm."""
     print(f"\nmedian, 10 % worst, worst{'':7}" + "".join(f"{arm:>30}" for arm in arms))
-    for name in ("covered", "cracks", "spilled", "p95", "K95", "seconds"):
+    for name in ("covered", "visible", "cracks", "spilled", "p95", "K95", "seconds"):
         cells = []
         for rows in arms.values():
-            values = [getattr(row, name) for row in rows if row.picture]
-            levels = (0.5, 0.1, 0.0) if name == "covered" else (0.5, 0.9, 1.0)
+            values = [getattr(row, name) for row in rows if row.picture and getattr(row, name) is not None]
+            levels = (0.5, 0.1, 0.0) if name in ("covered", "visible") else (0.5, 0.9, 1.0)
             found = np.nanquantile(values, levels, method="inverted_cdf") if values else [np.nan] * 3
             cells.append("".join(f"{value:10.3g}" for value in found))
         print(f"  {name:30}" + "".join(cells))
@@ -317,13 +344,13 @@ def numbers(text: str) -> set[int]:
     return found
 
 
-def arm(name: str, command: str, label: str | None, scratch: Path) -> Arm:
+def arm(name: str, command: str, label: str | None, scratch: Path, stmap: bool) -> Arm:
     """An arm of a command line; SOURCE and TARGET are its last words where it does not name them."""
     words = shlex.split(command)
     if not any("{source}" in word for word in words):
         words += ["{source}", "{target}"]
     folder = FOLDER / "runs" / re.sub(r"[^\w.-]", "_", label) if label else scratch / name
-    return Arm(name, tuple(words), folder)
+    return Arm(name, tuple(words), folder, stmap)
 
 
 def main(words: list[str] | None = None) -> None:
@@ -333,19 +360,26 @@ def main(words: list[str] | None = None) -> None:
     )
     parser.add_argument("--pairs", type=int, default=150)
     parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument(
+        "--kin", action="store_true", help="letters onto letters, rings onto rings, … instead"
+    )
     parser.add_argument("--only", type=numbers, help="numbers of pairs, such as 3,7,20-30")
     parser.add_argument("--command", default=f"{COMMAND} map", help="what is judged")
     parser.add_argument("--label", help="under which its results are kept")
     parser.add_argument("--beside", metavar="COMMAND", help="a second command")
     parser.add_argument("--beside-label", metavar="LABEL")
+    parser.add_argument(
+        "--shown", action="store_true", help="measure what of the source is seen; adds --stmap"
+    )
     parser.add_argument("--sheet", type=Path, help=f"contact sheets, {PAGE_PAIRS} pairs on each")
     parser.add_argument("--sheet-pairs", type=int, default=60, help="how many of them")
     given = parser.parse_args(words)
     empty: list[str] = []
-    pairs = random_pairs(given.pairs, given.seed, empty)
+    pairs = kin_pairs() if given.kin else random_pairs(given.pairs, given.seed, empty)
     sets = Counter(drawing.part_of for pair in pairs for drawing in pair)
     chosen = [k for k in range(1, len(pairs) + 1) if not given.only or k in given.only]
-    print(f"## {given.pairs} random pairs (seed {given.seed}) of {len(sets)} sets: {', '.join(sorted(sets))}")
+    which = "pairs of a kind" if given.kin else f"random pairs (seed {given.seed})"
+    print(f"## {len(pairs)} {which} of {len(sets)} sets: {', '.join(sorted(sets))}")
     print(f"drawings that paint nothing, passed over: {len(empty)} {empty[:8]}")
     several = [any(part_count(drawing) > 1 for drawing in pair) for pair in pairs]
     kinds = [{drawing.kind for drawing in pair} for pair in pairs]
@@ -353,9 +387,9 @@ def main(words: list[str] | None = None) -> None:
     print(f", with a line icon or glyph: {np.mean([bool(k & {'line', 'glyph'}) for k in kinds]):.0%}", end="")
     print(f", with colours: {np.mean(['colour' in k for k in kinds]):.0%}")
     with tempfile.TemporaryDirectory() as scratch:
-        arms = [arm("new", given.command, given.label, Path(scratch))]
+        arms = [arm("new", given.command, given.label, Path(scratch), given.shown)]
         if given.beside:
-            arms.append(arm("old", given.beside, given.beside_label, Path(scratch)))
+            arms.append(arm("old", given.beside, given.beside_label, Path(scratch), given.shown))
         for each in arms:
             print(f"{each.name}: {shlex.join(each.words)}")
             if not each.folder.exists():
