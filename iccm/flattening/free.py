@@ -5,7 +5,7 @@ Dirichlet energy (Smith and Schaefer, *Bijective Parameterization with Free Boun
 what is left is conformal.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -80,7 +80,7 @@ class Elastic:
             if not (short and again) and (short or left < at_once * tolerance * below):
                 break
             settled = not short and gain < SMALL * energy and not (again and gain > 0.5 * before)
-            system = system._replace(factorised=at_once == 1 and settled)
+            system = replace(system, factorised=at_once == 1 and settled)
             energy, before = below, gain
         return u
 

@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 import iccm
-from iccm.native.binding import Function, function
+from iccm.native.binding import RECORDS, Function, function, record
 from iccm.native.library import FOLDER, library
 
 CORE = Path(__file__).parents[2] / "core"
 EXPORTED = re.compile(r"^ICCM_EXPORT (\w+ \w+\([^)]*\)) \{", re.MULTILINE)
+STRUCT = re.compile(r"^struct \w+ \{[^}]*\}", re.MULTILINE)
 FILL = """int64_t iccm_linalg_fill(
     const int64_t *starts, const int64_t *around, const int64_t *corners, const int64_t *order, int64_t *ends,
     int64_t *members, int64_t room, int64_t *work, int64_t n)"""
@@ -55,6 +56,32 @@ def test_declarations_are_the_prototypes_in_c():
 
 def test_every_function_that_is_exported_is_declared():
     assert {p for p in exported() if "iccm_runtime" not in p} <= declared()
+
+
+def test_records_are_the_structs_in_c():
+    declared()  # imports all of them
+    text = "\n".join(path.read_text() for ending in ("*.h", "*.cpp") for path in CORE.rglob(ending))
+    structs = {" ".join(found.split()) for found in STRUCT.findall(re.sub("//.*", "", text))}
+    assert "System" in RECORDS
+    assert {made.declaration for made in RECORDS.values()} <= structs
+
+
+def test_a_record_checks_its_members():
+    made = record("struct Example { const double *x; int64_t *order; int64_t n; }")
+    try:
+        order = np.arange(3)
+        found = made(np.zeros(3), order, 3)
+        assert found.n == 3 and found.order == order.ctypes.data
+        for values in ((np.zeros(3, np.float32), order, 3), (np.zeros(6)[::2], order, 3)):
+            with pytest.raises(TypeError, match="x: a contiguous array of float64"):
+                made(*values)
+        order.flags.writeable = False
+        with pytest.raises(TypeError, match="order: a writable"):
+            made(np.zeros(3), order, 3)
+        with pytest.raises(TypeError, match="3 members, not 1"):
+            made(np.zeros(3))
+    finally:
+        del RECORDS["Example"]
 
 
 def test_every_library_has_every_function():

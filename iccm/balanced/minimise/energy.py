@@ -18,18 +18,40 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Complex, Index, Real
-from ...jit import in_place, inlined
+from ...jit import in_place
 from ...linalg.cholesky import BlockPattern
-from ..kernels import dot
+from ...native import Record, function, record
 
 BOTH_AREAS, SOURCE_AREA, IMAGE_AREA = 0.5, 0.0, 1.0  # shares of the image's area in the measure
 LOST = 5.05
 """The density at a point that has no partner: what it is where lengths change ten times as much one way as the other,
 (10 + 1/10)/2. Pictures with K95 of 8 were judged usable, with 24 useless."""
-VOID = 1e-3  # weight of a void's angles beside the area of its image: at rest a slit is 2 % of what was there
-UNTANGLING_AREA = 0.5  # weight of the area part while untangling
 NO_SLOTS = np.empty((0, 6), np.int64)
 NO_AIMS = np.empty(0, np.complex128)
+
+ObjectiveRecord = record(
+    "struct Objective { double theta; double q; double share; double epsilon; bool quadratic; bool forward; }"
+)
+RestShapesRecord = record(
+    """struct RestShapes {
+        const int64_t *corners; const int64_t *slots; const Complex *gradients; const double *weights;
+        const Complex *aims; int64_t m; bool aimed; }"""
+)
+_total = function(
+    "double iccm_minimise_total(const RestShapes *rest, const Complex *u, const Objective *objective)"
+)
+_assemble = function(
+    """double iccm_minimise_assemble(
+        const RestShapes *rest, const Complex *u, const Objective *objective, double *matrix, Complex *gradient,
+        int64_t n, int64_t e)"""
+)
+_least_determinant = function(
+    "double iccm_minimise_least_determinant(const RestShapes *rest, const Complex *u)"
+)
+_hat_gradients = function(
+    """int64_t iccm_minimise_hat_gradients(
+        const int64_t *corners, const Complex *z, Complex *gradients, double *areas, int64_t m)"""
+)
 
 
 class Objective(NamedTuple):
@@ -55,8 +77,12 @@ class Objective(NamedTuple):
 
     @classmethod
     def of(cls, theta: float, q: float, share: float = BOTH_AREAS, *, forward: bool = True) -> "Objective":
-        """With numbers of the one type for which kernels are compiled."""
+        """With nothing but these given."""
         return cls(float(theta), float(q), float(share), forward=forward)
+
+    def record(self) -> Record:
+        """For the core."""
+        return ObjectiveRecord(self.theta, self.q, self.share, self.epsilon, self.quadratic, self.forward)
 
 
 class RestShapes(NamedTuple):
@@ -87,7 +113,12 @@ class RestShapes(NamedTuple):
 
     def energy(self, u: Complex, objective: Objective) -> float:
         """Of images (n,); infinite where a triangle is folded."""
-        return float(total(self, u, objective))
+        return total(self, u, objective)
+
+    def record(self) -> Record:
+        """For the core."""
+        m, aimed = len(self.corners), self.aims.size > 0
+        return RestShapesRecord(self.corners, self.slots, self.gradients, self.weights, self.aims, m, aimed)
 
 
 @in_place
@@ -139,129 +170,18 @@ def density_derivatives(p, d, theta, q, share):
     )
 
 
-@in_place
-def void_derivatives(p, d, forward):
-    """The density of a void, with the derivatives of `density_derivatives`: d + VOID p/d, the area of its image and a
-    barrier; by the inverse map, whose p and d these are if not `forward`, the same."""
-    if not forward:
-        return 1 + VOID * p, VOID, 0.0, 0.0, 0.0, 0.0
-    shape = VOID / d
-    return d + shape * p, shape, 1 - shape * p / d, 0.0, -shape / d, 2 * shape * p / (d * d)
+def total(rest: RestShapes, u: Complex, objective: Objective) -> float:
+    """Compute the energy of images u (n,); infinite where a triangle is folded, unless epsilon > 0 (untangling)."""
+    return float(_total(rest.record(), u, objective.record()))
 
 
-@in_place
-def untangling_derivatives(p, d, epsilon):
-    """A density that is finite for folded triangles, with the derivatives of `density_derivatives`.
-
-    (p + ½ (1 + d²)/2·2) / (1 + ½) with d in the denominators replaced by (d + √(ε² + d²))/2 (Garanzha et al.,
-    *Foldover-free maps in 50 lines of code*, 2021).
-    """
-    root = np.sqrt(epsilon * epsilon + d * d)
-    x = 0.5 * (d + root) if d > 0 else 0.5 * epsilon * epsilon / (root - d)
-    x1, x2 = x / root, 0.5 * epsilon * epsilon / (root * root * root)
-    area, share = (d * d + 1) / (2 * x), 1 / (1 + UNTANGLING_AREA)
-    area1 = d / x - (d * d + 1) * x1 / (2 * x * x)
-    inverse2 = 2 * x1 * x1 / (x * x * x) - x2 / (x * x)  # second derivative of 1/x
-    area2 = 1 / x - 2 * d * x1 / (x * x) + 0.5 * (d * d + 1) * inverse2
-    return (
-        share * (p / x + UNTANGLING_AREA * area),
-        share / x,
-        share * (UNTANGLING_AREA * area1 - p * x1 / (x * x)),
-        0.0,
-        -share * x1 / (x * x),
-        share * (p * inverse2 + UNTANGLING_AREA * area2),
-    )
+def least_determinant(rest: RestShapes, u: Complex) -> float:
+    """Find the smallest determinant of all triangles."""
+    return float(_least_determinant(rest.record(), u))
 
 
-@in_place
-def hat_gradients(corners, z, gradients, areas):
-    """Fills in the Wirtinger gradients of the hat functions and the areas of the source's triangles.
-
-    Args:
-        corners: (m, 3) triangles of either orientation.
-        z: (n,) vertices of the source.
-        gradients: (m, 3) complex α, written: f_z = Σ α u and f_z̄ = Σ ᾱ u for values u at the corners.
-        areas: (m,) written, positive.
-    """
-    for t in range(corners.shape[0]):
-        a, b, c = z[corners[t, 0]], z[corners[t, 1]], z[corners[t, 2]]
-        area = 0.5 * ((b - a).real * (c - a).imag - (b - a).imag * (c - a).real)
-        scale = complex(0.0, -0.25 / area)
-        gradients[t, 0] = scale * (c - b).conjugate()
-        gradients[t, 1] = scale * (a - c).conjugate()
-        gradients[t, 2] = scale * (b - a).conjugate()
-        areas[t] = abs(area)
-
-
-@in_place
-def wirtinger(corners, gradients, u, t):
-    """f_z and f_z̄ on triangle t."""
-    a, b = 0j, 0j
-    for k in range(3):
-        value, alpha = u[corners[t, k]], gradients[t, k]
-        a += alpha * value
-        b += alpha.conjugate() * value
-    return a, b
-
-
-@in_place
-def total(rest, u, objective):
-    """The energy of the images u (n,); infinite where a triangle is folded, unless epsilon > 0 (untangling)."""
-    theta, q, share, epsilon = objective.theta, objective.q, objective.share, objective.epsilon
-    corners, gradients, weights = rest.corners, rest.gradients, rest.weights
-    energy = 0.0
-    for t in range(corners.shape[0]):
-        a, b = wirtinger(corners, gradients, u, t)
-        aa, bb = dot(a, a), dot(b, b)
-        if epsilon > 0:
-            energy += abs(weights[t]) * untangling_derivatives(aa + bb, aa - bb, epsilon)[0]
-        elif aa > bb and rest.aims.size > 0 and rest.aims[t] != 0:
-            a -= rest.aims[t]
-            energy += weights[t] * (dot(a, a) + bb)
-        elif aa > bb and weights[t] < 0:
-            energy -= weights[t] * void_derivatives(aa + bb, aa - bb, objective.forward)[0]
-        elif aa > bb:
-            energy += weights[t] * density(aa + bb, aa - bb, theta, q, share)
-        else:
-            return np.inf
-    return energy
-
-
-@in_place
-def least_determinant(rest, u):
-    """The smallest determinant of all triangles."""
-    least = np.inf
-    for t in range(rest.corners.shape[0]):
-        a, b = wirtinger(rest.corners, rest.gradients, u, t)
-        least = min(least, dot(a, a) - dot(b, b))
-    return least
-
-
-@in_place
-def _projected(first, second, coupling):
-    """The matrix [[first, coupling], [coupling, second]] with negative eigenvalues set to zero: its three entries."""
-    middle, determinant = 0.5 * (first + second), first * second - coupling * coupling
-    if middle >= 0 and determinant >= 0:
-        return first, second, coupling
-    radius = np.sqrt(max(middle * middle - determinant, 0.0))
-    if not middle + radius > 0:
-        return 0.0, 0.0, 0.0
-    share, small = 0.5 * (middle + radius) / radius, middle - radius
-    return share * (first - small), share * (second - small), share * coupling
-
-
-@inlined
-def _add(matrix, slot, r, s, x, y, a, b):
-    """Adds the block r aᵀ + s bᵀ + (i x)(i a)ᵀ + (i y)(i b)ᵀ of complex numbers taken as vectors."""
-    matrix[slot, 0] += r.real * a.real + s.real * b.real + x.imag * a.imag + y.imag * b.imag
-    matrix[slot, 1] += r.real * a.imag + s.real * b.imag - x.imag * a.real - y.imag * b.real
-    matrix[slot, 2] += r.imag * a.real + s.imag * b.real - x.real * a.imag - y.real * b.imag
-    matrix[slot, 3] += r.imag * a.imag + s.imag * b.imag + x.real * a.real + y.real * b.real
-
-
-@in_place
-def assemble(rest, u, objective, matrix, gradient):
-    """The energy at u; fills in its gradient and projected Hessian.
+def assemble(rest: RestShapes, u: Complex, objective: Objective, matrix: Real, gradient: Complex) -> float:
+    """Compute the energy at u, and fill in its gradient and projected Hessian.
 
     Args:
         rest: triangles at rest.
@@ -270,55 +190,9 @@ def assemble(rest, u, objective, matrix, gradient):
         matrix: (e, 4) blocks of the upper triangle, written.
         gradient: (n,) complex, x + iy, written.
     """
-    theta, q, share, epsilon = objective.theta, objective.q, objective.share, objective.epsilon
-    corners, slots, gradients, weights = rest.corners, rest.slots, rest.gradients, rest.weights
-    for p in range(matrix.shape[0]):
-        matrix[p, 0] = matrix[p, 1] = matrix[p, 2] = matrix[p, 3] = 0.0
-    for v in range(gradient.size):
-        gradient[v] = 0j
-    energy = 0.0
-    for t in range(corners.shape[0]):
-        a, b = wirtinger(corners, gradients, u, t)
-        aimed = epsilon == 0 and rest.aims.size > 0 and rest.aims[t] != 0
-        if aimed:  # quadratic: its derivatives by a - c and b are those of p
-            a -= rest.aims[t]
-        aa, bb, weight = dot(a, a), dot(b, b), abs(weights[t])
-        if aimed:
-            w, w_p, w_d, w_pp, w_pd, w_dd = aa + bb, 1.0, 0.0, 0.0, 0.0, 0.0
-        elif epsilon > 0:
-            w, w_p, w_d, w_pp, w_pd, w_dd = untangling_derivatives(aa + bb, aa - bb, epsilon)
-        elif weights[t] < 0:
-            w, w_p, w_d, w_pp, w_pd, w_dd = void_derivatives(aa + bb, aa - bb, objective.forward)
-        else:
-            w, w_p, w_d, w_pp, w_pd, w_dd = density_derivatives(aa + bb, aa - bb, theta, q, share)
-        energy += weight * w
-        size_a, size_b = np.sqrt(aa), np.sqrt(bb)
-        # directions of a and b; any do where one vanishes, since the derivatives along them do then
-        unit_a = a * (1 / size_a) if size_a > 1e-140 else 1 + 0j
-        unit_b = b * (1 / size_b) if size_b > 1e-140 else 1 + 0j
-        # the chain rule for |a| and |b|, p = |a|² + |b|² and d = |a|² - |b|²: slopes over |a| and |b|, which are
-        # the tangential eigenvalues too, then the 2 × 2 block of the radial directions
-        along_a, along_b = 2 * weight * (w_p + w_d), 2 * weight * (w_p - w_d)
-        radial_a, radial_b, both = _projected(
-            along_a + 4 * weight * (w_pp + 2 * w_pd + w_dd) * aa,
-            along_b + 4 * weight * (w_pp - 2 * w_pd + w_dd) * bb,
-            4 * weight * (w_pp - w_dd) * size_a * size_b,
-        )
-        around_a, around_b = max(along_a, 0.0), max(along_b, 0.0)
-        along_a, along_b = along_a * size_a, along_b * size_b
-        # by the corners' values: a = Σ α u and b = Σ ᾱ u take the eigenvectors to multiples of the hats' gradients
-        pair = 0
-        for k in range(3):
-            alpha = gradients[t, k]
-            a, b = unit_a * alpha.conjugate(), unit_b * alpha
-            gradient[corners[t, k]] += along_a * a + along_b * b
-            r, s = radial_a * a + both * b, both * a + radial_b * b
-            x, y = around_a * a, around_b * b
-            for m in range(k, 3):
-                alpha = gradients[t, m]
-                _add(matrix, slots[t, pair], r, s, x, y, unit_a * alpha.conjugate(), unit_b * alpha)
-                pair += 1
-    return energy
+    return float(
+        _assemble(rest.record(), u, objective.record(), matrix, gradient, gradient.size, len(matrix))
+    )
 
 
 def energy_of(z: Complex, u: Complex, faces: Index, theta: float = 1.0, q: float = 1.0) -> float:
@@ -333,7 +207,9 @@ def energy_of(z: Complex, u: Complex, faces: Index, theta: float = 1.0, q: float
 
 
 def geometry(z: Complex, corners: Index) -> tuple[Complex, Real]:
-    """(m, 3) gradients of the hat functions and (m,) areas of the triangles of z."""
+    """(m, 3) Wirtinger gradients α of the hat functions, f_z = Σ α u and f_z̄ = Σ ᾱ u, and (m,) areas of the triangles
+    of z."""
     gradients, areas = np.empty(corners.shape, np.complex128), np.empty(len(corners))
-    hat_gradients(corners, z, gradients, areas)
+    z, corners = np.ascontiguousarray(z, np.complex128), np.ascontiguousarray(corners)
+    _hat_gradients(corners, z, gradients, areas, len(corners))
     return gradients, areas

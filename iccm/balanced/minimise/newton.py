@@ -15,71 +15,48 @@ Onto a surface in space steps are damped where they are cut short (Levenberg and
 energy has kinks, of which its derivatives know nothing.
 """
 
-from typing import NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from ...arrays import Complex, Index, Real
-from ...jit import in_place
-from ...linalg.cholesky import BlockPattern, Factor, downhill, eliminate_again, factorise
-from ..kernels import cross, dot
-from .energy import RestShapes, assemble, total
-from .in_space import assemble_in_space, total_in_space
-from .sliding import Constraints, along_directions, border_energy, constrain, gap_limit, moved, release
-from .upright import ANY_TURN, Upright, bend_step, turn_derivatives, turn_factor
+from ...linalg.cholesky import BlockPattern, Factor
+from ...native import Record, function, record
+from .energy import Objective, RestShapes
+from .in_space import SurfaceMap
+from .sliding import Constraints
+from .upright import ANY_TURN, Upright
 
-SHARE_OF_FLIP = 0.95  # of the largest step without a fold
-ARMIJO = 1e-5  # share of the slope that a step must gain
-SHORTEST_STEP = 1e-8  # below, rounding decides (by hand)
-LONGEST = 0.5  # of the energy: a step is lengthened to at most 1 / (1 - LONGEST) of Newton's
-SHARE_WHILE_MOVING = 0.9  # of the largest step without a fold: more leaves triangles too thin to go on
-GROWTH = 1.5  # of the energy in one step while vertices move
-CRAWL, CRAWLING = 0.03, 5  # vertices are stuck after so many steps of a smaller share of their way,
-LONGER = 1.1  # none of which is longer than the one before by this: 9 of 60 drags beside a filled hole ended in vain
-REGULAR = 1e-9  # of the mean diagonal, added to it: the projected Hessian may be singular (similarities)
-SHORT, LONG = (
-    0.1,
-    0.5,
-)  # of a step in space: after a shorter share the next is damped more, after a longer one less
-DAMPED = 1e-4  # of the mean diagonal: the first damping. Without it one squeezed triangle ends the descent
-
-
-@in_place
-def largest_step(faces, u, step):
-    """The smallest positive t at which a triangle of u + t · step has no area; 1e9 if there is none."""
-    best = 1e9
-    for t in range(faces.shape[0]):
-        a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
-        e, f, de, df = u[b] - u[a], u[c] - u[a], step[b] - step[a], step[c] - step[a]
-        quadratic, linear, area = cross(de, df), cross(e, df) + cross(de, f), cross(e, f)
-        if quadratic >= 0 and linear >= 0:
-            continue
-        discriminant = linear * linear - 4 * quadratic * area
-        if discriminant < 0:
-            continue
-        r = -0.5 * (linear + (np.sqrt(discriminant) if linear >= 0 else -np.sqrt(discriminant)))
-        for root in (
-            r / quadratic,
-            area / r,
-        ):  # infinite or NaN where a coefficient vanishes: no comparison holds
-            if 0 < root < best:
-                best = root
-    return best
+WorkspaceRecord = record(
+    """struct Workspace {
+        double *matrix; Factor factor; Complex *gradient; Complex *step; Complex *way; Complex *new_u;
+        Complex *turning; Complex *answer; Complex *directions; double *new_tau; double *slope; double *curvature;
+        double *slide; double *low; double *high; }"""
+)
+SystemRecord = record(
+    """struct System {
+        BlockPattern pattern; const int64_t *faces; int64_t m; RestShapes rest; Constraints constraints;
+        Upright upright; Workspace workspace; }"""
+)
+_largest_step = function(
+    """double iccm_minimise_largest_step(
+        const int64_t *faces, const Complex *u, const Complex *step, int64_t m)"""
+)
+_descend = function(
+    """int64_t iccm_minimise_descend(
+        System *system, const Objective *objective, Complex *u, double *tau, bool factorised, int64_t steps,
+        double tolerance, double *energy, int64_t *counts)"""
+)
+_descend_in_space = function(
+    """int64_t iccm_minimise_descend_in_space(
+        System *system, const Objective *objective, SurfaceMap *surface, Complex *u, double *tau, bool factorised,
+        int64_t steps, double tolerance, double *energy, int64_t *counts)"""
+)
 
 
-@in_place
-def regularise(system, matrix, share):
-    """Adds a share of the mean diagonal to it."""
-    mean = 0.0
-    for slot in system.diagonal:
-        mean += 0.5 * (matrix[slot, 0] + matrix[slot, 3])
-    little = share * mean / system.diagonal.size + 1e-12
-    for slot in system.diagonal:
-        matrix[slot, 0] += little
-        matrix[slot, 3] += little
-
-
-class Workspace(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Workspace:
     """Arrays that Newton's steps write; (n,) of the vertices, (c,) of the constrained ones.
 
     Attributes:
@@ -124,8 +101,30 @@ class Workspace(NamedTuple):
         given = matrix, Factor.of(pattern), gradient, step, way, new_u, turning, answer, directions
         return cls(*given, *np.empty((6, constrained)))
 
+    @cached_property
+    def record(self) -> Record:
+        """For the core."""
+        return WorkspaceRecord(
+            self.matrix,
+            self.factor.record,
+            self.gradient,
+            self.step,
+            self.way,
+            self.new_u,
+            self.turning,
+            self.answer,
+            self.directions,
+            self.new_tau,
+            self.slope,
+            self.curvature,
+            self.slide,
+            self.low,
+            self.high,
+        )
 
-class System(NamedTuple):
+
+@dataclass(frozen=True, eq=False)
+class System:
     """A mesh whose vertices move: its triangles at rest, and what holds its vertices.
 
     Attributes:
@@ -159,25 +158,34 @@ class System(NamedTuple):
         workspace = Workspace.of(pattern, constraints.kinds.size)
         return cls(pattern, faces, rest, constraints, upright, workspace)
 
-
-@in_place
-def _energy(rest, surface, u, objective):
-    """The energy of images (n,), without the curves'."""
-    if surface is None:
-        return total(rest, u, objective)
-    return total_in_space(rest, surface, u, objective)
-
-
-@in_place
-def _derivatives(rest, surface, u, objective, matrix, gradient):
-    """The same; fills in its derivatives."""
-    if surface is None:
-        return assemble(rest, u, objective, matrix, gradient)
-    return assemble_in_space(rest, surface, u, objective, matrix, gradient)
+    @cached_property
+    def record(self) -> Record:
+        """For the core."""
+        return SystemRecord(
+            self.pattern.record,
+            self.faces,
+            len(self.faces),
+            self.rest.record(),
+            self.constraints.record(),
+            self.upright.record(),
+            self.workspace.record,
+        )
 
 
-@in_place
-def descend(system, objective, surface, u, tau, steps, tolerance):
+def largest_step(faces: Index, u: Complex, step: Complex) -> float:
+    """Find the smallest positive t at which a triangle (m, 3) of u + t · step has no area; 1e9 if there is none."""
+    return float(_largest_step(faces, u, step, len(faces)))
+
+
+def descend(
+    system: System,
+    objective: Objective,
+    surface: SurfaceMap | None,
+    u: Complex,
+    tau: Real,
+    steps: int,
+    tolerance: float,
+) -> tuple[float, int, int]:
     """Newton steps until two of them gain less than `tolerance` of the energy each, or held vertices are stuck on
     the way to their goals; changes u and tau in place.
 
@@ -194,75 +202,11 @@ def descend(system, objective, surface, u, tau, steps, tolerance):
     Returns:
         The energy, the number of steps, and how many of the last ones gained less than the tolerance.
     """
-    pattern, rest, constraints, space = system.pattern, system.rest, system.constraints, system.workspace
-    border, matrix, gradient, step = constraints.border, space.matrix, space.gradient, space.step
-    upright, turning = system.upright, space.turning
-    energy, small, crawling, before, damping = np.inf, 0, 0, np.inf, 0.0
-    factor, curvature = 1.0, 0.0
-    for done in range(steps):
-        if not objective.quadratic:
-            energy = _derivatives(rest, surface, u, objective, matrix, gradient)
-            energy += border_energy(border, tau)
-        if upright.weight > 0:  # energy and derivatives are those of the product by its second factor
-            slope, curvature = turn_derivatives(upright, u, objective.q, turning)
-            for v in range(u.size):
-                gradient[v] += energy * slope * turning[v]
-            factor = turn_factor(upright, u, objective.q)
-        moving = constrain(pattern, constraints, u, tau, space)
-        regularise(pattern, matrix, REGULAR + damping)
-        if system.factorised:
-            eliminate_again(pattern, gradient, space.factor)
-        elif not factorise(pattern, matrix, gradient, space.factor):
-            return factor * energy, done, small
-        downhill(pattern, space.factor, step)
-        if curvature > 0:
-            along_directions(constraints.kinds, space.directions, turning)
-            eliminate_again(pattern, turning, space.factor)
-            downhill(pattern, space.factor, space.answer)
-            bend_step(turning, space.answer, energy * curvature, step)
-        decrease = 0.0
-        for v in range(u.size):
-            decrease += dot(gradient[v], step[v])
-        release(constraints, space)
-        t = 1.0
-        if objective.epsilon == 0 and not objective.quadratic:
-            if not moving:
-                t = 1 / (1 + max(decrease / energy, -LONGEST))  # decrease < 0: Newton's for log E
-            most = SHARE_WHILE_MOVING if moving else SHARE_OF_FLIP
-            t = min(gap_limit(border, tau, space.slide, t), most * largest_step(system.faces, u, step))
-        energy, decrease = factor * energy, factor * decrease
-        # line search: halved until Armijo's condition holds, or, on the way to goals, the energy hardly grows
-        gained, accepted = 0.0, False
-        while t > SHORTEST_STEP:
-            moved(constraints, u, tau, t, space)
-            new_energy = border_energy(border, space.new_tau)
-            if new_energy < np.inf and not objective.quadratic:
-                new_energy += _energy(rest, surface, space.new_u, objective)
-                new_energy *= turn_factor(upright, space.new_u, objective.q)
-            most = GROWTH * energy if moving else energy + ARMIJO * t * decrease
-            if new_energy <= most or objective.quadratic:
-                gained, accepted = energy - new_energy, True
-                break
-            t *= 0.5
-        if not accepted:
-            return energy, done, small
-        for v in range(u.size):
-            u[v] = space.new_u[v]
-        for v in range(tau.size):
-            tau[v] = space.new_tau[v]
-        energy -= gained
-        if surface is not None:
-            if t < SHORT:
-                damping = max(10 * damping, DAMPED)
-            elif t > LONG:
-                damping *= 0.1
-        if moving:
-            crawling = crawling + 1 if t < min(CRAWL, LONGER * before) else 0
-            before = t
-            if crawling == CRAWLING:
-                return energy, done + 1, small
-            continue
-        small = small + 1 if gained < tolerance * (energy + gained) else 0
-        if small == 2:
-            return energy, done + 1, small
-    return energy, steps, small
+    energy, counts = np.empty(1), np.empty(2, np.int64)
+    given = system.record, objective.record()
+    how = system.factorised, steps, tolerance, energy, counts
+    if surface is None:
+        _descend(*given, u, tau, *how)
+    else:
+        _descend_in_space(*given, surface.record(), u, tau, *how)
+    return float(energy[0]), int(counts[0]), int(counts[1])

@@ -10,9 +10,17 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Complex
-from ...jit import in_place
-from ..kernels import dot
+from ...native import Record, function, record
 from .energy import RestShapes
+
+UprightRecord = record("struct Upright { const Complex *moments; double weight; }")
+_rotation_factor = function(
+    "double iccm_minimise_rotation_factor(const Upright *upright, const Complex *u, double q, int64_t n)"
+)
+_rotation_derivatives = function(
+    """int64_t iccm_minimise_rotation_derivatives(
+        const Upright *upright, const Complex *u, double q, Complex *turning, double *slopes, int64_t n)"""
+)
 
 
 class Upright(NamedTuple):
@@ -35,77 +43,36 @@ class Upright(NamedTuple):
             filled[:] = np.bincount(rest.corners.ravel(), part, count)
         return cls(out, float(weight))
 
+    def record(self) -> Record:
+        """For the core."""
+        return UprightRecord(self.moments, self.weight)
+
 
 ANY_TURN = Upright(np.empty(0, np.complex128), 0.0)
 
 
-@in_place
-def _moment(upright, u):
-    """S."""
-    found = 0j
-    for v in range(u.size):
-        found += upright.moments[v] * u[v]
-    return found
-
-
-@in_place
-def turn_cost(weight, cosine):
-    """What a turn of this cosine multiplies the energy by, at q = 1."""
+def turn_cost(weight: float, cosine: float) -> float:
+    """What a rotation of this cosine multiplies the energy by, at q = 1."""
     return 1 + 0.5 * weight * (1 - cosine)
 
 
-@in_place
-def turn_factor(upright, u, q):
-    """What the energy of images u (n,) is multiplied by; infinite where they have no turn."""
-    if upright.weight == 0:
-        return 1.0
-    moment = _moment(upright, u)
-    size = abs(moment)
-    return turn_cost(upright.weight, moment.real / size) ** q if size > 0 else np.inf
+def turn_factor(upright: Upright, u: Complex, q: float) -> float:
+    """What the energy of images u (n,) is multiplied by; infinite where they have no rotation."""
+    return float(_rotation_factor(upright.record(), u, q, u.size))
 
 
-@in_place
-def turn_derivatives(upright, u, q, turning):
-    """First and second derivative of the factor's logarithm by the turn; fills in the turn's gradient.
+def turn_derivatives(upright: Upright, u: Complex, q: float, turning: Complex) -> tuple[float, float]:
+    """Compute derivatives of the factor's logarithm by the angle, and fill in the angle's gradient.
 
     Args:
         upright: the cost.
         u: (n,) images.
         q: power.
-        turning: (n,) complex, x + iy, written: the derivative of the turn by each vertex.
+        turning: (n,) complex, x + iy, written: the derivative of the angle by each vertex.
 
     Returns:
         The first derivative, and the second one where it is positive, else 0.
     """
-    moment = _moment(upright, u)
-    if moment == 0:  # a map so squeezed that rounding leaves it no turn
-        for v in range(u.size):
-            turning[v] = 0j
-        return 0.0, 0.0
-    inverse = 1 / moment
-    for v in range(u.size):
-        share = upright.moments[v] * inverse
-        turning[v] = complex(share.imag, share.real)
-    cosine, half = moment.real / abs(moment), 0.5 * upright.weight
-    factor = turn_cost(upright.weight, cosine)
-    slope = half * moment.imag / abs(moment) / factor
-    return q * slope, q * max(half * cosine / factor - slope * slope, 0.0)
-
-
-@in_place
-def bend_step(turning, answer, curvature, step):
-    """The step -H⁻¹g made the one for H + c t tᵀ, t being the turn's gradient (Sherman and Morrison).
-
-    Args:
-        turning: (n,) t.
-        answer: (n,) -H⁻¹t.
-        curvature: c.
-        step: (n,) changed in place.
-    """
-    along, across = 0.0, 0.0
-    for v in range(step.size):
-        along += dot(turning[v], step[v])
-        across += dot(turning[v], answer[v])
-    share = curvature * along / (1 - curvature * across)
-    for v in range(step.size):
-        step[v] += share * answer[v]
+    slopes = np.empty(2)
+    _rotation_derivatives(upright.record(), u, q, turning, slopes, u.size)
+    return float(slopes[0]), float(slopes[1])

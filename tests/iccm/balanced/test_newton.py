@@ -11,12 +11,13 @@ from iccm.balanced.minimise.newton import largest_step
 from iccm.balanced.minimise.sliding import (
     SLIDING,
     Border,
+    Constraints,
     Rails,
     border_derivatives,
     border_energy,
     choose_directions,
+    corners_beside,
     point_at,
-    way_to_corners,
 )
 from iccm.balanced.minimise.untangle import LEAST_WEIGHT, untangle
 from iccm.balanced.model.boundary import MatchedBoundary
@@ -56,9 +57,9 @@ def test_the_outlines_energy_has_the_derivatives_that_are_used():
 
 def test_corners_ahead_and_behind():
     rail = SQUARE.rail
-    assert way_to_corners(rail, 1.25) == (False, pytest.approx(-0.25), pytest.approx(0.75))
-    assert way_to_corners(rail, 2.0 + 1e-10)[0] and way_to_corners(rail, 4.0 - 1e-10)[0]
-    assert way_to_corners(rail, -0.25) == (False, pytest.approx(-0.75), pytest.approx(0.25))
+    assert corners_beside(rail, 1.25) == (False, pytest.approx(-0.25), pytest.approx(0.75))
+    assert corners_beside(rail, 2.0 + 1e-10)[0] and corners_beside(rail, 4.0 - 1e-10)[0]
+    assert corners_beside(rail, -0.25) == (False, pytest.approx(-0.75), pytest.approx(0.25))
     assert point_at(rail, 5.5) == pytest.approx(0.5 + 0j)
 
 
@@ -72,7 +73,10 @@ def test_a_vertex_on_a_corner_stays_while_both_slopes_hold_it(pull, expected):
     gradient, slope = np.array([pull + 0j]), np.zeros(1)
     ways, low, high = np.empty(1, complex), np.empty(1), np.empty(1)
     rails = Rails.of([SQUARE.rail], np.zeros(1, int))
-    choose_directions(rails, tau, np.array([SLIDING]), gradient, slope, ways, low, high)
+    constraints = Constraints(
+        np.array([SLIDING]), np.zeros(1, complex), rails, Border.still(np.zeros(1, int))
+    )
+    choose_directions(constraints, tau, gradient, slope, ways, low, high)
     if expected == 0:
         assert ways[0] == 0 and low[0] == high[0] == 0
     else:

@@ -12,7 +12,7 @@ from iccm.balanced.model.boundary_pairs import Match
 from iccm.balanced.model.measures import turn_of
 from iccm.balanced.search.levels import Level, UnitProblem
 from iccm.curve import Curve
-from iccm.linalg.cholesky import Factor, downhill, eliminate_again, factorise, system_of
+from iccm.linalg.cholesky import Factor, back_substitute, factorise, forward_substitute, system_of
 from tests.triangulations import irregular
 
 
@@ -69,10 +69,10 @@ def test_another_gradient_is_eliminated_as_the_first_one():
     steps = np.empty((2, n), np.complex128)
     factor = Factor.of(pattern)
     assert factorise(pattern, matrix, second, factor)
-    downhill(pattern, factor, steps[0])
+    back_substitute(pattern, factor, steps[0])
     assert factorise(pattern, matrix, first, factor)
-    eliminate_again(pattern, second, factor)
-    downhill(pattern, factor, steps[1])
+    forward_substitute(pattern, second, factor)
+    back_substitute(pattern, factor, steps[1])
     assert np.abs(steps[0] - steps[1]).max() < 1e-13
 
 

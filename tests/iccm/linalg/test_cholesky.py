@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from iccm.balanced.meshing.mesh import Sizes, triangulate
-from iccm.linalg.cholesky import Factor, downhill, factorise, system_of
+from iccm.linalg.cholesky import Factor, back_substitute, factorise, system_of
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +39,7 @@ def test_solves_like_numpy(meshed):
     g = rng.standard_normal(n) + 1j * rng.standard_normal(n)
     assert factorise(system, matrix, g, factor)
     step = np.empty(n, complex)
-    downhill(system, factor, step)
+    back_substitute(system, factor, step)
     right = np.empty(2 * n)
     right[2 * system.position], right[2 * system.position + 1] = g.real, g.imag
     expected = -np.linalg.solve(dense, right)

@@ -7,7 +7,7 @@ from scipy.sparse.linalg import spsolve
 from scipy.spatial import Delaunay
 
 from iccm.linalg import ordering
-from iccm.linalg.cholesky import Factor, downhill, factorise, system_of
+from iccm.linalg.cholesky import Factor, back_substitute, factorise, system_of
 from iccm.linalg.hermitian import Hermitian, solve
 from iccm.meshes.topology import Triangles
 
@@ -44,7 +44,7 @@ def by_blocks(faces, matrix, right):
         z = value if i < j else value.conjugate()
         blocks[entry[min(i, j), max(i, j)]] = z.real, -z.imag, z.imag, z.real
     assert factorise(system, blocks, -right, factor)
-    downhill(system, factor, step)
+    back_substitute(system, factor, step)
     return step
 
 

@@ -9,7 +9,6 @@ import scipy.optimize
 import scipy.spatial
 
 import iccm
-from iccm.balanced.minimise.energy import density
 from iccm.balanced.model.frames import UnitFrame
 from iccm.balanced.model.metric import LaidMetric, rest_geometry
 from iccm.balanced.search.levels import POWER
@@ -25,6 +24,7 @@ from iccm.meshes.mesh import Mesh, face_areas
 from iccm.meshes.stretch import Linear, linear
 from iccm.surfaces.boundary_slivers import lift
 from iccm.surfaces.refined import RefinedSurface
+from tests.core.reference.minimise import density
 from tests.triangulations import hull
 
 

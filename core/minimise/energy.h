@@ -1,0 +1,36 @@
+// The energy of a balanced map and its derivatives, triangle by triangle.
+#pragma once
+
+#include "iccm/density.h"
+
+namespace iccm {
+
+// What is minimised (iccm/balanced/minimise/energy.py).
+struct Objective {
+    double theta;    // weight of the area part
+    double q;        // power that raises the worst
+    double share;    // of the image's area in the measure
+    double epsilon;  // 0: no triangle folds; else how far untangling reaches below zero
+    bool quadratic;  // whether the derivatives are given, and one whole step leads to the least
+    bool forward;    // whether the images move, else the source's vertices do
+};
+
+// Triangles at rest: what their images are compared with.
+struct RestShapes {
+    const int64_t *corners;    // (m, 3) vertices, in the order of elimination where there are slots
+    const int64_t *slots;      // (m, 6) the Hessian's blocks for the pairs 00, 01, 02, 11, 12, 22 of corners
+    const Complex *gradients;  // (m, 3) Wirtinger gradients of the hat functions
+    const double *weights;     // (m,) areas times weights; negative for voids, of whose images the area alone counts
+    const Complex *aims;       // (m,) derivatives that rigid regions are to have, 0 elsewhere; of no account if not aimed
+    int64_t m;
+    bool aimed;  // whether there are rigid regions
+};
+
+// The energy of the images u; infinite where a triangle is folded, unless epsilon > 0.
+double total(const RestShapes &rest, const Complex *u, const Objective &objective);
+
+// The energy at u; fills in its gradient (n,), x + iy, and its projected Hessian, blocks (e, 4) of the upper triangle.
+double assemble(const RestShapes &rest, const Complex *u, const Objective &objective, double *matrix, Complex *gradient,
+                Index n, Index e);
+
+}  // namespace iccm

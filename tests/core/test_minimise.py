@@ -1,0 +1,212 @@
+"""Kernels of Newton's method, against the same in plain Python: equal to the last bit, since no sum is reordered."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from iccm.balanced.meshing.mesh import Sizes, triangulate
+from iccm.balanced.minimise import energy, newton, sliding, upright
+from iccm.balanced.minimise.energy import Objective, RestShapes
+from iccm.balanced.minimise.newton import System
+from iccm.balanced.minimise.sliding import Border, Constraints, Rail, Rails
+from iccm.balanced.minimise.upright import ANY_TURN, Upright
+from iccm.linalg import cholesky
+from tests.core.reference import minimise as reference
+
+COUNT = 14  # vertices of the outline
+SHAPE = (
+    np.exp(2j * np.pi * np.arange(COUNT) / COUNT)
+    * (1 + 0.3 * np.cos(np.arange(COUNT) + 0.4))
+    / np.sqrt(np.pi)
+)
+Z, FACES = triangulate(SHAPE, Sizes.even(0.1))
+PATTERN = cholesky.system_of(FACES, (np.arange(COUNT) + 1) % COUNT, Z.size)
+GRADIENTS, AREAS = energy.geometry(Z, PATTERN.corners)
+RNG = np.random.default_rng(7)
+BENT = Z + 0.12 * Z**2 + 0.08 * Z.conj() + 0.01 * (RNG.normal(size=Z.size) + 1j * RNG.normal(size=Z.size))
+FOLDED = BENT + np.where(np.arange(Z.size) == Z.size - 1, 0.9, 0)
+NO_HOLD = Constraints.held(BENT, np.zeros(Z.size, bool))
+
+
+def rest(kind="plain"):
+    weights, aims = AREAS, np.empty(0, complex)
+    if kind == "voids":
+        weights = np.where(np.arange(AREAS.size) % 5 == 2, -0.3, 1.0) * AREAS
+    if kind == "rigid":
+        aims = np.where(np.arange(AREAS.size) % 4 == 1, 0.9 + 0.1j, 0)
+    return RestShapes.of(PATTERN, GRADIENTS, weights, aims)
+
+
+def outline():
+    """Rails, chains and arclengths of an outline that slides, two of whose vertices are held away from their goals."""
+    knots = np.append(0, np.cumsum(np.abs(np.roll(BENT[:COUNT], -1) - BENT[:COUNT])))
+    rail = Rail(knots, BENT[:COUNT].copy(), knots[[2, 9]].copy())
+    following = (np.arange(COUNT) + 1) % COUNT
+    laps = np.append(np.zeros(COUNT - 1), knots[-1])
+    border = Border(following, np.diff(knots) * (1 + 0.2 * RNG.random(COUNT)), np.full(COUNT, 0.02), laps)
+    kinds = np.full(COUNT, sliding.SLIDING)
+    return knots[:-1].copy(), Rails.of([rail], np.zeros(COUNT, np.int64)), border, kinds
+
+
+def constrained(goals):
+    tau, rails, border, kinds = outline()
+    places = BENT[:COUNT].copy()
+    if goals:
+        kinds[[4, 11]] = sliding.HELD
+        places[4] += 0.05 - 0.03j
+    kinds[12] = sliding.FREE
+    return tau, Constraints(kinds, places, rails, border)
+
+
+def matrix_and_gradient(kind="plain", objective=None, u=BENT):
+    objective = objective or Objective.of(1.0, 3.0)
+    matrix, gradient = np.empty((PATTERN.columns.size, 4)), np.empty(Z.size, complex)
+    value = energy.assemble(rest(kind), u, objective, matrix, gradient)
+    return value, matrix, gradient
+
+
+OBJECTIVES = {
+    "plain": Objective.of(1.0, 3.0),
+    "voids": Objective.of(0.7, 2.5),
+    "rigid": Objective.of(1.0, 1.0, 0.0),
+    "inverse voids": Objective.of(1.3, 4.0, 1.0, forward=False),
+    "untangling": Objective(1.0, 1.0, 0.5, 0.2),
+}
+
+
+@pytest.mark.parametrize("name", OBJECTIVES)
+def test_energy_and_derivatives(name):
+    objective, shapes = OBJECTIVES[name], rest(name.split()[-1])
+    u = FOLDED if name == "untangling" else BENT
+    matrix, gradient = np.empty((PATTERN.columns.size, 4)), np.empty(Z.size, complex)
+    plain_matrix, plain_gradient = np.full_like(matrix, 3), np.full_like(gradient, 3)
+    value = energy.assemble(shapes, u, objective, matrix, gradient)
+    assert value == reference.assemble(shapes, u, objective, plain_matrix, plain_gradient)
+    assert np.array_equal(matrix, plain_matrix) and np.array_equal(gradient, plain_gradient)
+    assert energy.total(shapes, u, objective) == reference.total(shapes, u, objective)
+
+
+def test_folds_are_infinite():
+    objective = Objective.of(1.0, 2.0)
+    assert energy.total(rest(), FOLDED, objective) == reference.total(rest(), FOLDED, objective) == np.inf
+    least = energy.least_determinant(rest(), FOLDED)
+    assert least == reference.least_determinant(rest(), FOLDED) < 0
+
+
+def test_geometry_of_triangles():
+    gradients, areas = np.empty(FACES.shape, complex), np.empty(len(FACES))
+    reference.hat_gradients(FACES, FOLDED, gradients, areas)
+    found = energy.geometry(FOLDED, FACES)
+    assert np.array_equal(found[0], gradients) and np.array_equal(found[1], areas)
+
+
+def test_the_factor_and_both_substitutions():
+    _, matrix, gradient = matrix_and_gradient()
+    reference.regularise(PATTERN, matrix, 1e-3)
+    factors = [cholesky.Factor.of(PATTERN) for _ in range(2)]
+    for factor in factors:
+        factor.values[:] = 0
+    assert cholesky.factorise(PATTERN, matrix, gradient, factors[0])
+    assert reference.factorise(PATTERN, matrix, gradient, factors[1])
+    steps = np.empty((2, Z.size), complex)
+    panels = PATTERN.fronts.panels[-1]
+    for right in (gradient, gradient.conj() + 0.3):
+        assert np.array_equal(factors[0].values[:panels], factors[1].values[:panels])
+        cholesky.back_substitute(PATTERN, factors[0], steps[0])
+        reference.back_substitute(PATTERN, factors[1], steps[1])
+        assert np.array_equal(*steps)
+        cholesky.forward_substitute(PATTERN, right, factors[0])
+        reference.forward_substitute(PATTERN, right, factors[1])
+
+
+def test_an_indefinite_matrix_is_refused():
+    _, matrix, gradient = matrix_and_gradient()
+    matrix[PATTERN.diagonal[3], 0] = -1
+    assert not cholesky.factorise(PATTERN, matrix, gradient, cholesky.Factor.of(PATTERN))
+    assert not reference.factorise(PATTERN, matrix, gradient, cholesky.Factor.of(PATTERN))
+
+
+@pytest.mark.parametrize("s", [-0.3, 0.0, 0.4, 1.7, 2.2, 9.1])
+def test_places_of_a_rail(s):
+    _, rails, _, _ = outline()
+    rail = reference.rail_of(rails, 0)
+    assert sliding.point_at(rail, s) == reference.point_at(rail, s)
+    for shift in (0.0, rail.corners[1] - s):
+        assert sliding.corners_beside(rail, s + shift) == reference.way_to_corners(rail, s + shift)
+
+
+def test_directions_of_sliding_vertices():
+    tau, constraints = constrained(goals=True)
+    tau[2] = constraints.rails.corners[0]
+    gradient = RNG.normal(size=Z.size) + 1j * RNG.normal(size=Z.size)
+    slopes, curvatures = np.empty((2, COUNT)), np.empty((2, COUNT))
+    sliding.border_derivatives(constraints.border, tau, slopes[0], curvatures[0])
+    reference.border_derivatives(constraints.border, tau, slopes[1], curvatures[1])
+    assert np.array_equal(*slopes) and np.array_equal(*curvatures)
+    ways, low, high = np.empty((2, COUNT), complex), np.empty((2, COUNT)), np.empty((2, COUNT))
+    sliding.choose_directions(constraints, tau, gradient, slopes[0], ways[0], low[0], high[0])
+    reference.choose_directions(
+        constraints.rails, tau, constraints.kinds, gradient, slopes[0], ways[1], low[1], high[1]
+    )
+    assert np.array_equal(*ways) and np.array_equal(*low) and np.array_equal(*high)
+    assert sliding.border_energy(constraints.border, tau) == reference.border_energy(constraints.border, tau)
+
+
+def test_the_cost_of_a_rotation():
+    cost, q = Upright.of(rest(), Z.size, 3.0), 2.0
+    assert upright.turn_factor(cost, BENT, q) == reference.turn_factor(cost, BENT, q)
+    turning = np.empty((2, Z.size), complex)
+    assert upright.turn_derivatives(cost, BENT, q, turning[0]) == reference.turn_derivatives(
+        cost, BENT, q, turning[1]
+    )
+    assert np.array_equal(*turning)
+
+
+def test_the_largest_step():
+    step = 0.3 * (RNG.normal(size=Z.size) + 1j * RNG.normal(size=Z.size))
+    assert newton.largest_step(FACES, BENT, step) == reference.largest_step(FACES, BENT, step) < 1e9
+
+
+MODES = {
+    "descending": (False, Objective.of(1.0, 3.0), ANY_TURN, False),
+    "upright": (False, Objective.of(1.0, 1.0), Upright.of(rest(), Z.size, 3.0), False),
+    "moving": (True, Objective.of(1.0, 1.0), ANY_TURN, False),
+    "untangling": (False, Objective(1.0, 1.0, epsilon=0.3), ANY_TURN, False),
+    "with one factor": (False, Objective.of(1.0, 1.0), ANY_TURN, True),
+}
+
+
+@pytest.mark.parametrize("mode", MODES)
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")
+def test_a_descent(mode):
+    goals, objective, cost, factorised = MODES[mode]
+    tau, constraints = constrained(goals)
+    start = FOLDED if mode == "untangling" else BENT
+    found = []
+    for descend in (newton.descend, reference.descend):
+        u, s = start.copy(), tau.copy()
+        system = System.of(PATTERN, FACES, rest(), constraints, cost)
+        result = descend(system, objective, None, u, s, 4, 1e-12)
+        if factorised:
+            result = descend(replace(system, factorised=True), objective, None, u, s, 2, 1e-12)
+        found.append((u, s, result))
+    (u, s, result), (plain_u, plain_s, plain_result) = found
+    assert result == plain_result and result[1] > 1
+    assert np.array_equal(u, plain_u) and np.array_equal(s, plain_s)
+    assert not np.array_equal(u, start)
+
+
+def test_a_quadratic_energy_takes_one_step():
+    """The derivatives are given: those of a positive matrix and a gradient."""
+    _, matrix, gradient = matrix_and_gradient()
+    found = []
+    for descend in (newton.descend, reference.descend):
+        constraints = Constraints.held(BENT, np.arange(Z.size) < COUNT)
+        system, u = System.of(PATTERN, FACES, rest(), constraints), BENT.copy()
+        system.workspace.matrix[:], system.workspace.gradient[:] = matrix, gradient
+        with np.errstate(invalid="ignore"):
+            descend(system, Objective(1.0, 1.0, quadratic=True), None, u, np.zeros(COUNT), 1, 1e-3)
+        found.append(u)
+    assert np.array_equal(*found)
+    assert np.array_equal(found[0][:COUNT], BENT[:COUNT]) and not np.array_equal(found[0], BENT)
