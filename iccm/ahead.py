@@ -71,7 +71,6 @@ class Part(NamedTuple):
 
 # what others need, too, first
 PARTS = {
-    "minimise": Part(_minimise, "balanced.model.retriangulation", "_lower", 1.0),
     "map": Part(_map, "maps.triangulated.evaluation", "_evaluate", 1.0),
 }
 

@@ -12,12 +12,10 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Complex, Flags, Index, Real
-from ...jit import kernel
 from ...linalg.cholesky import BlockPattern, system_of
 from ...maps.triangulated.patches import NO_LINES
 from ...plane import triangle_areas
 from ..errors import Tangled
-from ..kernels import twice_area
 from ..minimise import newton
 from ..minimise.energy import LOST, NO_AIMS, Objective, RestShapes, geometry
 from ..minimise.in_space import Ground, SurfaceMap, separate
@@ -449,11 +447,6 @@ class DiscreteMap:
         return tau.copy(), Constraints(kinds, goals, Rails.of(rails, own, closed), border)
 
 
-@kernel
-def folds(faces, u):
+def folds(faces: Index, u: Complex) -> int:
     """How many triangles have no positive area."""
-    count = 0
-    for t in range(faces.shape[0]):
-        if not twice_area(u, faces[t, 0], faces[t, 1], faces[t, 2]) > 0:
-            count += 1
-    return count
+    return int(np.count_nonzero(~(triangle_areas(u[faces]) > 0)))

@@ -1,0 +1,77 @@
+// A map's triangulation changed where that lowers its energy: edges flipped, vertices and their images as they are.
+//
+// Dyn, Levin and Rippa, Data Dependent Triangulations for Piecewise Linear Interpolation, IMA Journal of Numerical
+// Analysis 10, 1990: long triangles along the direction in which a map changes least approximate it better than round
+// ones.
+#include "iccm/delaunay.h"
+#include "iccm/density.h"
+
+namespace iccm {
+
+namespace {
+
+constexpr double GAIN = 1e-6;  // relative, of an edge flip: rounding decides nothing, and flipping ends
+
+struct Weights {
+    double theta, q, share;  // of the density
+};
+
+// The energy of a triangle; infinite where it, or its image, is turned over or has next to no area.
+double energy(const Complex *z, const Complex *u, Index a, Index b, Index c, Weights weights) {
+    double area = twice_area(z, a, b, c), image = twice_area(u, a, b, c);
+    if (area <= MIN_FLIPPED_AREA || image <= MIN_FLIPPED_AREA) return INFINITY;
+    // |f_z|² + |f_z̄|² is half the sum of the squared singular values of the affine map
+    Complex ab = z[b] - z[a], ac = z[c] - z[a], first = u[b] - u[a], second = u[c] - u[a];
+    double d = image / area;
+    double e = dot(ab, ab), f = dot(ab, ac), g = dot(ac, ac);
+    double p = (g * dot(first, first) - 2 * f * dot(first, second) + e * dot(second, second)) / (2 * area * area);
+    return 0.5 * area * density(p, d, weights.theta, weights.q, weights.share);
+}
+
+}  // namespace
+
+}  // namespace iccm
+
+using namespace iccm;
+
+// Flips edges, from the triangles on the stack on, while that lowers the energy.
+//
+//   z           (n,) vertices
+//   u           (n,) their images
+//   faces       (t, 3) triangles, written
+//   across      (t, 3) their neighbours, written
+//   stack       (stack_size,) triangles to look at, after their number; emptied
+//   fixed       (t,) triangles that stay
+//   border      how many vertices are on outlines: no edge comes to join two of them
+//   links       (link_count,) the vertex to which each of the first is joined by an edge that stays
+//   theta, q, share  of the density
+ICCM_EXPORT int64_t iccm_model_flip_to_lower_energy(const Complex *z, const Complex *u, int64_t *faces, int64_t *across,
+                                                    int64_t *stack, int64_t stack_size, const bool *fixed,
+                                                    int64_t border, const int64_t *links, int64_t link_count,
+                                                    double theta, double q, double share) {
+    Triangles mesh{reinterpret_cast<Index(*)[3]>(faces), reinterpret_cast<Index(*)[3]>(across)};
+    Stack waiting{stack, stack_size};
+    Links stay{links, link_count};
+    Weights weights{theta, q, share};
+    Index flips = 0;
+    while (!waiting.empty()) {
+        Index t = waiting.pop();
+        for (int k = 0; k < 3; k++) {
+            Index v = mesh.across[t][k];
+            if (v < 0 || fixed[t] || fixed[v]) continue;
+            Index a = mesh.faces[t][k], b = mesh.faces[t][after(k)], c = mesh.faces[t][before(k)];
+            Index d = mesh.faces[v][opposite(mesh, v, b, c)];
+            if ((a < border && d < border) || stay.join(b, c)) continue;
+            double now = energy(z, u, a, b, c, weights) + energy(z, u, d, c, b, weights);
+            double then = energy(z, u, a, b, d, weights) + energy(z, u, a, d, c, weights);
+            if (then < (1 - GAIN) * now) {
+                flip(mesh, t, k);
+                waiting.push(t);
+                waiting.push(v);
+                flips++;
+                break;
+            }
+        }
+    }
+    return flips;
+}
