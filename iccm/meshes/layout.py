@@ -12,6 +12,8 @@ from .rasterise import Ownership, open_edges, rasterise
 from .topology import labels
 
 MOST_TILES = 64  # a triangle larger than so many pictures is a mistake in the file (by hand)
+FARTHEST = 1e6
+"""The largest texture coordinate: beyond, single precision tells fewer than 16 places of a picture apart."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,10 +92,12 @@ def check_layout(name: str, uv: Real, uv_faces: Index, most: float = MOST_TILES)
     at = np.take(uv, uv_faces, axis=0)  # several times faster than uv[uv_faces]
     low, high = _over_corners(np.minimum, at), _over_corners(np.maximum, at)
     span = (high - low).max(initial=0.0)
-    if not np.isfinite(span) or span * span > most or np.abs(low).max(initial=0.0) > 1e6:
+    if not np.isfinite(span) or span * span > most:
         raise InputError(
             f"{name}: texture coordinates of a triangle are not finite or span {span:.3g} pictures"
         )
+    if max(np.abs(low).max(initial=0.0), np.abs(high).max(initial=0.0)) > FARTHEST:
+        raise InputError(f"{name}: texture coordinates of a triangle are beyond {FARTHEST:g}")
     return at
 
 

@@ -17,6 +17,8 @@ from ..errors import InputError
 from ..parallel import over_slices
 from ..plane import cross, triangle_areas
 
+FARTHEST = 1e60
+"""The largest coordinate of a vertex: squares of areas stay finite."""
 MOST_EARS = 100  # corners of a polygon that is cut into ears, which takes their number to the third power
 
 
@@ -121,7 +123,7 @@ def check(mesh: Mesh) -> Mesh:
 
     Raises:
         InputError: naming the first element at fault: no faces, an index out of range, a face with fewer than
-            three corners, a vertex that is not finite.
+            three corners, a vertex that is not finite or too far off.
     """
     if not mesh.points.size:
         raise InputError(f"{mesh.name}: no vertices; is this a mesh?")
@@ -147,10 +149,10 @@ def check(mesh: Mesh) -> Mesh:
         _refuse_corner(
             mesh, mesh.normal_corners >= len(mesh.normals), "names a normal that the file does not have"
         )
-    bad = ~np.isfinite(mesh.points).all(axis=1)
+    bad = ~(np.abs(mesh.points) <= FARTHEST).all(axis=1)  # NaN included
     if bad.any():
         vertex = int(np.flatnonzero(bad)[0])
-        raise InputError(f"{mesh.name}: {mesh.vertex_name(vertex)}: is not a finite position")
+        raise InputError(f"{mesh.name}: {mesh.vertex_name(vertex)}: is not finite, or beyond {FARTHEST:g}")
     return mesh
 
 

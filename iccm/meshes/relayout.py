@@ -196,8 +196,13 @@ def texels_across(
 
 
 def limited(across: int, size: tuple[int, int]) -> int:
-    """So many texels across, or as many as are made unasked of a texture of this size."""
-    return min(across, max(LARGEST, *size))
+    """So many texels across, or as many as are made unasked of a texture of this size.
+
+    Where even these would each show all of the texture, as it is repeated so often, they are hardly more than one
+    colour: fewer do.
+    """
+    most = max(LARGEST, *size)
+    return COLOURS if across > most * max(size) else min(across, most)
 
 
 def too_small(across: int, made: int) -> str:

@@ -143,7 +143,10 @@ class Warp:
         self.channels = sampler.channels + (texture.alpha < 0)
         self.alpha = texture.alpha if texture.alpha >= 0 else sampler.channels
         self.diagnostics = Diagnostics()
-        self.preimages = preimages.of(map, canvas, max_error / max(self.placing.scale))
+        # A texture that a transform shrinks to a point is met anywhere: an error of a pixel is none.
+        largest = abs(complex(*canvas.step))
+        scale = max(*self.placing.scale, max_error / largest)
+        self.preimages = preimages.of(map, canvas, max_error / scale)
 
     def blocks(self, threads: int | None = None) -> Iterator[NDArray]:
         """(rows, W, c) finished pixels from top to bottom."""

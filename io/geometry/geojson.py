@@ -106,7 +106,10 @@ class _Found:
         if not isinstance(line, list) or len(line) < least:
             raise InputError(f"{kind}: fewer than {least} positions in a row")
         self.heights |= any(isinstance(position, list) and len(position) > 2 for position in line)
-        return np.array([_pair(position) for position in line], complex)
+        z = np.array([_pair(position) for position in line], complex)
+        if np.isnan(z).any():
+            raise InputError(f"{kind}: a position without a place (null), which only points may be")
+        return z
 
 
 @dataclass

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from ...arrays import Index, Real
 from ...errors import InputError
-from ...meshes.mesh import Mesh
+from ...meshes.mesh import FARTHEST, Mesh
 from ...pixels.texture import REPEAT, Wrap
 from .. import files, limits, references
 from . import gltf_compressed, gltf_schema
@@ -103,7 +103,11 @@ class Gltf:
 
     @cached_property
     def nodes(self) -> dict[int, Real]:
-        """(4, 4) where each node of the scene is, by its number, in the order of the scene."""
+        """(4, 4) where each node of the scene is, by its number, in the order of the scene.
+
+        Raises:
+            ValueError: places within places come to numbers that are not finite, or too large.
+        """
         nodes, scenes = self.tree.get("nodes", []), self.tree.get("scenes", [])
         roots = scenes[self.tree.get("scene", 0)].get("nodes", []) if scenes else range(len(nodes))
         waiting = [(node, np.eye(4)) for node in reversed(roots)]
@@ -112,6 +116,8 @@ class Gltf:
             number, above = waiting.pop()
             if number not in found:
                 found[number] = matrix = above @ _matrix(nodes[number])
+                if not (np.abs(matrix) <= FARTHEST).all():  # NaN included
+                    raise ValueError(f"nodes/{number} scales or moves what it shows beyond {FARTHEST:g}")
                 waiting += [(child, matrix) for child in reversed(nodes[number].get("children", []))]
         return found
 

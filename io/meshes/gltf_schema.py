@@ -3,7 +3,10 @@
 Khronos, *glTF 2.0 Specification*, 2021, §5. What a file holds beside this is not looked at.
 """
 
+import math
 from typing import Any
+
+from .. import limits
 
 DTYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 TRIANGLES = 4
@@ -27,11 +30,14 @@ TREE = {
     "materials": [MATERIAL],
     "textures": [{"source": "images", "sampler": "samplers", "extensions": {"*": {"source": "images"}}}],
     "images": [{"uri": str, "bufferView": "bufferViews", "mimeType": str, "name": str}],
-    "samplers": [{}],
+    "samplers": [{"wrapS": int, "wrapT": int, "magFilter": int, "minFilter": int}],
+    "scene": "scenes",
     "scenes": [{"nodes": ["nodes"]}],
+    "skins": [{"joints": ["nodes"], "inverseBindMatrices": "accessors"}],
     "nodes": [
         {
             "mesh": "meshes",
+            "skin": "skins",
             "children": ["nodes"],
             "matrix": (float, 16),
             "translation": (float, 3),
@@ -46,6 +52,7 @@ TREE = {
                     "attributes": {"*": "accessors"},
                     "indices": "accessors",
                     "material": "materials",
+                    "mode": int,
                     "extensions": {
                         "KHR_draco_mesh_compression": {"bufferView": "bufferViews", "attributes": {"*": int}}
                     },
@@ -53,8 +60,22 @@ TREE = {
             ]
         }
     ],
-    "accessors": [{"count": int, "bufferView": "bufferViews"}],
-    "bufferViews": [{"buffer": "buffers", "byteLength": int}],
+    "accessors": [
+        {
+            "count": int,
+            "bufferView": "bufferViews",
+            "byteOffset": int,
+            "componentType": int,
+            "type": str,
+            "sparse": {
+                "count": int,
+                "indices": {"bufferView": "bufferViews", "byteOffset": int, "componentType": int},
+                "values": {"bufferView": "bufferViews", "byteOffset": int},
+            },
+        }
+    ],
+    "bufferViews": [{"buffer": "buffers", "byteLength": int, "byteOffset": int, "byteStride": int}],
+    "buffers": [{"byteLength": int, "uri": str}],
 }
 ITEMS = {"POSITION": "VEC3", "NORMAL": "VEC3", "TANGENT": "VEC4", "TEXCOORD": "VEC2"}
 """What the attributes of a primitive are made of."""
@@ -99,6 +120,8 @@ def _check(value: Any, tree: dict[str, Any], shape: Any, place: str) -> None:
             _check(each, tree, shape[0], f"{place}/{k}")
     else:
         _demand(_is(value, shape), place, WORDS[shape])
+        if shape is not str and not (math.isfinite(value) and abs(value) <= limits.COORDINATE):
+            raise ValueError(f"{place} is not finite, or beyond {limits.COORDINATE:g}")
 
 
 def _is(value: Any, kind: type) -> bool:

@@ -42,7 +42,7 @@ def read(
         else:
             raise InputError("is neither GeoJSON nor annotations by labelme or COCO")
         _fill(drawing, found, chosen)
-    except (KeyError, TypeError, ValueError, AttributeError, RecursionError, OverflowError) as error:
+    except (LookupError, TypeError, ValueError, AttributeError, RecursionError, OverflowError) as error:
         said = str(error) if isinstance(error, InputError) else "its polygons are not as its kind has them"
         raise InputError(f"{path}: {said}") from None
     return drawing

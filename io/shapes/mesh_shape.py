@@ -248,19 +248,19 @@ class MeshShape(Shape):
         """(m, 3) texture coordinate of each triangle's corner, in the file's own layout.
 
         Raises:
-            InputError: the mesh has no texture coordinates everywhere, or some that are not finite.
+            InputError: the mesh has no texture coordinates everywhere, or some that are not finite or too large.
         """
         mesh, uv = self.file.mesh, self.uv
         assert mesh.uv_corners is not None
         faces = mesh.uv_corners[self.flattening.patch.corner]
-        missing, broken = faces < 0, ~np.isfinite(uv[faces]).all(axis=-1)
+        missing, broken = faces < 0, ~(np.abs(uv[faces]) <= layout.FARTHEST).all(axis=-1)
         if (missing | broken).any():
             triangle, corner = np.argwhere(missing | broken)[0]
             face = np.searchsorted(mesh.starts, self.flattening.patch.corner[triangle, 0], side="right") - 1
             what = (
                 "has no texture coordinates"
                 if missing[triangle, corner]
-                else "its coordinates are not finite"
+                else f"its coordinates are not finite, or beyond {layout.FARTHEST:g}"
             )
             raise InputError(f"{self.spec}: {mesh.face_name(int(face))}: {what}")
         return faces

@@ -1,0 +1,165 @@
+"""Files whose numbers, shapes or types are not those of their kind are refused in a line, or read."""
+
+import json
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import iccm as core
+from iccm.io.pictures import image_files
+from iccm.io.run import Job, run
+
+SHEET = {
+    "asset": {"version": "2.0"},
+    "scene": 0,
+    "scenes": [{"nodes": [0]}],
+    "nodes": [{"mesh": 0}],
+    "meshes": [
+        {"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2, "material": 0}]}
+    ],
+    "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+    "textures": [{"source": 0, "sampler": 0}],
+    "samplers": [{}],
+    "accessors": [
+        {"bufferView": 0, "componentType": 5126, "count": 5, "type": "VEC3"},
+        {"bufferView": 1, "componentType": 5126, "count": 5, "type": "VEC2"},
+        {"bufferView": 2, "componentType": 5123, "count": 12, "type": "SCALAR"},
+    ],
+}
+POINTS = np.array([[0, 0, 0], [2, 0, 0], [2, 1, 0.2], [0, 1, 0], [0.7, 0.4, 0.3]])
+UV = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.35, 0.4]])
+FACES = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
+
+
+def glb(picture, tree=None, points=POINTS, uv=UV):
+    """A sheet of four triangles that shows a picture, with parts of its JSON replaced."""
+    parts = [points.astype("<f4"), uv.astype("<f4"), FACES.astype("<u2")]
+    parts = [part.tobytes() for part in parts] + [picture]
+    views, at = [], 0
+    for part in parts:
+        views.append({"buffer": 0, "byteOffset": at, "byteLength": len(part)})
+        at += len(part) + -len(part) % 4
+    data = b"".join(part + bytes(-len(part) % 4) for part in parts)
+    image = {"bufferView": 3, "mimeType": "image/png"}
+    scene = SHEET | {"buffers": [{"byteLength": len(data)}], "bufferViews": views, "images": [image]}
+    text = json.dumps(scene | (tree or {})).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(data), b"BIN\0") + data
+    return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+
+
+@pytest.fixture
+def sheet(shapes):
+    """`sheet(tree, **arrays)` writes sheet.glb; also there are square.svg, t.png and plain.obj."""
+    image_files.write("t.png", image_files.Image(core.checkerboard(32)[:24]))
+    lines = [f"v {x} {y} {z}" for x, y, z in POINTS.tolist()] + [f"vt {u} {v}" for u, v in UV.tolist()]
+    lines += ["f " + " ".join(f"{k + 1}/{k + 1}" for k in face) for face in FACES.tolist()]
+    (shapes / "plain.obj").write_text("\n".join(lines) + "\n")
+
+    def write(tree=None, **arrays):
+        (shapes / "sheet.glb").write_bytes(glb(Path("t.png").read_bytes(), tree, **arrays))
+
+    return write
+
+
+def shown(transform):
+    """Materials whose texture a transform places."""
+    info = {"index": 0, "extensions": {"KHR_texture_transform": transform}}
+    return {"materials": [{"pbrMetallicRoughness": {"baseColorTexture": info}}]}
+
+
+COMMANDS = [
+    ("info", "sheet.glb"),
+    ("flatten", "sheet.glb", "--uv", "o.glb", "--carry-maps"),
+    ("map", "square.svg", "sheet.glb", "-o", "o.glb", "--carry-maps"),
+    ("map", "sheet.glb", "square.svg", "-o", "o.png", "--size", "32"),
+    ("relayout", "sheet.glb", "plain.obj", "-o", "o.obj", "--size", "16"),
+    ("relayout", "plain.obj", "sheet.glb", "--texture", "t.png", "-o", "o.png", "--size", "16"),
+]
+
+
+@pytest.mark.parametrize(
+    "tree",
+    [
+        {"nodes": [{"mesh": 0, "scale": [1e300, 1, 1]}]},
+        {"nodes": [{"mesh": 0, "matrix": [1e200] * 16}]},
+        {"nodes": [{"mesh": 0, "translation": [float("nan"), 0, 0]}]},
+        {"nodes": [{"children": [1], "scale": [1e50] * 3}, {"mesh": 0, "scale": [1e50] * 3}]},
+        {"nodes": [{"mesh": 0, "skin": 7}]},
+        {"scene": 3},
+        {"samplers": [{"wrapS": [33071]}]},
+        {"meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 2, "mode": "4"}]}]},
+        {"accessors": [{**SHEET["accessors"][0], "byteOffset": "0"}, *SHEET["accessors"][1:]]},
+        shown({"rotation": 1e308}),
+        shown({"offset": [float("inf"), 0]}),
+    ],
+)
+def test_numbers_out_of_range_in_glb_files_are_refused(sheet, iccm, tree):
+    sheet(tree)
+    for command in COMMANDS:
+        typed = iccm(*command, "--force") if command[0] != "info" else iccm(*command)
+        assert typed.code == 2 and len(typed.lines) == 1 and "sheet.glb" in typed.err, typed.err
+
+
+@pytest.mark.parametrize("scale", [[0, 1], [0, 0], [1e-9, 1], [-1, 0]])
+def test_textures_that_a_transform_shrinks_to_a_line_or_point_are_shown_so(sheet, iccm, scale):
+    sheet(shown({"scale": scale}))
+    for command in COMMANDS:
+        typed = iccm(*command, "--force") if command[0] != "info" else iccm(*command)
+        assert typed.code in (0, 1), typed.err
+    assert iccm(*COMMANDS[3], "--force").code == 0
+    pixels = image_files.read("o.png").pixels
+    assert (pixels[..., 3] > 0).any()
+    if scale == [0, 0]:  # all of it is one point of the texture
+        assert np.ptp(pixels[pixels[..., 3] == 255], axis=0).max() <= 1
+
+
+@pytest.mark.parametrize("uv", [UV * 1e38, UV * [1, 1e7], np.where(UV == 1, np.nan, UV)])
+def test_texture_coordinates_that_make_no_sense_are_refused_where_they_are_needed(sheet, iccm, uv):
+    sheet(uv=uv)
+    for command in (COMMANDS[1], COMMANDS[2], *COMMANDS[4:]):
+        typed = iccm(*command, "--force")
+        assert typed.code == 2 and "texture coordinates" in typed.err, (command, typed.err)
+
+
+def test_positions_that_are_too_far_off_are_refused(sheet, iccm, shapes):
+    text = (shapes / "plain.obj").read_text().replace("v 2.0 0.0", "v 1e200 0.0")
+    (shapes / "far.obj").write_text(text)
+    typed = iccm("flatten", "far.obj", "-o", "o.svg")
+    assert typed.code == 2 and "vertex 2" in typed.err
+
+
+@pytest.fixture
+def saved(shapes):
+    """map.npz"""
+    run(Job(source="square.svg", target="blob.svg", output=["map.npz"], method="paper", vertices=40))
+
+
+@pytest.mark.parametrize("null", [[None, 3], [3, None], [None, None]])
+@pytest.mark.parametrize("kind", ["LineString", "MultiLineString", "Polygon", "MultiPolygon"])
+def test_lines_with_positions_that_are_null_are_refused(saved, iccm, kind, null):
+    ring = [[20, 20], [60, 20], null, [20, 70], [20, 20]]
+    depth = kind.startswith("Multi") + kind.endswith("Polygon")
+    at = [ring] if depth == 1 else [[ring]] if depth == 2 else ring
+    Path("a.geojson").write_text(json.dumps({"type": kind, "coordinates": at}))
+    typed = iccm("apply", "map.npz", "a.geojson", "-o", "b.geojson")
+    assert typed.code == 2 and "a.geojson" in typed.err and not Path("b.geojson").exists()
+
+
+@pytest.mark.parametrize("position", [[10], [], [[1, 2], 3], 7, None, "1,2", {"x": 1}, [1e101, 0]])
+@pytest.mark.parametrize(
+    "around",
+    [
+        lambda p: {"type": "Polygon", "coordinates": [[[0, 0], [50, 0], p, [0, 0]]]},
+        lambda p: {"type": "MultiPolygon", "coordinates": [[[[0, 0], [50, 0], p, [0, 0]]]]},
+        lambda p: {"shapes": [{"label": "a", "points": [[0, 0], [50, 0], p]}]},
+        lambda p: {"shapes": [{"label": "a", "points": [[0, 0], p], "shape_type": "circle"}]},
+        lambda p: {"annotations": [{"id": 1, "segmentation": [[0, 0, 50, 0, p, [p]]]}]},
+    ],
+)
+def test_positions_that_are_none_are_refused_in_polygons(shapes, iccm, around, position):
+    (shapes / "a.json").write_text(json.dumps(around(position)))
+    typed = iccm("map", "a.json", "square.svg", "-o", "o.png", "--size", "16")
+    assert typed.code == 2 and len(typed.lines) == 1 and "a.json" in typed.err, typed.err
