@@ -8,11 +8,14 @@ edit      `iccm edit`
 flatten   `iccm flatten`
 relayout  `iccm relayout`
 batch     `iccm batch`
+init      `iccm init`
 check     `iccm check`
 info      `iccm info`
 doctor    `iccm doctor`
 completion  `iccm completion`
 plugins   `iccm plugins`
+help      `iccm help`
+settings  limits from the environment and from a configuration file
 options   arguments and options of a command, made from `iccm.io.options`
 logs      messages on stderr; failures as one line and an exit code
 status    the line that tells what is under way
@@ -23,9 +26,12 @@ from __future__ import annotations
 
 import gc
 import os
+import shlex
 import sys
 from contextlib import suppress
+from difflib import get_close_matches
 from importlib import import_module
+from pathlib import Path
 from typing import Any, NoReturn
 
 import click
@@ -42,12 +48,14 @@ COMMANDS = {
     "edit": "Place pins and strokes in the browser, and see the map follow.",
     "flatten": "Flatten a mesh patch into the plane.",
     "relayout": "Carry textures from one UV layout of a mesh to another.",
-    "batch": "Run many jobs from a manifest.",
+    "batch": "Run many jobs, from a pattern of files or a manifest.",
+    "init": "Write a manifest to start from.",
     "check": "Compare results with stored baselines, for CI.",
-    "info": "Tell what iccm sees in a file.",
-    "doctor": "Tell whether iccm is installed and set up well.",
+    "info": "Show what iccm sees in a file.",
+    "doctor": "Check whether iccm is installed and set up well.",
     "completion": "Let the shell complete commands, options and files.",
     "plugins": "Put iccm into the menus of Inkscape and Blender.",
+    "help": "Show help of a command, or one topic of it.",
 }
 
 
@@ -67,14 +75,19 @@ class Commands(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """The command that is named first; of a misspelt one what was probably meant is said."""
+        """Return the command that is named first; where there is none say what was probably meant."""
         name = args[0]
-        if name not in COMMANDS:
-            from difflib import get_close_matches
-
-            if near := get_close_matches(name, COMMANDS, 1):
-                raise click.UsageError(f"No such command {name!r}; did you mean {near[0]!r}?", ctx)
-        return super().resolve_command(ctx, args)
+        if name in COMMANDS:
+            return super().resolve_command(ctx, args)
+        if name.startswith("-"):
+            raise click.UsageError(f"No such option {name}; options follow the command", ctx)
+        if Path(name).suffix and not Path(name).is_dir():
+            raise click.UsageError(
+                f"{name}: not a command; to map it write: iccm map {shlex.join(args)}", ctx
+            )
+        near = get_close_matches(name, COMMANDS, 1)
+        hint = f"did you mean {near[0]!r}?" if near else f"choose one of {', '.join(COMMANDS)}"
+        raise click.UsageError(f"No such command {name!r}; {hint}", ctx)
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command; a reader that went away keeps its own exit code."""
@@ -100,7 +113,7 @@ def iccm(ctx: click.Context) -> int:
     """Texture transfer between planar shapes by (quasi-)conformal maps.
 
     \b
-    Example:  iccm map rose.svg leaf.svg --texture petals.png -o rose-on-leaf.png
+    Example:  iccm map rose.svg leaf.svg --texture petals.jpg -o rose-leaf.png
     Help:     iccm map --help
     """
     if ctx.invoked_subcommand is None:

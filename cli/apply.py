@@ -12,11 +12,11 @@ from ..errors import InputError
 from . import logs, options, status
 from .options import FILE
 
-SAVED = ("inverse", "columns", "tolerance", "report", "size", "texture_box", "target_box")
+SAVED = ("inverse", "columns", "max_line_error", "report", "size", "texture_box", "target_box")
 """Options that an STMap knows nothing of."""
 
 
-@click.command(cls=options.Command)
+@click.command("apply", cls=options.Command)
 @click.argument("map", type=FILE)
 @click.argument("input", type=FILE)
 @options.of("apply")
@@ -59,14 +59,16 @@ def _saved(map: str, input: str, output: str, given: dict[str, Any]) -> list[str
 
     name = formats.suffix_of(input)
     saved = Saved.read(map, inverse=given["inverse"])
-    own = {key: given[key] for key in ("columns", "tolerance", "outside", "report")}
+    own = {key: given[key] for key in ("columns", "max_line_error", "unmapped", "report")}
     if name in READERS:
         counts = saved.carry_geometry(input, output, force=given["force"], tell=logs.log.warning, **own)
         said = ", ".join(f"{count} {what.replace('_', ' ')}" for what, count in counts.items() if count)
         logs.log.info(f"carried {said or 'nothing: there are no points, lines or polygons'}")
         return [each for each in (output, own["report"]) if each not in ("-", None)]
     if used := [key for key, value in own.items() if value not in (None, "drop")]:
-        raise InputError(f"--{used[0]}: for points, lines and polygons, and {input} holds none")
+        raise InputError(
+            f"--{used[0].replace('_', '-')}: for points, lines and polygons, and {input} holds none"
+        )
     if name not in (".svg", ".svgz") and name not in formats.holding("picture"):
         known = [*formats.holding("picture"), ".svg", ".svgz", *READERS]
         raise InputError(
@@ -87,9 +89,10 @@ def _stmap(stmap: str, image: str, output: str, given: dict[str, Any]) -> list[s
     from ..io.pictures import stmap_files as maps
     from ..pixels.texture import check_kind
 
-    if used := [name for name in SAVED if given[name]] + ["outside"] * (given["outside"] != "drop"):
+    if used := [name for name in SAVED if given[name]] + ["unmapped"] * (given["unmapped"] != "drop"):
         raise InputError(f"--{used[0].replace('_', '-')}: for maps in .npz files, and {stmap} is an STMap")
     room = within(given["memory"], output)
+    given["kind"] = given["kind"] or "colour"
     sampling = {name: given[name] for name in ("filter", "kind", "edge", "threads")} | {"room": room}
     limits = {"max_pixels": given["max_pixels"], "colorspace": given["colorspace"], "room": room}
     pairs = _tiles(stmap, output)

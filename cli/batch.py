@@ -18,22 +18,53 @@ from typing import Any
 import click
 
 from ..errors import InputError
+from ..io.options import of_command, options_of
 from . import logs, options, process, status
 from .options import FILE
 
+OWN = of_command("batch").keys()
+PASSED_ON = tuple(
+    name for name, (_, option) in options_of().items() if "map" in option.commands and name not in OWN
+)
+"""Options of `iccm map` that hold for jobs whose files are named on the command line."""
 
-@click.command(cls=options.Command)
-@click.argument("jobs", type=FILE)
-@options.of("batch")
-def command(jobs: str, root: str | None, check: bool, **given: Any) -> int:
-    """Run the jobs of a manifest: TOML, or JSON Lines; - for stdin.
 
-    Each result is one line of JSON on stdout, as its job ends. A job that fails is reported and the rest go on.
+class BatchCommand(options.Command):
+    """`iccm batch`, with a manifest or with the files themselves."""
+
+    missing = (
+        "name files and a target: iccm batch 'icons/*.svg' shield.svg -o 'out/{source.stem}.png', "
+        "or a manifest: iccm init writes one to start from"
+    )
+    passed_on = PASSED_ON
+
+
+@click.command("batch", cls=BatchCommand)
+@click.argument("jobs", type=FILE, nargs=-1, required=True, metavar="MANIFEST | SOURCES... TARGET")
+@options.of("batch", *PASSED_ON)
+def command(jobs: tuple[str, ...], root: str | None, dry_run: bool, **given: Any) -> int:
+    """Run many jobs: those of a MANIFEST, or of SOURCES, each mapped onto TARGET.
+
+    SOURCES are files, patterns ('icons/*.svg', quoted) or folders; options of `iccm map` hold for all of them. A name
+    after -o holds {source.stem}, or is a folder. For more write a manifest (TOML, or JSON Lines; - for stdin), which
+    `iccm init` begins:
 
     \b
+    [defaults]
+    texture = "petals.jpg"
+    output = "out/{source.stem}-{target.stem}.png"
+    [[job]]
+    source = "icons/*.svg"
+    target = "shield.svg"
+
+    At a terminal each result is a line; elsewhere it is one line of JSON on stdout, as its job ends. A job that fails
+    is reported and the others go on.
+
+    \b
+    iccm batch 'icons/*.svg' shield.svg -o 'out/{source.stem}.svg'
+    iccm batch icons shield.svg --size 256 -o out/
     iccm batch jobs.toml --root out
-    iccm batch jobs.toml --resume --timeout 60 | jq -r 'select(.status != "done") | .name'
-    iccm batch - < jobs.jsonl
+    iccm batch jobs.toml --resume | jq -r 'select(.status != "done") | .name'
 
     Exit code: 0 all done, 1 some are not, 2 the manifest is wrong, 130, 143 or 129 stopped by a signal.
     """
@@ -45,17 +76,29 @@ def command(jobs: str, root: str | None, check: bool, **given: Any) -> int:
 
     if given["html"]:
         files.check_output(given["html"], force=True)
-    folder = Path(root if root is not None else os.path.dirname(jobs) or ".")
-    tasks = _tasks(jobs, folder, outside=given["outside"], force=given["force"])
+    passed = {name: given.pop(name) for name in PASSED_ON}
+    named = options.values({name: value for name, value in passed.items() if value not in ((), False)})
+    name = jobs[0] if len(jobs) == 1 else "batch"
+    if len(jobs) > 1:
+        folder = Path(root if root is not None else ".")
+        tasks = _from_patterns(jobs, named, folder, force=given["force"])
+        folder = Path(os.path.commonpath([os.path.dirname(path) for path in _outputs(tasks)] or ["."]))
+        if not dry_run:
+            files.make_folder(folder)
+    elif named or os.path.isdir(name) or _is_shape(name):
+        raise InputError(_lacking(name, named))
+    else:
+        folder = Path(root if root is not None else os.path.dirname(name) or ".")
+        tasks = _tasks(name, folder, outside=given["allow_outside"], force=given["force"])
     book = Journal(folder)
     if (
         given["resume"]
-        and not check
+        and not dry_run
         and (swept := book.sweep(path for task in tasks for path in task.job.outputs))
     ):
         logs.log.info(f"removed {len(swept)} temporary files of a batch that was killed")
-    tasks = dispatch.prepare(tasks, book, resume=given["resume"], make=not check)
-    if check:
+    tasks = dispatch.prepare(tasks, book, resume=given["resume"], make=not dry_run)
+    if dry_run:
         logs.log.info(f"{len(tasks)} jobs, no mistakes")
         return 0
     policy = dispatch.Policy(given["retries"], given["timeout"], given["fail_fast"], given["threads"])
@@ -66,7 +109,7 @@ def command(jobs: str, root: str | None, check: bool, **given: Any) -> int:
         results: list[dict[str, Any]] | None = [] if given["html"] else None
         counts = _report(dispatch.execute(tasks, pool, book, policy, **watch), len(tasks), results)
     if results is not None:
-        page = overview.html(results, jobs, os.path.dirname(given["html"]) or ".")
+        page = overview.html(results, name, os.path.dirname(given["html"]) or ".")
         files.write_bytes(given["html"], page, force=True)
     _summary(counts, time.perf_counter() - start)
     if caught:
@@ -81,10 +124,38 @@ def _tasks(jobs: str, folder: Path, *, outside: bool, force: bool) -> list[Any]:
         text = sys.stdin.read() if jobs == "-" else manifest.load(jobs)
     except UnicodeDecodeError as error:
         raise InputError(f"-: byte {error.start} of stdin is not UTF-8") from None
-    tasks = manifest.read(text, jobs, root=folder, outside=outside)
+    tasks = manifest.read(text, jobs, root=folder, outside=outside, tell=logs.log.warning)
     if not force:
         return tasks
     return [task.with_job(task.job.model_copy(update={"force": True})) for task in tasks]
+
+
+def _from_patterns(names: tuple[str, ...], values: dict[str, Any], folder: Path, *, force: bool) -> list[Any]:
+    from ..io.batch import manifest
+
+    *sources, target = names
+    return manifest.from_patterns(sources, target, values | ({"force": True} if force else {}), root=folder)
+
+
+def _outputs(tasks: list[Any]) -> list[str]:
+    return [os.path.abspath(path) for task in tasks for path in task.job.outputs]
+
+
+def _is_shape(name: str) -> bool:
+    """Whether a name is that of a drawing, a picture or a mesh, which no manifest is."""
+    from ..io import formats
+
+    known = formats.FORMATS.get(formats.suffix_of(name))
+    return known is not None and bool(known.drawing or known.picture or known.mesh)
+
+
+def _lacking(name: str, named: dict[str, Any]) -> str:
+    """What to write instead of one name that is not a manifest, or options that belong into one."""
+    if name.endswith((".toml", ".jsonl", ".json")) or name == "-":
+        option = next(iter(named))
+        return f"--{option.replace('_', '-')}: write it into {name}, as {option} = … under [defaults]"
+    what = "is a folder" if os.path.isdir(name) else "is not a manifest"
+    return f"{name}: {what}; name a target, too: iccm batch '{name}' shield.svg -o 'out/{{source.stem}}.png'"
 
 
 @contextmanager
@@ -142,13 +213,17 @@ def _report(results: Iterator[dict[str, Any]], count: int, kept: list[dict[str, 
     from ..io.run.report import as_json
 
     counts: Counter[str] = Counter()
+    people = sys.stdout.isatty()
     level = {"done": logging.DEBUG, "poor": logs.POOR, "cancelled": logging.DEBUG}
     with status.show_status():
         progress.tell("jobs", 0, count)
         for result in results:
             progress.tell("")
-            sys.stdout.write(json.dumps(as_json(result), ensure_ascii=False) + "\n")
-            sys.stdout.flush()
+            if not people:
+                sys.stdout.write(json.dumps(as_json(result), ensure_ascii=False) + "\n")
+                sys.stdout.flush()
+            elif result["status"] == "done":
+                logs.log.info(_line(result))
             counts[result["status"]] += 1
             if kept is not None:
                 kept.append(result)
@@ -157,6 +232,14 @@ def _report(results: Iterator[dict[str, Any]], count: int, kept: list[dict[str, 
             said = f"{result['place']}: {result['name']}: {result['status']}: {result['message']}"
             logs.log.log(tell, said, extra=extra)
     return counts
+
+
+def _line(result: dict[str, Any]) -> str:
+    """A job that is done, in a line for people: what it wrote, and how long it took."""
+    paths = [each["path"] for each in result["outputs"]]
+    more = f" and {len(paths) - 1} more" if len(paths) > 1 else ""
+    took = "as it was" if result["resumed"] else f"{result['seconds']:.1f} s"
+    return f"{paths[0] if paths else result['name']}{more}  {took}"
 
 
 def _summary(counts: Counter[str], seconds: float) -> None:

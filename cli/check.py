@@ -16,7 +16,7 @@ from .options import FILE
 SHOWN = 5
 
 
-@click.command(cls=options.Command)
+@click.command("check", cls=options.Command)
 @click.argument("run", type=FILE)
 @click.argument("baselines", type=FILE)
 @options.of("check")
@@ -27,7 +27,7 @@ def command(run: str, baselines: str, update: bool, **given: Any) -> int:
     channels exactly; reports figure by figure; other files byte by byte. A missing or additional file is a regression.
 
     \b
-    iccm batch jobs.toml --root out && iccm check out baselines --junit check.xml --diff diff
+    iccm batch jobs.toml --root out && iccm check out baselines --diff diff
     iccm check out baselines --html check.html --summary "$GITHUB_STEP_SUMMARY"
     iccm check out baselines --update --only 'kite-*'
 

@@ -13,7 +13,7 @@ from . import logs, options
 SHELLS = ("bash", "zsh", "fish")
 
 
-@click.command(cls=options.Command)
+@click.command("completion", cls=options.Command)
 @click.argument("action", type=click.Choice(["install"]))
 @options.of("completion")
 def command(action: str, shell: str | None) -> int:

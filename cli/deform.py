@@ -11,7 +11,7 @@ from .map import execute
 from .options import FILE
 
 
-@click.command(cls=options.Command)
+@click.command("deform", cls=options.Command)
 @click.argument("shape", type=FILE)
 @options.of("deform")
 def command(shape: str, **given: Any) -> int:
@@ -20,7 +20,7 @@ def command(shape: str, **given: Any) -> int:
     They are met, nothing folds, and every part stays as rigid as that allows.
 
     \b
-    iccm deform cat.svg --pin 20,30:25,10 --pin 50,50:50,50 --texture fur.png -o cat-up.png
+    iccm deform cat.svg --pin 79,30:60,25 --pin 79,120:79,120 -o cat-up.png
     iccm deform cat.svg --constraints tail.json --plot tail.png
 
     Exit code: 0 done, 1 the result is not good enough, 2 an input is wrong.

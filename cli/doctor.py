@@ -7,7 +7,7 @@ import click
 from . import options, status
 
 
-@click.command(cls=options.Command)
+@click.command("doctor", cls=options.Command)
 @options.of("doctor")
 def command(json: bool) -> int:
     """Tell versions, threads, caches and write access, and try a small map. Exit code 1 when something is wrong."""

@@ -14,7 +14,7 @@ from .options import FILE
 EXTRA = "iccm edit needs a server: pip install 'iccm[edit]'"
 
 
-@click.command(cls=options.Command)
+@click.command("edit", cls=options.Command)
 @click.argument("source", type=FILE, required=False)
 @click.argument("target", type=FILE, required=False)
 @options.of("edit")

@@ -15,7 +15,7 @@ from .options import FILE
 os.environ.setdefault("NUMPY_MADVISE_HUGEPAGE", "0")
 
 
-@click.command(cls=options.Command)
+@click.command("flatten", cls=options.Command)
 @click.argument("mesh", type=FILE)
 @options.of("flatten")
 def command(**given: Any) -> int:
@@ -27,18 +27,21 @@ def command(**given: Any) -> int:
     \b
     iccm flatten face.obj -o face.svg
     iccm flatten body.obj#sleeve -o sleeve.svg --report - --plot sleeve.png
-    iccm flatten cow.obj --cut --uv cow-uv.obj
+    iccm flatten cow.obj --cut-open --uv cow-uv.obj
     iccm flatten glove.obj --method balanced --plot glove.png
-    iccm flatten face.obj --method heart.svg --uv face-heart.obj
+    iccm flatten face.obj --onto heart.svg --uv face-heart.obj
 
     Exit code: 0 done, 1 what was written is not one-to-one, 2 an input is wrong.
     """
+    from ..flattening import METHODS
     from ..io.run import flatten
     from ..io.run.job import FlattenJob, described
     from ..io.spec import Spec
 
     if not any(given[name] for name in ("output", *FlattenJob.written)):
         given["output"] = (f"{Spec.of(given['mesh']).path.stem}-flat.svg",)
+    if not given["onto"] and given["method"] not in METHODS:
+        logs.log.warning("--method OUTLINE is called --onto OUTLINE now; the old name works until iccm 2")
     job = described(FlattenJob, options.values(given))
     with status.show_phases("flatten"):
         outcome = flatten.run(job, tell=logs.log.warning)

@@ -12,7 +12,7 @@ from . import logs, options, status
 from .options import FILE
 
 
-@click.command(cls=options.Command)
+@click.command("info", cls=options.Command)
 @click.argument("file", type=FILE, nargs=-1, required=True)
 @options.of("info")
 def command(file: tuple[str, ...], json: bool, plot: str | None, force: bool, max_faces: int) -> int:

@@ -21,17 +21,25 @@ EVERY = 0.3  # seconds from one look at the inputs to the next
 Stamps = dict[str, tuple[int, int] | None]
 
 
-@click.command(cls=options.Command)
+class MapCommand(options.Command):
+    """`iccm map`, which takes two files."""
+
+    several = (
+        "map takes one SOURCE and one TARGET, here are more; for many sources write: "
+        "iccm batch 'icons/*.svg' TARGET -o 'out/{source.stem}.png' (with the quotes)"
+    )
+
+
+@click.command("map", cls=MapCommand)
 @click.argument("source", type=FILE)
 @click.argument("target", type=FILE)
 @options.of("map")
 def command(**given: Any) -> int:
     """Map the shape SOURCE onto the shape TARGET and carry a texture through the map.
 
-    SOURCE and TARGET are files (SVG, a picture with a silhouette, OBJ, GeoJSON, DXF) or file#id, an element of the
-    file; font.ttf#text=Word is a word.
-    Coordinates are in the files' own units. Without options the picture SOURCE-TARGET.png of a numbered
-    checkerboard is written.
+    SOURCE and TARGET are files (SVG, a picture with a silhouette, OBJ, GLB, GeoJSON, DXF), or file#id, an element of
+    one; font.ttf#text=Word is a word. Coordinates are in the files' own units. Without -o a picture is written here,
+    named after both files.
 
     \b
     iccm map rose.svg leaf.svg

@@ -10,7 +10,7 @@ from . import logs, options, status
 from .options import FILE
 
 
-@click.command(cls=options.Command)
+@click.command("morph", cls=options.Command)
 @click.argument("source", type=FILE)
 @click.argument("target", type=FILE)
 @options.of("morph")
@@ -22,7 +22,7 @@ def command(source: str, target: str, **given: Any) -> int:
 
     \b
     iccm morph rose.svg leaf.svg -o rose-leaf.webp
-    iccm morph rose.svg leaf.svg --frames 48 --texture petals.png --target-texture veins.png -o 'm-{number}.png'
+    iccm morph rose.svg leaf.svg --texture petals.jpg -o rose-leaf.gif
     iccm morph rose.svg leaf.svg -o 'm-{number}.svg'
 
     Exit code: 0 done, 1 the last frame is not the target, 2 an input is wrong.

@@ -3,42 +3,219 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from typing import Any, Literal, get_args, get_origin
 
 import click
 
-from ..io.options import MessageOptions, Option, of_command, options_of
+from .. import __version__
+from ..io.option_groups import FEW, TOPICS, grouped
+from ..io.options import (
+    TABLE,
+    CommonOptions,
+    JobOptions,
+    MessageOptions,
+    Option,
+    of_command,
+    options_of,
+    suggest,
+)
+from . import logs, settings
 from .logs import apply, styled
 
 FILE = click.Path(readable=False)
 """An argument that is a file: shells complete its name; whether it is there is told by what reads it."""
 MESSAGES = options_of(MessageOptions).keys()
 FILES = ("FILE", "IMAGE", "DIR", "OUTLINE")  # in what stands for a value: shells complete it
+ALL = "all"
+"""The topic of help that holds all options."""
 
 Decorator = Callable[[Callable], Callable]
 
 
 class Command(click.Command):
-    """A command whose help shows options by what they are for."""
+    """A command whose help comes in tiers, and which takes former names and those that people try."""
+
+    several = ""
+    """What to do with more files than the command takes."""
+    missing = ""
+    """What to give, where an argument is missing."""
+    passed_on: tuple[str, ...] = ()
+    """Options of other commands that it takes without showing them in its help."""
+
+    @property
+    def rows(self) -> dict[str, Option]:
+        """The options of the table that this command has, by name."""
+        return {name: option for name, (_, option) in of_command(self.name or "").items()}
+
+    @property
+    def known(self) -> dict[str, Option]:
+        """These, and those that it passes on."""
+        every = {name: option for name, (_, option) in options_of().items()}
+        return {name: every[name] for name in self.passed_on} | self.rows
+
+    def get_help_option(self, ctx: click.Context) -> click.Option:
+        """`--help`, which takes a topic."""
+        topics = _topics_of(self.rows) if len(self.rows) > FEW else []
+        return click.Option(
+            ["-h", "--help"],
+            is_flag=False,
+            flag_value="",
+            is_eager=True,
+            expose_value=False,
+            metavar="[TOPIC]" if topics else "",
+            callback=_show_help,
+            help="Show help, or more of it on a topic." if topics else "Show this help.",
+        )
+
+    def get_params(self, ctx: click.Context) -> list[click.Parameter]:
+        """Its options, and `--version`, which people ask of a command, too."""
+        version = click.version_option(__version__, prog_name="iccm", help="Show the version.")
+        holder: Any = version(lambda: None)
+        return [*super().get_params(ctx), *holder.__click_params__]
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse with former names and aliases replaced; what is not known is answered with what was probably meant."""
+        ctx.meta["iccm.notices"] = notices = list[str]()
+        ctx.default_map = settings.defaults(self.rows)
+        try:
+            return super().parse_args(ctx, list(_with_todays_names(args, self.known, notices)))
+        except click.NoSuchOption as error:
+            raise click.UsageError(_unknown(error.option_name, self.known), ctx) from None
+        except click.MissingParameter:
+            if self.missing:
+                raise click.UsageError(self.missing, ctx) from None
+            raise
+        except click.UsageError as error:
+            if self.several and "unexpected extra argument" in error.message:
+                raise click.UsageError(self.several, ctx) from None
+            raise
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command, after telling which names are former ones."""
+        for notice in ctx.meta["iccm.notices"]:
+            logs.log.warning(notice)
+        for name, option in self.rows.items():
+            given = ctx.get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE
+            if given and self.name in option.hidden:
+                logs.log.warning(f"{_dashed(name)}: works until iccm 2; {option.instead}")
+        return super().invoke(ctx)
+
+    def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """What the command does; the help of a topic leaves it out."""
+        if ctx.meta.get("iccm.topic", "") in ("", ALL):
+            super().format_help_text(ctx, formatter)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """A section for each group, with an example."""
-        from ..io.option_groups import grouped
-
-        parameters = [each for each in self.get_params(ctx) if isinstance(each, click.Option)]
-        rows = {
-            max(each.opts, key=len)[2:].replace("-", "_"): each.get_help_record(ctx) for each in parameters
+        """The options that most need, or those of a topic, and how to see the others."""
+        records = {
+            max(each.opts, key=len)[2:].replace("-", "_"): each.get_help_record(ctx)
+            for each in self.get_params(ctx)
+            if isinstance(each, click.Option) and not each.hidden
         }
-        for title, example, names in grouped(rows):
+        topic = ctx.meta.get("iccm.topic", "")
+        if not topic and len(self.rows) > FEW:
+            briefs = {name: option.brief for name, option in self.rows.items() if option.brief}
+            records |= {name: (records[name][0], brief) for name, brief in briefs.items() if name in records}
+        sections = _sections(self.name or "", self.rows, list(records), topic)
+        for title, example, names in sections:
             heading = styled(title, sys.stdout, bold=True) + (f", such as {example}" if example else "")
             with formatter.section(heading):
-                formatter.write_dl([row for name in names if (row := rows[name])])
+                formatter.write_dl([row for name in names if (row := records.get(name))])
+        if not topic and sum(len(names) for _, _, names in sections) < len(records):
+            with formatter.section(
+                styled(f"More, by {ctx.command_path} --help TOPIC", sys.stdout, bold=True)
+            ):
+                topics = [(word, TOPICS[word].title) for word in _topics_of(self.rows)]
+                formatter.write_dl([*topics, (ALL, "All options")])
 
 
-def of(command: str) -> Decorator:
-    """One decorator that adds the options of a command, in the order of help."""
-    made = [_click(name, hint, option) for name, (hint, option) in of_command(command).items()]
+def _sections(
+    command: str, rows: dict[str, Option], names: list[str], topic: str
+) -> list[tuple[str, str, list[str]]]:
+    """Heading, example and options of what help shows."""
+    if topic == ALL or len(rows) <= FEW:
+        return grouped(names)
+    if topic:
+        chosen = TOPICS[topic]
+        return [(chosen.title, chosen.example, [name for name in chosen.names if name in names])]
+    tables = [table for table in TABLE if table not in (JobOptions, CommonOptions, MessageOptions)]
+    rows_of_its_own = of_command(command, *tables)
+    own = [name for name in names if name in rows_of_its_own and rows[name].commands[0] == command]
+    basic = {name for name, option in rows.items() if option.basic} | {"help"}
+    shared = [name for topic in TOPICS.values() for name in topic.names if name in basic - set(own)]
+    return [("Options", "", [*own, *(name for name in shared if name in names)])]
+
+
+def _topics_of(rows: dict[str, Option]) -> list[str]:
+    """The topics that have options of a command."""
+    return [word for word, topic in TOPICS.items() if any(name in rows for name in topic.names)]
+
+
+def _show_help(ctx: click.Context, parameter: click.Parameter, value: str | None) -> None:
+    """Show the help of a topic, or the short one, and end."""
+    if value is None:
+        return
+    rows = ctx.command.rows if isinstance(ctx.command, Command) else {}
+    known = [*_topics_of(rows), ALL]
+    if value and value not in known:
+        raise click.UsageError(f"--help {value}: no such topic; choose one of {', '.join(known)}", ctx)
+    ctx.meta["iccm.topic"] = value
+    click.echo(ctx.get_help())
+    ctx.exit()
+
+
+def _with_todays_names(args: list[str], rows: dict[str, Option], notices: list[str]) -> Iterator[str]:
+    """Arguments with options by the names of today, and their values as these take them."""
+    today = {
+        _dashed(old): (name, "{}", True)
+        for name, option in rows.items()
+        for old in option.old
+        if old not in rows
+    }
+    today |= {
+        _dashed(alias): (name, template, False)
+        for name, option in rows.items()
+        for alias, template in option.aliases
+    }
+    left = iter(args)
+    for arg in left:
+        if arg == "--":
+            yield arg
+            yield from left
+            return
+        word, joined, value = arg.partition("=")
+        if word not in today:
+            yield arg
+            continue
+        name, template, is_old = today[word]
+        if is_old:
+            notices.append(f"{word} is called {_dashed(name)} now; the old name works until iccm 2")
+        if template != "{}" and not joined:
+            value = next(left, "")
+        yield _dashed(name) + (f"={template.format(value)}" if joined or template != "{}" else "")
+
+
+def _unknown(word: str, rows: dict[str, Option]) -> str:
+    """What to say of an option that there is not: what was probably meant, by what it means or how it is spelt."""
+    near = suggest(word.lstrip("-"), rows)
+    hint = f"; did you mean {' or '.join(map(_dashed, near[:2]))}?" if near else ""
+    return f"No such option {word}{hint}"
+
+
+def _dashed(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
+
+
+def of(command: str, *passed_on: str) -> Decorator:
+    """One decorator that adds the options of a command, in the order of help, and those of a job that it passes on."""
+    made = [_click(command, name, hint, option) for name, (hint, option) in of_command(command).items()]
+    for name, (hint, option) in options_of().items():
+        if name in passed_on:
+            made.append(
+                _click(command, name, hint, replace(option, default=_unset(option), hidden=(command,)))
+            )
 
     def decorate(function: Callable) -> Callable:
         for option in reversed(made):
@@ -48,21 +225,30 @@ def of(command: str) -> Decorator:
     return decorate
 
 
-def _click(name: str, hint: Any, option: Option) -> Decorator:
-    settings: dict[str, Any] = {"help": option.help, "metavar": option.metavar, "required": option.required}
+def _unset(option: Option) -> Any:
+    """The default of an option that is passed on: none, so that only what was given is."""
+    return () if option.default == () else False if option.default is False else None
+
+
+def _click(command: str, name: str, hint: Any, option: Option) -> Decorator:
+    keywords: dict[str, Any] = {"help": option.help, "metavar": option.metavar, "required": option.required}
+    keywords["hidden"] = command in option.hidden
+    numbers = [str(value) for part in get_args(hint) for value in get_args(part) if isinstance(value, int)]
+    if not option.metavar and (numbers or {int, float} & {hint, *get_args(hint)}):
+        keywords["metavar"] = "|".join(numbers) or "N"
     if hint is bool:
-        settings |= {"is_flag": True}
+        keywords |= {"is_flag": True}
     elif option.default == ():
-        settings |= {"multiple": True, "type": _text(option)}
+        keywords |= {"multiple": True, "type": _text(option)}
     elif option.parse:
-        settings |= {"callback": _parsed(option.parse)}
-        settings |= {"is_flag": False, "flag_value": option.flag} if option.flag else {}
+        keywords |= {"callback": _parsed(option.parse)}
     else:
         shown = option.default is not None
-        settings |= {"default": option.default, "show_default": shown, "type": _type(hint, option)}
+        keywords |= {"default": option.default, "show_default": shown, "type": _type(hint, option)}
+    keywords |= {"is_flag": False, "flag_value": option.flag} if option.flag else {}
     if name in MESSAGES:
-        settings |= {"callback": apply, "expose_value": False, "show_default": False}
-    return click.option(f"--{name.replace('_', '-')}", *filter(None, [option.short]), **settings)
+        keywords |= {"callback": apply, "expose_value": False, "show_default": False}
+    return click.option(f"--{name.replace('_', '-')}", *filter(None, [option.short]), **keywords)
 
 
 def _type(hint: Any, option: Option) -> Any:

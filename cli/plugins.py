@@ -13,7 +13,7 @@ NEXT = {
 }
 
 
-@click.command(cls=options.Command)
+@click.command("plugins", cls=options.Command)
 @click.argument("action", type=click.Choice(["install", "uninstall", "list"]))
 @click.argument("program", type=click.Choice(["inkscape", "blender"]), required=False)
 @options.of("plugins")

@@ -10,7 +10,7 @@ from . import logs, options, status
 from .options import FILE
 
 
-@click.command(cls=options.Command)
+@click.command("relayout", cls=options.Command)
 @click.argument("old", type=FILE)
 @click.argument("new", type=FILE)
 @options.of("relayout")
@@ -23,7 +23,7 @@ def command(threads: int | None, **given: Any) -> int:
     \b
     iccm relayout old.glb new.glb -o out.glb
     iccm relayout old.obj new.obj --texture albedo.png -o new-albedo.png
-    iccm relayout old.glb new.glb --texture albedo.png --normal normal.png --data rough.png -o 'new/{stem}.png'
+    iccm relayout old.glb new.glb --texture albedo.png -o 'new/{stem}.png'
 
     Exit code: 0 done, 1 some of NEW is farther from OLD than the limit or its layout is empty, 2 an input is wrong.
     """

@@ -46,7 +46,7 @@ def _page(name: str, command: click.Command) -> str:
     rows = {
         max(each.opts, key=len)[2:].replace("-", "_"): each.get_help_record(context)
         for each in command.get_params(context)
-        if isinstance(each, click.Option)
+        if isinstance(each, click.Option) and not each.hidden
     }
     text.append(".SH OPTIONS\n")
     for title, example, names in grouped(rows):

@@ -33,7 +33,7 @@ def on_page_markdown(markdown: str, **_: Any) -> str:
 
 def options_of(command: str) -> str:
     """The options of a command, a table for each group."""
-    rows = options.of_command(command)
+    rows = {name: row for name, row in options.of_command(command).items() if command not in row[1].hidden}
     parts = []
     for title, example, names in grouped(rows):
         if len(names) < len(rows):

@@ -6,6 +6,7 @@
 
 Names are imported when first used, so that `import iccm` costs nothing.
 
+__main__          `python -m iccm`
 solve             `fit` and `deform`: which method solves a problem
 texture_transfer  `transfer`, `warp` and STMaps: arrays in, arrays out
 problem           the domains, constraints and options of a solve

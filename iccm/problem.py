@@ -15,7 +15,7 @@ from .maps.fields import Field
 from .maps.harmonic import HarmonicMap
 from .plane import bounding_box
 
-MOST_STARTS = 16  # times as many as usual
+MOST_EFFORT = 16  # times as many as usual
 MOST_VERTICES = 4000  # of a map's polygon: its equations are a dense matrix
 METHODS = ("balanced", "conformal", "paper")
 NEAR = 1e-6  # of the diagonal: rounding
@@ -48,7 +48,7 @@ OWN = (
     "holes",
     "max_left_out",
     "max_uncovered",
-    "starts",
+    "effort",
     "max_dilatation",
     "max_stretch",
     "rigid_size",
@@ -67,7 +67,7 @@ class OptionValues(TypedDict, total=False):
     holes: str
     max_left_out: float
     max_uncovered: float
-    starts: int
+    effort: int
     max_dilatation: float | None
     max_stretch: float | None
     rigid_size: float | Literal["free"] | None
@@ -105,7 +105,7 @@ class Options:
             costs less.
         max_left_out: the largest share of the source's area that may be left out.
         max_uncovered: the largest share of the target's area that may stay uncovered.
-        starts: times as many correspondences of the outlines are tried as usual, 1 to 16.
+        effort: times as many correspondences of the outlines are tried as usual, 1 to 16.
         max_dilatation: the largest s1/s2 wished of the balanced method.
         max_stretch: the largest max(s1, 1/s2) wished of the balanced method, relative to the mean scale.
         rigid_size: how large rigid regions are to be, relative to the mean scale; "free" for the size that suits the
@@ -138,7 +138,7 @@ class Options:
     holes: str = "auto"
     max_left_out: float = 1.0
     max_uncovered: float = 1.0
-    starts: int = 1
+    effort: int = 1
     max_dilatation: float | None = None
     max_stretch: float | None = None
     rigid_size: float | Literal["free"] | None = None
@@ -179,8 +179,8 @@ class Options:
                 raise InputError(f"{name}: {getattr(self, name)!r} is not one of {', '.join(words)}")
         if max(self.max_left_out, self.max_uncovered) > 1:
             raise InputError("max_left_out, max_uncovered: are shares of the area, at most 1")
-        if not 1 <= self.starts <= MOST_STARTS:
-            raise InputError(f"starts: {self.starts} is not between 1 and {MOST_STARTS}")
+        if not 1 <= self.effort <= MOST_EFFORT:
+            raise InputError(f"effort: {self.effort} is not between 1 and {MOST_EFFORT}")
         if isinstance(self.rigid_size, str) and self.rigid_size != "free":
             raise InputError(f"rigid_size: {self.rigid_size!r} is no factor, nor free")
         if self.rigid_size == 0:

@@ -1,6 +1,7 @@
 """The entry points: `fit` and `deform`, the roof over the methods."""
 
 import inspect
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, replace
 from difflib import get_close_matches
@@ -16,6 +17,9 @@ from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
 from .problem import NEAR, ON_OUTLINE, Options, OptionValues, Problem
 from .result import Fit, Status
+
+FORMER_NAMES = {"starts": "effort"}
+"""Options by the names that they used to have."""
 
 __all__ = ["Fit", "Status", "deform", "fit"]
 
@@ -173,8 +177,18 @@ def _check_rigid(
 
 def _options(function: Callable[..., Fit], options: OptionValues) -> Options:
     """The options that a function was called with; a misspelt name is told the nearest."""
-    refuse_unknown(function, options)
-    return Options(**options)
+    values: dict[str, Any] = {}
+    for name, value in options.items():
+        if name in FORMER_NAMES:
+            new = FORMER_NAMES[name]
+            warnings.warn(
+                f"{name}: is called {new} now; the old name works until iccm 2", FutureWarning, stacklevel=4
+            )
+            values[new] = value
+        else:
+            values[name] = value
+    refuse_unknown(function, values)
+    return Options(**values)
 
 
 def refuse_unknown(

@@ -142,8 +142,8 @@ class Saved:
         output: str,
         *,
         columns: str | None = None,
-        tolerance: float | None = None,
-        outside: str = "drop",
+        max_line_error: float | None = None,
+        unmapped: str = "drop",
         report: str | None = None,
         force: bool = False,
         tell: Callable[[str], None] = lambda note: None,
@@ -153,7 +153,7 @@ class Saved:
         Args:
             path: what to read.
             output: what to write, of the same format.
-            columns, tolerance, outside, report: see `options.ApplyOptions`.
+            columns, max_line_error, unmapped, report: see `options.ApplyOptions`.
             force: whether an existing file may be replaced.
             tell: is given each remark.
 
@@ -161,7 +161,7 @@ class Saved:
             How many points, lines and polygons there were, and how many of them lay outside or were cut.
 
         Raises:
-            InputError: a file is wrong, or something lies outside and `outside` is "refuse".
+            InputError: a file is wrong, or something lies outside and `unmapped` is "refuse".
         """
         suffix = formats.suffix_of(path)
         if output != "-" and document.READERS.get(formats.suffix_of(output)) != document.READERS[suffix]:
@@ -172,10 +172,12 @@ class Saved:
         if output == report == "-":
             raise InputError("only one output can be `-`: stdout is one stream")
         given = document.read(path, columns)
-        if outside == "keep" and not given.keeps:
-            raise InputError(f"--outside keep: {suffix} holds nothing without a place; use drop or refuse")
+        if unmapped == "keep" and not given.keeps:
+            raise InputError(f"--unmapped keep: {suffix} holds nothing without a place; use drop or refuse")
         (source, into), (found, rims) = self.planes, (given.geometry, self.fit.map.rims)
-        reach = tolerance or TOLERANCE * diagonal(self.fit.image if into.outline is None else into.outline)
+        reach = max_line_error or TOLERANCE * diagonal(
+            self.fit.image if into.outline is None else into.outline
+        )
         carrier = Carrier(self.function, rims, INSIDE * self.near, reach)
 
         def core(z: Complex) -> Complex:
@@ -192,13 +194,13 @@ class Saved:
         ]
         away = {name: count for name, count in carrier.counts.items() if count}
         lost = ", ".join(f"{count} {name}" for name, count in away.items() if "repaired" not in name)
-        if lost and outside == "refuse":
+        if lost and unmapped == "refuse":
             raise InputError(
-                f"{path}: {lost} of the map's domain; --outside drop leaves out what is beyond it"
+                f"{path}: {lost} of the map's domain; --unmapped drop leaves out what is beyond it"
             )
         for note in (*given.notes, *(f"{count} {name}" for name, count in away.items())):
             tell(f"{path}: {note}")
-        images = document.Images(points, lines, polygons, outside == "keep", into.name)
+        images = document.Images(points, lines, polygons, unmapped == "keep", into.name)
         counts = {"points": len(found.points), "lines": len(found.lines), "polygons": len(found.polygons)}
         counts |= {name.replace(" ", "_"): count for name, count in carrier.counts.items()}
         with ExitStack() as stack:

@@ -1,53 +1,92 @@
-"""The options of a command by what they are for, as help and the reference show them."""
+"""The options of a command by topic, as help and the reference show them."""
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 
-GROUPS: dict[str, tuple[str, str]] = {
-    "What to carry": (
+
+@dataclass(frozen=True)
+class Topic:
+    """What `--help TOPIC` shows.
+
+    Attributes:
+        title: the heading.
+        example: options that show what the topic is about.
+        members: the names of its options, in the order of help.
+    """
+
+    title: str
+    example: str
+    members: str
+
+    @property
+    def names(self) -> list[str]:
+        """The names of its options."""
+        return self.members.split()
+
+
+TOPICS: dict[str, Topic] = {
+    "texture": Topic(
+        "The picture that is carried",
         "--texture dots.png --edge repeat --texture-scale .1",
         "texture normal normal_down data texture_box texture_scale texture_offset texture_turn edge filter kind "
         "colorspace",
     ),
-    "What to write": (
+    "output": Topic(
+        "What to write",
         "-o out.png --size 2048 --report out.json",
-        "output size target_box padding fill stmap report plot junit diff html summary json uv dry_run watch open "
-        "force",
+        "output size target_box padding padding_fill stmap report plot junit diff html summary json uv dry_run watch "
+        "open force",
     ),
-    "Which shapes": (
-        "--parts all --holes keep",
-        "parts trace plane holes cut bake carry_maps subdivide_rim outside sequence",
+    "shapes": Topic(
+        "Which shapes, and how they fit",
+        "--parts all --holes keep --fit cover",
+        "parts fit holes max_left_out max_uncovered trace sequence",
     ),
-    "What must meet": (
+    "constraints": Topic(
+        "What must go where",
         "--pin 30,40:28,44 --pin 60,40:70,41",
-        "pin rigid rigid_target rigid_size constraints pin_weight stroke_weight start",
+        "pin rigid rigid_target rigid_size constraints importance size_map start",
     ),
-    "Which map": (
-        "--fit cover --balance 2 --turn 90",
-        "method fit max_left_out max_uncovered balance importance size_map turn starts max_dilatation max_stretch "
-        "quasi smoothness order "
-        "vertices samples_per_edge literal",
+    "method": Topic(
+        "Which map",
+        "--balance 2 --turn 90",
+        "method balance turn effort max_dilatation max_stretch tolerance require_injective limit tolerances",
     ),
-    "When it is good enough": (
-        "--tolerance 1e-4 --require-injective",
-        "tolerance max_iterations require_injective limit tolerances",
+    "mesh": Topic(
+        "Meshes",
+        "--bake --cut-open",
+        "plane cut_open bake carry_maps subdivide_rim allow_outside",
     ),
-    "Time and memory": (
+    "paper": Topic(
+        "The methods `conformal` and `paper`",
+        "--method paper --vertices 400",
+        "quasi smoothness pin_weight stroke_weight order vertices samples_per_edge literal max_iterations",
+    ),
+    "limits": Topic(
+        "Time and memory",
         "--memory 2G --threads 4",
         "threads resume memory max_pixel_error max_pixels max_segments max_faces workers dask timeout retries",
     ),
-    "Messages": ("-q --log-format json", "verbose quiet log_format debug help"),
+    "messages": Topic(
+        "Messages",
+        "-q --log-format json",
+        "verbose quiet log_format debug version help",
+    ),
 }
-"""An example, and the names of the options, for each heading."""
-FEW = 12  # options that need no headings
+"""Every topic by the word that `--help` takes."""
+FEW = 12
+"""Options that need no headings."""
 
 
 def grouped(names: Iterable[str]) -> list[tuple[str, str, list[str]]]:
-    """Heading, example and options for each group of some options; the others, or a few in all, as `Options`."""
+    """Heading, example and options of each topic; those of no topic, or a few in all, come first as `Options`."""
     left = list(names)
-    found = []
+    found: list[tuple[str, str, list[str]]] = []
     if len(left) > FEW:
-        for title, (example, members) in GROUPS.items():
-            if own := [name for name in members.split() if name in left]:
-                found.append((title, example, own))
+        topics = [
+            (topic.title, topic.example, [name for name in topic.names if name in left])
+            for topic in TOPICS.values()
+        ]
+        found = [topic for topic in topics if topic[2]]
     rest = [name for name in left if not any(name in own for _, _, own in found)]
     return [("Options", "", rest), *found] if rest else found

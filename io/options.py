@@ -6,8 +6,9 @@ manifests and `edit` make one. A row says which other commands have it, too. Not
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import KW_ONLY, dataclass, replace
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_type_hints
 
@@ -15,6 +16,10 @@ from . import limits
 
 LARGEST = 1e6  # factor of a texture's size
 DIGITS = 15  # of a number of bytes, K, M, G or T
+KINDS = ("colour", "normal", "normal-down", "data")
+"""What a picture's channels are."""
+ALIKE = 0.75
+"""How much of a mistyped name agrees with one that is suggested, by `difflib`: --sise does with --size."""
 CERTIFIED = 0.99  # share of the source's area that `--require-injective` asks for
 
 
@@ -34,6 +39,12 @@ class Option:
         short: a second name.
         required: whether it must be given.
         flag: its value where it is given without one.
+        brief: the sentence of the short help, where `help` says more.
+        basic: whether the short help of a command with many options shows it; those of its own class it always shows.
+        aliases: other names that people try, each with what becomes of its value, `{}` as it is. They are not shown.
+        old: former names. They work until the next major version, with a notice.
+        hidden: commands whose help does not show it, since there is a better way, which `instead` names.
+        words: what people call it, for hints where a name is not known.
     """
 
     help: str
@@ -50,6 +61,13 @@ class Option:
     short: str = ""
     required: bool = False
     flag: str | None = None
+    brief: str = ""
+    basic: bool = False
+    aliases: tuple[tuple[str, str], ...] = ()
+    old: tuple[str, ...] = ()
+    hidden: tuple[str, ...] = ()
+    instead: str = ""
+    words: str = ""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
         """How pydantic checks a field that this describes."""
@@ -79,19 +97,38 @@ def _table(*commands: str) -> Callable[[type], type]:
     return fill
 
 
+FREE = 0
+"""A side of a picture that follows from the other one and the proportions of what is shown."""
+
+
 def size(value: Any) -> Any:
-    """`WxH`, or one number for the longer side."""
+    """`WxH`, one number for the longer side, or `Wx` and `xH` for one side alone, the other being `FREE`."""
     if isinstance(value, str):
-        match = re.fullmatch(r"\s*(\d+)(?:\s*[xX×]\s*(\d+))?\s*", value)
-        if not match:
+        match = re.fullmatch(r"\s*(\d+)()\s*|\s*(\d*)\s*[xX×]\s*(\d*)\s*", value)
+        parts = [part for part in match.groups() if part is not None] if match else []
+        if not any(parts):
             raise ValueError(f"{value!r} is not WxH or N, such as 1024x768 or 1024")
-        value = [int(part) for part in match.groups() if part]
-    sides = [value] if isinstance(value, int) else value
-    if isinstance(sides, list | tuple) and any(
-        isinstance(n, int) and not 1 <= n <= limits.SIDE for n in sides
+        is_single = match is not None and match[1] is not None
+        value = [int(parts[0])] if is_single else [int(part or FREE) for part in parts]
+        given = [int(part) for part in parts if part]
+    else:
+        given = [value] if isinstance(value, int) else value
+        if isinstance(given, list | tuple) and len(given) == 2 and list(given) != [FREE, FREE]:
+            given = [side for side in given if side != FREE]
+    if isinstance(given, list | tuple) and any(
+        isinstance(n, int) and not 1 <= n <= limits.SIDE for n in given
     ):
         raise ValueError(f"a side must be from 1 to {limits.SIDE} pixels")
+    sides = [value] if isinstance(value, int) else value
     return tuple(sides) if isinstance(sides, list | tuple) else value
+
+
+def kind(value: Any) -> Any:
+    """What a picture's channels are; American spelling is taken, too."""
+    value = "colour" if value == "color" else value
+    if value not in KINDS:
+        raise ValueError(f"{value!r} is not one of color, {', '.join(KINDS[1:])}")
+    return value
 
 
 def memory(value: Any) -> Any:
@@ -194,6 +231,8 @@ def _pins() -> Any:
     return tuple[Pin, ...]
 
 
+OUTPUT = "-o"
+"""The name of an STMap that stands for the file that --output names."""
 EVERY = ("map", "deform", "apply")
 EDITED = ("map", "deform", "edit")  # what is seen on the page
 MORPHED = (*EDITED, "morph")
@@ -207,19 +246,21 @@ class ApplyOptions:
         "What to write, in the format of INPUT; - for stdout.", "FILE", required=True, short="-o"
     )
     inverse: bool = _option("From the target back to the source (of a map in .npz).", default=False)
-    outside: Literal["drop", "keep", "refuse"] = _option(
+    unmapped: Literal["drop", "keep", "refuse"] = _option(
         "Points, lines and polygons outside the map's domain: left out; kept, without a place; or nothing is written. "
         "What reaches out is cut off, or refused.",
         default="drop",
+        old=("outside",),
     )
     columns: str | None = _option(
         "Columns of x and y in a table, by name or number.  [default: those called x and y, else the first two]",
         "X,Y",
     )
-    tolerance: float | None = _option(
+    max_line_error: float | None = _option(
         "How far lines may be from their true images, in the units of the output.  [default: 2e-4 of its diagonal]",
         "DISTANCE",
         above=0,
+        old=("tolerance",),
     )
     report: str | None = _option("What was carried and what lay outside, as JSON; - for stdout.", "FILE.json")
 
@@ -233,18 +274,26 @@ class FlattenOptions:
     )
     uv: str | None = _option("The mesh with its flattening as texture coordinates (.obj .glb .ply).", "FILE")
     method: str = _option(
-        "conformal: angles kept, one-to-one; lscm: least squares, whether it folds or not; balanced: angles and areas; "
-        "or onto the outline of a drawing or picture (outline.svg, sheet.svg#id), as evenly as the surface allows.",
-        "[conformal|lscm|balanced|OUTLINE]", default="conformal",
+        "conformal: angles kept, one-to-one; lscm: least squares, whether it folds or not; balanced: angles and areas.",
+        "[conformal|lscm|balanced]", default="conformal",
+    )  # fmt: skip
+    onto: str | None = _option(
+        "Flatten onto the outline of a drawing or picture (outline.svg, sheet.svg#id), as evenly as the surface "
+        "allows, instead of by a --method.", "OUTLINE",
     )  # fmt: skip
     carry_maps: bool = _option(
         "With --uv of a GLB or OBJ: carry the maps of its materials to the new coordinates.", default=False
     )
     subdivide_rim: bool = _option(
-        "With an outline as --method: split triangles at the rim until the edges between their vertices follow it.",
+        "With --onto: split triangles at the rim until the edges between their vertices follow it.",
         default=False,
     )
-    cut: bool = _option("Cut a closed surface, or one with handles, open.", default=False)
+    cut_open: bool = _option(
+        "Cut a closed surface, or one with handles, open.",
+        default=False,
+        old=("cut",),
+        words="seam seams unwrap open",
+    )
     report: str | None = _option("Figures of the flattening as JSON; - for stdout.", "FILE.json")
     plot: str | None = _option(
         "The flat mesh and the surface with a checkerboard (.png .svg .pdf).", "FILE.png"
@@ -313,8 +362,12 @@ class BatchOptions:
     """Those of `iccm batch`."""
 
     root: str | None = _option("Where outputs go and stay.  [default: the manifest's folder]", "DIR")
-    outside: bool = _option("Let outputs leave the root, and globs the manifest's folder.", default=False)
-    workers: int | None = _option("Processes.  [default: all cores]", least=1, short="-j")
+    allow_outside: bool = _option(
+        "Let outputs leave the root, and globs the manifest's folder.", default=False, old=("outside",)
+    )
+    workers: int | None = _option(
+        "Processes.  [default: all cores]", least=1, short="-j", words="jobs processes cores parallel"
+    )
     threads: int = _option("Threads of each worker.", default=1, least=1)
     dask: str | None = _option(
         "Use a Dask cluster, such as tcp://host:8786, instead of processes.", "ADDRESS"
@@ -326,7 +379,9 @@ class BatchOptions:
         "Skip jobs, or frames of a --sequence, that an earlier run finished and nothing has changed since.",
         default=False, commands=("batch", "map"),
     )  # fmt: skip
-    check: bool = _option("Check the manifest, run nothing.", default=False)
+    dry_run: bool = _option(
+        "Check everything, run nothing.", default=False, old=("check",), words="validate test"
+    )
     html: str | None = _option("A page for people: status, figures, pictures, links to outputs.", "FILE.html")
 
 
@@ -388,8 +443,10 @@ class JobOptions:
     """What can be said about a run, in the order in which help shows it."""
 
     texture: str | None = _option(
-        "Picture to carry along.  [default: a numbered checkerboard]", "IMAGE", commands=MORPHED
-    )
+        "Picture to carry along.  [default: a numbered checkerboard]", "IMAGE", commands=MORPHED, basic=True,
+        brief="The picture to carry along.  [default: a numbered checkerboard]",
+        aliases=(("image", "{}"), ("picture", "{}"), ("photo", "{}")), words="pattern input material fill",
+    )  # fmt: skip
     normal: tuple[str, ...] = _option(
         "A tangent-space normal map, y up, to carry through the same map. Each picture of this option and the next two "
         "gets an -o, or one -o names all with {stem}, the picture's name; a mesh (-o x.glb) shows a normal map "
@@ -403,47 +460,64 @@ class JobOptions:
         "What to write, by suffix: a picture (.png .jpg .tif .exr .webp .hdr), a mesh (.obj), artwork (.svg), "
         "the map itself (.npz); - for a PNG on stdout. May be repeated.  [default, when nothing else is "
         "written: SOURCE-TARGET.png or SHAPE-deformed.png here]", "FILE", default=(), parse=many, short="-o",
+        basic=True,
+        brief="What to write: .png .jpg .exr, .svg (the drawing), .obj .glb (a mesh), .npz (the map). May be repeated.",
+        aliases=(("out", "{}"),), words="save write result export",
     )  # fmt: skip
     report: str | None = _option("Figures of the run as JSON; - for stdout.", "FILE.json")
     plot: str | None = _option(
         "A figure: grids, the picture carried, distortion, notes (.png .svg .pdf).", "FILE.png"
     )
-    stmap: str | None = _option("The map itself, for `iccm apply` and compositors.", "FILE.exr")
+    stmap: str | None = _option(
+        "The map itself, for `iccm apply` and compositors; without a name, what -o names is one (-o map.exr --stmap).",
+        "[FILE.exr]", flag=OUTPUT, words="uvmap displacement warp",
+    )  # fmt: skip
     force: bool = _option(
         "Replace files that exist.",
         default=False,
-        commands=(*EVERY, "morph", "flatten", "relayout", "batch", "info"),
+        commands=(*EVERY, "morph", "flatten", "relayout", "batch", "info", "init"),
+        basic=True,
+        aliases=(("overwrite", "{}"),),
+        words="replace clobber yes",
     )
 
     parts: Literal["largest", "all", "each"] = _option(
         "Of files that draw several outlines map the largest; or all of them, each onto its partner; or the source "
         "onto each part of the target, such as the letters of a word.",
-        default="largest", commands=("map",),
+        default="largest", commands=("map",), basic=True,
+        brief="Which outlines of files that draw several are mapped.", words="pieces components letters multiple all",
     )  # fmt: skip
     trace: Literal["auto", "dark", "light", "inside"] = _option(
         "What of a picture is the shape: auto, by its alpha, else what stands out, or the inside of a line; dark, "
         "light: what is so against its background; inside: what a line encloses.", default="auto", commands=MORPHED,
+        words="threshold background silhouette alpha invert",
     )  # fmt: skip
     plane: Literal["flat", "uv"] = _option(
         "The plane that meshes are mapped in: flat, flattened; uv, their own texture coordinates, as #uv does.",
-        default="flat",
-    )
+        default="flat", hidden=("map", "deform"), instead="write #uv after the mesh's name: FILE#uv",
+    )  # fmt: skip
     holes: Literal["auto", "keep", "cut", "fill"] = _option(
         "keep: holes go onto holes and stay transparent in pictures; cut: the map passes over them, and pictures leave "
         "the target's transparent; fill: they are ignored and painted over; auto: kept or cut, whichever costs "
-        "less, and filled in shapes drawn by lines alone.", default="auto", commands=MORPHED,
+        "less, and filled in shapes drawn by lines alone.", default="auto", commands=MORPHED, basic=True,
+        brief="Whether holes go onto holes, are cut out, or filled.",
+        words="hole counters islands",
     )  # fmt: skip
     pin: tuple[Any, ...] = _option(
         "A point of the source and where it goes, in the files' units. May be repeated.", "SX,SY:TX,TY",
-        default=(), parse=many, validated=_pins, commands=MORPHED,
+        default=(), parse=many, validated=_pins, commands=MORPHED, basic=True,
+        brief="A point of the source and where it goes. May be repeated.",
+        words="point points landmark landmarks anchor correspondence pins handle",
     )  # fmt: skip
     constraints: str | None = _option(
-        "Pins and strokes from a file; - for stdin.", "FILE.json", commands=MORPHED
+        "Pins and strokes from a file; - for stdin.", "FILE.json", commands=MORPHED, words="strokes pins-file"
     )
     rigid: tuple[str, ...] = _option(
         "A region of the source that keeps its form and moves as a whole: #id, an element of its drawing or a group or "
         "material of its OBJ or GLB, or a mask, white where it is rigid. May be repeated.", "REGION", default=(),
-        parse=many,
+        parse=many, basic=True,
+        brief="A part of the source that keeps its form: #id, or a mask. May be repeated.",
+        words="mask protect keep lock stiff bones",
     )  # fmt: skip
     rigid_target: tuple[str, ...] = _option(
         "Likewise a region of the target, where nothing is to be bent; instead of --rigid. May be repeated.", "REGION",
@@ -481,7 +555,7 @@ class JobOptions:
     )
 
     quasi: float | None = _option(
-        "Quasi-conformal, with this weight against shear.", "WEIGHT", above=0, solver=True
+        "Quasi-conformal, with this weight against shear (conformal, paper).", "WEIGHT", above=0, solver=True
     )
     method: Literal["balanced", "conformal", "paper"] | None = _option(
         "balanced: even sizes, outline, pins and strokes met; conformal: angles kept exactly; paper: Algorithm 1 as "
@@ -493,13 +567,16 @@ class JobOptions:
     )  # fmt: skip
     turn: float | Literal["any"] | None = _option(
         "Degrees by which to turn the picture; any: as suits the shapes best (balanced).  [default: 0, or as pins say]",
-        "DEGREES|any", parse=turn, solver=True, commands=("map", "morph", "edit"),
+        "DEGREES|any", parse=turn, solver=True, commands=("map", "morph", "edit"), basic=True,
+        brief="Degrees by which to turn the picture.",
+        aliases=(("rotate", "{}"),), words="rotation angle orientation upright",
     )  # fmt: skip
     fit: Literal["auto", "whole", "contain", "cover"] | None = _option(
         "whole: limbs, bays and all onto each other; contain: all of the source is shown, and the target stays "
         "uncovered where bays of the source open; cover: the target is covered, and what lies beyond its bays is left "
         "out; auto: the one that costs the least.  [default: auto; whole with pins, bounds or meshes]",
-        solver=True, commands=("map",),
+        solver=True, commands=("map",), basic=True,
+        brief="Whether parts may be left out where the shapes differ.", words="mode aspect crop contain cover",
     )  # fmt: skip
     max_left_out: float | None = _option(
         "Largest share of the source that may be left out, such as 0.1.  [default: no limit]", "SHARE",
@@ -509,9 +586,9 @@ class JobOptions:
         "Largest share of the target that may stay uncovered.  [default: no limit]", "SHARE",
         least=0, most=1, solver=True, commands=("map",),
     )  # fmt: skip
-    starts: int | None = _option(
-        "Try N times as many starts: slower, and sometimes a better map.  [default: 1]", "N",
-        least=1, most=16, solver=True, commands=("map", "morph"),
+    effort: int | None = _option(
+        "Multiply the search effort by N: slower, and sometimes a better map.  [default: 1]", "N",
+        least=1, most=16, solver=True, commands=("map", "morph"), old=("starts",), words="quality tries attempts",
     )  # fmt: skip
     max_dilatation: float | None = _option(
         "Largest dilatation allowed (balanced).",
@@ -558,10 +635,14 @@ class JobOptions:
     )  # fmt: skip
 
     size: tuple[int] | tuple[int, int] | None = _option(
-        "Pixels of the picture, or its longer side.  [default: 1024]",
+        "Pixels of the picture, or its longer side; 800x and x600 give one side.  [default: 1024]",
         "WxH|N",
         parse=size,
         commands=(*EVERY, "morph"),
+        basic=True,
+        brief="Pixels of the picture, or of its longer side.  [default: 1024]",
+        aliases=(("width", "{}x"), ("height", "x{}")),
+        words="resolution dimensions dpi pixels res scale",
     )
     texture_box: Literal["viewbox", "bbox"] | None = _option(
         "What of the source the texture covers: its canvas, or its outline's bounding box.  "
@@ -579,16 +660,20 @@ class JobOptions:
         commands=(*EVERY, "morph", "edit", "relayout"),
     )
     kind: Literal["colour", "normal", "normal-down", "data"] = _option(
-        "What the --texture's channels are; normals (y up or down) turn with the map.",
+        "What the picture's channels are; normals (y up or down) turn with the map.  [default: color]",
+        "[color|normal|normal-down|data]",
         default="colour",
+        parse=kind,
         commands=EVERY,
+        hidden=("map", "deform"),
+        instead="name the picture with --normal, --normal-down or --data instead of --texture",
     )
     colorspace: str | None = _option(
         "The texture's, as OpenColorIO names it.  [default: what it says]", "NAME", commands=(*EVERY, "edit")
     )
     edge: Literal["clamp", "transparent", "repeat", "mirror"] = _option(
         "What lies outside the texture: its edge goes on, nothing, or the texture again, in its own proportions.",
-        default="clamp", commands=(*EVERY, "edit"),
+        default="clamp", commands=(*EVERY, "edit"), words="wrap tile tiling border repeat",
     )  # fmt: skip
     texture_scale: tuple[float] | tuple[float, float] | None = _option(
         "Size of the texture, by that at which it covers the source, about its middle; across and down.",
@@ -603,7 +688,9 @@ class JobOptions:
     padding: int | None = _option(
         "Pixels by which colours extend past the outline; -1: over the whole picture.", "N", least=-1
     )
-    fill: Literal["push-pull", "nearest"] = _option("How padding is filled.", default="push-pull")
+    padding_fill: Literal["push-pull", "nearest"] = _option(
+        "How padding is filled.", default="push-pull", old=("fill",)
+    )
     max_pixel_error: float = _option("Error that fast evaluation may make, in texels.", default=0.05, above=0)
     max_pixels: int = _option(
         "Refuse larger pictures.",
@@ -632,16 +719,19 @@ class JobOptions:
         "Split a mesh's triangles at its rim until edges between their vertices follow the outline to the tolerance.",
         default=False, commands=("map",),
     )  # fmt: skip
-    cut: bool = _option("Cut a closed mesh, or one with handles, open.", default=False, commands=EDITED)
+    cut_open: bool = _option(
+        "Cut a closed mesh, or one with handles, open.", default=False, commands=EDITED, old=("cut",),
+        words="seam seams unwrap open",
+    )  # fmt: skip
     max_faces: int = _option(
         "Refuse larger meshes.",
         default=limits.FACES,
         least=1,
         commands=(*EDITED, "flatten", "relayout", "info"),
     )
-    outside: bool = _option(
+    allow_outside: bool = _option(
         "Take material libraries and pictures that a mesh names from anywhere, not only from its folder and below.",
-        default=False, commands=("map", "deform", "flatten", "relayout"),
+        default=False, commands=("map", "deform", "flatten", "relayout"), old=("outside",),
     )  # fmt: skip
 
 
@@ -649,7 +739,12 @@ class JobOptions:
 class CommonOptions:
     """Of the run, not of the job."""
 
-    threads: int | None = _option("Never changes the result.  [default: all cores]", "N", least=1)
+    threads: int | None = _option(
+        "Threads; their number never changes the result.  [default: all cores]",
+        "N",
+        least=1,
+        words="cores jobs cpu",
+    )
     dry_run: bool = _option(
         "Read and check everything, say what would be written, and write nothing.", default=False,
         commands=("map", "deform"),
@@ -674,12 +769,12 @@ class EditOptions:
 
 @_table(
     *("map", "deform", "morph", "apply", "edit", "flatten", "relayout"),
-    *("batch", "check", "info", "doctor", "completion", "plugins"),
+    *("batch", "init", "check", "info", "doctor", "completion", "plugins", "help"),
 )
 class MessageOptions:
     """Of messages on stderr."""
 
-    verbose: bool = _option("Tell more.", default=False, short="-v")
+    verbose: bool = _option("Show all figures and what is done.", default=False, short="-v")
     quiet: bool = _option("Errors, and doubts about the result, only.", default=False, short="-q")
     log_format: Literal["text", "json"] = _option(
         "Messages as text or as one JSON object a line.", default="text"
@@ -715,6 +810,21 @@ def of_command(command: str, *tables: type) -> dict[str, tuple[Any, Option]]:
     """The type and the description of each option of a command, by name; of these tables alone, if any are named."""
     rows = (row for table in tables or TABLE for row in options_of(table).items())
     return {name: row for name, row in rows if command in row[1].commands}
+
+
+def suggest(name: str, options: Mapping[str, Option | None]) -> list[str]:
+    """The options that an unknown name probably means: by what people call them, else the one spelt most alike.
+
+    Args:
+        name: what was typed, without dashes.
+        options: those that there are, by name.
+    """
+    known = {key: option for key, option in options.items() if option}
+    if meant := [key for key, option in known.items() if name in option.words.split()]:
+        return meant
+    spelt = {key.replace("_", "-"): key for key in options}
+    spelt |= {other: key for key, option in known.items() for other in (*dict(option.aliases), *option.old)}
+    return [spelt[near] for near in get_close_matches(name.replace("_", "-"), spelt, 1, ALIKE)]
 
 
 SOLVER = tuple(name for name, (_, option) in options_of().items() if option.solver)

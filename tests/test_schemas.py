@@ -60,7 +60,7 @@ def test_a_mesh_adds_keys_that_the_schema_knows(shapes, iccm, output):
 def test_layouts_are_as_their_schemas(shapes, iccm):
     mesh = SAMPLES / "hexagon-surface" / "sail.obj"
     given = ("--uv", "disk.obj", "--report", "-", "-q")
-    flat = json.loads(iccm("flatten", mesh, "--method", "disk.svg", *given).out)
+    flat = json.loads(iccm("flatten", mesh, "--onto", "disk.svg", *given).out)
     texture = SAMPLES / "hexagon-surface" / "tiles.png"
     iccm("flatten", mesh, "--uv", "old.obj")
     out = ("--texture", texture, "-o", "out.png", "--size", "32", "--report", "-", "-q")

@@ -318,7 +318,7 @@ def settings_of(options: Options) -> Settings:
         keep_holes=options.holes == "keep",
         max_left_out=options.max_left_out,
         max_uncovered=options.max_uncovered,
-        starts=options.starts,
+        starts=options.effort,
         rigid_size=None if options.rigid_size == "free" else float(options.rigid_size or 1.0),
     )
 

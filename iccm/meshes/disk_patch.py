@@ -149,7 +149,7 @@ def disk_patch(
         what = handles if whole.genus else "is closed"
         raise InputError(
             f"{whole.mesh.name}: the surface {what}, so it cannot be flattened whole; "
-            "name a part of it (file#group) or open it with --cut"
+            "name a part of it (file#group) or open it with --cut-open"
         )
     if through is not None and not whole.genus:
         stops = nearest(whole, through)

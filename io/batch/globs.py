@@ -81,4 +81,6 @@ class Globs:
         if self._real is not None and not any(
             os.path.commonpath([root, real]) == root for root in self._real
         ):
-            raise InputError(f"leads to {path}, out of the manifest's folder and the root; --outside lets it")
+            raise InputError(
+                f"leads to {path}, out of the manifest's folder and the root; --allow-outside lets it"
+            )

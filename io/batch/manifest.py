@@ -9,7 +9,7 @@ import math
 import os
 import re
 import tomllib
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -24,6 +24,8 @@ from . import commands, names
 from .globs import Globs
 
 LONGEST = 500  # characters of a mistake that are shown
+FORMER = {old: new for kind in KINDS.values() for old, new in kind.former_names().items()}
+"""The keys of today by their former names."""
 JOURNAL = ".iccm-journal.jsonl"
 
 
@@ -86,6 +88,11 @@ class Entry:
         return self.values.get("command", self.defaults.get("command", "map"))
 
     @property
+    def is_known(self) -> bool:
+        """Whether there is such a command for batches."""
+        return isinstance(self.command, str) and self.command in KINDS
+
+    @property
     def kind(self) -> type[Described]:
         """What its command makes of it."""
         return KINDS[self.command]
@@ -94,8 +101,14 @@ class Entry:
     def whole(self) -> dict[str, Any]:
         """All of its values but the command, of the defaults none that only other commands know."""
         others = {key for kind in KINDS.values() for key in kind.rows} - self.kind.rows.keys()
-        given = {key: value for key, value in self.defaults.items() if key not in others} | self.values
+        defaults, own = _with_todays_names(self.defaults), _with_todays_names(self.values)
+        given = {key: value for key, value in defaults.items() if key not in others} | own
         return {key: value for key, value in given.items() if key != "command"}
+
+    @property
+    def former(self) -> list[tuple[str, str]]:
+        """The keys that are former names, with those of today."""
+        return [(key, FORMER[key]) for key in self.defaults | self.values if key in FORMER]
 
     def at(self, key: str) -> str:
         """Where a key was written."""
@@ -103,7 +116,14 @@ class Entry:
         return self.place if own else self.defaults_place
 
 
-def read(text: str, name: str, *, root: Path, outside: bool = False) -> list[Task]:
+def read(
+    text: str,
+    name: str,
+    *,
+    root: Path,
+    outside: bool = False,
+    tell: Callable[[str], None] = lambda note: None,
+) -> list[Task]:
     """The jobs of a manifest.
 
     Args:
@@ -111,13 +131,30 @@ def read(text: str, name: str, *, root: Path, outside: bool = False) -> list[Tas
         name: its path, which inputs are relative to; `-` for stdin, relative to the current folder.
         root: the folder that outputs are relative to and may not leave.
         outside: let outputs leave the root, and globs the root and the manifest's folder.
+        tell: is given a notice of each former name of a key.
 
     Raises:
         ManifestError: with every mistake and its place.
     """
     base = "" if name == "-" else os.path.dirname(name)
     found: list[str] = []
-    return _tasks(_entries(text, name, found), name, base, found, root=root, outside=outside)
+    entries = _with_notices(_entries(text, name, found), name, tell)
+    return _tasks(entries, name, base, found, root=root, outside=outside)
+
+
+def _with_todays_names(values: dict[str, Any]) -> dict[str, Any]:
+    return {FORMER.get(key, key): value for key, value in values.items()}
+
+
+def _with_notices(entries: Iterable[Entry], name: str, tell: Callable[[str], None]) -> Iterator[Entry]:
+    """Entries as they are, with a notice of each former name of a key where it is first seen."""
+    seen = set[str]()
+    for entry in entries:
+        for old, new in entry.former if entry.is_known else ():
+            if old not in seen:
+                seen.add(old)
+                tell(f"{name}: {old} is called {new} now; the old name works until iccm 2")
+        yield entry
 
 
 def frames(values: dict[str, Any], *, root: Path) -> list[Task]:
@@ -130,15 +167,70 @@ def frames(values: dict[str, Any], *, root: Path) -> list[Task]:
     return _tasks([entry], "-", "", [], root=root, outside=True)
 
 
+def from_patterns(
+    sources: Sequence[str], target: str | None, values: dict[str, Any], *, root: Path
+) -> list[Task]:
+    """One job for each file that some patterns or folders match, and each that the target's pattern matches.
+
+    Args:
+        sources: files, patterns such as `icons/*.svg`, or folders, of which all shapes are taken.
+        target: a file or a pattern.
+        values: the other values of the jobs. An output that is a folder gets a picture for each job.
+        root: the folder that outputs are relative to.
+
+    Raises:
+        ManifestError: with every mistake.
+    """
+    patterns = [pattern for source in sources for pattern in _in_folder(source)]
+    output = [_named_in_folder(name, target) for name in many(values.get("output"))]
+    given = values | {"target": target} | ({"output": output} if output else {})
+    place = sources[0] if len(sources) == 1 else f"{sources[0]} …"
+    entries = [Entry(place, {**given, "source": pattern}) for pattern in patterns]
+    return _tasks(entries, "-", "", [], root=root, outside=True)
+
+
+def _in_folder(source: str) -> list[str]:
+    """The patterns of the shapes in a folder, by suffix; what is not a folder as it is.
+
+    Raises:
+        ManifestError: it has no shapes.
+    """
+    if not os.path.isdir(source):
+        return [source]
+    shapes = ("drawing", "picture", "mesh", "outlines")
+    suffixes = {os.path.splitext(name)[1] for name in os.listdir(source) if not name.startswith(".")}
+    found = sorted(
+        suffix
+        for suffix in suffixes
+        if (form := formats.FORMATS.get(suffix.lower())) and any(getattr(form, kind) for kind in shapes)
+    )
+    if not found:
+        raise ManifestError([f"{source}: no shapes in this folder; iccm reads .svg, .png, .obj and others"])
+    return [os.path.join(glob.escape(source), f"*{suffix}") for suffix in found]
+
+
+def _named_in_folder(output: str, target: str | None) -> str:
+    """The template of a file where an output is a folder: it ends in a slash, or is one."""
+    if not output.endswith(("/", os.sep)) and not os.path.isdir(output):
+        return output
+    goal = "-{target.stem}" if target and glob.has_magic(target) else ""
+    return os.path.join(output, f"{{source.stem}}{goal}.png")
+
+
 def _tasks(
     entries: Iterable[Entry], name: str, base: str, found: list[str], *, root: Path, outside: bool
 ) -> list[Task]:
     tasks: list[Task] = []
     globs = Globs(None if outside else (base, str(root)))
     for entry in entries:
-        if not isinstance(entry.command, str) or entry.command not in KINDS:
+        if not entry.is_known:
             found.append(f"{entry.at('command')}: command: must be one of {', '.join(KINDS)}")
             continue
+        tables = entry.values, entry.defaults
+        both = [pair for pair in entry.former if any(set(pair) <= table.keys() for table in tables)]
+        found += [
+            f"{entry.at(old)}: {old}: is a former name of {new}, which is given, too" for old, new in both
+        ]
         before = 0
         for values in _expand(entry, base, globs, found):
             if len(tasks) >= limits.JOBS:
@@ -151,8 +243,9 @@ def _tasks(
     if not found and not tasks:
         found.append(f"{name}: no jobs; add [[job]] tables, or one JSON object a line")
     if found:
-        once = dict.fromkeys(line for line in found if ": [defaults]: " in line)
-        raise ManifestError([*once, *(line for line in found if line not in once)])
+        distinct = dict.fromkeys(found)  # the same mistake of every file that a pattern matches is one
+        above = [line for line in distinct if ": [defaults]: " in line]
+        raise ManifestError([*above, *(line for line in distinct if line not in above)])
     return tasks
 
 
@@ -427,7 +520,7 @@ def _place(task: Task, root: Path, outside: bool, found: list[str]) -> Task:
             found.append(f"{task.place}: output: {path}: is a folder; name a file in it")
         if not outside and not Path(os.path.realpath(path)).is_relative_to(real):
             found.append(
-                f"{task.place}: output: {name} leaves {root}; choose --root or allow it with --outside"
+                f"{task.place}: output: {name} leaves {root}; choose --root or allow it with --allow-outside"
             )
     values: dict[str, Any] = {field: moved.get(getattr(job, field) or "") for field in job.written}
     values["output"] = tuple(moved.get(name, name) for name in job.output)

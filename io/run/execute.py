@@ -43,7 +43,7 @@ def run(
     """
     from ...blas import one_thread
 
-    with one_thread(), references.outside(job.outside), Phases.of(tell, listener) as phases:
+    with one_thread(), references.outside(job.allow_outside), Phases.of(tell, listener) as phases:
         return _run(job, threads, tell, phases, dry)
 
 

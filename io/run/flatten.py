@@ -51,8 +51,8 @@ def check(job: FlattenJob) -> None:
     Raises:
         InputError: naming one.
     """
-    if job.subdivide_rim and job.method in METHODS:
-        raise InputError(f"--subdivide-rim: with --method {job.method} no outline is given; name one")
+    if job.subdivide_rim and goal_of(job) in METHODS:
+        raise InputError("--subdivide-rim: needs an outline whose edges are followed; name one with --onto")
     for name in job.output:
         flat_files.check(name)
     if job.uv:
@@ -81,13 +81,13 @@ def run(job: FlattenJob, *, tell: Callable[[str], None] = lambda note: None) -> 
         told.append(text)
         tell(text)
 
-    with one_thread(), references.outside(job.outside), files.together(), ExitStack() as stack:
+    with one_thread(), references.outside(job.allow_outside), files.together(), ExitStack() as stack:
         check(job)
         size_limits.faces(Spec.of(job.mesh).path, job.max_faces)
         laid = lay_out(
             job.mesh,
-            job.method,
-            cut=job.cut,
+            goal_of(job),
+            cut=job.cut_open,
             tell=lambda remark: note(f"{job.mesh}: {remark}"),
             split=job.subdivide_rim,
         )
@@ -97,6 +97,11 @@ def run(job: FlattenJob, *, tell: Callable[[str], None] = lambda note: None) -> 
     message = doubt(found)
     names = (*job.outputs, *found.get("also_written", []))
     return Outcome(message is None, message or summary(found)[1], found, names, tuple(told))
+
+
+def goal_of(job: FlattenJob) -> str:
+    """The method of a job, or the outline that its mesh is laid onto, which used to be given as a method."""
+    return job.onto or job.method
 
 
 def lay_out(mesh: str, method: str, *, cut: bool, tell: Callable[[str], None], split: bool = False) -> Layout:
@@ -117,11 +122,9 @@ def lay_out(mesh: str, method: str, *, cut: bool, tell: Callable[[str], None], s
     else:
         path = Spec.of(method).path
         if not path.is_file():
-            raise InputError(f"--method {method}: is none of {', '.join(METHODS)}, and no file")
+            raise InputError(f"--onto {method}: no such file; --method takes {', '.join(METHODS)}")
         if formats.of(path).mesh:
-            raise InputError(
-                f"--method {method}: is a mesh; name a drawing or a picture that shows an outline"
-            )
+            raise InputError(f"--onto {method}: is a mesh; name a drawing or a picture that shows an outline")
         outline = planar.read(method)
         before = mesh_reading.read(mesh, cut=cut)
         found = Layout(

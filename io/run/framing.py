@@ -10,6 +10,7 @@ import numpy as np
 from ...arrays import Box
 from ...errors import InputError
 from ...pixels.canvas import LONGER_SIDE, proportional
+from ..options import FREE
 from .job import Job
 
 if TYPE_CHECKING:
@@ -143,12 +144,16 @@ def canvas_size(job: Job, box: Box) -> tuple[int, int]:
 
 
 def size_within(size: tuple[int, ...], extent: complex, most: int) -> tuple[int, int]:
-    """Width and height from --size: both, or the longer side of something with the extent's proportions.
+    """Width and height from --size: both, one of them, or the longer side, the other by the extent's proportions.
 
     Raises:
         InputError: more pixels than `most`.
     """
     width, height = size if len(size) == 2 else proportional(size[0], extent)
+    if width == FREE:
+        width = max(1, round(height * extent.real / extent.imag))
+    elif height == FREE:
+        height = max(1, round(width * extent.imag / extent.real))
     if width * height > most:
         raise InputError(f"--size: {width}x{height} is more than {most} pixels; raise --max-pixels")
     return width, height

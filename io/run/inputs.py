@@ -14,6 +14,7 @@ from .. import files, formats, limits, references
 from ..meshes import material_library, size_limits
 from ..meshes.obj import Obj
 from ..meshes.obj_source import ObjSource
+from ..options import FREE
 from ..point_syntax import Place, vertex_of
 from ..shapes import shape
 from ..shapes.shape import Shape
@@ -43,7 +44,7 @@ class Files:
     def named(self) -> tuple[str, ...]:
         """Every file that the job reads, those that its meshes name included; only those that exist."""
         found = expand_tiles(self.job.inputs)
-        with references.outside(self.job.outside):
+        with references.outside(self.job.allow_outside):
             for name in self.job.inputs:
                 folder = Path(name).parent
                 named = [
@@ -102,7 +103,7 @@ class Inputs(Files):
     def _cut_pair(self) -> tuple[str, str] | None:
         """The specs of both sides, where these are meshes in space that may be cut."""
         job = self.job
-        if not job.cut or not job.target or job.plane == "uv":
+        if not job.cut_open or not job.target or job.plane == "uv":
             return None
         pair = job.source, job.target
         return pair if all(map(self.is_mesh, pair)) else None
@@ -230,14 +231,14 @@ class Inputs(Files):
         """How meshes are laid out: cut or not, flat or by their coordinates, and the proportions of pictures there."""
         job = self.job
         aspect: Any = None
-        if target and job.size and len(job.size) == 2:
+        if target and job.size and len(job.size) == 2 and FREE not in job.size:
             aspect = job.size[0] / job.size[1]
         elif target or not job.texture:
             aspect = _first_proportions
         else:
             aspect = _first_proportions([Path(job.texture)])
         joins = source is not None and not source.holes
-        return {"cut": job.cut, "layout": job.plane == "uv", "aspect": aspect, "joins": joins}
+        return {"cut": job.cut_open, "layout": job.plane == "uv", "aspect": aspect, "joins": joins}
 
     def sha256(self, name: str) -> str:
         """The hash of an input: of an OBJ that was read, as it was then."""

@@ -11,7 +11,16 @@ from typing import Any, ClassVar, Literal, Self, TypeVar, Union, get_args, get_o
 
 from ...errors import InputError, JobError
 from .. import formats
-from ..options import SOLVER, FlattenOptions, JobOptions, Option, RelayoutOptions, of_command, options_of
+from ..options import (
+    OUTPUT,
+    SOLVER,
+    FlattenOptions,
+    JobOptions,
+    Option,
+    RelayoutOptions,
+    of_command,
+    options_of,
+)
 from ..spec import path_of
 
 WRITTEN = ("report", "plot", "stmap")
@@ -64,10 +73,12 @@ class Described:
     output: tuple[str, ...]
     report: str | None
     force: bool
-    outside: bool
+    allow_outside: bool
     max_faces: int
 
     def __init__(self, **values: Any):
+        former = self.former_names()
+        values = {former.get(name, name): value for name, value in values.items()}
         plain = self.parse(values)
         if plain is None:
             from .validate import validate
@@ -83,6 +94,11 @@ class Described:
     def defaults(cls) -> dict[str, Any]:
         """The default of each value; None of an argument."""
         return {name: option.default if option else None for name, (_, option) in cls.rows.items()}
+
+    @classmethod
+    def former_names(cls) -> dict[str, str]:
+        """The names of today of the values that had others."""
+        return {old: name for name, (_, option) in cls.rows.items() if option for old in option.old}
 
     @classmethod
     def required(cls) -> list[str]:
@@ -207,12 +223,25 @@ class Job(Textured, JobOptions):
 
     def __init__(self, **values: Any):
         super().__init__(**values)
+        self._name_stmap()
         self._give_a_picture_each()
 
     @classmethod
     def names_file(cls, key: str, value: str) -> bool:
         """Whether a value of one of `read` names a file; a region may be an element of the drawing."""
         return super().names_file(key, value) and not (key.startswith("rigid") and value.startswith("#"))
+
+    def _name_stmap(self) -> None:
+        """Take the output that can hold an STMap for one, where --stmap names none."""
+        if self.stmap != OUTPUT:
+            return
+        able = [name for name in self.output if name != "-" and formats.of(name).stmap]
+        if len(able) != 1:
+            raise JobError(
+                [("stmap", "name one file for it: --stmap map.exr, or one -o map.exr and --stmap")]
+            )
+        rest = tuple(name for name in self.output if name != able[0])
+        vars(self).update(stmap=able[0], output=rest)
 
     def _give_a_picture_each(self) -> None:
         """Every texture gets a picture; the first of them is `texture`."""
@@ -250,17 +279,17 @@ class FlattenJob(Described, FlattenOptions):
     command = "flatten"
     rows: ClassVar = {"mesh": (str, None), **of_command("flatten", FlattenOptions, JobOptions)}
     globbed = ("mesh",)
-    read = ("method",)
+    read = ("method", "onto")
     written = ("uv", "report", "plot")
-    templated = ("output", *written, "method")
+    templated = ("output", *written, *read)
     mesh: str
 
     @classmethod
     def names_file(cls, key: str, value: str) -> bool:
-        """Whether the method is an outline's file."""
+        """Whether a value is an outline's file; the method used to be one, too."""
         from ...flattening import METHODS
 
-        return value not in METHODS
+        return key == "onto" or value not in METHODS
 
 
 class RelayoutJob(Textured, RelayoutOptions):

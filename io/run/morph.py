@@ -91,7 +91,7 @@ def run(
     written = [each for group in names.values() for each in group]
     if twice := [name for name in names if job.output.count(name) > 1]:
         raise InputError(f"{twice[0]}: is written twice")
-    with one_thread(), references.outside(job.outside), Phases.of(tell, listener) as phases:
+    with one_thread(), references.outside(job.allow_outside), Phases.of(tell, listener) as phases:
         with phases.timed("read"):
             job = job.model_copy(update={"target_box": job.target_box, "output": tuple(written)})
             textures = [way.target_texture] if way.target_texture else []

@@ -200,7 +200,7 @@ def run(job: RelayoutJob, *, threads: int | None = None) -> Outcome:
     """
     from ...blas import one_thread
 
-    with one_thread(), references.outside(job.outside), files.together(), ExitStack() as stack:
+    with one_thread(), references.outside(job.allow_outside), files.together(), ExitStack() as stack:
         wanted = plan(job)
         for name in (job.old, job.new):
             size_limits.faces(Spec.of(name).path, job.max_faces)

@@ -9,7 +9,8 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
 from ...errors import JobError
-from ..checked import mistakes
+from ..checked import MESSAGES, mistakes
+from ..options import suggest
 
 STRICT = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -37,4 +38,12 @@ def validate(kind: Any, values: dict[str, Any]) -> dict[str, Any]:
     try:
         return vars(checked(kind)(**values))
     except ValidationError as error:
-        raise JobError(mistakes(error)) from None
+        raise JobError([(key, _with_hint(kind, key, text)) for key, text in mistakes(error)]) from None
+
+
+def _with_hint(kind: Any, key: str, text: str) -> str:
+    """What is wrong with a key; of an unknown one also the nearest that there is."""
+    if text != MESSAGES["extra_forbidden"]:
+        return text
+    near = suggest(key, {name: option for name, (_, option) in kind.rows.items()})
+    return f"{text}; did you mean {' or '.join(near[:2])}?" if near else text

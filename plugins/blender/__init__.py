@@ -137,7 +137,7 @@ def onto_islands(source, mesh, faces, turn):
     """The command that maps a shape onto islands of a layout, each by itself, turned by what was typed."""
     parts = ["--parts", "each"] if mesh.count(faces) > 1 else []
     turned = [f"--turn={turn.strip()}"] if turn.strip() else []
-    return ["map", source, "islands.obj", "--plane", "uv", *parts, *turned]
+    return ["map", source, "islands.obj#uv", *parts, *turned]
 
 
 class ICCM_OT_fit_island(Run, bpy.types.Operator):

@@ -150,9 +150,9 @@ def test_tables_go_there_and_back(saved, shapes, iccm):
         [line.rsplit(",", 2)[1:] for line in (shapes / "r.csv").read_text().splitlines()[1:]], float
     )
     assert np.abs(back - points).max() < 1e-9 * 113
-    assert iccm("apply", "map.npz", "p.csv", "-o", "k.csv", "--outside", "keep").code == 0
+    assert iccm("apply", "map.npz", "p.csv", "-o", "k.csv", "--unmapped", "keep").code == 0
     assert (shapes / "k.csv").read_text().splitlines()[-2:] == ["out,,", "none,,"]
-    typed = iccm("apply", "map.npz", "p.csv", "-o", "no.csv", "--outside", "refuse")
+    typed = iccm("apply", "map.npz", "p.csv", "-o", "no.csv", "--unmapped", "refuse")
     assert typed.code == 2 and "1 points outside of the map's domain" in typed.lines[-1]
     assert not (shapes / "no.csv").exists()
 
@@ -187,7 +187,7 @@ def test_geojson_keeps_what_it_says(saved, shapes, iccm):
     given = {"type": "FeatureCollection", "bbox": [1, 2, 3, 4], "name": "Grüße", "features": features}
     (shapes / "g.geojson").write_text(json.dumps(given))
     for outside, numbers in (("drop", [0, 1, 2, 4, 5]), ("keep", range(6))):
-        typed = iccm("apply", "map.npz", "g.geojson", "-o", "h.geojson", "--outside", outside, "--force")
+        typed = iccm("apply", "map.npz", "g.geojson", "-o", "h.geojson", "--unmapped", outside, "--force")
         assert typed.code == 0, typed.err
         assert (
             "note: g.geojson: 2 points outside" in typed.lines
@@ -270,7 +270,7 @@ def test_landmarks_in_json_tps_and_obj(saved, shapes, iccm):
         ("a.obj", "v 0 0 0\nl 1 2\n", (), "no vertex 2"),
         ("a.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n", (), "has faces"),
         ("a.obj", "v 0 0 0\nv 1 0 1\nl 1 2\n", (), "in no plane"),
-        ("a.obj", "v 0 0 0\np 1\n", ("--outside", "keep"), "holds nothing without a place"),
+        ("a.obj", "v 0 0 0\np 1\n", ("--unmapped", "keep"), "holds nothing without a place"),
         ("a.json", "[[1, 2]]", ("--columns", "x,y"), "--columns: for tables"),
         ("a.txt", "hello", (), "a.txt: nothing is carried from a file of this kind"),
     ],

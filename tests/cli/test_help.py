@@ -1,6 +1,7 @@
 """What people are told: help by groups, misspelt commands, a run in two lines, what would be written, wrong files."""
 
 import json
+import re
 import shutil
 import signal
 import subprocess
@@ -9,19 +10,54 @@ import time
 
 import pytest
 
-from iccm.io.option_groups import GROUPS
+from iccm.cli import COMMANDS
+from iccm.io.option_groups import TOPICS
+from iccm.io.options import of_command
 
 
-def test_help_is_grouped_and_whole(iccm):
-    from iccm.io.options import of_command
+def rows_in(text, name):
+    option = f"--{name.replace('_', '-')}"
+    return len(re.findall(rf"^  (?:-\w, )?{option}(?: |$)", text, re.MULTILINE))
 
+
+def test_help_of_all_topics_is_grouped_and_whole(iccm):
+    text = iccm("map", "--help", "all").out
+    assert [topic.title for topic in TOPICS.values() if f"\n{topic.title}, such as " in text] == [
+        topic.title for topic in TOPICS.values()
+    ]
+    for name, (_, option) in of_command("map").items():
+        assert rows_in(text, name) == ("map" not in option.hidden), name
+
+
+def test_the_short_help_has_what_most_need(iccm):
     text = iccm("map", "--help").out
-    titles = [title for title in GROUPS if f"\n{title}, such as " in text]
-    assert titles == list(GROUPS)
-    for name in of_command("map"):
-        assert (
-            text.count(f"\n  --{name.replace('_', '-')} ") + text.count(f", --{name.replace('_', '-')} ") == 1
-        ), name
+    wanted = ["texture", "output", "size", "fit", "parts", "pin", "rigid", "turn", "holes", "force", "help"]
+    shown = [name for name in [*of_command("map"), "help"] if rows_in(text, name)]
+    assert set(wanted) <= set(shown) and len(shown) <= 14
+    assert len(re.findall(r"^  iccm map ", text, re.MULTILINE)) == 4
+    assert all(re.search(rf"^  {word} ", text, re.MULTILINE) for word in (*TOPICS, "all"))
+    assert len(text.splitlines()) <= 65 and max(map(len, text.splitlines())) <= 80
+
+
+@pytest.mark.parametrize("topic", TOPICS)
+def test_the_help_of_a_topic_has_its_options_alone(iccm, topic):
+    text = iccm("map", "--help", topic).out
+    own = [name for name in TOPICS[topic].names if name in of_command("map")]
+    hidden = [name for name in own if "map" in of_command("map")[name][1].hidden]
+    assert own and all(rows_in(text, name) == (name not in hidden) for name in own)
+    others = set(of_command("map")) - set(own)
+    assert not any(rows_in(text, name) for name in others)
+    assert iccm("help", "map", topic).out == text
+
+
+def test_help_names_its_topics_and_every_command_its_version(iccm):
+    typed = iccm("map", "--help", "colours")
+    assert typed.code == 2 and "texture" in typed.err and "limits" in typed.err and not typed.out
+    assert iccm("help").out == iccm("--help").out
+    for command in COMMANDS:
+        version = iccm(command, "--version")
+        assert version.code == 0 and version.out == iccm("--version").out
+        assert max(map(len, iccm(command, "--help").out.splitlines())) <= 80
 
 
 def test_a_misspelt_command_names_the_nearest(iccm):

@@ -128,7 +128,7 @@ def test_layouts_onto_an_outline_have_their_rims_split(bowl, iccm):
     low, high = np.reshape(outline.bounds, (2, 2))
     unit = shapely.transform(outline, lambda xy: (xy - low) / (high - low).max())
     for more in ((), ("--subdivide-rim",)):
-        given = ("flatten", "bowl.obj#bowl", "--method", "round.svg", "--uv", "out.obj", "--force", *more)
+        given = ("flatten", "bowl.obj#bowl", "--onto", "round.svg", "--uv", "out.obj", "--force", *more)
         done = iccm(*given, "--report", "r.json")
         assert done.code == 0, done.err
         union, areas = laid_out("out.obj#bowl")
@@ -147,7 +147,7 @@ def test_what_would_turn_triangles_over_is_taken_back_and_told(bowl, iccm, comma
     Path("comb.svg").write_text(SVG.replace(ROUND, COMB))
     words = ("map", "comb.svg", "bowl.obj#bowl", "-o")
     if command == "flatten":
-        words = ("flatten", "bowl.obj#bowl", "--method", "comb.svg", "--uv")
+        words = ("flatten", "bowl.obj#bowl", "--onto", "comb.svg", "--uv")
     done = iccm(*words, "o.obj", "--report", "r.json", "--force", "--subdivide-rim")
     assert done.code == 0, done.err
     report = json.loads(Path("r.json").read_text())

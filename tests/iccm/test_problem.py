@@ -18,7 +18,7 @@ GIVEN |= {
     "holes": "keep",
     "max_left_out": 0.5,
     "max_uncovered": 0.5,
-    "starts": 3,
+    "effort": 3,
     "rigid_size": 1.2,
 }
 CONFORMAL = {

@@ -1,4 +1,4 @@
-"""Files that a mesh refers to: from its folder and below; from elsewhere only with --outside, as a line says."""
+"""Files that a mesh refers to: from its folder and below; from elsewhere only with --allow-outside, as a line says."""
 
 import json
 import os
@@ -49,10 +49,12 @@ def test_a_library_outside_of_the_folder_is_not_read(meshes, iccm, name):
     (meshes / "x.mtl").write_text("newmtl skin\nmap_Ks inner/own.png\n")
     (meshes / "x.obj").write_text(f"mtllib x.mtl\nmtllib {name}\n" + CORNERS + FACES)
     done = iccm("relayout", "x.obj", "new.obj", "-o", "o.obj")
-    assert done.code == 0 and done.err.count("names the material library") == 1 and "--outside" in done.err
+    assert (
+        done.code == 0 and done.err.count("names the material library") == 1 and "--allow-outside" in done.err
+    )
     assert not written(meshes) and "newmtl other" not in (meshes / "o.mtl").read_text()
-    done = iccm("relayout", "x.obj", "new.obj", "-o", "o.obj", "--force", "--outside")
-    assert done.code == 0 and "--outside" not in done.err
+    done = iccm("relayout", "x.obj", "new.obj", "-o", "o.obj", "--force", "--allow-outside")
+    assert done.code == 0 and "--allow-outside" not in done.err
     assert not written(meshes)  # of a library that is taken only statements are
 
 
@@ -72,12 +74,12 @@ def test_a_picture_outside_of_the_folder_is_not_carried(meshes, iccm, name):
     (meshes / "x.mtl").write_text(f"newmtl skin\nmap_Kd {name}\nmap_Ks inner/own.png\n")
     (meshes / "x.obj").write_text("mtllib x.mtl\n" + CORNERS + FACES)
     done = iccm("relayout", "x.obj", "new.obj", "-o", "o.obj")
-    assert done.code == 0 and done.err.count("--outside takes it") == 1 and not written(meshes)
+    assert done.code == 0 and done.err.count("--allow-outside takes it") == 1 and not written(meshes)
     assert "map_Ks o-ks.png" in (meshes / "o.mtl").read_text().splitlines()
-    assert "--outside" in iccm("info", "x.obj").out
-    assert "--outside" in iccm("flatten", "x.obj", "-o", "flat.svg", "--force").err
-    done = iccm("relayout", "x.obj", "new.obj", "-o", "o.obj", "--force", "--outside")
-    assert done.code == 0 and "--outside" not in done.err and written(meshes) == ["o-kd.png"]
+    assert "--allow-outside" in iccm("info", "x.obj").out
+    assert "--allow-outside" in iccm("flatten", "x.obj", "-o", "flat.svg", "--force").err
+    done = iccm("relayout", "x.obj", "new.obj", "-o", "o.obj", "--force", "--allow-outside")
+    assert done.code == 0 and "--allow-outside" not in done.err and written(meshes) == ["o-kd.png"]
 
 
 def test_a_mesh_as_source_shows_no_picture_from_outside(meshes, iccm):
@@ -86,10 +88,14 @@ def test_a_mesh_as_source_shows_no_picture_from_outside(meshes, iccm):
     line = ["map", "x.obj", "new.obj", "--bake", "--size", "16", "--report", "o.json", "--force"]
     done = iccm(*line, "-o", "o.png")
     hashed = [each["path"] for each in json.loads((meshes / "o.json").read_text())["inputs"]]
-    assert done.code == 0 and "--outside" in done.err and not [name for name in hashed if "canary" in name]
-    done = iccm(*line, "-o", "o.png", "--outside")
+    assert (
+        done.code == 0 and "--allow-outside" in done.err and not [name for name in hashed if "canary" in name]
+    )
+    done = iccm(*line, "-o", "o.png", "--allow-outside")
     hashed = [each["path"] for each in json.loads((meshes / "o.json").read_text())["inputs"]]
-    assert done.code == 0 and "--outside" not in done.err and [name for name in hashed if "canary" in name]
+    assert (
+        done.code == 0 and "--allow-outside" not in done.err and [name for name in hashed if "canary" in name]
+    )
     assert (image_files.read(meshes / "o.png").pixels[6:10, 6:10, :3] == 200).all()
 
 
@@ -107,8 +113,8 @@ def test_gltf_takes_no_file_from_outside(meshes, iccm):
         }
         (meshes / "x.gltf").write_text(json.dumps(tree))
         done = iccm("flatten", "x.gltf", "-o", "o.svg", "--force")
-        assert done.code == 2 and len(done.lines) == 1 and "--outside" in done.err
-        assert iccm("flatten", "x.gltf", "-o", "o.svg", "--force", "--outside").code == 0
+        assert done.code == 2 and len(done.lines) == 1 and "--allow-outside" in done.err
+        assert iccm("flatten", "x.gltf", "-o", "o.svg", "--force", "--allow-outside").code == 0
 
 
 def test_ply_takes_no_picture_from_outside(meshes, iccm):
@@ -118,7 +124,7 @@ def test_ply_takes_no_picture_from_outside(meshes, iccm):
     (meshes / "x.ply").write_text(text + "0 0 0 0 0\n1 0 0 1 0\n1 1 0 1 1\n3 0 1 2\n")
     assert "names ../canary/secret.png" in iccm("info", "x.ply").out
     done = iccm("flatten", "x.ply", "--uv", "o.glb", "--carry-maps")
-    assert "--outside" in done.err and not written(meshes)
+    assert "--allow-outside" in done.err and not written(meshes)
 
 
 def test_what_is_no_statement_is_not_in_a_library(tmp_path):

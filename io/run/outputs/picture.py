@@ -100,7 +100,9 @@ class Picture(Output):
             run.room.threads(1, each, PADDED)
             warped = whole(work, threads=run.threads)
             image = unassociate(run.image.with_pixels(warped.pixels, warped.alpha))
-            image = replace(image, pixels=padded(image.pixels, image.alpha, job.padding or 0, job.fill))
+            image = replace(
+                image, pixels=padded(image.pixels, image.alpha, job.padding or 0, job.padding_fill)
+            )
         colours = Colours()
         colours.see(warped.pixels, warped.alpha)
         _report_pixels(run, colours, warped.diagnostics, canvas)

@@ -443,7 +443,7 @@ def test_the_wrong_manifest_and_the_failing_job_have_their_exit_codes(shapes, ic
     lines = [{"source": "square.svg", "target": "blob.svg", "method": "paper", "report": "r.json", **more}
              for more in ({"pin": [[0, 0, 1, 1]]}, {"vertices": 30, "report": "s.json"})]  # fmt: skip
     (shapes / "jobs.jsonl").write_text("\n".join(map(json.dumps, lines)))
-    assert "2 jobs" in iccm("batch", "jobs.jsonl", "--check").err and not (shapes / "s.json").exists()
+    assert "2 jobs" in iccm("batch", "jobs.jsonl", "--dry-run").err and not (shapes / "s.json").exists()
     typed = iccm("batch", "jobs.jsonl", "-j", "1")
     assert typed.code == 1 and sorted(row["status"] for row in map(json.loads, typed.out.splitlines())) == [
         "done",

@@ -110,6 +110,6 @@ def test_mistakes_are_told_before_anything_runs(meshes, line, told):
 def test_defaults_hold_for_the_commands_that_know_them(meshes):
     text = '[defaults]\nsize = 8\ncut = true\n[[job]]\ncommand = "flatten"\nmesh = "old/a.obj"'
     (task,) = manifest.read(text, "jobs.toml", root=meshes)
-    assert task.job.cut and task.job.outputs == (str(meshes / "a-flat.svg"),)
+    assert task.job.cut_open and task.job.outputs == (str(meshes / "a-flat.svg"),)
     with pytest.raises(ManifestError, match="colour: unknown key"):
         manifest.read(text.replace("size", "colour"), "jobs.toml", root=meshes)

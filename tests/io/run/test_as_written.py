@@ -40,7 +40,7 @@ def quantile(values, weights, share):
 
 
 MAP = ("map", "disk.svg", "hill.obj", "-o", "o.obj")
-FLATTEN = ("flatten", "hill.obj", "--method", "disk.svg", "--uv", "o.obj")
+FLATTEN = ("flatten", "hill.obj", "--onto", "disk.svg", "--uv", "o.obj")
 
 
 @pytest.mark.parametrize("words", [MAP, FLATTEN])

@@ -74,7 +74,7 @@ MAP_ALONE = (
     "fit",
     "max_left_out",
     "max_uncovered",
-    "starts",
+    "effort",
     "rigid_target",
     "rigid_size",
     "importance",

@@ -173,5 +173,5 @@ def test_a_batch_takes_sets_and_tiles(material, iccm):
     assert all(line["resumed"] for line in lines)
     assert [sorted(entry["path"] for entry in line["outputs"]) for line in lines] == made
     (material / "bad.jsonl").write_text(json.dumps(jobs[1] | {"texture": "no.<UDIM>.png"}))
-    refused = iccm("batch", "bad.jsonl", "--root", "made", "--check")
+    refused = iccm("batch", "bad.jsonl", "--root", "made", "--dry-run")
     assert refused.code == 2 and "no.<UDIM>.png: no such file" in refused.err

@@ -57,7 +57,7 @@ def folder(tmp_path, monkeypatch):
 @pytest.mark.parametrize("outline", ["heart.svg", "square.svg"])
 def test_a_mesh_is_laid_out_onto_an_outline(folder, outline):
     code = command(
-        "flatten", "sheet.obj", "--method", outline, "--uv", "uv.obj", "-o", "flat.obj", "--report", "r.json"
+        "flatten", "sheet.obj", "--onto", outline, "--uv", "uv.obj", "-o", "flat.obj", "--report", "r.json"
     )
     report = json.loads((folder / "r.json").read_text())
     assert code == 0 and report["status"] == "done" and report["overlap"] is None
@@ -74,9 +74,9 @@ def test_a_mesh_is_laid_out_onto_an_outline(folder, outline):
 
 
 def test_what_is_no_outline_is_refused(folder, capsys):
-    assert command("flatten", "sheet.obj", "--method", "none.svg") == 2
-    assert "--method none.svg: is none of conformal, lscm, balanced, and no file" in capsys.readouterr().err
-    assert command("flatten", "sheet.obj", "--method", "sheet.obj") == 2
+    assert command("flatten", "sheet.obj", "--onto", "none.svg") == 2
+    assert "--onto none.svg: no such file" in capsys.readouterr().err
+    assert command("flatten", "sheet.obj", "--onto", "sheet.obj") == 2
     assert "is a mesh" in capsys.readouterr().err
     assert not (folder / "sheet-flat.svg").exists()
 

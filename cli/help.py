@@ -1,0 +1,28 @@
+"""`iccm help`."""
+
+from __future__ import annotations
+
+import click
+
+from . import options
+
+
+@click.command("help", cls=options.Command)
+@click.argument("name", metavar="[COMMAND]", required=False)
+@click.argument("topic", required=False)
+@options.of("help")
+@click.pass_context
+def command(ctx: click.Context, name: str | None, topic: str | None) -> int:
+    """Show help: of all commands, of one, or one topic of it.
+
+    \b
+    iccm help
+    iccm help map
+    iccm help map texture
+
+    Exit code: 0 done, 2 there is no such command or topic.
+    """
+    from . import iccm
+
+    words = [*([name] if name else []), *(["--help", topic] if topic else ["--help"])]
+    return int(iccm.main(words, prog_name="iccm", standalone_mode=False) or 0)

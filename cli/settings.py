@@ -1,0 +1,72 @@
+"""Limits that hold for every command: from environment variables (ICCM_MAX_PIXELS, …) or a configuration file.
+
+An option on the command line comes first, then the environment, then the file: `[limits]` in `iccm/config.toml`, in
+`$XDG_CONFIG_HOME` or `~/.config` (`%APPDATA%` on Windows), or the file that `ICCM_CONFIG` names.
+"""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from ..errors import InputError
+from ..io.option_groups import TOPICS
+from ..io.options import Option
+
+FILE_VARIABLE = "ICCM_CONFIG"
+LIMITS = tuple(name for name in TOPICS["limits"].names if name not in ("resume", "dask"))
+"""The options that may be set once for all commands."""
+
+
+def defaults(rows: Mapping[str, Option]) -> dict[str, str]:
+    """The limits that are set for a command, by the names of its options, as text.
+
+    Args:
+        rows: the options of the command.
+
+    Raises:
+        InputError: the file cannot be read, or says something else.
+    """
+    found = _from_file() | _from_environment()
+    return {name: value for name, value in found.items() if name in rows}
+
+
+def _from_environment() -> dict[str, str]:
+    return {name: os.environ[variable(name)] for name in LIMITS if os.environ.get(variable(name))}
+
+
+def variable(name: str) -> str:
+    """The environment variable that sets a limit."""
+    return f"ICCM_{name.upper()}"
+
+
+def path() -> Path:
+    """Where the configuration file is looked for."""
+    if named := os.environ.get(FILE_VARIABLE):
+        return Path(named)
+    home = os.environ.get("APPDATA" if os.name == "nt" else "XDG_CONFIG_HOME")
+    return (Path(home) if home else Path.home() / ".config") / "iccm" / "config.toml"
+
+
+def _from_file() -> dict[str, str]:
+    place = path()
+    try:
+        content: dict[str, Any] = tomllib.loads(place.read_text(encoding="utf-8"))
+    except (FileNotFoundError, NotADirectoryError):
+        if os.environ.get(FILE_VARIABLE):
+            raise InputError(f"{place}: no such file; {FILE_VARIABLE} names it") from None
+        return {}
+    except OSError as error:
+        raise InputError(f"{place}: cannot be read: {error.strerror}") from None
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{place}: is not TOML: {str(error).splitlines()[0]}") from None
+    limits = content.get("limits", {})
+    unknown = [key for key in content if key != "limits"]
+    unknown += [key for key in limits if key not in LIMITS] if isinstance(limits, dict) else ["limits"]
+    if unknown:
+        known = ", ".join(LIMITS)
+        raise InputError(f"{place}: {unknown[0]}: unknown key; the file has a table [limits] of {known}")
+    return {key: str(value) for key, value in limits.items()}

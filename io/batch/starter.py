@@ -1,0 +1,32 @@
+"""The manifest that `iccm init` writes, to start from."""
+
+STARTER = """\
+# A batch of iccm: check it with `iccm batch {name} --dry-run`, run it with `iccm batch {name}`.
+# Keys are the options of `iccm map` with _ for -; `iccm map --help all` lists them.
+# Inputs are relative to this file, outputs too, unless --root names another folder.
+
+[defaults]                                        # hold for every job that says nothing else
+size = 512                                        # pixels of the longer side
+output = "out/{{source.stem}}-{{target.stem}}.png"  # or .svg for the drawing itself
+# texture = "petals.jpg"                          # without one: a numbered checkerboard
+# report = "out/{{source.stem}}.json"             # figures of each job
+
+[[job]]                                           # one job for each file that the pattern matches
+source = "{source}"
+target = "{target}"
+
+# [[job]]                                         # as many as you like
+# name = "with two pins"
+# source = "icons/bell.svg"
+# target = "shield.svg"
+# pin = ["30,40:28,44", "60,40:70,41"]            # x,y in the source : x,y in the target
+# output = "out/pinned.png"
+# report = "out/pinned.json"
+
+# Other commands: command = "flatten" or "relayout"; `iccm flatten --help all` lists the keys.
+"""
+
+
+def starter(name: str, source: str = "icons/*.svg", target: str = "shield.svg") -> str:
+    """The text of a manifest of a name, for the sources and the target that it is about."""
+    return STARTER.format(name=name, source=source, target=target)

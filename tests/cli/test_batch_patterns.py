@@ -1,0 +1,98 @@
+"""Batches without a manifest, and `iccm init`, which begins one."""
+
+import json
+import re
+import shutil
+
+import pytest
+
+from iccm.io.batch import manifest
+
+SMALL = ("--size", "24", "--method", "paper", "--vertices", "40", "-j", "1")
+
+
+@pytest.fixture
+def icons(shapes):
+    """square.svg, blob.svg and disk.svg, the first two also in icons/, which holds another file."""
+    (shapes / "icons").mkdir()
+    for name in ("square.svg", "blob.svg"):
+        shutil.copy(name, f"icons/{name}")
+    (shapes / "icons" / "notes.txt").write_text("no shape")
+    return shapes
+
+
+def results(typed):
+    return {
+        name: line["status"] for line in map(json.loads, typed.out.splitlines()) for name in [line["name"]]
+    }
+
+
+@pytest.mark.parametrize("sources", [("icons/*.svg",), ("icons",), ("icons/square.svg", "icons/blob.svg")])
+def test_a_pattern_a_folder_or_files_become_a_job_each(icons, iccm, sources):
+    typed = iccm("batch", *sources, "disk.svg", *SMALL, "-o", "out/{source.stem}-on-{target.stem}.png")
+    assert typed.code == 0 and results(typed) == {"square-disk": "done", "blob-disk": "done"}
+    made = sorted(path.name for path in (icons / "out").glob("*.png"))
+    assert made == ["blob-on-disk.png", "square-on-disk.png"]
+
+
+def test_an_output_may_be_a_folder_and_options_of_the_map_hold(icons, iccm):
+    typed = iccm("batch", "icons", "[bd]*.svg", *SMALL, "-o", "out/")
+    assert typed.code in (0, 1) and len(results(typed)) == 4
+    assert (icons / "out" / "square-disk.png").is_file() and (icons / "out" / "square-blob.png").is_file()
+    again = iccm("batch", "icons", "disk.svg", "-o", "out2/", "--dry-run", "--resolution", "4")
+    assert again.code == 2 and "--size" in again.err
+
+
+def test_one_mistake_of_a_pattern_is_reported_once(icons, iccm):
+    job = {"source": "icons/*.svg", "target": "disk.svg", "sizes": 3, "colour": 1, "turn": "x"}
+    (icons / "jobs.jsonl").write_text(json.dumps(job))
+    typed = iccm("batch", "jobs.jsonl")
+    assert typed.code == 2 and len(typed.lines) == 3
+    assert any("sizes" in line and "did you mean size" in line for line in typed.lines)
+    typed = iccm("batch", "icons/*.svg", "disk.svg", "-o", "out.png")
+    assert typed.code == 2 and len(typed.lines) == 1 and "{source.stem}" in typed.err
+
+
+@pytest.mark.parametrize(
+    ("given", "cure"),
+    [
+        ((), "iccm init"),
+        (("icons",), "'icons' shield.svg"),
+        (("square.svg",), "'square.svg' shield.svg"),
+        (("jobs.toml", "--size", "64"), "size = "),
+        (("empty", "disk.svg", "-o", "out/"), "empty: no shapes"),
+        (("icons/*.obj", "disk.svg", "-o", "out/"), "no file matches"),
+    ],
+)
+def test_what_lacks_something_names_what_to_write(icons, iccm, given, cure):
+    (icons / "empty").mkdir()
+    (icons / "jobs.toml").write_text('[[job]]\nsource = "disk.svg"\ntarget = "blob.svg"\n')
+    before = sorted(icons.iterdir())
+    typed = iccm("batch", *given)
+    assert (
+        typed.code == 2 and len(typed.lines) == 1 and cure in typed.err and sorted(icons.iterdir()) == before
+    )
+
+
+def test_a_manifest_to_start_from_runs_as_it_is(icons, iccm):
+    (icons / "shield.svg").write_text((icons / "disk.svg").read_text())
+    typed = iccm("init")
+    assert typed.code == 0 and "iccm batch jobs.toml" in typed.err
+    tasks = manifest.read((icons / "jobs.toml").read_text(), "jobs.toml", root=icons)
+    assert [task.name for task in tasks] == ["blob-shield", "square-shield"]
+    assert iccm("batch", "jobs.toml", "--dry-run").code == 0
+    mine = (icons / "jobs.toml").read_bytes()
+    again = iccm("init")
+    assert again.code == 2 and len(again.lines) == 1 and (icons / "jobs.toml").read_bytes() == mine
+    assert iccm("init", "jobs.json").code == 2 and iccm("init", "other.toml").code == 0
+
+
+def test_every_key_that_the_starter_shows_in_comments_is_valid(icons, iccm):
+    iccm("init")
+    text = (icons / "jobs.toml").read_text()
+    for name in ("shield.svg", "icons/bell.svg"):
+        shutil.copy("disk.svg", icons / name)
+    (icons / "petals.jpg").touch()
+    body = re.sub(r"^# (?=\w+ = |\[\[)", "", text, flags=re.MULTILINE)
+    tasks = manifest.read(body, "jobs.toml", root=icons)
+    assert [task.job.command for task in tasks] == ["map"] * 4
