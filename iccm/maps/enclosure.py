@@ -14,14 +14,13 @@ and the same for conj Ψ. So nothing is left to chance between samples; pieces a
 enough. Rounding is allowed for by bounds of its size (`ROUNDING`), which are estimates.
 """
 
-import math
 from dataclasses import dataclass, fields
 
 import numpy as np
 import shapely
 
 from ..arrays import Complex, Index, Real, xy_of
-from ..jit import kernel
+from ..native import function
 from ..parallel import over_slices
 from .harmonic import HarmonicMap
 
@@ -31,6 +30,13 @@ ROUNDING = 1e-13  # of what is added up in a value of the map or its derivatives
 MOST = 30_000  # pieces; a map that takes more is not proven
 ROUNDS = 50  # of halving pieces (by hand)
 SLICE = 256  # pieces that a thread takes at a time (by hand)
+
+_bounds = function(
+    """int64_t iccm_maps_enclosure(
+        const Complex *polygon, const Complex *edge, int64_t n, const Complex *rise, int64_t densities,
+        const Complex *middle, const double *half, const Complex *slope, int64_t start, int64_t stop, int64_t p,
+        double *out)"""
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,12 +143,10 @@ class Encloser:
         image, slope, _ = self.f.jet(a)
         _, f_z, f_zbar = self.f.jet(middle)
         at = np.stack([f_z, f_zbar.conj()])
+        polygon, edge, rise = self.f.polygon, self.edge, self.rise
+        given = polygon, edge, polygon.size, rise, len(rise), middle, half, at
         over_slices(
-            lambda part: _bounds(
-                self.f.polygon, self.edge, self.rise, middle[part], half[part], at[:, part], out[:, part]
-            ),
-            middle.size,
-            step=SLICE,
+            lambda part: _bounds(*given, part.start, part.stop, middle.size, out), middle.size, step=SLICE
         )
         first, rest, noise, error = out[0], out[1], ROUNDING * out[2], out[3]
         along = (b - a) / np.maximum(2 * half, 1e-300)
@@ -200,40 +204,3 @@ def _middles(start: Complex, ring: Index) -> tuple[Complex, Real]:
 def _halved(start: Complex, middle: Complex, which: np.ndarray) -> Complex:
     """Starts with the middles of some pieces inserted."""
     return np.insert(start, np.flatnonzero(which) + 1, middle[which])
-
-
-@kernel
-def _bounds(polygon, edge, rise, middle, half, at, out):
-    """For each piece: |Φ″| + |Ψ″| in its middle, R of both, what is added up in f_z and f_z̄, and whether a vertex lies
-    on it; `at` (m, p) are the derivatives of the densities' maps there."""
-    n, both = polygon.size, rise.shape[0] > 1
-    for p in range(middle.size):
-        m, r = middle[p], half[p]
-        second0, second1 = 0j, 0j
-        rest, terms, error = 0.0, 0.0, 0.0
-        a = polygon[0] - m
-        far_a = abs(a)
-        for j in range(n):
-            b = polygon[(j + 1) % n] - m
-            far_b = abs(b)
-            if not min(far_a, far_b) > r:
-                error = 1.0
-                break
-            # `bent` is ρ_j of the formulas above: less the slope in the middle, which adds nothing to Φ″
-            inverse = 1 / (a * b)
-            bent = rise[0, j] - at[0, p] * edge[j]
-            second0 += bent * inverse
-            size, steep = abs(bent), abs(rise[0, j])
-            if both:
-                bent = rise[1, j] - at[1, p] * edge[j]
-                second1 += bent * inverse
-                size += abs(bent)
-                steep += abs(rise[1, j])
-            product = (far_a - r) * (far_b - r)
-            rest += size * (far_a + far_b - 2 * r) / (product * product)
-            terms += steep * min(4.0 / abs(edge[j]), 1.0 / max(far_a, far_b))
-            a, far_a = b, far_b
-        out[0, p] = (abs(second0) + abs(second1)) / (2 * math.pi)
-        out[1, p] = rest / (2 * math.pi)
-        out[2, p] = terms / (2 * math.pi)
-        out[3, p] = error

@@ -7,12 +7,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Complex, Flags, Real
-from ..jit import kept
+from ..native import function
 from ..parallel import over_slices
 from .approximation import AnyMap, triangulated
 from .triangulated.map import inverted
 
 SLICE = 1 << 15  # triangles that a thread takes at a time (by hand)
+
+_bends = function(
+    """int64_t iccm_maps_bends(
+        const int64_t *faces, int64_t m, const Complex *w, const Complex *z_w, const Complex *z_wbar, double *out)"""
+)
 
 
 @dataclass(eq=False)
@@ -72,18 +77,10 @@ def bends(faces: NDArray, w: Complex, z_w: Complex, z_wbar: Complex, threads: in
     give inf.
     """
     out = np.empty(len(faces))
-    faces = np.ascontiguousarray(faces)
-    over_slices(lambda part: _bends(faces[part], w, z_w, z_wbar, out[part]), len(out), threads, SLICE)
+    faces = np.ascontiguousarray(faces, np.int64)
+
+    def estimate(part: slice) -> None:
+        _bends(faces[part], len(faces[part]), w, z_w, z_wbar, out[part])
+
+    over_slices(estimate, len(out), threads, SLICE)
     return out
-
-
-@kept()
-def _bends(faces, w, z_w, z_wbar, out):
-    for t in range(faces.shape[0]):
-        worst = 0.0
-        for k in range(3):
-            a, b = faces[t, k], faces[t, (k + 1) % 3]
-            e = w[b] - w[a]
-            off = abs((z_w[b] - z_w[a]) * e + (z_wbar[b] - z_wbar[a]) * e.conjugate()) / 8
-            worst = max(worst, off) if off == off else np.inf
-        out[t] = worst

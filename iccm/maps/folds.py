@@ -3,8 +3,13 @@
 import numpy as np
 
 from ..arrays import Complex, Index, Real
-from ..jit import kernel
+from ..native import function
 from .triangulated.patches import cross
+
+_flood = function(
+    """int64_t iccm_maps_flood(
+        const int64_t *widest, int64_t k, const int64_t *across, const double *clearance, int64_t m, double *reached)"""
+)
 
 
 def by_sheets(image: Complex, faces: Index, across: Index, clearance: Real) -> tuple[Index, int]:
@@ -24,42 +29,6 @@ def by_sheets(image: Complex, faces: Index, across: Index, clearance: Real) -> t
     upright = np.flatnonzero(up)
     widest = upright[np.argsort(-clearance[upright], kind="stable")]
     reached = np.full(len(faces), -1.0)
-    _flood(widest, across, clearance, *np.empty((4, len(faces)), np.int64), reached)
+    _flood(widest, widest.size, across, clearance, len(faces), reached)
     order = widest[np.argsort(-reached[widest], kind="stable")]
     return faces[np.concatenate([order, np.flatnonzero(~up)])], upright.size
-
-
-@kernel
-def _flood(widest, beside, clearance, label, following, last, count, reached):
-    """Writes how wide the way to each triangle is, where there is one from the first of `widest`, the triangles with
-    most room first: sheets grow together, and what joins the first one's is reached over the triangle that joins it.
-
-    Args:
-        widest: (k,) the triangles.
-        beside: (m, 3) the triangles beside each.
-        clearance: (m,) how much room there is.
-        label, following, last, count: (m,) written: the sheet of each, the next triangle of it, the last of each sheet,
-            and how many it has.
-        reached: (m,) less than nothing; written.
-    """
-    for t in range(label.size):
-        label[t] = -1
-    for t in widest:
-        label[t], following[t], last[t], count[t] = t, -1, t, 1
-        if t == widest[0]:
-            reached[t] = clearance[t]
-        for k in range(3):
-            u = beside[t, k]
-            if u < 0 or label[u] < 0 or label[u] == label[t]:
-                continue
-            a, b = label[t], label[u]
-            if b == widest[0] or (a != widest[0] and count[b] > count[a]):  # the smaller one is relabelled
-                a, b = b, a
-            first = a == widest[0]
-            following[last[a]], last[a], count[a] = b, last[b], count[a] + count[b]
-            v = b
-            while v >= 0:
-                label[v] = a
-                if first:
-                    reached[v] = clearance[t]
-                v = following[v]

@@ -16,15 +16,19 @@ is taken, so that the outline stays the polyline that it is; so it is on edges t
 import numpy as np
 
 from ...arrays import Complex, Real
-from ...jit import kernel
+from ...native import function
 from ...plane import cross
 from .adjacency import Edges, Index
 
 DEVIATION = 0.5  # of a patch's derivative from that of its triangle, relative: at most half, so that slivers beside an
 # outline's kinks stretch no more than their neighbours, and every patch has one solution
-SHRINK = 0.7  # of the bulges of a triangle that does not keep them
 SLIVER = 1e-9  # of the squared sides: a smaller area leaves too few digits for the Bernstein coefficients
-ROUNDS = 40  # of shrinking; 0.7^40 = 6e-7 is as good as linear, which is what is left takes
+
+_shrink = function(
+    """int64_t iccm_maps_shrink_bulges(
+        const Complex *corners, const double *most, const bool *flat, const int64_t *sides, int64_t m, Complex *bulge,
+        int64_t edges)"""
+)
 
 
 def gradients(faces: Index, image: Complex, source: Complex) -> tuple[Complex, Complex]:
@@ -123,52 +127,14 @@ def shrunk(
     corners = source[faces]
     flat = _sliver(corners) | _sliver(image[faces])
     bulge[edges.sides[flat]] = 0
-    _shrink(corners, most, flat, edges.sides, bulge)
+    _shrink(corners, most, flat, edges.sides, len(faces), bulge, bulge.size)
     return bulge
-
-
-@kernel
-def _shrink(corners, most, flat, sides, bulge):
-    """Shrinks bulges of triangles that are not flat, in place, until all deviate by at most `most` (m,)."""
-    near, touched, rounds, go = np.ones(bulge.size, np.bool_), np.zeros(bulge.size, np.bool_), 0, True
-    while go:
-        go, rounds = False, rounds + 1
-        for t in range(len(sides)):
-            a, b, c = sides[t]
-            if flat[t] or not (near[a] or near[b] or near[c]):
-                continue
-            if not _deviation(corners[t], bulge[a], bulge[b], bulge[c]) <= most[t]:
-                touched[a] = touched[b] = touched[c] = go = True
-        for e in range(bulge.size):
-            if touched[e]:
-                bulge[e] *= SHRINK if rounds % ROUNDS else 0.0
-            near[e], touched[e] = touched[e], False
 
 
 def _sliver(corners: Complex) -> np.ndarray:
     """Whether triangles (m, 3) have no area to speak of, or a negative one."""
     u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     return ~(cross(u, v) > SLIVER * (np.abs(u) ** 2 + np.abs(v) ** 2))
-
-
-@kernel
-def _deviation(corners, d0, d1, d2):
-    """How far, relative to its triangle's derivative, a patch's is from it at most: at a corner, since it is linear."""
-    x, y, z = corners
-    u, v = y - x, z - x
-    worst = 0.0
-    for du, dv in ((2 * d2, 2 * d1), (-2 * d2, 2 * (d0 - d2)), (2 * (d0 - d1), -2 * d1)):
-        p, q = (
-            du * v.conjugate() - dv * u.conjugate(),
-            dv * u - du * v,
-        )  # of the linear map that takes u to du, v to dv
-        worst = max(worst, abs(p) + abs(q))
-    return worst / (2 * abs(_cross(u, v)))
-
-
-@kernel
-def _cross(a, b):
-    return a.real * b.imag - a.imag * b.real
 
 
 def tangents(corners: Complex, bulge: Complex) -> tuple[list[Complex], list[Complex]]:
