@@ -1,0 +1,312 @@
+// Coarser triangulations of a surface by half-edge collapses, and the way back: Hormann, Greiner, Campagna,
+// Hierarchical parametrization of triangulated surfaces, Vision, Modeling and Visualization 1999.
+
+#include "iccm/core.h"
+#include "iccm/density.h"
+#include "iccm/flips.h"
+
+namespace iccm {
+namespace {
+
+constexpr Index MAX_DEGREE = 12;  // triangles around a vertex that is removed: twice as many as usual
+
+// Points of space.
+typedef const double (*Points)[3];
+
+// Area over the sum of squared sides of a triangle in space, 1 for an equilateral one.
+double roundness(Points points, Index a, Index b, Index c) {
+    double sum = 0.0, x[3], y[3];
+    for (int k = 0; k < 3; k++) {
+        x[k] = points[b][k] - points[a][k], y[k] = points[c][k] - points[a][k];
+        sum += x[k] * x[k] + y[k] * y[k] + (y[k] - x[k]) * (y[k] - x[k]);
+    }
+    double s = x[1] * y[2] - x[2] * y[1], t = x[2] * y[0] - x[0] * y[2], r = x[0] * y[1] - x[1] * y[0];
+    return 2 * sqrt(3.0) * sqrt(s * s + t * t + r * r) / sum;
+}
+
+// The neighbours of a vertex in order, counter-clockwise. On the boundary the ring is open, and has one more neighbour
+// than triangles. Size 0 where the triangles form no ring.
+struct Ring {
+    Index neighbours[MAX_DEGREE + 1];
+    Index size;
+    bool open;
+};
+
+// The ring of vertex v, given the triangles around it.
+Ring ring_of(const Index (*faces)[3], const Index *around, Index degree, Index v) {
+    Ring ring;
+    ring.size = 0, ring.open = false;
+    Index ends[MAX_DEGREE][2];  // the side opposite v of each triangle
+    for (Index i = 0; i < degree; i++) {
+        const Index *corners = faces[around[i]];
+        int k = corners[0] == v ? 0 : corners[1] == v ? 1 : 2;
+        ends[i][0] = corners[after(k)], ends[i][1] = corners[before(k)];
+    }
+    // On the boundary one side begins where no other ends; more than one, and the triangles touch in v alone.
+    Index begin = -1;
+    for (Index i = 0; i < degree; i++) {
+        bool first = true;
+        for (Index j = 0; j < degree; j++) first = first && ends[j][1] != ends[i][0];
+        if (first && begin >= 0) return ring;
+        if (first) begin = i;
+    }
+    Index at = max(begin, Index{0});
+    for (Index i = 0; i < degree; i++) {
+        ring.neighbours[i] = ends[at][0];
+        Index next = -1;
+        for (Index j = 0; j < degree; j++)
+            if (ends[j][0] == ends[at][1]) next = j;
+        if (next < 0) {
+            ring.neighbours[i + 1] = ends[at][1];
+            if (i == degree - 1) ring.size = degree + 1, ring.open = true;
+            return ring;
+        }
+        at = next;
+    }
+    if (begin < 0 && at == 0) ring.size = degree;
+    return ring;
+}
+
+// What is kept of vertices that were removed, in that order: `Removed` of iccm.flattening.coarsening.
+struct Removed {
+    Index *vertex, *into;
+    Index (*triangle)[3];
+    double (*weights)[3];
+    Index *starts;
+    Index (*edges)[2];
+};
+
+// The neighbour onto which a vertex moves with the roundest triangles left, none of which is folded in the layout; -1
+// where some triangle would be thin for each of them. In an open ring only its ends count, so that the boundary stays.
+Index best_neighbour(Points points, const Complex *z, const Ring &ring, Index degree) {
+    constexpr double MIN_ROUNDNESS = 0.2;  // none thinner is made
+    double best = MIN_ROUNDNESS;
+    Index into = -1;
+    for (Index i = 0; i < ring.size; i += ring.open ? ring.size - 1 : 1) {
+        Index w = ring.neighbours[i];
+        double worst = 1.0;
+        for (Index j = 0; j < degree; j++) {
+            Index x = ring.neighbours[j], y = ring.neighbours[j + 1 == ring.size ? 0 : j + 1];
+            if (x != w && y != w) worst = twice_area(z, w, x, y) > 0 ? min(worst, roundness(points, w, x, y)) : 0.0;
+        }
+        if (worst > best) best = worst, into = w;
+    }
+    return into;
+}
+
+// Record the removal of vertex v onto a neighbour w: the edges around, and the place of v in the triangle that it is
+// farthest inside of those that are left.
+void record(const Complex *z, const Ring &ring, Index degree, Index v, Index w, Removed removed, Index number) {
+    double inside = -INFINITY;
+    Index end = removed.starts[number];
+    removed.vertex[number] = v, removed.into[number] = w;
+    for (Index j = 0; j < degree; j++) {
+        Index x = ring.neighbours[j], y = ring.neighbours[j + 1 == ring.size ? 0 : j + 1];
+        removed.edges[end + j][0] = x, removed.edges[end + j][1] = y;
+        if (x == w || y == w) continue;
+        double area = twice_area(z, w, x, y);
+        double p = twice_area(z, v, y, w) / area, q = twice_area(z, v, w, x) / area;
+        double least = min(min(p, q), 1 - p - q);
+        if (least > inside) {
+            inside = least;
+            Index *corners = removed.triangle[number];
+            double *weights = removed.weights[number];
+            corners[0] = w, corners[1] = x, corners[2] = y;
+            weights[0] = 1 - p - q, weights[1] = p, weights[2] = q;
+        }
+    }
+    removed.starts[number + 1] = end + degree;
+}
+
+// Move vertex v onto its neighbour w: triangles of both get a first corner of -1.
+void collapse(Index (*faces)[3], const Index *around, Index degree, Index v, Index w) {
+    for (Index i = 0; i < degree; i++) {
+        Index *corners = faces[around[i]];
+        bool vanishes = corners[0] == w || corners[1] == w || corners[2] == w;
+        for (int k = 0; k < 3; k++)
+            if (corners[k] == v) corners[k] = w;
+        if (vanishes) corners[0] = -1;
+    }
+}
+
+// --- The way back ---
+
+// The sides (e, 2) opposite a vertex that comes back, counter-clockwise.
+struct Hole {
+    const Index (*edges)[2];
+    Index count;
+};
+
+// The direction halfway between the first and the last of the other vertices around a hole as seen from w, on its rim.
+Complex bisector(Hole hole, Index w, const Complex *u) {
+    Index first = hole.edges[0][0];
+    double angle = 0.0;
+    for (Index e = 0; e < hole.count; e++)
+        if (hole.edges[e][0] == w) first = hole.edges[e][1];
+    for (Index e = 0; e < hole.count; e++) {
+        const Index *edge = hole.edges[e];
+        Complex x = u[edge[0]] - u[w], y = u[edge[1]] - u[w];
+        if (edge[0] != w && edge[1] != w) angle += atan2(cross(x, y), dot(x, y));
+    }
+    return (u[first] - u[w]) * Complex{cos(0.5 * angle), sin(0.5 * angle)};
+}
+
+// The share of a step from a up to which all edges of a hole are seen from their left; 0 if they are not even to begin
+// with.
+double visible_share(Hole hole, const Complex *u, Complex a, Complex step) {
+    double share = INFINITY;
+    for (Index e = 0; e < hole.count; e++) {
+        Complex x = u[hole.edges[e][0]] - a, y = u[hole.edges[e][1]] - a;
+        double left = cross(x, y), change = cross(step, x - y);
+        const Complex zero = {0, 0};
+        if (x == zero || y == zero) left = 0.0;
+        if (change < 0 || left == change) share = min(share, change < 0 ? max(left, 0.0) / -change : 0.0);
+    }
+    return share;
+}
+
+// The energy of triangles, with its gradient and Hessian by the place of one vertex; infinite where one is folded.
+struct Energy {
+    double value;
+    Complex slope;
+    double xx, yy, xy;
+};
+
+// The energy (density.h, with q = 1) of the triangles between v and a hole's edges, whose shapes are those in space.
+Energy energy_around(Points points, Hole hole, Index v, const Complex *u, double theta) {
+    Energy sum = {0.0, {0, 0}, 0.0, 0.0, 0.0};
+    for (Index e = 0; e < hole.count; e++) {
+        Index b = hole.edges[e][0], c = hole.edges[e][1];
+        double square = 0.0, along = 0.0, other = 0.0;
+        for (int k = 0; k < 3; k++) {
+            double p = points[b][k] - points[v][k], q = points[c][k] - points[v][k];
+            square += p * p, along += p * q, other += q * q;
+        }
+        // The triangle in its plane, v at 0 and b on the real axis: f_z = Σ α u and f_z̄ = Σ ᾱ u at its corners.
+        double length = sqrt(square), height = sqrt(max(other - along * along / square, 0.0));
+        Complex scale = {0.0, -0.5 / (length * height)}, z = {along / length, -height};
+        Complex beta = -scale * z, gamma = scale * length, alpha = -beta - gamma;
+        Complex x = u[b] - u[v], y = u[c] - u[v];
+        Complex f = beta * x + gamma * y, g = conjugate(beta) * x + conjugate(gamma) * y;
+        double ff = dot(f, f), gg = dot(g, g), area = 0.5 * length * height;
+        if (!(ff > gg)) {
+            sum.value = INFINITY;
+            return sum;
+        }
+        Density w = density_derivatives(ff + gg, ff - gg, theta, 1.0, 0.0);
+        // The chain rule: gradients of p and d by the place of v. W is linear in p, so W_pp = 0.
+        Complex of_f = 2 * conjugate(alpha) * f, of_g = 2 * alpha * g, of_p = of_f + of_g, of_d = of_f - of_g;
+        double same = 4 * w.p * dot(alpha, alpha);
+        sum.value += area * w.value;
+        sum.slope += area * (w.p * of_p + w.d * of_d);
+        sum.xx += area * (same + 2 * w.pd * of_p.re * of_d.re + w.dd * (of_d.re * of_d.re));
+        sum.yy += area * (same + 2 * w.pd * of_p.im * of_d.im + w.dd * (of_d.im * of_d.im));
+        sum.xy += area * (w.pd * (of_p.re * of_d.im + of_p.im * of_d.re) + w.dd * of_d.re * of_d.im);
+    }
+    return sum;
+}
+
+// Move v by Newton's method to where the triangles around it have least energy, until a step gains less than a share
+// `min_gain` of it.
+void settle(Points points, Hole hole, Index v, Complex *u, double theta, double min_gain) {
+    Energy energy = energy_around(points, hole, v, u, theta);
+    for (;;) {
+        double determinant = energy.xx * energy.yy - energy.xy * energy.xy;
+        if (!(determinant > 0 && energy.xx > 0)) return;
+        Complex g = energy.slope;
+        Complex step = -Complex{energy.yy * g.re - energy.xy * g.im, energy.xx * g.im - energy.xy * g.re} / determinant;
+        Complex from = u[v];
+        // Half of the way to where a triangle would fold, at most: the energy is infinite there.
+        u[v] = from + min(1.0, 0.5 * visible_share(hole, u, from, step)) * step;
+        Energy next = energy_around(points, hole, v, u, theta);
+        if (!(next.value < energy.value)) {
+            u[v] = from;
+            return;
+        }
+        if (energy.value - next.value < min_gain * energy.value) return;
+        energy = next;
+    }
+}
+
+// Give vertex v a position in its hole. False where a triangle folds.
+//
+// The whole hole is visible from the neighbour w that v was moved onto. So there is room near that: towards the place
+// that v had in a triangle, or else along the bisector. From there v goes to where the triangles around have least
+// energy.
+bool put_back(Points points, Hole hole, Index v, Index w, const Index *triangle, const double *weights, double theta,
+              double min_gain, Complex *u) {
+    Complex a = u[w], step = -a;
+    for (int k = 0; k < 3; k++) step += weights[k] * u[triangle[k]];
+    double share = visible_share(hole, u, a, step);
+    if (share == 0) {
+        step = bisector(hole, w, u);
+        share = visible_share(hole, u, a, step);
+    }
+    u[v] = a + (share > 1 ? step : 0.5 * share * step);
+    settle(points, hole, v, u, theta, min_gain);
+    for (Index e = 0; e < hole.count; e++)
+        if (!(cross(u[hole.edges[e][0]] - u[v], u[hole.edges[e][1]] - u[v]) > 0)) return false;
+    return true;
+}
+
+}  // namespace
+}  // namespace iccm
+
+using namespace iccm;
+
+// Remove vertices that are not neighbours, each by a half-edge collapse. Returns how many.
+//
+//   faces     (m, 3) triangles, written; those that vanish get a first corner of -1
+//   points    (n, 3) vertices in space
+//   z         (n,) a layout without folds
+//   n         how many vertices there are
+//   starts    (n + 1,) where the triangles of each vertex begin in `around`
+//   around    (3m,) triangles of the vertices
+//   blocked   (n,) vertices that stay, written
+//   most      how many may be removed, and how many there is room for below
+//   vertex    (most,) written: those that are removed
+//   into      (most,) written: the neighbour onto which each moves
+//   triangle  (most, 3) written: corners of the triangle in which each lies then
+//   weights   (most, 3) written: its barycentric coordinates there
+//   ends      (most + 1,) written: where the sides around each begin in `edges`
+//   edges     (3m, 2) written: the sides opposite it, counter-clockwise
+ICCM_EXPORT int64_t iccm_flattening_remove(int64_t *faces, const double *points, const Complex *z, int64_t n,
+                                           const int64_t *starts, const int64_t *around, bool *blocked, int64_t most,
+                                           int64_t *vertex, int64_t *into, int64_t *triangle, double *weights,
+                                           int64_t *ends, int64_t *edges) {
+    const Removed removed = {vertex, into, rows<3>(triangle), rows<3>(weights), ends, rows<2>(edges)};
+    Index number = 0;
+    ends[0] = 0;
+    for (Index v = 0; v < n && number < most; v++) {
+        Index degree = starts[v + 1] - starts[v];
+        if (blocked[v] || degree < 2 || degree > MAX_DEGREE) continue;
+        const Index *star = around + starts[v];
+        Ring ring = ring_of(rows<3>(faces), star, degree, v);
+        Index w = best_neighbour(rows<3>(points), z, ring, degree);
+        if (w < 0) continue;
+        record(z, ring, degree, v, w, removed, number++);
+        for (Index i = 0; i < ring.size; i++) blocked[ring.neighbours[i]] = true;
+        collapse(rows<3>(faces), star, degree, v, w);
+    }
+    return number;
+}
+
+// Give positions to vertices that were removed, the last one first. Returns 1, or 0 where a triangle folds.
+//
+//   vertex, into, triangle, weights, starts, edges: as `iccm_flattening_remove` writes them
+//   count     how many were removed
+//   points    (n, 3) vertices in space
+//   theta     weight of the area part of the energy
+//   min_gain  of a step of Newton's method, relative to the energy of the triangles around a vertex: less ends it
+//   u         (n,) positions, written for those that were removed
+ICCM_EXPORT int64_t iccm_flattening_put_back(const int64_t *vertex, const int64_t *into, const int64_t *triangle,
+                                             const double *weights, const int64_t *starts, const int64_t *edges,
+                                             int64_t count, const double *points, double theta, double min_gain,
+                                             Complex *u) {
+    for (Index i = count - 1; i >= 0; i--) {
+        const Hole hole = {rows<2>(edges) + starts[i], starts[i + 1] - starts[i]};
+        if (!put_back(rows<3>(points), hole, vertex[i], into[i], triangle + 3 * i, weights + 3 * i, theta, min_gain, u))
+            return 0;
+    }
+    return 1;
+}

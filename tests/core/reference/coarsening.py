@@ -1,0 +1,257 @@
+"""Half-edge collapses, and the way back."""
+
+import numpy as np
+
+from .flips import cross, dot, set_row, twice_area
+
+DEGREE = 12  # triangles around a vertex that is taken out, at most: twice as many as usual
+THIN = 0.2  # of an equilateral triangle's area over its squared sides: none thinner is made
+SMALL = 0.01  # of the energy: gain of a step that ends Newton's method
+
+
+def power(base, exponent):
+    """base ** exponent, without a logarithm for the exponents that are met most."""
+    if exponent == 1.0:
+        return base
+    if exponent == 2.0:
+        return base * base
+    if exponent == 0.0:
+        return 1.0
+    return base**exponent
+
+
+def density_derivatives(p, d, theta, q, share):
+    """W and its derivatives W_p, W_d, W_pp, W_pd, W_dd."""
+    inverse = 1 / d
+    area, area1, area2 = 0.5 * (d + inverse), 0.5 * (1 - inverse * inverse), inverse * inverse * inverse
+    grown, less = power(area, theta), 1 / area
+    grown1 = theta * grown * less * area1
+    grown2 = theta * grown * less * ((theta - 1) * less * area1 * area1 + area2)
+    core_p = grown * inverse
+    core, core_pd = p * core_p, (grown1 - core_p) * inverse
+    core_d = p * core_pd
+    core_dd = p * inverse * (grown2 - 2 * core_pd)
+    value, first, second = core, 1.0, 0.0
+    if q > 1:
+        below = power(core, q - 2)
+        first, second = q * below * core, q * (q - 1) * below
+        value = below * core * core
+    pp, pd = second * core_p * core_p, first * core_pd + second * core_p * core_d
+    dd = first * core_dd + second * core_d * core_d
+    core_p, core_d, area = first * core_p, first * core_d, 1 - share + share * d
+    return (
+        value * area,
+        core_p * area,
+        core_d * area + share * value,
+        pp * area,
+        pd * area + share * core_p,
+        dd * area + 2 * share * core_d,
+    )
+
+
+def _roundness(points, a, b, c):
+    """Area over the sum of squared sides, 1 for an equilateral triangle in space."""
+    square, x, y = 0.0, np.empty(3), np.empty(3)
+    for k in range(3):
+        x[k], y[k] = points[b, k] - points[a, k], points[c, k] - points[a, k]
+        square += x[k] * x[k] + y[k] * y[k] + (y[k] - x[k]) * (y[k] - x[k])
+    s, t, r = x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]
+    return 2 * np.sqrt(3.0) * np.sqrt(s * s + t * t + r * r) / square
+
+
+def _ring(faces, around, v, ring):
+    """Fills in the neighbours of v in order, counter-clockwise; how many, negative on the boundary, 0 if none is such.
+
+    Args:
+        faces: (m, 3) triangles.
+        around: (d,) those of v.
+        v: a vertex.
+        ring: (DEGREE + 1,) written.
+    """
+    d = around.size
+    ends, begin = np.empty((d, 2), np.int64), -1
+    for i in range(d):
+        t = around[i]
+        k = 0 if faces[t, 0] == v else 1 if faces[t, 1] == v else 2
+        ends[i, 0], ends[i, 1] = faces[t, (k + 1) % 3], faces[t, (k + 2) % 3]
+    for i in range(d):
+        first = True
+        for j in range(d):
+            first = first and ends[j, 1] != ends[i, 0]
+        if first:
+            if begin >= 0:
+                return 0
+            begin = i
+    at = max(begin, 0)
+    for i in range(d):
+        ring[i] = ends[at, 0]
+        following = -1
+        for j in range(d):
+            if ends[j, 0] == ends[at, 1]:
+                following = j
+        if following < 0:
+            ring[i + 1] = ends[at, 1]
+            return -(d + 1) if i == d - 1 else 0
+        at = following
+    return d if begin < 0 and at == 0 else 0
+
+
+def _round(faces, points, z, starts, around, blocked, most, vertex, into, triangle, weights, ends, edges):
+    """Takes vertices out that are no neighbours; how many. Faces that go get a first corner of -1.
+
+    Args:
+        faces: (m, 3) changed.
+        points: (n, 3) in space.
+        z: (n,) layout.
+        starts: (n + 1,) where the triangles of each vertex begin in `around`.
+        around: (3m,) triangles of the vertices.
+        blocked: (n,) vertices that stay, written.
+        most: how many may go.
+        vertex, into, triangle, weights, ends, edges: of `Removed`, written.
+    """
+    ring, number = np.empty(DEGREE + 1, np.int64), 0
+    for v in range(z.size):
+        d = starts[v + 1] - starts[v]
+        if blocked[v] or d < 2 or d > DEGREE or number == most or number == vertex.size:
+            continue
+        star = around[starts[v] : starts[v + 1]]
+        size = _ring(faces, star, v, ring)
+        open_, size = size < 0, abs(size)
+        # the neighbour onto which it goes with the roundest triangles left, none turned over
+        best, into_ = THIN, -1
+        for i in range(0, size, size - 1 if open_ else 1):
+            w, worst = ring[i], 1.0
+            for j in range(d):
+                x, y = ring[j], ring[(j + 1) % size]
+                if x != w and y != w:
+                    worst = min(worst, _roundness(points, w, x, y)) if twice_area(z, w, x, y) > 0 else 0.0
+            if worst > best:
+                best, into_ = worst, w
+        if into_ < 0:
+            continue
+        # where it lies in these, to be put back: in the triangle that it is farthest inside
+        w, inside, end = into_, -np.inf, ends[number]
+        vertex[number], into[number] = v, w
+        for j in range(d):
+            x, y = ring[j], ring[(j + 1) % size]
+            edges[end + j, 0], edges[end + j, 1] = x, y
+            if x != w and y != w:
+                area = twice_area(z, w, x, y)
+                p, q = twice_area(z, v, y, w) / area, twice_area(z, v, w, x) / area
+                least = min(p, q, 1 - p - q)
+                if least > inside:
+                    inside = least
+                    set_row(triangle, number, w, x, y)
+                    set_row(weights, number, 1 - p - q, p, q)
+        for i in range(size):
+            blocked[ring[i]] = True
+        for t in star:
+            gone = faces[t, 0] == w or faces[t, 1] == w or faces[t, 2] == w
+            for k in range(3):
+                if faces[t, k] == v:
+                    faces[t, k] = w
+            if gone:
+                faces[t, 0] = -1
+        number += 1
+        ends[number] = end + d
+    return number
+
+
+def _bisector(edges, w, u):
+    """Half the way between the first and the last of the other vertices around a hole as seen from w, on its rim."""
+    first, angle = edges[0, 0], 0.0
+    for e in range(len(edges)):
+        if edges[e, 0] == w:
+            first = edges[e, 1]
+    for e in range(len(edges)):
+        x, y = u[edges[e, 0]] - u[w], u[edges[e, 1]] - u[w]
+        if edges[e, 0] != w and edges[e, 1] != w:
+            angle += np.arctan2(cross(x, y), dot(x, y))
+    return (u[first] - u[w]) * np.exp(0.5j * angle)
+
+
+def _room(edges, u, a, way):
+    """The share of a way from a up to which it faces all edges from the left; 0 if it does not even begin so."""
+    share = np.inf
+    for e in range(len(edges)):
+        x, y = u[edges[e, 0]] - a, u[edges[e, 1]] - a
+        left, more = cross(x, y), cross(way, x - y)
+        if x == 0 or y == 0:
+            left = 0.0
+        if more < 0 or left == more:
+            share = min(share, max(left, 0.0) / -more if more < 0 else 0.0)
+    return share
+
+
+def _pull(points, edges, v, u, theta):
+    """The energy of the triangles around v, its gradient by the place of v, and its Hessian's entries xx, yy, xy."""
+    energy, slope, xx, yy, xy = 0.0, 0j, 0.0, 0.0, 0.0
+    for e in range(len(edges)):
+        b, c = edges[e, 0], edges[e, 1]
+        square, along, other = 0.0, 0.0, 0.0
+        for k in range(3):
+            p, q = points[b, k] - points[v, k], points[c, k] - points[v, k]
+            square, along, other = square + p * p, along + p * q, other + q * q
+        length = np.sqrt(square)
+        height = np.sqrt(max(other - along * along / square, 0.0))
+        scale, z = complex(0.0, -0.5 / (length * height)), complex(along / length, -height)
+        beta, gamma = -scale * z, scale * length
+        alpha = -beta - gamma
+        x, y = u[b] - u[v], u[c] - u[v]
+        f, g = beta * x + gamma * y, beta.conjugate() * x + gamma.conjugate() * y
+        ff, gg, area = dot(f, f), dot(g, g), 0.5 * length * height
+        if not ff > gg:
+            return np.inf, slope, xx, yy, xy
+        w, w_p, w_d, w_pp, w_pd, w_dd = density_derivatives(ff + gg, ff - gg, theta, 1.0, 0.0)
+        f, g = 2 * alpha.conjugate() * f, 2 * alpha * g
+        p, d, same = f + g, f - g, 4 * w_p * dot(alpha, alpha)
+        energy += area * w
+        slope += area * (w_p * p + w_d * d)
+        xx += area * (same + w_pp * p.real**2 + 2 * w_pd * p.real * d.real + w_dd * d.real**2)
+        yy += area * (same + w_pp * p.imag**2 + 2 * w_pd * p.imag * d.imag + w_dd * d.imag**2)
+        xy += area * (
+            w_pp * p.real * p.imag + w_pd * (p.real * d.imag + p.imag * d.real) + w_dd * d.real * d.imag
+        )
+    return energy, slope, xx, yy, xy
+
+
+def _settle(points, edges, v, u, theta):
+    """Moves v by Newton's method to where the triangles around it have least energy, until a step gains little."""
+    energy, slope, xx, yy, xy = _pull(points, edges, v, u, theta)
+    while True:
+        square = xx * yy - xy * xy
+        if not (square > 0 and xx > 0):
+            return
+        step = -complex(yy * slope.real - xy * slope.imag, xx * slope.imag - xy * slope.real) / square
+        at, share = u[v], min(1.0, 0.5 * _room(edges, u, u[v], step))
+        u[v] = at + share * step
+        below, slope, xx, yy, xy = _pull(points, edges, v, u, theta)
+        if not below < energy:
+            u[v] = at
+            return
+        if energy - below < SMALL * energy:
+            return
+        energy = below
+
+
+def put_back(vertex, into, corners, weights, starts, edges, points, theta, u):
+    """Fills in the positions u (n,) of vertices that were taken out, the last one first; False where one has none.
+
+    A hole is seen whole from the vertex that its own was drawn into. So there is room, if not on the way to where it
+    was, then along the bisector. From there each goes where the triangles around it have least energy.
+    """
+    for number in range(vertex.size - 1, -1, -1):
+        around, a, v = edges[starts[number] : starts[number + 1]], u[into[number]], vertex[number]
+        way = -a
+        for k in range(3):
+            way += weights[number, k] * u[corners[number, k]]
+        share = _room(around, u, a, way)
+        if share == 0:
+            way = _bisector(around, into[number], u)
+            share = _room(around, u, a, way)
+        u[v] = a + (way if share > 1 else 0.5 * share * way)
+        _settle(points, around, v, u, theta)
+        for e in range(len(around)):
+            if not cross(u[around[e, 0]] - u[v], u[around[e, 1]] - u[v]) > 0:
+                return False
+    return True

@@ -1,0 +1,66 @@
+"""Half-edge collapses and the way back, against the same in plain Python."""
+
+import numpy as np
+import pytest
+
+from iccm.flattening import coarsening
+from tests.core.compare import both
+from tests.core.reference import coarsening as plain
+from tests.triangulations import irregular
+
+BENT = np.array([0, 3 + 0.2j, 2.8 + 1.9j, 1.1 + 0.7j, 0.9 + 2.5j, -0.3 + 1.4j])
+
+
+def surface(seed):
+    """A bumpy surface and a layout of it that has no folds: (n, 3) points, (m, 3) faces and (n,) positions."""
+    rng = np.random.default_rng(seed)
+    z, faces, _ = irregular(BENT, 0.25, seed)
+    height = 0.3 * np.sin(2 * z.real + 1) + 0.2 * z.imag**2 + 0.01 * rng.standard_normal(z.size)
+    return np.column_stack([z.real, z.imag, height]), faces, z + 0.05 * z**2
+
+
+def remove(faces, points, z, n, starts, around, blocked, most, vertex, into, triangle, weights, ends, edges):
+    assert n == z.size and most == vertex.size
+    return plain._round(
+        faces, points, z, starts, around, blocked, most, vertex, into, triangle, weights, ends, edges
+    )
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_collapses(monkeypatch, seed):
+    points, faces, z = surface(seed)
+    stay = np.array([3, 60, 61])
+
+    def work():
+        coarse, removed = coarsening.coarser(points, faces, z, z.size // 8, stay)
+        return coarse, *removed
+
+    one, other = both(monkeypatch, coarsening, {"_remove": remove}, work)
+    assert len(one[0]) < 0.5 * len(faces) and np.isin(stay, one[0]).all()
+    for a, b in zip(one, other, strict=True):
+        assert np.array_equal(a, b)
+
+
+@pytest.mark.parametrize(("seed", "theta", "bent"), [(0, 1.0, 0.05), (0, 1.0, 0.2), (1, 1.7, 0.08)])
+def test_vertices_come_back(monkeypatch, seed, theta, bent):
+    """To within rounding that Newton's steps pass on: powers and bisectors are computed by other functions.
+
+    In a layout that is bent too much the coarse triangles themselves fold.
+    """
+    points, faces, z = surface(seed)
+    _, removed = coarsening.coarser(points, faces, z, z.size // 8)
+    # another layout of the coarse triangles, in which the places that vertices had are not always visible
+    other_layout = z + bent * np.sin(9 * z.imag) * (1 + 0.5j)
+    start = np.where(np.isin(np.arange(z.size), removed.vertex), np.nan, other_layout)
+
+    def put_back(vertex, into, triangle, weights, starts, edges, count, points, theta, gain, u):
+        assert (count, gain) == (vertex.size, plain.SMALL)
+        return plain.put_back(vertex, into, triangle, weights, starts, edges, points, theta, u)
+
+    def work():
+        u = start.copy()
+        return coarsening.put_back(removed, points, theta, u), u
+
+    one, other = both(monkeypatch, coarsening, {"_put_back": put_back}, work)
+    assert one[0] == other[0] == (bent < 0.1)
+    assert np.allclose(one[1], other[1], rtol=0, atol=1e-12, equal_nan=True)
