@@ -16,6 +16,7 @@ from ...arrays import Index, Real
 from ...errors import InputError
 from ...meshes.mesh import Mesh
 from .. import files, limits
+from . import obj_scan
 
 NUMBER_WIDTH = 32  # bytes of a number that numpy may convert many at a time
 WRONG = {
@@ -189,8 +190,6 @@ def parse(data: bytes, path: Path) -> Obj:
     Raises:
         InputError: as `read`.
     """
-    from . import obj_scan  # numba: imported where used
-
     raw = np.frombuffer(data, np.uint8)
     lines, c = obj_scan.count(raw)
     v, vt, vn = (
@@ -203,9 +202,10 @@ def parse(data: bytes, path: Path) -> Obj:
     )
     corners, relative = np.zeros((c, 2), np.int64), np.zeros(c, bool)
     slow = [np.zeros((a.size, 2), np.int64) for a in (v, vt, vn)]
-    code, at, *found = obj_scan.fill(
-        raw, v, vt, vn, vt_at, face_at, starts, corner_at, corners, normals, relative, statement_at, *slow
+    arrays = obj_scan.Arrays(
+        v, vt, vn, vt_at, face_at, starts, corner_at, corners, normals, relative, statement_at, *slow
     )
+    code, at, found = obj_scan.fill(raw, arrays)
     if code:
         raise InputError(f"{path}: {_place(data, at)}: {WRONG[code]}")
     for values, listed, k in zip((v, vt), slow, found):

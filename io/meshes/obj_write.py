@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from ...arrays import Index, Real
 from ...surfaces.subdivided import Mixtures, Subdivision
+from . import obj_scan
 from .obj import Obj
 from .splitting import replaced
 
@@ -142,11 +143,9 @@ def _binding_edits(obj: Obj, faces: NDArray[np.bool_], binding: Binding, newline
 
 def _apply(obj: Obj, edits: list[Edit], changed: Index, index: Index) -> bytes:
     """The bytes with corner indices rewritten and the edits made; edits at one byte keep their order."""
-    from . import obj_scan
-
     raw = np.frombuffer(obj.data, np.uint8)
     places = obj.corner_at[changed]
-    out = np.empty(len(obj.data) + 16 * changed.size + 16, np.uint8)
+    out = np.empty(len(obj.data) + 20 * changed.size, np.uint8)
     pieces, position = [], 0
     for start, end, text in [*sorted(edits, key=lambda e: e[:2]), (len(obj.data), len(obj.data), b"")]:
         a, b = np.searchsorted(places, [position, start])

@@ -39,6 +39,7 @@ def declared():
         for each in pkgutil.walk_packages(iccm.__path__, "iccm.")
         if not each.name.startswith(("iccm.cli", "iccm.io", "iccm.plugins", "iccm.samples"))
     ]
+    modules.append(import_module("iccm.io.meshes.obj_scan"))
     return {
         value.prototype
         for module in modules
