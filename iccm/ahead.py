@@ -12,45 +12,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from . import jit
-from .arrays import Complex
 from .parallel import thread_count
-
-SQUARE = np.array([-0.5 - 0.5j, 0.5 - 0.5j, 0.5 + 0.5j, -0.5 + 0.5j])
-FAN = np.array([(0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)])  # the square and its middle
-
-
-def _minimise() -> None:
-    """Untangling and Newton's method on four triangles, the energy first."""
-    from .balanced.minimise.energy import energy_of
-    from .balanced.model.boundary import MatchedBoundary
-    from .balanced.model.boundary_pairs import Pairs
-    from .balanced.model.discrete_map import DiscreteMap
-    from .balanced.model.outline import Outline
-    from .balanced.model.retriangulation import retriangulated
-    from .curve import Curve
-    from .linalg.cholesky import system_of
-
-    z: Complex = np.append(SQUARE, 0)
-    energy_of(z, z, FAN)
-    outline = Outline.of(Curve(SQUARE), 0.0, 0.0)
-    s = outline.curve.knots[:-1]
-    corners = np.ones(4, bool)
-    pairs = Pairs(s, s.copy(), corners, corners)
-    system = system_of(FAN, np.roll(np.arange(4), -1), z.size)
-    state = DiscreteMap(FAN, system, z, z, MatchedBoundary(outline, outline, pairs, ~corners))
-    retriangulated(state.unfolded(), 1.0).forward(1.0, 1, 1e-3, corners=True)
-
-
-def _map() -> None:
-    """A triangulated map, made and evaluated."""
-    from .maps.triangulated.map import TriangulatedMap
-
-    z: Complex = np.append(SQUARE, 0)
-    image: Complex = 1.1 * z
-    TriangulatedMap(z, image, FAN, (np.arange(4),))(z)
 
 
 class Part(NamedTuple):
@@ -69,10 +32,7 @@ class Part(NamedTuple):
     seconds: float
 
 
-# what others need, too, first
-PARTS = {
-    "map": Part(_map, "maps.triangulated.evaluation", "_evaluate", 1.0),
-}
+PARTS: dict[str, Part] = {}  # the compiled core has all kernels
 
 
 def missing() -> list[str]:

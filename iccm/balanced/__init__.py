@@ -15,7 +15,6 @@ model/        a map in the making
 minimise/     the energy and Newton's method
 meshing/      meshes of a domain
 injectivity   checks of what is returned: no folds, simple outlines
-kernels       small kernels that these folders share
 errors        how a solve can fail
 """
 

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Complex, Index, Real, xy_of
-from ..jit import kept
 from ..native import function
 from ..parallel import over_slices
 from ..plane import bounding_box, longer_side
@@ -103,55 +102,3 @@ def along(edges: Real, way: Real) -> Real:
     s = (right[:, 0] * gram[:, 1, 1] - right[:, 1] * gram[:, 0, 1]) / det
     t = (right[:, 1] * gram[:, 0, 0] - right[:, 0] * gram[:, 0, 1]) / det
     return np.column_stack([s, t])
-
-
-@kept()
-def _cross(o, a, b):
-    return (a.real - o.real) * (b.imag - o.imag) - (a.imag - o.imag) * (b.real - o.real)
-
-
-@kept()
-def place_on(places, z, weights):
-    """The triangle of a point, whose barycentric coordinates (3,) are filled in."""
-    at = (z - places.low) * places.scale
-    column, row = int(min(max(at.real, 0), GRID - 1)), int(min(max(at.imag, 0), GRID - 1))
-    return _walk_to(places.flat, places.faces, places.twin, z, places.grid[row, column], weights)
-
-
-@kept()
-def _walk_to(flat, faces, twin, z, t, weights):
-    """Crosses the edge that the point lies farthest beyond until it lies beyond none, or a border stops the walk."""
-    steps = 0
-    while True:
-        a, b, c = flat[faces[t, 0]], flat[faces[t, 1]], flat[faces[t, 2]]
-        area = _cross(a, b, c)
-        w = (_cross(b, c, z) / area, _cross(c, a, z) / area, _cross(a, b, z) / area)
-        worst, beyond = -1, 0.0
-        for k in range(3):  # weight k belongs to the edge from corner k + 1 to k + 2
-            if w[k] < beyond and twin[3 * t + (k + 1) % 3] >= 0:
-                worst, beyond = k, w[k]
-        if worst < 0 or steps > 4096:
-            break
-        t = twin[3 * t + (worst + 1) % 3] // 3
-        steps += 1
-    _clamped(a, b, c, z, w, weights)
-    return t
-
-
-@kept()
-def _clamped(a, b, c, z, w, out):
-    """Barycentric coordinates of the triangle's point nearest to z, given z's own."""
-    out[0], out[1], out[2] = w
-    if min(w[0], w[1], w[2]) >= 0:
-        return
-    p = (a, b, c)
-    least = np.inf
-    for k in range(3):
-        u, v = p[k], p[(k + 1) % 3]
-        e = v - u
-        s = ((z - u) * e.conjugate()).real / max(abs(e) ** 2, 1e-300)
-        s = min(max(s, 0.0), 1.0)
-        d = abs(u + s * e - z)
-        if d < least:
-            least = d
-            out[k], out[(k + 1) % 3], out[(k + 2) % 3] = 1 - s, s, 0.0

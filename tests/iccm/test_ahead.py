@@ -1,38 +1,8 @@
 """What is compiled ahead is what a common job needs."""
 
 import os
-import subprocess
-import sys
-from pathlib import Path
-
-import pytest
 
 from iccm import ahead
-
-SHAPES = Path(__file__).parents[1] / "wheel"
-
-
-def kernels(cache: Path) -> set[str]:
-    return {path.name for path in cache.rglob("*.nbc")}
-
-
-@pytest.mark.slow
-def test_a_job_compiles_nothing_that_was_not_compiled_ahead(tmp_path):
-    cache = tmp_path / "cache"
-    shell = {"env": {**os.environ, "NUMBA_CACHE_DIR": str(cache)}, "check": True}
-    said = subprocess.run(
-        [sys.executable, "-m", "iccm.ahead"], stdout=subprocess.PIPE, text=True, **shell
-    ).stdout
-    assert said.startswith("compiling")
-    there = kernels(cache)
-    assert any(name.startswith("retriangulation._lower") for name in there)
-    iccm = Path(sys.executable).parent / "iccm"
-    for source, target in (("square.svg", "blob.svg"), ("blob.svg", "square.svg")):
-        job = [iccm, "map", SHAPES / source, SHAPES / target, "--size", "256", "-q", "-o", tmp_path / source]
-        subprocess.run([*job[:-1], f"{job[-1]}.png"], **shell)
-    assert kernels(cache) == there
-    again = [sys.executable, "-m", "iccm.ahead"]
-    assert subprocess.run(again, stdout=subprocess.PIPE, text=True, **shell).stdout == ""
 
 
 def test_what_is_in_the_cache_is_not_missing(tmp_path):

@@ -5,10 +5,7 @@ edge opposite each of them, -1 on the outline. Both have room for more triangles
 """
 
 from ...arrays import Complex, Index
-from ...jit import kernel
 from ...native import function
-
-THIN = 1e-14  # twice the area, of a domain of area one, that a flip may leave
 
 _clip_ears = function(
     "int64_t iccm_meshing_clip_ears(const Complex *z, int64_t n, int64_t *faces, int64_t *across)"
@@ -44,9 +41,3 @@ def legalise(z: Complex, faces: Index, across: Index, stack: Index, links: Index
         links: (c,) the vertex to which each of the first c is joined by an edge that stays, -1 for none.
     """
     _legalise(z, faces, across, links, links.size, stack, stack.size)
-
-
-@kernel
-def is_constrained(links, a, b):
-    """Whether vertices a and b are the ends of an edge that every mesh must keep."""
-    return a < links.size and b < links.size and (links[a] == b or links[b] == a)

@@ -18,7 +18,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Complex, Index, Real
-from ...jit import in_place
 from ...linalg.cholesky import BlockPattern
 from ...native import Record, function, record
 
@@ -119,55 +118,6 @@ class RestShapes(NamedTuple):
         """For the core."""
         m, aimed = len(self.corners), self.aims.size > 0
         return RestShapesRecord(self.corners, self.slots, self.gradients, self.weights, self.aims, m, aimed)
-
-
-@in_place
-def power(base, exponent):
-    """base ** exponent, without a logarithm for the exponents that are met most."""
-    if exponent == 1.0:
-        return base
-    if exponent == 2.0:
-        return base * base
-    if exponent == 0.0:
-        return 1.0
-    return base**exponent
-
-
-@in_place
-def density(p, d, theta, q, share):
-    """W at one triangle with d > 0; the image's area counts by its share, ½ where map and inverse are alike."""
-    core = p / d * power(0.5 * (d + 1 / d), theta)
-    return core * power(core, q - 1) * (1 - share + share * d)
-
-
-@in_place
-def density_derivatives(p, d, theta, q, share):
-    """W and its derivatives W_p, W_d, W_pp, W_pd, W_dd."""
-    inverse = 1 / d
-    area, area1, area2 = 0.5 * (d + inverse), 0.5 * (1 - inverse * inverse), inverse * inverse * inverse
-    grown, less = power(area, theta), 1 / area
-    grown1 = theta * grown * less * area1
-    grown2 = theta * grown * less * ((theta - 1) * less * area1 * area1 + area2)
-    core_p = grown * inverse
-    core, core_pd = p * core_p, (grown1 - core_p) * inverse
-    core_d = p * core_pd
-    core_dd = p * inverse * (grown2 - 2 * core_pd)
-    value, first, second = core, 1.0, 0.0
-    if q > 1:
-        below = power(core, q - 2)
-        first, second = q * below * core, q * (q - 1) * below
-        value = below * core * core
-    pp, pd = second * core_p * core_p, first * core_pd + second * core_p * core_d
-    dd = first * core_dd + second * core_d * core_d
-    core_p, core_d, area = first * core_p, first * core_d, 1 - share + share * d
-    return (
-        value * area,
-        core_p * area,
-        core_d * area + share * value,
-        pp * area,
-        pd * area + share * core_p,
-        dd * area + 2 * share * core_d,
-    )
 
 
 def total(rest: RestShapes, u: Complex, objective: Objective) -> float:
