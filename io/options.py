@@ -443,8 +443,9 @@ class JobOptions:
     """What can be said about a run, in the order in which help shows it."""
 
     texture: str | None = _option(
-        "Picture to carry along.  [default: a numbered checkerboard]", "IMAGE", commands=MORPHED, basic=True,
-        brief="The picture to carry along.  [default: a numbered checkerboard]",
+        "Picture or SVG to carry along; checker is a numbered checkerboard.  "
+        "[default: SOURCE itself where it has colours of its own, else checker]", "IMAGE", commands=MORPHED, basic=True,
+        brief="The picture or SVG to carry along.  [default: SOURCE's own colours, else a checkerboard]",
         aliases=(("image", "{}"), ("picture", "{}"), ("photo", "{}")), words="pattern input material fill",
     )  # fmt: skip
     normal: tuple[str, ...] = _option(

@@ -12,6 +12,7 @@ paint_server  gradients, patterns and markers
 filters       filters, by the map's affine part
 attributes    attributes and styles that stay
 references    references, kept within the drawing
+rendering     drawings as pictures
 """
 
 from collections.abc import Sequence

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,6 +28,8 @@ WRITTEN = ("report", "plot", "stmap")
 """Fields that name a file to write, beside `output`."""
 STEM = "{stem}"
 """In the name of a picture: that of the texture it is made of."""
+CHECKER = "checker"
+"""A --texture that is the numbered checkerboard, and not a file."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,10 +223,15 @@ class Job(Textured, JobOptions):
     templated = ("output", *WRITTEN, "constraints")
     source: str
     target: str | None
+    checkered: ClassVar[bool] = (
+        False  # whether the checkerboard is asked for, whatever the source shows of its own
+    )
 
     def __init__(self, **values: Any):
         super().__init__(**values)
         self._name_stmap()
+        if self.texture == CHECKER and not os.path.isfile(CHECKER):
+            vars(self).update({"texture": None, "checkered": True})
         self._give_a_picture_each()
 
     @classmethod
@@ -242,6 +250,13 @@ class Job(Textured, JobOptions):
             )
         rest = tuple(name for name in self.output if name != able[0])
         vars(self).update(stmap=able[0], output=rest)
+
+    def model_dump(self, **how: Any) -> dict[str, Any]:
+        """The values by name, as `Described.model_dump` has them."""
+        found = super().model_dump(**how)
+        return found | (
+            {"texture": CHECKER} if self.checkered and "texture" not in how.get("exclude", ()) else {}
+        )
 
     def _give_a_picture_each(self) -> None:
         """Every texture gets a picture; the first of them is `texture`."""

@@ -247,7 +247,10 @@ class Run:
         return join([as_mesh(shape) for shape in shapes])
 
     def begin(self, part: str) -> None:
-        """Make `sampler` or `fit_report` beside what follows, if there may be threads."""
+        """Make `sampler` or `fit_report` beside what follows, if there may be threads; a drawing as a texture waits for
+        the map, which says how finely it is rendered."""
+        if part == "sampler" and texture.drawing_of(self.job, self.source):
+            return
         if thread_count(self.threads) > 1:
             self._begun[part] = beside(getattr(self, f"_{part}"))
 
@@ -259,7 +262,8 @@ class Run:
     def _sampler(self) -> Sampler:
         with self.phases.timed("prepare"):
             outlines = texture.outlines_of(self.job, self.shapes(0))
-            made = texture.sampler_of(self.job, self.image, self.box, outlines, self.room, self.threads)
+            image = self._rendered() if texture.drawing_of(self.job, self.source) else self.image
+            made = texture.sampler_of(self.job, image, self.box, outlines, self.room, self.threads)
         if made.faded:
             self.note(f"{self.job.texture}: --memory leaves no room to take its own edge off, which may fade")
         return made
@@ -268,6 +272,22 @@ class Run:
     def fit_report(self) -> dict[str, Any]:
         """The solver's own report."""
         return self._begun["fit_report"].result() if "fit_report" in self._begun else self._fit_report()
+
+    def _rendered(self) -> Image:
+        """The drawing that is the texture, as finely as the map samples it; never less than before."""
+        if not self.fits:
+            return self.image
+        density = texture.density_needed(self.fits, min(self.canvas.step))
+        height, width = self.image.pixels.shape[:2]
+        extent = self.box[1] - self.box[0]
+        if density <= min(width / extent.real, height / extent.imag):
+            return self.image
+        return texture.rendered(self.job, self.source, self.room, density)
+
+    @cached_property
+    def held_drawing(self) -> bytes | None:
+        """The drawing that is the texture as a PNG file, for meshes, which hold it or stand beside it."""
+        return texture.held_drawing(self.job, self.source)
 
     def _fit_report(self) -> dict[str, Any]:
         with self.phases.timed("evaluate"):

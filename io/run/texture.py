@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from ...arrays import Box, Complex
 from ...errors import InputError
+from ...plane import bounding_box
+from .. import formats
 from ..spec import Spec
 from . import framing
 from .job import Job
@@ -15,10 +20,19 @@ from .job import Job
 if TYPE_CHECKING:
     from ...memory import Memory
     from ...pixels.sampler import Sampler
+    from ...solve import Fit
     from ..pictures.image_files import Image
     from ..pictures.tiles import TiledImage
     from ..shapes.shape import Shape
 
+RENDERED = 1024  # pixels of the longer side of a drawing, before it is known how finely a map samples it
+HELD = 2048  # pixels of the longer side of a drawing that a mesh shows
+BESIDE = 1 / 16
+"""Of a shape's size: how far beyond its box its drawing is rendered, for filters that read beyond the outline."""
+MOST_RENDERED = 1 << 24
+"""Pixels of a drawing that is rendered for a map: as many as of a picture of 4096 by 4096, a second of work."""
+MOST_STRETCHED = 0.98
+"""Of the source: the rest may be stretched more, and is then shown with fewer texels than pixels."""
 CHEQUERED = 1024  # pixels a side of the checkerboard
 KEPT = 1 << 24  # numbers of a picture that is kept for the next job (by hand)
 
@@ -30,7 +44,100 @@ def on_mesh(job: Job, source: Shape) -> bool:
 
 def has_texture(job: Job, source: Shape) -> bool:
     """Whether there is a texture, other than the checkerboard."""
-    return bool(job.texture or source.pictures)
+    return bool(job.texture or own_pictures(job, source))
+
+
+def own_pictures(job: Job, source: Shape) -> tuple[Path | bytes, ...]:
+    """The pictures that the source has of its own, unless the checkerboard is asked for."""
+    return () if job.checkered else source.pictures
+
+
+def drawing_of(job: Job, source: Shape) -> Path | None:
+    """The SVG that is rendered as the texture: --texture, or the source, where it has colours of its own."""
+    name = job.texture or next((path for path in own_pictures(job, source) if not source.is_mesh), None)
+    is_drawing = isinstance(name, (str, Path)) and formats.suffix_of(name) in (".svg", ".svgz")
+    return Path(name) if is_drawing else None
+
+
+def rendered(job: Job, source: Shape, room: Memory, density: float | None = None) -> Image:
+    """Render the drawing that is the texture.
+
+    Args:
+        job: the job.
+        source: the shape that it lies on.
+        room: refuses more than --memory.
+        density: pixels per unit of the source's plane; None: RENDERED pixels along its longer side.
+
+    Raises:
+        InputError: it cannot be rendered, or there is no room.
+    """
+    from ...pixels.texture import strip_bytes
+    from ..artwork import rendering
+
+    path = drawing_of(job, source)
+    assert path is not None
+    box = rendering.canvas_of(path) if job.texture else _own_box(source)
+    extent = box[1] - box[0]
+    if density is None:
+        density = RENDERED / max(extent.real, extent.imag)
+    elif job.texture:  # which may be stretched where it lies on the source
+        covered = framing.texture_box(job, source, extent.real / extent.imag)
+        density *= abs(covered[1] - covered[0]) / abs(extent)
+    width, height = rendering.pixels_across(box, density, min(job.max_pixels, MOST_RENDERED))
+    room.check(strip_bytes(height, width, 4), "the drawing as a texture")
+    return rendering.render(path, box, (width, height))
+
+
+def held_drawing(job: Job, source: Shape) -> bytes | None:
+    """The drawing that is the texture as a PNG file that covers the source's canvas; None where it is not a drawing.
+
+    Raises:
+        InputError: it cannot be rendered.
+    """
+    path = drawing_of(job, source)
+    if path is None:
+        return None
+    from ..artwork import rendering
+
+    box = rendering.canvas_of(path) if job.texture else framing.texture_box(job, source)
+    extent = box[1] - box[0]
+    size = rendering.pixels_across(
+        box, HELD / max(extent.real, extent.imag), min(job.max_pixels, MOST_RENDERED)
+    )
+    return rendering.render_png(path, box, size)
+
+
+def _own_box(source: Shape) -> Box:
+    """What is rendered of a drawing that is its own texture."""
+    low, high = source.bounds
+    margin = BESIDE * max((high - low).real, (high - low).imag) * (1 + 1j)
+    return low - margin, high + margin
+
+
+def density_needed(fits: Sequence[Fit], step: float) -> float:
+    """Compute how many texels per unit of the source's plane a map needs to show a pixel with a texel of its own.
+
+    Args:
+        fits: the maps of all parts.
+        step: size of a pixel in the target's plane.
+    """
+    from ...maps.approximation import triangulated
+
+    stretches = []
+    for fit in fits:
+        map = triangulated(fit.map)
+        _, a, b = map.jet(_scattered(map.rims[0]))
+        stretches.append(np.abs(a) + np.abs(b))
+    all_stretches = np.concatenate(stretches)
+    all_stretches = all_stretches[np.isfinite(all_stretches)]
+    return float(np.quantile(all_stretches, MOST_STRETCHED)) / step if all_stretches.size else 1 / step
+
+
+def _scattered(outline: Complex) -> Complex:
+    """Points all over the box of an outline, on a grid; a map has no value at those outside."""
+    low, high = bounding_box(outline)
+    x, y = (np.linspace(a, b, 66)[1:-1] for a, b in ((low.real, high.real), (low.imag, high.imag)))
+    return (x[None, :] + 1j * y[:, None]).ravel()
 
 
 def tiles_of(job: Job, sources: Sequence[Shape], room: Memory) -> TiledImage | None:
@@ -41,7 +148,7 @@ def tiles_of(job: Job, sources: Sequence[Shape], room: Memory) -> TiledImage | N
     """
     from ..pictures import tiles
 
-    name = job.texture or next(iter(sources[0].pictures), None)
+    name = job.texture or next(iter(own_pictures(job, sources[0])), None)
     if name is None or isinstance(name, bytes) or not tiles.is_pattern(name):
         return None
     if not sources[0].has_uv:
@@ -54,6 +161,8 @@ def tiles_of(job: Job, sources: Sequence[Shape], room: Memory) -> TiledImage | N
 
 def box_of(job: Job, source: Shape, image: Image, tiles: Box | None = None) -> Box:
     """What of the source's plane the texture covers, given what of its layout; the checkerboard is a square."""
+    if drawing_of(job, source) and not job.texture:
+        return framing.placed(job, source, _own_box(source))
     if tiles is not None:
         low, high = (complex(corner.real * source.aspect, corner.imag) for corner in tiles)
         return low, high
@@ -118,14 +227,17 @@ def image_of(job: Job, source: Shape, room: Memory) -> Image:
     from ..pictures import image_files
 
     limits = _limits(job, room)
+    if drawing_of(job, source):
+        return rendered(job, source, room)
     if name := job.texture:
         key = None if job.memory else (_stamp(name), job.max_pixels, job.colorspace)
         return _read.get(key, _numbers, lambda: image_files.read(name, **limits))
-    if source.pictures and source.is_mesh:
+    pictures = own_pictures(job, source)
+    if pictures and source.is_mesh:
         from ..shapes import mesh_reading
 
         return mesh_reading.read_texture(source, **limits)
-    if source.pictures:
+    if pictures:
         from ..shapes import own_picture
 
         return own_picture.read(Spec.of(source.spec), source.trace, **limits)

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import shapely
+from tinycss2.color3 import parse_color
 
 from ...arrays import Complex, complex_of
 from ...curve import polygon_of
@@ -22,7 +23,7 @@ from .budget import Budget
 from .clips import Clips
 from .crossings import TooMuch
 from .curves import Bezier, Lines, thinned
-from .document import drawing_bytes
+from .document import drawing_bytes, local
 from .drawing import Drawing
 from .fill import FilledOutline, Refused, outlines, outlines_of
 from .painted import painted_areas
@@ -90,6 +91,7 @@ def read(
             ]
             paint = partial(_paint, drawing, shown, places, Detail(flatness, Budget(max_segments)))
             drawing = replace(drawing, paint=paint)
+        drawing = replace(drawing, coloured=_has_colours(shown, document))
         _special(drawing, document, shown, chosen, Detail(flatness, Budget(max_segments)))
         if not drawing.outlines:
             drawing.refused.extend(without_area.values())
@@ -205,6 +207,27 @@ def _candidate(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail
     drawing.outlines.extend(replace(outline, names=names) for outline in found)
     drawing.refused.extend(refused)
     return None
+
+
+def _has_colours(shown: list[Node], document: tree.Document) -> bool:
+    """Whether a drawing shows something of its own, and is not just a shape: paints of more than one kind, a gradient
+    or pattern, an embedded picture, lines inside, or text."""
+    if document.pictures or any(local(element) == "text" for element in document.top.iter()):
+        return True
+    paints = set[tuple[str, str, str]]()
+    lines = 0
+    for drawn in shown:
+        for kind, default, painted in (("fill", "black", drawn.filled), ("stroke", "none", drawn.stroked)):
+            paint = drawn.properties.get(kind, default).strip()
+            if painted and (paint.startswith("url(") or "gradient" in paint):
+                return True
+            if painted:
+                opacity = drawn.properties.get(f"{kind}-opacity", "1").strip()
+                paints.add((str(parse_color(paint) or paint), opacity, drawn.own.get("opacity", "1").strip()))
+        if drawn.stroked:
+            data = drawn.properties.get("d", "M") if drawn.tag == "path" else "M"
+            lines += max(1, data.count("M") + data.count("m"))
+    return len(paints) > 1 or lines > 1
 
 
 def _picture(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail) -> None:

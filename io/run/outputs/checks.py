@@ -23,7 +23,7 @@ def source(run: Run, placed: list[str]) -> None:
         raise InputError(
             f"{run.source.spec}: {own[0]} is for textures that lie flat, not by a mesh's coordinates"
         )
-    if not has_texture(run.job, run.source):
+    if not has_texture(run.job, run.source) and not run.job.checkered:
         run.note(f"{run.source.spec}: names no texture; give one with --texture")
         return
     pictures = dict.fromkeys(picture for source, _ in run.pairs for picture in source.pictures)

@@ -35,6 +35,7 @@ from .. import parts
 from ..framing import placing_options
 from ..job import Job
 from ..state import Run
+from ..texture import own_pictures
 from .baked import Parts, parts_of
 from .output import Output
 
@@ -130,7 +131,9 @@ def _measure(run: Run, measured: list[Written]) -> None:
 
 def _shown_texture(run: Run) -> Path | bytes | None:
     """The picture that a mesh with new coordinates shows: --texture, or that of a mesh source."""
-    return _first(run.job, "colour") or next(iter(run.source.pictures), None)
+    return (
+        run.held_drawing or _first(run.job, "colour") or next(iter(own_pictures(run.job, run.source)), None)
+    )
 
 
 def _normal_map(job: Job) -> Path | None:

@@ -1,0 +1,166 @@
+"""SVG drawings as pictures: what a drawing shows of a part of its plane, rendered by resvg.
+
+The document is rendered as the reader understands it: pins and strokes that are constraints are not shown, texts whose
+fonts are found are the same outlines as in the shape, and nothing outside the file is read.
+"""
+
+import copy
+import math
+from io import BytesIO
+from pathlib import Path
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from ...arrays import Box
+from ...errors import InputError, naming
+from .. import limits
+from ..pictures.image import Image
+from ..svg import reader, tree
+from ..svg.document import drawing_bytes, local
+from . import attributes
+from .element import SVG, restyle
+from .references import confine, typed
+
+ROUNDING = 1e-9  # relative: so that a whole number of pixels is not one less by rounding
+_CONSTRAINTS = (reader.PIN, reader.STROKE)
+_OF_TEXT = ("x", "y", "dx", "dy", "rotate", "textLength", "lengthAdjust")
+_PAINT = (
+    "fill",
+    "stroke",
+    "fill-opacity",
+    "stroke-opacity",
+    "stroke-width",
+    "stroke-linejoin",
+    "stroke-linecap",
+)
+
+
+def render(path: Path, box: Box, size: tuple[int, int], *, max_bytes: int = limits.SVG_BYTES) -> Image:
+    """Render a part of a drawing's plane, what it paints beyond its canvas included.
+
+    Args:
+        path: the drawing.
+        box: lower left and upper right corner of what is shown, in the core plane (user units, y up).
+        size: width and height of the picture in pixels.
+        max_bytes: of the drawing.
+
+    Returns:
+        Straight (not premultiplied) sRGB with alpha, 8 bits a channel.
+
+    Raises:
+        InputError: it cannot be read, or not be rendered.
+    """
+    from PIL import Image as Pillow
+
+    with Pillow.open(BytesIO(render_png(path, box, size, max_bytes=max_bytes))) as picture:
+        return Image(np.array(picture.convert("RGBA")), alpha=3)
+
+
+def render_png(path: Path, box: Box, size: tuple[int, int], *, max_bytes: int = limits.SVG_BYTES) -> bytes:
+    """The same as the content of a PNG file."""
+    with naming(path):
+        return _rasterized(*_cleaned(drawing_bytes(path, max_bytes), box, size))
+
+
+def canvas_of(path: Path, *, max_bytes: int = limits.SVG_BYTES) -> Box:
+    """The canvas of a drawing in the core plane: its viewBox or size; what it paints where it states none.
+
+    Raises:
+        InputError: it cannot be read, or it paints nothing.
+    """
+    drawing = reader.read(path, max_bytes=max_bytes)
+    if drawing.rectangle is not None:
+        x, y, width, height = drawing.rectangle
+        return complex(x, -y - height), complex(x + width, -y)
+    if drawing.painted.is_empty:
+        raise InputError(f"{path}: paints nothing, and has neither a viewBox nor a size")
+    left, top, right, bottom = drawing.painted.bounds
+    return complex(left, -bottom), complex(right, -top)
+
+
+def pixels_across(box: Box, density: float, most: int) -> tuple[int, int]:
+    """Width and height in pixels of a box at a density of pixels per unit, proportionally fewer above `most` in all."""
+    extent = box[1] - box[0]
+    density = min(density, math.sqrt(most / (extent.real * extent.imag)))
+    longest = min(limits.SIDE, most)
+    width, height = (
+        max(1, min(longest, math.floor(side * density * (1 + ROUNDING))))
+        for side in (extent.real, extent.imag)
+    )
+    return width, height
+
+
+def _rasterized(text: str, fonts: bool) -> bytes:
+    """A PNG file of a document that states its size; `fonts` says whether the system's may be needed."""
+    import resvg_py
+
+    try:
+        return bytes(resvg_py.svg_to_bytes(svg_string=text, skip_system_fonts=not fonts))
+    except ValueError as error:
+        raise InputError(f"cannot render it: {error}") from None
+    except BaseException as error:  # resvg is written in Rust, whose panics are not Exceptions
+        if type(error).__name__ == "PanicException":
+            raise InputError("cannot render it: resvg failed") from None
+        raise
+
+
+def _cleaned(data: bytes, box: Box, size: tuple[int, int]) -> tuple[str, bool]:
+    """The document without constraints, scripts and references to other files, in a view of a box; and whether there
+    is text in it that is not outlined."""
+    document = tree.parse(data)
+    top, texts = document.top, _outlined_texts(document)
+    for parent in list(top.iter()):
+        for child in list(parent):
+            if _is_constraint(child):
+                parent.remove(child)
+            elif child in texts:
+                parent[list(parent).index(child)] = texts[child]
+    for element in top.iter():
+        for link in tree.LINKS:
+            if link in element.attrib and local(element) == "image":
+                element.set(link, typed(element.get(link, "")))
+    confine(top)
+    (low, high), (width, height) = box, size
+    view = [low.real, -high.imag, (high - low).real, (high - low).imag]
+    outer = Element(
+        f"{SVG}svg",
+        {
+            "viewBox": " ".join(map(repr, view)),
+            "width": str(width),
+            "height": str(height),
+            "preserveAspectRatio": "none",
+        },
+    )
+    for name in ("transform", "viewBox", "preserveAspectRatio", "x", "y", "width", "height"):
+        top.attrib.pop(name, None)
+    if document.canvas:
+        sides = dict(zip(("x", "y", "width", "height"), map(repr, document.canvas)))
+        top.attrib |= sides | {"viewBox": " ".join(sides.values()), "preserveAspectRatio": "none"}
+    restyle(top, {"overflow": "visible"})
+    outer.append(top)
+    for prefix, name in attributes.SPACES.items():
+        ElementTree.register_namespace(prefix, name)
+    return ElementTree.tostring(outer, encoding="unicode"), any(local(each) == "text" for each in top.iter())
+
+
+def _is_constraint(element: Element) -> bool:
+    names = element.get("id"), element.get(tree.LABEL)
+    return local(element) in tree.SHAPES and any(name and name.startswith(_CONSTRAINTS) for name in names)
+
+
+def _outlined_texts(document: tree.Document) -> dict[Element, Element]:
+    """Paths in the place of texts that the reader outlines, which show the same letters as the shape has."""
+    found: dict[Element, Element] = {}
+    for node in document.shapes:
+        if local(node.element) != "text":
+            continue
+        element = copy.copy(node.element)
+        element.tag, element[:], element.text = f"{SVG}path", [], None
+        element.attrib = {name: value for name, value in element.attrib.items() if name not in _OF_TEXT}
+        element.set("d", node.properties["d"])
+        own = {name: value for name, value in node.own.items() if name in ("opacity", "transform")}
+        restyle(element, own | {name: node.properties[name] for name in _PAINT if name in node.properties})
+        found[node.element] = element
+    return found

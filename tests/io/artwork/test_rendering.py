@@ -1,0 +1,270 @@
+"""Drawings as pictures: colours in numbers, places, what is hidden, and nothing read outside the file."""
+
+import json
+import struct
+from base64 import b64encode
+
+import numpy as np
+import pytest
+
+from iccm import InputError
+from iccm.io.artwork import rendering
+from iccm.io.pictures import image_files
+from iccm.io.pictures.image import Image
+from iccm.io.run import texture
+from iccm.io.run.job import Job
+from iccm.io.shapes import shape as shapes
+
+SVG = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" {}>{}</svg>'
+CANVAS = 'viewBox="0 0 40 20"'
+WHOLE = (-20j, 40 + 0j)
+
+
+@pytest.fixture
+def rendered(tmp_path):
+    """Writes an SVG body and renders a box of it, ten pixels a unit; pixels by x, y in the file's units."""
+
+    def render(body, attributes=CANVAS, box=WHOLE):
+        path = tmp_path / "a.svg"
+        path.write_text(SVG.format(attributes, body))
+        extent = box[1] - box[0]
+        found = rendering.render(path, box, (round(10 * extent.real), round(10 * extent.imag)))
+        assert (found.alpha, found.associated, found.colorspace, found.pixels.dtype) == (
+            3,
+            False,
+            "sRGB",
+            np.uint8,
+        )
+
+        def at(x, y):
+            column, row = (int(10 * (x - box[0].real)), int(10 * (y + box[1].imag)))
+            return tuple(found.pixels[row, column].tolist())
+
+        return at
+
+    return render
+
+
+def test_colours_are_straight_and_composited_in_srgb(rendered):
+    at = rendered(
+        '<rect width="10" height="20" fill="#c86432" fill-opacity=".5"/>'
+        '<rect x="10" width="10" height="20" fill="#c86432"/>'
+        '<rect x="15" width="10" height="20" fill="#0000ff" opacity=".25"/>'
+    )
+    assert at(5, 5) == pytest.approx((200, 100, 50, 128), abs=1)  # premultiplied it would be 100, 50, 25
+    assert at(12, 5) == (200, 100, 50, 255)
+    assert at(17, 5) == pytest.approx((150, 75, 0.75 * 50 + 64, 255), abs=1)
+    assert at(22, 5) == pytest.approx((0, 0, 255, 64), abs=1) and at(30, 5) == (0, 0, 0, 0)
+
+
+def test_places_are_those_of_the_reader(rendered):
+    body = '<rect x="2" y="3" width="4" height="5" fill="red"/><rect x="50%" width="25%" height="20%" fill="lime"/>'
+    for box in (WHOLE, (-9j, 24 - 1j), (-10 - 30j, 60 + 10j)):
+        at = rendered(body, box=box)
+        assert at(3, 4)[:2] == (255, 0) and at(5.9, 7.9)[3] == 255
+        assert at(1.9, 4)[3] == at(3, 8.1)[3] == at(6.1, 4)[3] == 0
+        assert at(21, 3.9)[:2] == (0, 255) and at(21, 4.1)[3] == 0
+    beyond = rendered('<rect x="35" y="15" width="10" height="10" fill="red"/>', box=(-30j, 50 + 0j))
+    assert beyond(44, 24)[0] == 255  # of the canvas
+    scaled = rendered(
+        '<rect width="10" height="10" fill="red"/>', 'width="80" height="40" viewBox="0 0 40 20"'
+    )
+    assert scaled(9, 9)[3] == 255 and scaled(11, 9)[3] == 0
+    without = rendered('<rect x="5" width="10" height="10" fill="red"/>', "")
+    assert without(6, 9)[3] == 255 and without(4, 9)[3] == 0
+
+
+def test_what_is_hidden_is_not_shown(rendered):
+    green = '<rect width="40" height="20" fill="lime"/>'
+    for hidden in (
+        '<circle id="pin-a" cx="20" cy="10" r="9" fill="red"/>',
+        '<path id="stroke-b" d="M0 10H40" stroke="red" stroke-width="9"/>',
+        '<g display="none"><rect width="40" height="20"/></g>',
+        '<style>.off{display:none}</style><rect class="off" width="40" height="20"/>',
+        '<rect width="40" height="20" visibility="hidden"/>',
+        '<script>0</script><foreignObject width="40" height="20"/>',
+    ):
+        assert rendered(green + hidden)(20, 10) == (0, 255, 0, 255), hidden
+    assert rendered(green + '<rect id="rigid-logo" width="40" height="20" fill="red"/>')(20, 10)[0] == 255
+    assert (
+        rendered(green + '<g id="pinboard"><rect width="40" height="20" fill="red"/></g>')(20, 10)[0] == 255
+    )
+
+
+def test_nothing_outside_the_file_is_read(rendered, tmp_path):
+    image_files.write(tmp_path / "red.png", Image(np.full((8, 8, 3), (255, 0, 0), np.uint8)))
+    (tmp_path / "red.css").write_text("rect{fill:red}")
+    green = '<rect width="40" height="20" fill="lime"/>'
+    for link in (
+        f"{tmp_path}/red.png",
+        f"file://{tmp_path}/red.png",
+        "red.png",
+        "http://127.0.0.1:9/red.png",
+    ):
+        for name in ("href", "xlink:href"):
+            image = f'<image width="40" height="20" preserveAspectRatio="none" {name}="{link}"/>'
+            assert rendered(green + image)(20, 10) == (0, 255, 0, 255), image
+    assert rendered(f'<style>@import url("{tmp_path}/red.css");</style>{green}')(20, 10) == (0, 255, 0, 255)
+    inner = SVG.format(CANVAS, f'<image width="40" height="20" href="{tmp_path}/red.png"/>')
+    held = f'<image width="40" height="20" href="data:image/svg+xml;base64,{b64encode(inner.encode()).decode()}"/>'
+    assert rendered(green + held)(20, 10) == (0, 255, 0, 255)
+
+
+def test_an_embedded_picture_is_shown(rendered, tmp_path):
+    image_files.write(tmp_path / "a.png", Image(np.full((8, 16, 3), (255, 0, 0), np.uint8)))
+    data = b64encode((tmp_path / "a.png").read_bytes()).decode()
+    for kind in ("image/png", ""):  # old drawings of Illustrator leave it out
+        at = rendered(f'<image x="4" width="16" height="8" href="data:{kind};base64,{data}"/>')
+        assert at(5, 1) == at(19, 7) == (255, 0, 0, 255) and at(21, 4)[3] == at(3, 4)[3] == 0
+
+
+def test_letters_are_where_the_shape_has_them(tmp_path):
+    path = tmp_path / "a.svg"
+    text = '<text x="2" y="15" font-family="DejaVu Sans" font-size="16" transform="translate(1 0)" fill="red">Hf</text>'
+    path.write_text(SVG.format(CANVAS, f"<g fill='blue'>{text}</g>"))
+    painted = shapes.drawn(shapes.Spec(path)).painted
+    if painted.is_empty:
+        pytest.skip("no such font")
+    pixels = rendering.render(path, WHOLE, (400, 200)).pixels
+    assert pixels[..., 3].sum() / 255 / 100 == pytest.approx(painted.area, rel=0.01)
+    assert set(map(tuple, pixels[pixels[..., 3] == 255][:, :3].tolist())) == {(255, 0, 0)}
+    columns = np.flatnonzero(pixels[..., 3].any(axis=0))
+    assert columns[[0, -1]] / 10 == pytest.approx(np.array(painted.bounds)[[0, 2]], abs=0.15)
+
+
+def test_twice_the_same(tmp_path):
+    path = tmp_path / "a.svg"
+    path.write_text(
+        SVG.format(CANVAS, '<circle cx="9" cy="9" r="7.3" fill="#123456" filter="url(#f)"/><text>A</text>')
+    )
+    assert rendering.render_png(path, WHOLE, (333, 77)) == rendering.render_png(path, WHOLE, (333, 77))
+
+
+def test_what_cannot_be_rendered_is_one_line(tmp_path, monkeypatch):
+    import resvg_py
+
+    path = tmp_path / "a.svg"
+    path.write_text(SVG.format(CANVAS, ""))
+
+    class PanicException(BaseException):
+        """As those of Rust are called."""
+
+    def panic(**_):
+        raise PanicException("a stack trace")
+
+    for wrong in (panic, lambda **_: (_ for _ in ()).throw(ValueError("too deep"))):
+        monkeypatch.setattr(resvg_py, "svg_to_bytes", wrong)
+        with pytest.raises(InputError, match="cannot render it") as caught:
+            rendering.render(path, WHOLE, (4, 2))
+        assert str(caught.value).startswith(str(path)) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "body, coloured",
+    [
+        ('<rect width="9" height="9"/><rect x="20" width="9" height="9" fill="#000"/>', False),
+        (
+            '<rect width="9" height="9"/><rect x="20" width="9" height="9" fill="black" style="fill:#000000"/>',
+            False,
+        ),
+        ('<path d="M0 0h9v9h-9z" fill="none" stroke="red"/>', False),
+        ('<rect width="9" height="9"/><rect x="20" width="9" height="9" display="none" fill="red"/>', False),
+        ('<rect width="9" height="9"/><circle id="pin-a" r="9" fill="red"/>', False),
+        ('<rect width="9" height="9"/><rect x="20" width="9" height="9" fill="red"/>', True),
+        ('<rect width="9" height="9"/><rect x="20" width="9" height="9" opacity=".4"/>', True),
+        ('<g fill-opacity=".4"><rect width="9" height="9"/></g><rect x="20" width="9" height="9"/>', True),
+        ('<rect width="9" height="9" stroke="red"/>', True),
+        ('<path d="M0 0h9v9h-9zM3 3h2" fill="none" stroke="red"/>', True),
+        ('<linearGradient id="g"/><rect width="9" height="9" fill="url(#g)"/>', True),
+        ('<rect width="9" height="9"/><text>a</text>', True),
+    ],
+)
+def test_drawings_with_colours_of_their_own(tmp_path, body, coloured):
+    path = tmp_path / "a.svg"
+    path.write_text(SVG.format(CANVAS, body))
+    assert shapes.drawn(shapes.Spec(path)).coloured == coloured
+
+
+SOURCE = (
+    '<rect x="2" y="2" width="16" height="16" fill="#c86432" fill-opacity=".5"/>'
+    '<rect x="3" y="3" width="5" height="4" fill="#0000c8"/>'
+)
+
+
+def shown(name):
+    pixels = image_files.read(name).pixels
+    height, width = pixels.shape[:2]
+    return lambda x, y: tuple(pixels[int(y * height), int(x * width)].tolist())
+
+
+@pytest.fixture
+def files(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.svg").write_text(SVG.format('viewBox="0 0 20 20"', SOURCE))
+    square = '<rect x="20" y="10" width="160" height="160"/>'
+    (tmp_path / "b.svg").write_text(SVG.format('viewBox="0 0 200 180"', square))
+    return tmp_path
+
+
+def test_a_drawing_is_its_own_picture(files, iccm):
+    assert iccm("map", "a.svg", "b.svg", "--size", "100", "-o", "o.png").code == 0
+    at = shown("o.png")
+    assert at(0.6, 0.6) == pytest.approx((200, 100, 50, 128), abs=2)
+    # the second rectangle begins a sixteenth of the width inside: x 30 of 200 and y 20 of 180
+    assert at(0.2, 0.2) == pytest.approx((0, 0, 200, 255), abs=2) and at(0.7, 0.2)[2] < 60
+    assert at(0.02, 0.5)[3] == 0
+    assert iccm("map", "a.svg", "b.svg", "--size", "100", "--texture", "checker", "-o", "c.png").code == 0
+    assert shown("c.png")(0.6, 0.6)[3] == 255
+    assert iccm("map", "b.svg", "b.svg", "--size", "100", "--texture", "a.svg", "-o", "d.png").code == 0
+    assert shown("d.png")(0.6, 0.6) == pytest.approx((200, 100, 50, 128), abs=2)
+
+
+def test_a_file_called_checker_is_that_file(files, iccm):
+    image_files.write(files / "grey.png", Image(np.full((8, 8, 3), 77, np.uint8)))
+    (files / "grey.png").rename(files / "checker")
+    assert iccm("map", "b.svg", "b.svg", "--size", "50", "--texture", "checker", "-o", "o.png").code == 0
+    assert shown("o.png")(0.5, 0.5) == (77, 77, 77, 255)
+
+
+def test_the_checkerboard_is_remembered_where_a_job_is_written_down():
+    job = Job(source="a.svg", target="b.svg", texture="checker")
+    assert job.texture is None and job.checkered and "checker" not in job.inputs
+    again = Job(**job.model_dump())
+    assert again.checkered and again == job and not Job(source="a.svg", target="b.svg").checkered
+
+
+def test_it_is_rendered_as_finely_as_the_map_samples_it(files, monkeypatch):
+    """A narrow part of the source is widened to most of a large picture."""
+    made = []
+    render = rendering.render
+    monkeypatch.setattr(
+        rendering,
+        "render",
+        lambda path, box, size, **how: made.append(size) or render(path, box, size, **how),
+    )
+    from iccm.io.run.execute import run
+
+    for size in (200, 3000):
+        run(Job(source="a.svg", target="b.svg", size=(size,), output=(f"{size}.png",)))
+    assert made[0] == (1024, 1024) == made[1] and len(made) == 3
+    extent = 16 * (1 + 2 * texture.BESIDE)  # units across; 16 units become 160 of 200, 2400 pixels
+    assert made[2][0] == pytest.approx(extent * 2400 / 16, rel=0.05)
+    job = Job(source="a.svg", target="b.svg", size=(900,), output=("m.png",), max_pixels=900_000, force=True)
+    run(job)
+    assert 800_000 < made[-1][0] * made[-1][1] <= 900_000
+
+
+def test_a_mesh_holds_the_rendered_drawing(files, iccm):
+    (files / "m.obj").write_text(
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv .4 .5 .2\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n"
+    )
+    assert iccm("map", "a.svg", "m.obj", "-o", "o.glb").code == 0
+    data = (files / "o.glb").read_bytes()
+    length = struct.unpack("<I", data[12:16])[0]
+    scene = json.loads(data[20 : 20 + length])
+    assert scene["images"][0]["mimeType"] == "image/png"
+    view = scene["bufferViews"][scene["images"][0]["bufferView"]]
+    start = 20 + length + 8 + view.get("byteOffset", 0)
+    (files / "held.png").write_bytes(data[start : start + view["byteLength"]])
+    at = shown("held.png")
+    assert at(0.5, 0.6) == pytest.approx((200, 100, 50, 128), abs=1) and at(0.2, 0.2) == (0, 0, 200, 255)
