@@ -77,6 +77,8 @@ ARTWORK_CURVES = 100_000
 """Lines and curves of a drawing that is carried as artwork, each of which takes up to a millisecond."""
 ARTWORK_COVERED = 3 * ARTWORK_CURVES
 """Of these, as often as each lies under a clip path, mask or filter: 10 µs."""
+RENDER_SECONDS = 30.0
+"""Seconds that rendering a drawing as a texture may take; few take one."""
 
 READ_PIXELS = 1 << 29
 """Pixels of a picture that is read where no option bounds them."""

@@ -13,6 +13,7 @@ filters       filters, by the map's affine part
 attributes    attributes and styles that stay
 references    references, kept within the drawing
 rendering     drawings as pictures
+rasterize     resvg, in a process of its own
 """
 
 from collections.abc import Sequence

@@ -6,6 +6,8 @@ fonts are found are the same outlines as in the shape, and nothing outside the f
 
 import copy
 import math
+import subprocess
+import sys
 from io import BytesIO
 from pathlib import Path
 from xml.etree import ElementTree
@@ -19,7 +21,7 @@ from .. import limits
 from ..pictures.image import Image
 from ..svg import reader, tree
 from ..svg.document import drawing_bytes, local
-from . import attributes
+from . import attributes, rasterize
 from .element import SVG, restyle
 from .references import confine, typed
 
@@ -94,16 +96,17 @@ def pixels_across(box: Box, density: float, most: int) -> tuple[int, int]:
 
 def _rasterized(text: str, fonts: bool) -> bytes:
     """A PNG file of a document that states its size; `fonts` says whether the system's may be needed."""
-    import resvg_py
-
+    command = [sys.executable, "-P", rasterize.__file__, *(["fonts"] if fonts else [])]
+    seconds = limits.RENDER_SECONDS
     try:
-        return bytes(resvg_py.svg_to_bytes(svg_string=text, skip_system_fonts=not fonts))
-    except ValueError as error:
-        raise InputError(f"cannot render it: {error}") from None
-    except BaseException as error:  # resvg is written in Rust, whose panics are not Exceptions
-        if type(error).__name__ == "PanicException":
-            raise InputError("cannot render it: resvg failed") from None
-        raise
+        done = subprocess.run(command, input=text.encode(), capture_output=True, timeout=seconds)
+    except subprocess.TimeoutExpired:
+        reason = f"takes longer than {seconds:g} s to render; simplify its filters, masks and patterns"
+        raise InputError(f"{reason}, or use --texture (checker, or a picture of it)") from None
+    if done.returncode or not done.stdout:
+        said = done.stderr.decode(errors="replace").strip().splitlines()[-1:]
+        raise InputError(f"cannot be rendered: {said[0][:200] if said else 'resvg ended early'}")
+    return done.stdout
 
 
 def _cleaned(data: bytes, box: Box, size: tuple[int, int]) -> tuple[str, bool]:

@@ -17,6 +17,7 @@ from ...pictures.image import Image, prepare, unassociate
 from ..blank_picture import Colours
 from ..job import Job
 from ..state import Run
+from ..texture import own_pictures
 from . import checks
 from .output import Output
 
@@ -133,5 +134,7 @@ def _report_pixels(run: Run, colours: Colours, seen: Diagnostics, canvas: Canvas
     """Report the size of the picture and what became of its pixels, and say so when they show nothing."""
     run.figures["pixels"] = {"width": canvas.width, "height": canvas.height, **seen.as_dict()}
     textured = bool(run.job.texture) and run.job.texture_box != "bbox" and not run.on_mesh
+    if colours.single and own_pictures(run.job, run.source) and not run.job.texture:
+        return  # a drawing of one colour, such as of lines, shows that colour
     if note := colours.note(bool(seen.inside or seen.edge), textured):
         run.note(note)

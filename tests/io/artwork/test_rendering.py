@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from iccm import InputError
+from iccm.io import limits
 from iccm.io.artwork import rendering
 from iccm.io.pictures import image_files
 from iccm.io.pictures.image import Image
@@ -141,22 +142,41 @@ def test_twice_the_same(tmp_path):
 
 
 def test_what_cannot_be_rendered_is_one_line(tmp_path, monkeypatch):
-    import resvg_py
-
-    path = tmp_path / "a.svg"
+    path, script = tmp_path / "a.svg", tmp_path / "rasterize.py"
     path.write_text(SVG.format(CANVAS, ""))
-
-    class PanicException(BaseException):
-        """As those of Rust are called."""
-
-    def panic(**_):
-        raise PanicException("a stack trace")
-
-    for wrong in (panic, lambda **_: (_ for _ in ()).throw(ValueError("too deep"))):
-        monkeypatch.setattr(resvg_py, "svg_to_bytes", wrong)
-        with pytest.raises(InputError, match="cannot render it") as caught:
+    ends = {
+        "a reason": "raise SystemExit('a reason')",
+        "ended early": "import os; os._exit(9)",
+        "boom": "1 / 0 # boom",
+    }
+    for words, code in ends.items():
+        script.write_text(code)
+        monkeypatch.setattr(rendering.rasterize, "__file__", str(script))
+        with pytest.raises(InputError, match="cannot be rendered") as caught:
             rendering.render(path, WHOLE, (4, 2))
         assert str(caught.value).startswith(str(path)) and "\n" not in str(caught.value)
+        assert words in str(caught.value) or words == "boom"
+
+
+HOSTILE = {
+    "masks": "".join(
+        f'<mask id="m{k}"><g mask="url(#m{k - 1})"><rect width="9" height="9" mask="url(#m{k - 1})"/></g></mask>'
+        for k in range(1, 40)
+    )
+    + '<mask id="m0"/><rect width="40" height="20" mask="url(#m39)"/>',
+    "turbulence": '<filter id="f"><feTurbulence numOctaves="1000000000" baseFrequency=".1"/></filter>'
+    '<rect width="40" height="20" filter="url(#f)"/>',
+}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_what_takes_forever_is_stopped(tmp_path, monkeypatch, name):
+    path = tmp_path / "a.svg"
+    path.write_text(SVG.format(CANVAS, HOSTILE[name]))
+    monkeypatch.setattr(limits, "RENDER_SECONDS", 2.0)
+    with pytest.raises(InputError, match="to render") as caught:
+        rendering.render(path, WHOLE, (400, 200))
+    assert "--texture" in str(caught.value) and "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(
