@@ -17,8 +17,8 @@ double beside(double a, double b, double c, double x, double size) {
 
 using namespace iccm;
 
-// An affine function a triangle at the texels that it owns; a texel that came in from the other side of the layout is put
-// back there.
+// An affine function a triangle at the texels that it owns; a texel that came in from the other side of the layout is
+// put back there.
 //
 //   coefficients  (m, 3) of 1, x and y
 //   corners       (m, 3, 2) in texels

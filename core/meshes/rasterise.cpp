@@ -1,5 +1,5 @@
-// Triangles and the texels that they cover: edge functions (Pineda, A parallel algorithm for polygon rasterization, 1988)
-// in double precision.
+// Triangles and the texels that they cover: edge functions (Pineda, A parallel algorithm for polygon rasterization,
+// 1988) in double precision.
 #include "iccm/core.h"
 
 namespace iccm {

@@ -9,7 +9,7 @@ namespace iccm {
 struct ByteEdges {
     static constexpr Index CELLS = 4096;  // of the linear values 0 .. 1, each narrower than any byte's share
     const double *edges;                  // (257,) linear values at which bytes 0 .. 255 begin, and infinity
-    const uint8_t *start;                 // (CELLS + 1,) the byte at each cell's lower end; at most one more begins in it
+    const uint8_t *start;                 // (CELLS + 1,) the byte at each cell's lower end; one more may begin in it
 };
 
 // A number cut off at 0 and 1; 0 where it is not a number.

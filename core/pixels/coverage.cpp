@@ -1,11 +1,12 @@
-// Exact coverage of pixels by a closed polyline: signed areas are accumulated along rows, as font rasterisers do (Levien,
-// font-rs, 2016), here in double precision and one row at a time.
+// Exact coverage of pixels by a closed polyline: signed areas are accumulated along rows, as font rasterisers do
+// (Levien, font-rs, 2016), here in double precision and one row at a time.
 #include "iccm/core.h"
 
 namespace iccm {
 namespace {
 
-constexpr double NOTHING = 1e-6;  // area of a pixel that rounding may leave or take: far above rounding, far below a byte
+// Area of a pixel that rounding may leave or take: far above rounding, far below a byte.
+constexpr double NOTHING = 1e-6;
 
 // Spread `height` over the pixels that a piece of a segment within one row passes, x0 <= x1. A pixel left of the piece
 // gets nothing, one right of it all of `height`: the running sum of `area` is what each pixel gets.
@@ -62,8 +63,8 @@ void add(Complex a, Complex b, double sign, Index i, double *area, int64_t *wind
 
 using namespace iccm;
 
-// How much of each pixel closed polylines cover, and whether they surround its centre. Row by row, so that what is added
-// up stays in the processor's cache.
+// How much of each pixel closed polylines cover, and whether they surround its centre. Row by row, so that what is
+// added up stays in the processor's cache.
 //
 //   low, high    (count,) lower and upper ends of the segments in pixel units, y down; none is level
 //   sign         (count,) 1, or -1 where a segment runs from its upper end to the lower

@@ -99,8 +99,8 @@ ICCM_EXPORT int64_t iccm_pixels_filter(const Pyramid *picture, const double *xy,
 //   edge          see Edge
 //   xy, turn      as for iccm_pixels_filter
 //   out           (count, c) the cubic's values, changed
-ICCM_EXPORT int64_t iccm_pixels_spline(const float *coefficients, int64_t height, int64_t width, int64_t c, int64_t edge,
-                                       const double *xy, const double *turn, int64_t count, float *out) {
+ICCM_EXPORT int64_t iccm_pixels_spline(const float *coefficients, int64_t height, int64_t width, int64_t c,
+                                       int64_t edge, const double *xy, const double *turn, int64_t count, float *out) {
     Buffer<double> value(c);
     if (!value) return OUT_OF_MEMORY;
     for (Index n = 0; n < count; n++, xy += 2, turn += 4, out += c) {

@@ -15,7 +15,8 @@ struct Band {
     Index rows, width, first, last;
 };
 
-// Filtered values of one pixel as stored bytes, unpremultiplied, alpha times the coverage; `alpha` is c if it is appended.
+// Filtered values of one pixel as stored bytes, unpremultiplied, alpha times the coverage; `alpha` is c if it is
+// appended.
 void encode(const float *values, Index c, Index alpha, float covered, const ByteEdges &table, uint8_t *out) {
     float share = covered, opacity = 1;
     if (alpha < c) {

@@ -11,8 +11,9 @@ struct Span {
     Index first, last;
 };
 
-// The pixels of the line at y whose centres, at whole numbers, lie in a triangle. Where the line meets a side is computed
-// the same way for both triangles of the side, so that the spans of neighbours abut and each centre belongs to one.
+// The pixels of the line at y whose centres, at whole numbers, lie in a triangle. Where the line meets a side is
+// computed the same way for both triangles of the side, so that the spans of neighbours abut and each centre belongs to
+// one.
 Span span(const Complex *corners, double y, Index width) {
     double low = INFINITY, high = -INFINITY;
     for (int k = 0; k < 3; k++) {

@@ -17,7 +17,7 @@ struct Level {
 
 // A picture and its reductions. Field by field the structure of iccm/pixels/pyramid.py.
 struct Pyramid {
-    const uint8_t *base;    // bytes of the picture (h, w, c): float32 if it is ready to be filtered, else uint8 or uint16
+    const uint8_t *base;    // bytes of the picture (h, w, c): float32 if it is ready to be filtered, else integers
     int64_t base_bytes;     // of each of its numbers: 4, 1 or 2
     int64_t channels;       // c
     const float *decode;    // (levels, c) what stored integers mean, channel by channel
