@@ -443,6 +443,18 @@ def test_what_a_drawing_paints_is_all_of_its_fills_and_strokes(tmp_path):
     assert found.ink.equals(found.painted) and len(found.painted.geoms) == 2
 
 
+def test_shadows_are_not_part_of_what_a_drawing_paints(tmp_path):
+    body = '<rect width="20" height="20"/><rect x="30" width="30" height="20" {}/>'
+    for faint in ('fill-opacity=".2"', 'opacity="20%"', 'opacity=".5" style="fill-opacity:.4"'):
+        assert drawn(tmp_path, body.format(faint)).painted.area == pytest.approx(400), faint
+    half = '<g opacity=".4"><g opacity=".5"><rect x="30" width="9" height="9"/></g></g>'
+    grouped = f'<rect width="20" height="20"/>{half}'
+    assert drawn(tmp_path, grouped).painted.area == pytest.approx(400)
+    for tone in ('fill-opacity=".4"', 'opacity=".3"', 'stroke="red" opacity="1"'):
+        assert drawn(tmp_path, body.format(tone)).painted.area >= 1000, tone
+    assert drawn(tmp_path, '<rect width="20" height="20" opacity=".1"/>').painted.area == pytest.approx(400)
+
+
 def test_closed_lines_are_filled_where_lines_draw(tmp_path):
     house = '<path d="M10 40L50 10L90 40V90H10z" fill="none" stroke="red" stroke-width="2"/>'
     smoke = '<path d="M70 10V0" fill="none" stroke="red" stroke-width="2"/>'
