@@ -9,6 +9,7 @@ Names are imported when first used, so that `import iccm` costs nothing.
 __main__          `python -m iccm`
 solve             `fit` and `deform`: which method solves a problem
 texture_transfer  `transfer`, `warp` and STMaps: arrays in, arrays out
+given             shapes as people have them: arrays, polygons, paths, contours
 problem           the domains, constraints and options of a solve
 result            `Fit`: the map, how the solver ended, figures that judge it
 transform         maps as scikit-image has transforms: called, turned round, composed
@@ -27,6 +28,7 @@ plane             areas, boxes, similarities and exact orientation of points of 
 buckets           a grid of square buckets for nearest points
 flips             edge flips in a triangulation
 arrays            types of arrays, and conversions to them
+axes              what pairs of numbers mean: y up or down, rows and columns
 native/           the compiled core, C++ kernels called from Python
 jit               decorators for compiled kernels
 compiling/        Numba's compiler with less to do
@@ -44,13 +46,19 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Any
+
     from .curve import Curve as Curve
+    from .errors import Cancelled as Cancelled
     from .errors import IccmError as IccmError
     from .errors import InputError as InputError
     from .flattening.interpolation import morph as morph
+    from .flattening.of_arrays import flatten as flatten
     from .maps.harmonic import HarmonicMap as HarmonicMap
     from .maps.triangulated.map import TriangulatedMap as TriangulatedMap
     from .pixels.checkerboard import checkerboard as checkerboard
+    from .progress import Progress as Progress
     from .result import Fit as Fit
     from .result import Status as Status
     from .result import load as load
@@ -63,9 +71,13 @@ if TYPE_CHECKING:
     from .texture_transfer import warp as warp
     from .transform import Transform as Transform
 
+    read_image: Callable[..., Any]
+    read_shape: Callable[..., Any]
+
 __version__ = "1.0.0"
 
 _HOME = {
+    "Cancelled": "errors",
     "Curve": "curve",
     "Fit": "result",
     "HarmonicMap": "maps.harmonic",
@@ -78,9 +90,13 @@ _HOME = {
     "checkerboard": "pixels.checkerboard",
     "deform": "solve",
     "fit": "solve",
+    "flatten": "flattening.of_arrays",
     "from_stmap": "texture_transfer",
     "load": "result",
+    "Progress": "progress",
     "morph": "flattening.interpolation",
+    "read_image": "io.read",
+    "read_shape": "io.read",
     "stmap": "texture_transfer",
     "transfer": "texture_transfer",
     "warp": "texture_transfer",

@@ -44,7 +44,7 @@ def as_points(z: ArrayLike) -> Complex:
     """
     given = np.asarray(z)
     if given.dtype.kind in "iuf" and given.ndim > 1 and given.shape[-1] == 2:
-        raise InputError(f"points of shape {given.shape}: maps take complex ones; fit.transform takes pairs")
+        raise InputError(f"points of shape {given.shape}: complex ones are needed here, x + iy")
     return np.asarray(given, dtype=np.complex128)
 
 

@@ -12,6 +12,10 @@ class InputError(IccmError, ValueError):
     """The user's input is wrong. The message is one line: file, place, what is wrong, what to do."""
 
 
+class Cancelled(IccmError):
+    """The `cancel` function of a call returned true, so the computation ended."""
+
+
 @contextmanager
 def naming(place: object) -> Iterator[None]:
     """Have wrong input that the block finds say where it is.

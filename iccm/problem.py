@@ -266,6 +266,23 @@ class Frame:
 
 
 @dataclass(frozen=True, eq=False)
+class AsGiven:
+    """What the user gave, bit for bit: a result shows these, not what came back from unit frames.
+
+    Attributes:
+        source: the source's outline, made a domain.
+        target: the target's.
+        pins: (k, 2) source and target of each pin.
+        strokes: of each stroke.
+    """
+
+    source: Curve
+    target: Curve | None
+    pins: Complex
+    strokes: list[tuple[Curve, Curve]]
+
+
+@dataclass(frozen=True, eq=False)
 class Problem:
     """Source, target and constraints in their unit frames; `target` is None for a deformation.
 
@@ -285,6 +302,7 @@ class Problem:
     rigid_target: tuple[Complex, ...] = ()
     importance: Field | None = None
     size_map: Field | None = None
+    as_given: "AsGiven | None" = None
 
     @classmethod
     def of(
@@ -299,6 +317,7 @@ class Problem:
         """
         source = as_domain(source, "source")
         target = None if target is None else as_domain(target, "target")
+        outlines = source, target
         inner = [
             _holes(c, given, name) for c, given, name in zip((source, target), holes, ("source", "target"))
         ]
@@ -324,7 +343,8 @@ class Problem:
             _field(given, source.box, *of) for given, of in ((importance, IMPORTANCE), (size_map, SIZES))
         ]
         given = inner[0], inner[1], known, kept, kept_there
-        return cls(unit, goal, unit_pins, unit_strokes, s, t, *given, *fields)
+        kept_as_given = AsGiven(outlines[0], outlines[1], pins, pairs)
+        return cls(unit, goal, unit_pins, unit_strokes, s, t, *given, *fields, kept_as_given)
 
     def mirrored(self) -> "Problem":
         """The same problem seen in a mirror."""

@@ -7,11 +7,31 @@ with progress.heard(print):
 from collections.abc import Callable, Iterable, Iterator, Sized
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
+
+from .errors import Cancelled
 
 Item = TypeVar("Item")
 Listener = Callable[[str, int, int], object]
 """Is given what is done, how much of it is done, and how much there is; 0 of 0 where that is not known."""
+
+
+class Progress(NamedTuple):
+    """What a long computation is at.
+
+    Attributes:
+        what: what is under way.
+        done: how much of it is done.
+        of: how much there is; 0 where that is not known.
+    """
+
+    what: str
+    done: int
+    of: int
+
+    def __str__(self) -> str:
+        return f"{self.what}, {self.done} of {self.of}" if self.of else self.what
+
 
 _listener: ContextVar[Listener | None] = ContextVar("listener", default=None)
 
@@ -24,6 +44,33 @@ def heard(listener: Listener | None) -> Iterator[None]:
         yield
     finally:
         _listener.reset(token)
+
+
+@contextmanager
+def listening(
+    progress: Callable[[Progress], object] | None, cancel: Callable[[], bool] | None
+) -> Iterator[None]:
+    """Calls the functions of a user while the block runs; whoever listened before hears it, too.
+
+    Raises:
+        Cancelled: in the block, once `cancel` returned true.
+    """
+    if progress is None and cancel is None:
+        yield
+        return
+    outer = _listener.get()
+
+    def hear(what: str, done: int, of: int) -> None:
+        if outer is not None:
+            outer(what, done, of)
+        if cancel is not None and cancel():
+            raise Cancelled("cancelled")
+        if progress is not None and what:
+            progress(Progress(what, done, of))
+
+    with heard(hear):
+        tell("start")
+        yield
 
 
 @contextmanager

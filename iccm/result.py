@@ -12,6 +12,7 @@ import shapely
 from numpy.typing import NDArray
 
 from .arrays import Box, Complex, Flags, complex_of, xy_of
+from .axes import AXES, UP, is_pairs, on_pairs
 from .blas import on_one_thread
 from .curve import Curve, boundary_samples, closer_outline, hausdorff, inside_any, interior_grid, polygon_of
 from .errors import InputError
@@ -19,6 +20,7 @@ from .maps import distortion, harmonic, injectivity, inverse
 from .maps.approximation import AnyMap, triangulated
 from .maps.boundary_image import outline
 from .maps.distortion import Distortion
+from .maps.extended_inverse import ExtendedInverse
 from .maps.injectivity import Certificate
 from .maps.regions import Region, mean_scale, triangles_in
 from .maps.summary import CERTAIN_SHARE, SEEN_FOLDS, in_short
@@ -30,6 +32,7 @@ from .saved.map_file import RINGS, MapFile, Plane, read
 from .transform import Transform
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 PLOTTED = 480  # pixels of the picture in a plot, on its longer side
@@ -103,6 +106,7 @@ class Fit:
         layouts: of the surfaces that source and target stand for; None for domains of the plane.
         rigid: the rigid regions, and how they came out.
         tolerance: the gap between the image of the boundary and the target that was aimed at, relative to the diagonal.
+        axes: what pairs of numbers mean in the source and in the target, see `iccm.axes`.
 
     >>> import iccm
     >>> square = np.array([0, 1, 1 + 1j, 1j])
@@ -127,6 +131,10 @@ class Fit:
     layouts: tuple[Flattening | None, Flattening | None] = (None, None)
     rigid: Sequence[Region] = ()
     tolerance: float = TOLERANCE
+    axes: tuple[str, str] = UP
+
+    def __dir__(self) -> list[str]:
+        return [name for name in super().__dir__() if not name.startswith("_")]
 
     def __repr__(self) -> str:
         given = [("pin", len(self.pins)), ("stroke", len(self.strokes)), ("hole", len(self.source_holes))]
@@ -179,16 +187,41 @@ class Fit:
         return max(0, len(self.energies) - 1)
 
     def inverse(self, w: Complex) -> Complex:
-        """Points z with map(z) = w; NaN where w has none (of balanced maps more than 1e-3 of the diagonal outside). Any
-        shape in, the same shape out."""
+        """Points z with map(z) = w; NaN where w has none (of balanced maps more than 1e-3 of the diagonal outside).
+
+        Complex points of any shape, or pairs (…, 2): in the same form.
+        """
+        if is_pairs(w):
+            return on_pairs(self.inverse, w, self.axes[::-1])  # type: ignore[return-value]
         if isinstance(self.map, TriangulatedMap):
             return self.map.inverse(w)
         return inverse.inverse(self.map, w)
 
     @property
     def transform(self) -> Transform:
-        """Source to target and back, on complex points or real ones (n, 2), with scikit-image's `inverse`."""
-        return Transform(self.map, self.inverse)
+        """Source to target and back, on complex points or pairs of x and y, with scikit-image's `inverse`.
+
+        Pairs are x and y, as `skimage.transform` has them; y is down where the shapes were given so. The way back has a
+        value everywhere inside the target: where that stays uncovered, the one of the nearest point that is not.
+        """
+        source, target = ("xy" if axes == "xy" else "screen" for axes in self.axes)
+        return Transform(self.map, self._inverse_inside, (source, target))
+
+    def _inverse_inside(self, w: Complex) -> Complex:
+        """The inverse, and inside the target, where it is not covered, that of the nearest point of the image."""
+        w = np.asarray(w, np.complex128)
+        z = self.inverse(w)
+        if self.target is None:
+            return z
+        flat, found = w.ravel(), z.ravel()
+        lost = np.flatnonzero(np.isnan(found) & np.isfinite(flat))
+        lost = lost[self.target.contains(flat[lost])]
+        for hole in self.target_holes:
+            lost = lost[~hole.contains(flat[lost])]
+        if lost.size:
+            found = found.copy()
+            found[lost] = ExtendedInverse(self.map)(flat[lost])
+        return found.reshape(w.shape)
 
     def inverted(self) -> Transform:
         """Target to source."""
@@ -218,7 +251,7 @@ class Fit:
         curves = (*sides, self.source_holes, self.target_holes, *self.passed_holes)
         rings = {name: [curve.z for curve in each] for name, each in zip(RINGS, curves)}
         said = {"ended": self.ended.name, "notes": self.notes, "energies": self.energies, **about}
-        said["tolerance"] = self.tolerance
+        said |= {"tolerance": self.tolerance, "axes": list(self.axes)}
         arrays = {"pins": self.pins, "hole_partners": self.hole_partners}
         rings["filled"] = list(self.filled or ())
         rings["rigid"] = [ring for region in self.rigid for ring in region.rings]
@@ -238,7 +271,10 @@ class Fit:
         notes: list[str] = about.get("notes", [])
         energies: list[dict[str, float]] = about.get("energies", [])
         tolerance = about.get("tolerance", TOLERANCE)
+        axes = about.get("axes", list(UP))
         is_tolerance = isinstance(tolerance, float) and tolerance > 0
+        if not isinstance(axes, list) or len(axes) != 2 or any(each not in AXES for each in axes):
+            raise InputError("about: its axes are not those of two planes")
         if source.outline is None or ended not in Status.__members__ or not is_tolerance:
             raise InputError("about: what it says of the solving is not understood")
         begins, ends, *holes = (
@@ -251,7 +287,7 @@ class Fit:
         if len(begins) != len(ends) or not fits or len(filled) not in (0, 2):
             raise InputError("hole_partners, strokes, filled: they do not fit each other")
         return cls(
-            map=held.map,
+            map=replace(held.map, axes=(axes[0], axes[1])) if tuple(axes) != UP else held.map,
             ended=Status[ended],
             energies=energies,
             source=Curve(source.outline),
@@ -266,17 +302,37 @@ class Fit:
             filled=(filled[0], filled[1]) if filled else None,
             rigid=_regions(held, (holes[0], holes[1])),
             tolerance=tolerance,
+            axes=(axes[0], axes[1]),
         )
+
+    def _repr_png_(self) -> bytes:
+        """A numbered checkerboard carried by the map, as notebooks show it."""
+        from .pixels.thumbnail import png
+
+        return png(self._checkerboard()[0])
+
+    def _repr_html_(self) -> str:
+        """The summary, and a numbered checkerboard carried by the map, as notebooks show them."""
+        from base64 import b64encode
+        from html import escape
+
+        picture = b64encode(self._repr_png_()).decode()
+        words = escape(self.summary() if self.status.ok else f"{self.summary()}. {self.status.value}")
+        shown = f'<img alt="the map" src="data:image/png;base64,{picture}">'
+        return f"<figure>{shown}<figcaption>{words}</figcaption></figure>"
 
     def plot(
         self,
         report: dict[str, Any] | None = None,
         names: tuple[str, str] = ("source", "its image"),
         carried: tuple[NDArray, Box] | None = None,
+        *,
+        ax: "Axes | None" = None,
     ) -> "Figure":
         """A figure of the map as matplotlib has figures: `fit.plot().savefig("fit.png")`.
 
-        It shows a grid in the source and in the image, the picture carried, area scale and dilatation over the source,
+        With `ax` the picture carried and the target's outline are drawn there, and nothing else. Otherwise it shows
+        a grid in the source and in the image, the picture carried, area scale and dilatation over the source,
         and the report with its notes in words.
 
         Args:
@@ -284,7 +340,13 @@ class Fit:
             names: titles of the source and of its image.
             carried: a picture seen through the map, 8 bits a channel in sRGB, and its box in the target's plane; by
                 default a numbered checkerboard.
+            ax: axes to draw into; their figure is returned.
         """
+        if ax is not None:
+            from .maps.figure import draw_carried
+
+            draw_carried(ax, carried or self._checkerboard(), self.target or Curve(self.image))
+            return ax.figure
         from .maps.figure import figure
 
         return figure(

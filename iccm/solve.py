@@ -1,109 +1,176 @@
 """The entry points: `fit` and `deform`, the roof over the methods."""
 
+from __future__ import annotations
+
 import inspect
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Sized
 from dataclasses import fields, replace
 from difflib import get_close_matches
 from typing import Any, Unpack
 
-from numpy.typing import ArrayLike
+import numpy as np
 
-from .arrays import Box
 from .blas import on_one_thread
-from .curve import Curve
+from .curve import ROUNDED, Curve
 from .errors import InputError
+from .given import as_points_of, flattening_of, outlines_of
 from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
 from .problem import NEAR, ON_OUTLINE, Options, OptionValues, Problem
+from .progress import Progress, listening
 from .result import Fit, Status
 
 FORMER_NAMES = {"starts": "effort"}
 """Options by the names that they used to have."""
+
+Outline = Any
+"""A shape, see `iccm.given`: complex vertices, pairs, a polygon, a path, a `Curve`, a flattening."""
+Points = Any
+"""Complex numbers, or pairs of real ones."""
 
 __all__ = ["Fit", "Status", "deform", "fit"]
 
 
 @on_one_thread
 def fit(
-    source: ArrayLike | Curve | Flattening,
-    target: ArrayLike | Curve | Flattening,
+    source: Outline,
+    target: Outline,
     *,
-    pins: ArrayLike | None = None,
-    strokes: Sequence[tuple[ArrayLike, ArrayLike]] | None = None,
-    source_holes: Sequence[ArrayLike | Curve] = (),
-    target_holes: Sequence[ArrayLike | Curve] = (),
+    pins: Points | None = None,
+    strokes: Sequence[tuple[Points, Points]] | None = None,
+    source_holes: Sequence[Outline] = (),
+    target_holes: Sequence[Outline] = (),
     hole_partners: Sequence[tuple[int, int]] = (),
-    rigid: Sequence[ArrayLike | Curve] = (),
-    rigid_target: Sequence[ArrayLike | Curve] = (),
-    importance: ArrayLike | tuple[ArrayLike, Box] | None = None,
-    size_map: ArrayLike | tuple[ArrayLike, Box] | None = None,
+    rigid: Sequence[Outline] = (),
+    rigid_target: Sequence[Outline] = (),
+    importance: Any = None,
+    size_map: Any = None,
     start: Fit | TriangulatedMap | None = None,
+    axes: str = "xy",
+    progress: Callable[[Progress], object] | None = None,
+    cancel: Callable[[], bool] | None = None,
     **options: Unpack[OptionValues],
 ) -> Fit:
-    """A map of the source domain onto the target domain: balanced, conformal, or as the paper has it.
+    """Map the source onto the target, outline onto outline.
 
-    Args:
-        source: (n,) complex vertices of the source's boundary, x + iy, y up, either way round, or (n, 2) real ones, as
-            wherever points are taken; or a surface laid out in the plane: the balanced method is then even on the
-            surface, and figures are the surface's.
-        target: (m,) complex vertices of the target's boundary, or a surface.
-        pins: (k, 2) complex or (k, 2, 2) real, a point inside the source and the point it should go to; on the outlines
-            both must be.
-        strokes: pairs of open polylines, (p,) inside the source and (q,) the one it should lie on. Its ends slide along
-            that, unless a pin takes one to an end of it, or it is on the outlines. The balanced method meets pins and
-            strokes, which may part the shapes or run along both outlines; the others weigh them.
-        source_holes: outlines of the source's holes, (p,) complex, either way round; the balanced method takes each
-            onto one of the target's. Where one shape has more, what is too much shrinks to a slit in the other.
-        target_holes: those of the target's.
-        hole_partners: (i, j) for holes that must go together, counted from 0; the others go by place and size.
-        rigid: outlines of regions of the source that keep their form, (p,) complex: each connected one moves as a
-            whole, by a similarity, upright if the map is. Of the balanced method; see also `rigid_size`. Of a surface
-            they are polygons of its layout, whose triangles keep the form that they have laid flat by themselves.
-        rigid_target: likewise regions of the target, on which nothing is to be bent; instead of `rigid`.
-        importance: (h, w) how much distortion hurts, row 0 on top, over the source's bounding box, or with the box that
-            it is over: (picture, (lower left, upper right)). A tenth of the largest is the least that counts. Of the
-            balanced method, as is the next.
-        size_map: (h, w) likewise how large things are to be, as lengths relative to each other. The larger `balance`
-            is, the closer sizes are to that.
-        start: an earlier balanced map to go on from: no other starts are looked at, so that the picture does not jump.
-            Of these domains, where only the constraints have moved: with inner pins at the same points of the source
-            the mesh stays. Or of the shapes as they were a frame before: it is carried along as their outlines move
-            (not with surfaces). Maps of flattened surfaces with holes are solved for anew.
-        **options: see `iccm.problem.Options`.
+    Parameters
+    ----------
+    source, target
+        The two shapes: (n,) complex vertices x + iy of the outline, y up, either way round; pairs (n, 2); a shapely
+        polygon, with its holes (also an item of a GeoSeries, or a GeoJSON geometry); a trimesh path; a contour of
+        scikit-image or OpenCV (see `axes`); what `iccm.read_shape` or `iccm.flatten` gave. On a flattened surface the
+        map is even on the surface, and figures are the surface's.
+    pins
+        (k, 2) complex or (k, 2, 2) pairs: a point inside the source and where it goes; on the outlines both must be.
+    strokes
+        Pairs of open polylines, (p,) inside the source and (q,) the one that it should lie on. Its ends slide along
+        that, unless a pin takes one to an end of it, or it is on the outlines. The balanced method meets pins and
+        strokes, which may part the shapes or run along both outlines; the others weigh them.
+    source_holes, target_holes
+        Outlines of holes, beside those of polygons. The balanced method takes each onto one of the other shape. Where
+        one shape has more, those that are left shrink to slits.
+    hole_partners
+        (i, j) for holes that must go together, counted from 0; the others go by place and size.
+    rigid
+        Outlines of regions of the source that keep their form: each connected one moves as a whole, by a similarity,
+        upright if the map is (balanced; see also `rigid_size`). Of a surface they are polygons of its layout, whose
+        triangles keep the form that they have laid flat by themselves.
+    rigid_target
+        Likewise regions of the target, on which nothing is bent; instead of `rigid`.
+    importance
+        (h, w) how much distortion hurts, row 0 on top, over the source's bounding box, or with the box that it is over:
+        (picture, (lower left, upper right)). A tenth of the largest is the least that counts (balanced).
+    size_map
+        (h, w) likewise how large things are to be, as lengths relative to each other. The larger `balance` is, the
+        closer sizes are to that (balanced).
+    start
+        An earlier balanced map to continue from: no other starts are looked at, so that the picture does not jump. Of
+        these domains, where only the constraints have moved: with inner pins at the same points of the source the mesh
+        stays. Or of the shapes as they were a frame before: it is carried along as their outlines move (not with
+        surfaces). Maps of flattened surfaces with holes are solved for anew.
+    axes
+        What pairs and polygons mean: "xy", y up; "screen", x and y with y down (OpenCV, SVG); "image", rows and columns
+        of pixels (NumPy, `skimage.measure.find_contours`). Polygons are of x and y. Complex numbers are x + iy, y up,
+        always. `fit.map` and `fit.inverse` take and give pairs in the same axes.
+    progress
+        Is called with an `iccm.Progress` now and then: what is under way, how much is done, and of how much.
+    cancel
+        Is asked now and then; once it returns true the solving ends with `iccm.Cancelled`.
+    **options
+        See `iccm.problem.Options`: `method`, `turn`, `fit`, `balance`, `effort`, `tolerance` and others.
 
-    Returns:
+    Returns
+    -------
+    Fit
         The map, how the solver ended, and the figures that judge it. Failure to converge is a status, not an exception.
 
+    Raises
+    ------
+    InputError
+        A boundary that is not a simple polygon, a hole that is not inside or touches another, a constraint outside the
+        source, an option out of range, holes for a method that does not know of them; with the balanced method also
+        constraints that no one-to-one map meets.
+    Cancelled
+        `cancel` returned true.
+
+    Examples
+    --------
     >>> import numpy as np
     >>> square = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
     >>> found = fit(square, [3, 2] * square)
     >>> found.status.ok, complex(np.round(found.map(0.5 + 0.25j), 3))
     (True, (1.5+0.5j))
+    >>> np.round(found.map(np.array([[0.5, 0.25]])), 3)
+    array([[1.5, 0.5]])
     >>> np.round(found.inverted()([1.5, 0.5]), 3)
     array([0.5 , 0.25])
-
-    Raises:
-        InputError: a boundary that is no simple polygon, a hole that is not inside or touches another, a constraint
-            outside the source, an option out of range, holes for a method that does not know of them;
-            with the balanced method also constraints that no one-to-one map meets.
     """
+    known = [outlines_of(shape, name, axes) for shape, name in ((source, "source"), (target, "target"))]
+    for name, given, inner in (
+        ("source_holes", source_holes, known[0].holes),
+        ("target_holes", target_holes, known[1].holes),
+    ):
+        if len(given) and inner:
+            raise InputError(f"{name}: the shape brings its own holes; leave one of the two out")
+    sides = (
+        [_points(hole, f"source hole {k + 1}", axes) for k, hole in enumerate(source_holes)]
+        or known[0].holes,
+        [_points(hole, f"target hole {k + 1}", axes) for k, hole in enumerate(target_holes)]
+        or known[1].holes,
+    )
     settings = _options(fit, options)
-    holes = source_holes, target_holes
-    layouts = _layout(source), _layout(target)
+    if not settings.is_balanced and not (len(source_holes) or len(target_holes)):
+        sides = (), ()  # a polygon's own: other methods fill them
+    layouts = flattening_of(source), flattening_of(target)
     problem = Problem.of(
-        *(_outline(source), _outline(target), pins, strokes),
+        known[0].outline,
+        known[1].outline,
+        None if pins is None else as_points_of(pins, "pins", axes, 2),
+        _strokes(strokes, axes),
         first=settings.method == "paper",
-        holes=holes,
+        holes=sides,
         partners=hole_partners,
-        rigid=rigid,
-        rigid_target=rigid_target,
+        rigid=[_points(ring, f"rigid region {k + 1}", axes) for k, ring in enumerate(rigid)],
+        rigid_target=[_points(ring, f"rigid region {k + 1}", axes) for k, ring in enumerate(rigid_target)],
         importance=importance,
         size_map=size_map,
         reach=ON_OUTLINE if settings.is_balanced else NEAR,
         pins_inside=not settings.is_balanced,
     )
-    if any(holes) and not settings.is_balanced:
+    with listening(progress, cancel):
+        found = _solve(problem, settings, layouts, start)
+    return _as_given(found, problem, axes, (source, target))
+
+
+def _solve(
+    problem: Problem,
+    settings: Options,
+    layouts: tuple[Flattening | None, Flattening | None],
+    start: Fit | TriangulatedMap | None,
+) -> Fit:
+    """The map of a problem, by the method that is asked for."""
+    if (problem.source_holes or problem.target_holes) and not settings.is_balanced:
         raise InputError("source_holes, target_holes: the balanced method alone knows of holes")
     if problem.rigid or problem.rigid_target:
         _check_rigid(problem, settings, layouts)
@@ -204,23 +271,65 @@ def refuse_unknown(
         raise TypeError(f"{function.__name__}() got an unexpected keyword argument {unknown!r}{near}")
 
 
-def _layout(shape: ArrayLike | Curve | Flattening) -> Flattening | None:
-    return shape if isinstance(shape, Flattening) else None
+def _points(shape: Outline, name: str, axes: str) -> Any:
+    """The outline of a hole or a region."""
+    return outlines_of(shape, name, axes).outline
 
 
-def _outline(shape: ArrayLike | Curve | Flattening) -> ArrayLike | Curve:
-    return shape.boundary if isinstance(shape, Flattening) else shape
+def _strokes(strokes: Sequence[tuple[Points, Points]] | None, axes: str) -> Any:
+    """Pairs of polylines as complex numbers; what is not a pair is left to who checks it."""
+    if strokes is None:
+        return None
+    return [
+        [as_points_of(side, f"stroke {k + 1}", axes) for side in pair]
+        if isinstance(pair, Sized) and len(pair) == 2
+        else pair
+        for k, pair in enumerate(strokes)
+    ]
+
+
+def _as_given(found: Fit, problem: Problem, axes: str, shapes: tuple[Outline, ...]) -> Fit:
+    """The result with what was given bit for bit, and with the axes of its sides."""
+    given = problem.as_given
+    assert given is not None
+    sides = [_side(axes, shape) for shape in shapes]
+    both = (sides[0], sides[-1])
+    return replace(
+        found,
+        map=found.map if both == found.map.axes else replace(found.map, axes=both),
+        axes=both,
+        source=_restored(found.source, given.source),
+        target=found.target and given.target and _restored(found.target, given.target),
+        pins=given.pins if given.pins.shape == found.pins.shape else found.pins,
+        strokes=given.strokes if len(given.strokes) == len(found.strokes) else found.strokes,
+    )
+
+
+def _side(axes: str, shape: Outline) -> str:
+    """The axes of a shape: what is read or flattened lies y up, in pairs x and y."""
+    return axes if not isinstance(shape, Curve | Flattening) and not hasattr(shape, "curve") else "xy"
+
+
+def _restored(curve: Curve, given: Curve) -> Curve:
+    """What was given where a curve is that but for rounding, wherever it begins; else the curve."""
+    same = curve.z.size == given.z.size and np.allclose(
+        np.sort_complex(curve.z), np.sort_complex(given.z), rtol=0, atol=ROUNDED * given.diagonal
+    )
+    return given if same else curve
 
 
 @on_one_thread
 def deform(
-    source: ArrayLike | Curve,
+    source: Outline,
     *,
-    pins: ArrayLike | None = None,
-    strokes: Sequence[tuple[ArrayLike, ArrayLike]] | None = None,
-    source_holes: Sequence[ArrayLike | Curve] = (),
-    rigid: Sequence[ArrayLike | Curve] = (),
+    pins: Points | None = None,
+    strokes: Sequence[tuple[Points, Points]] | None = None,
+    source_holes: Sequence[Outline] = (),
+    rigid: Sequence[Outline] = (),
     start: Fit | TriangulatedMap | None = None,
+    axes: str = "xy",
+    progress: Callable[[Progress], object] | None = None,
+    cancel: Callable[[], bool] | None = None,
     **options: Unpack[OptionValues],
 ) -> Fit:
     """Move a shape by pins and strokes alone, without a target boundary.
@@ -240,6 +349,7 @@ def deform(
         start: an earlier deformation of the same shape, to go on from: motions larger than half a turn come out right
             in steps. With pins at the same points of the source it keeps its mesh, and takes hundredths of a second.
             Of the balanced method.
+        axes, progress, cancel: as for `fit`.
         **options: see `iccm.problem.Options`.
 
     Raises:
@@ -253,9 +363,28 @@ def deform(
     """
     settings = _options(deform, options)
     reach = ON_OUTLINE if settings.is_balanced else NEAR
-    problem = Problem.of(source, None, pins, strokes, holes=(source_holes, ()), reach=reach, rigid=rigid)
+    known = outlines_of(source, "source", axes)
+    holes = [_points(hole, f"source hole {k + 1}", axes) for k, hole in enumerate(source_holes)]
+    problem = Problem.of(
+        known.outline,
+        None,
+        None if pins is None else as_points_of(pins, "pins", axes, 2),
+        _strokes(strokes, axes),
+        holes=(holes or (known.holes if settings.is_balanced else ()), ()),
+        reach=reach,
+        rigid=[_points(ring, f"rigid region {k + 1}", axes) for k, ring in enumerate(rigid)],
+    )
     if not problem.pins.size and not problem.strokes:
         raise InputError("deform: no pins and no strokes; give at least one")
+    with listening(progress, cancel):
+        found = _deformed(problem, settings, start, options)
+    return _as_given(found, problem, axes, (source,))
+
+
+def _deformed(
+    problem: Problem, settings: Options, start: Fit | TriangulatedMap | None, options: OptionValues
+) -> Fit:
+    """The deformation of a problem, by the method that is asked for."""
     if settings.is_balanced:
         from .balanced import fit as balanced
 
@@ -266,9 +395,9 @@ def deform(
         return balanced.deform(problem, settings, _map_of(start))
     if start is not None:
         raise InputError("start: an option of --method balanced")
-    if rigid:
+    if problem.rigid:
         raise InputError("rigid: regions are kept by the balanced method")
-    if source_holes:
+    if problem.source_holes:
         raise InputError("source_holes: the balanced method alone knows of holes")
     from .paper import algorithm1
 

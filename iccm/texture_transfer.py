@@ -3,9 +3,11 @@
 `stmap` gives a map as a picture, `from_stmap` the map of such a picture.
 """
 
-from collections.abc import Sequence
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Unpack
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +17,7 @@ from .arrays import Box, Complex, as_complex
 from .blas import on_one_thread
 from .curve import Curve
 from .errors import InputError
+from .given import outlines_of
 from .maps.triangulated.map import TriangulatedMap
 from .pixels import stmap as stmaps
 from .pixels import warp as warping
@@ -22,7 +25,9 @@ from .pixels.canvas import LONGER_SIDE, Canvas, Diagnostics, proportional
 from .pixels.sampler import Sampler
 from .pixels.texture import Texture
 from .problem import OptionValues, as_domain
+from .progress import Progress
 from .result import Fit
+from .solve import Outline, Points
 from .transform import Transform
 
 TYPES = (np.uint8, np.uint16, np.float16, np.float32)
@@ -31,16 +36,19 @@ TYPES = (np.uint8, np.uint16, np.float16, np.float32)
 class FitOptions(OptionValues, total=False):
     """Keyword arguments of `iccm.fit`, for type checkers."""
 
-    pins: ArrayLike | None
-    strokes: Sequence[tuple[ArrayLike, ArrayLike]] | None
-    source_holes: Sequence[ArrayLike | Curve]
-    target_holes: Sequence[ArrayLike | Curve]
+    pins: Points | None
+    strokes: Sequence[tuple[Points, Points]] | None
+    source_holes: Sequence[Outline]
+    target_holes: Sequence[Outline]
     hole_partners: Sequence[tuple[int, int]]
-    rigid: Sequence[ArrayLike | Curve]
-    rigid_target: Sequence[ArrayLike | Curve]
-    importance: ArrayLike | tuple[ArrayLike, Box] | None
-    size_map: ArrayLike | tuple[ArrayLike, Box] | None
+    rigid: Sequence[Outline]
+    rigid_target: Sequence[Outline]
+    importance: Any
+    size_map: Any
     start: Fit | TriangulatedMap | None
+    axes: str
+    progress: Callable[[Progress], object] | None
+    cancel: Callable[[], bool] | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +68,12 @@ class Transfer:
     fit: Fit
     diagnostics: Diagnostics
 
+    def _repr_png_(self) -> bytes:
+        """The picture, as notebooks show it."""
+        from .pixels.thumbnail import png
+
+        return png(self.pixels)
+
     def __repr__(self) -> str:
         return f"<Transfer: {'×'.join(map(str, self.pixels.shape))} {self.pixels.dtype}, {self.fit!r}>"
 
@@ -67,8 +81,8 @@ class Transfer:
 @on_one_thread
 def transfer(
     texture: ArrayLike,
-    source: ArrayLike | Curve,
-    target: ArrayLike | Curve,
+    source: Outline,
+    target: Outline,
     *,
     size: int | tuple[int, int] = LONGER_SIDE,
     texture_box: Box | None = None,
@@ -85,9 +99,9 @@ def transfer(
 
     Args:
         texture: (h, w) or (h, w, c) pixels, row 0 on top: uint8, uint16, float16, float32, or float64, which becomes
-            float32. With two or four channels the last one is alpha, straight.
-        source: (n,) complex vertices of the source's boundary, x + iy, y up, either way round.
-        target: (m,) complex vertices of the target's boundary.
+            float32, bool, or other integers from 0 to 65535. With two or four channels the last one is alpha, straight.
+        source: a shape, as for `fit`.
+        target: another.
         size: the picture's longer side in pixels, or its width and height.
         texture_box: lower left and upper right corner of the texture in the source's plane; by default the source's
             bounding box.
@@ -113,12 +127,18 @@ def transfer(
     >>> carried.pixels.shape, carried.fit.status.ok
     ((16, 32, 4), True)
     """
+    if isinstance(texture, Fit):
+        raise InputError(
+            "transfer: takes a texture and two shapes; for a map that is there: iccm.warp(fit, texture)"
+        )
     solve.refuse_unknown(transfer, options, passed_to=solve.fit)
-    source, target = as_domain(source, "source"), as_domain(target, "target")
-    holes = [as_domain(hole, "hole").z for hole in options.get("source_holes", ())]
-    outlines = [source.z, *holes]
-    sampler = _sampler(texture, texture_box or source.box, outlines, filter, kind, edge, encoding, threads)
-    canvas = _canvas(size, target_box or target.box)
+    axes = options.get("axes", "xy")
+    known, goal = outlines_of(source, "source", axes), outlines_of(target, "target", axes)
+    holes = [outlines_of(hole, "hole", axes).outline for hole in options.get("source_holes", ())]
+    domain = as_domain(known.outline, "source")
+    outlines = [domain.z, *(as_domain(hole, "hole").z for hole in (holes or known.holes))]
+    sampler = _sampler(texture, texture_box or domain.box, outlines, filter, kind, edge, encoding, threads)
+    canvas = _canvas(size, target_box or as_domain(goal.outline, "target").box)
     return _carried(solve.fit(source, target, **options), sampler, canvas, padding, threads)
 
 
@@ -236,15 +256,32 @@ def _sampler(
 
 def _pixels(texture: ArrayLike) -> NDArray:
     """(h, w, c) of one of TYPES."""
-    pixels = np.ascontiguousarray(texture)
-    pixels = pixels.astype(np.float32) if pixels.dtype == np.float64 else pixels
-    if pixels.dtype.type not in TYPES:
-        names = ", ".join(t.__name__ for t in TYPES)
-        raise InputError(f"texture: pixels of type {pixels.dtype}; {names} or float64 are needed")
+    pixels = _of_usual_type(np.ascontiguousarray(texture))
     pixels = pixels[..., None] if pixels.ndim == 2 else pixels
     if pixels.ndim != 3 or not pixels.size:
         raise InputError(f"texture: an array of shape {pixels.shape}; (h, w) or (h, w, c) are needed")
     return pixels
+
+
+def _of_usual_type(pixels: NDArray) -> NDArray:
+    """Pixels of one of TYPES: float64 as float32, bool as black and white, other integers by their range."""
+    if pixels.dtype.type in TYPES:
+        return pixels
+    if pixels.dtype == np.float64:
+        return pixels.astype(np.float32)
+    if pixels.dtype == bool:
+        return np.where(pixels, np.uint8(255), np.uint8(0))
+    if pixels.dtype.kind in "iu" and pixels.size:
+        low, high = int(pixels.min()), int(pixels.max())
+        for kind in (np.uint8, np.uint16):
+            if low >= 0 and high <= np.iinfo(kind).max:
+                return pixels.astype(kind)
+        raise InputError(
+            f"texture: {pixels.dtype} pixels from {low} to {high}; scale them to 0..65535, or to floats of 0..1: "
+            "(t - t.min()) / (t.max() - t.min())"
+        )
+    names = ", ".join(kind.__name__ for kind in TYPES)
+    raise InputError(f"texture: pixels of type {pixels.dtype}; {names}, float64, bool or integers are needed")
 
 
 def _canvas(size: int | tuple[int, int], box: Box) -> Canvas:

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .arrays import Complex, Real, complex_of, xy_of
+from .arrays import Complex, Real
+from .axes import UP, on_pairs
 
 Function = Callable[[Complex], Complex]
 
@@ -21,6 +22,7 @@ class Transform:
     Attributes:
         forward: complex points of any shape to points of the same shape, NaN where there is no image.
         backward: the other way.
+        axes: what pairs mean on either side, see `iccm.axes`.
 
     >>> double = Transform(lambda z: 2 * z, lambda w: w / 2)
     >>> complex(double.then(double)(1 + 1j))
@@ -31,6 +33,7 @@ class Transform:
 
     forward: Function
     backward: Function
+    axes: tuple[str, str] = UP
 
     def __call__(self, points: ArrayLike) -> Complex | Real:
         """The images of complex points of any shape, or of real ones (…, 2): in the same form."""
@@ -39,13 +42,16 @@ class Transform:
             return self.forward(given)
         if given.shape[-1:] != (2,):
             raise ValueError(f"points of shape {given.shape}; give complex ones, or real ones (n, 2)")
-        return xy_of(self.forward(complex_of(given.astype(float))))
+        return on_pairs(self.forward, given, self.axes)
 
     @property
     def inverse(self) -> "Transform":
         """The way back."""
-        return Transform(self.backward, self.forward)
+        return Transform(self.backward, self.forward, self.axes[::-1])
 
     def then(self, other: "Transform") -> "Transform":
         """This one first, the other on what it gives."""
-        return Transform(lambda z: other.forward(self.forward(z)), lambda w: self.backward(other.backward(w)))
+        axes = self.axes[0], other.axes[1]
+        return Transform(
+            lambda z: other.forward(self.forward(z)), lambda w: self.backward(other.backward(w)), axes
+        )

@@ -21,6 +21,7 @@ materials/     materials of meshes, carried to new coordinates
 geometry/      points, lines and polygons in files
 artwork/       drawings carried through a map as drawings
 run/           one job
+read           shapes and pictures in files, for Python
 apply          `iccm apply` with a saved map
 batch/         many jobs
 check/         results compared with baselines

@@ -8,7 +8,16 @@ import pytest
 
 import iccm
 
-WITHOUT = {"HarmonicMap", "TriangulatedMap", "Transfer", "Status", "IccmError", "InputError"}
+WITHOUT = {
+    "HarmonicMap",
+    "TriangulatedMap",
+    "Transfer",
+    "Status",
+    "IccmError",
+    "InputError",
+    "Cancelled",
+    "Progress",
+}
 """What users are given by the functions, and do not make."""
 PUBLIC = [name for name in iccm.__all__ if name not in WITHOUT]
 

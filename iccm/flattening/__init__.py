@@ -8,6 +8,7 @@ scaffold  triangles around a layout, and in its holes, that keep it from overlap
 seams     where a cut is lengthened
 opening   triangles and polygons of a layout set right by moving single vertices
 interpolation  `morph`: shapes between two, by the metric of a map between them
+of_arrays  `iccm.flatten`: meshes that are there as arrays
 charts    the charts of a mesh's own texture coordinates, as flattenings
 """
 

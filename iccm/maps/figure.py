@@ -95,6 +95,14 @@ def figure(
     return made
 
 
+def draw_carried(axes: Any, carried: tuple[NDArray, Box], target: Curve) -> None:
+    """A picture seen through a map, with its box, and the target's outline, into axes that somebody has."""
+    pixels, (low, high) = carried
+    axes.imshow(pixels, extent=(low.real, high.real, low.imag, high.imag), interpolation="none")
+    _outline(axes, target.z, INK, 1.0)
+    axes.set_aspect("equal")
+
+
 def write_words(lines: Sequence[str], axes: Any, wide: int = WIDE, most: int = MOST_LINES) -> None:
     """Lines as the text of a panel, as wide and as many as it holds."""
     axes.set_axis_off()

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from ..arrays import Complex, as_points
+from ..axes import UP, is_pairs, on_pairs
 from ..curve import Curve
 from ..plane import bounding_box
 from . import cauchy_green
@@ -27,12 +28,14 @@ class HarmonicMap:
         psi: (n,) coefficients of the antiholomorphic part Ψ = conj(C) ψ: the *conjugated* ψ̂ of Eq. 8 in the paper,
             and the only place where that is decided. All zero exactly when the map is conformal.
         slack: how far the outline that the polygon stands for may lie outside of it.
+        axes: what pairs of real numbers mean on either side, see `iccm.axes`.
     """
 
     polygon: Complex
     phi: Complex
     psi: Complex
     slack: float = 0.0
+    axes: tuple[str, str] = UP
 
     @property
     def conformal(self) -> bool:
@@ -40,7 +43,9 @@ class HarmonicMap:
         return not self.psi.any()
 
     def __call__(self, z: Complex) -> Complex:
-        """f at points inside or on the boundary, NaN beyond; any shape in, the same shape out."""
+        """f at complex points of any shape, or at pairs (…, 2), in the same form; NaN beyond the boundary."""
+        if is_pairs(z):
+            return on_pairs(self.__call__, z, self.axes)  # type: ignore[return-value]
         z = as_points(z)
         at = self.placed(z.ravel())
         c = self._blocks(cauchy_green.coordinates, at)

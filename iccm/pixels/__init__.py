@@ -1,5 +1,6 @@
 """Pictures: where pixels come from, how texels are filtered, what is written where nothing is covered.
 
+thumbnail               pictures as notebooks show them
 warp                    a texture carried through a map: inverse, filter, coverage
 texture                 a picture with its place in the plane
 canvas                  a raster in the plane, and bands of its rows

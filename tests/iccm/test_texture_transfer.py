@@ -123,7 +123,7 @@ def test_boxes_are_kept_to():
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"texture": np.zeros((2, 2, 3), int)}, "int64"),
+        ({"texture": np.full((2, 2, 3), -1)}, "int64"),
         ({"texture": np.zeros((2, 2, 3, 1), np.uint8)}, r"\(2, 2, 3, 1\)"),
         ({"texture": np.zeros((0, 2, 3), np.uint8)}, r"\(0, 2, 3\)"),
         ({"texture": "face.png"}, "type"),

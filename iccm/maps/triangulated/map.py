@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from ...arrays import Complex, Real, as_points
+from ...axes import UP, is_pairs, on_pairs
 from ...plane import diagonal
 from .adjacency import Edges, Index, edges_of
 from .evaluation import evaluate
@@ -33,6 +34,7 @@ class TriangulatedMap:
             Zeros make the map linear on every triangle.
         seen: of a folded map, how many triangles have a place in the inverse: the first ones, of which earlier ones lie
             over later ones. None: all, and none lies over another.
+        axes: what pairs of real numbers mean on either side, see `iccm.axes`.
     """
 
     source: Complex
@@ -42,6 +44,7 @@ class TriangulatedMap:
     near: float = NEAR
     bulge: Complex | None = None
     seen: int | None = None
+    axes: tuple[str, str] = UP
 
     def __repr__(self) -> str:
         """A line: its size."""
@@ -93,7 +96,9 @@ class TriangulatedMap:
         return diagonal(self.image)
 
     def __call__(self, z: Complex, threads: int | None = None) -> Complex:
-        """f at points of any shape."""
+        """f at complex points of any shape, or at pairs (…, 2): in the same form."""
+        if is_pairs(z):
+            return on_pairs(lambda points: self.jet(points, threads)[0], z, self.axes)  # type: ignore[return-value]
         return self.jet(z, threads)[0]
 
     def derivatives(self, z: Complex, threads: int | None = None) -> tuple[Complex, Complex]:

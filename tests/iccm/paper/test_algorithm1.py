@@ -304,7 +304,7 @@ BAD_INPUT = {
         {},
         "source: an array of shape (3, 3); (n,) complex numbers x + iy, or pairs of x and y, are needed",
     ),
-    "words": (("abc", square()), {}, "source: no array of complex numbers"),
+    "words": (("abc", square()), {}, "source: is a name; read the file first"),
     "flat pins": ((square(), ell()), {"pins": [0, 1, 2]}, "pins: an array of shape (3,); (n, 2) complex"),
     "ragged pins": ((square(), ell()), {"pins": [[0, 1], [0]]}, "pins: no array of complex numbers"),
     "lone stroke": ((square(), ell()), {"strokes": [0.5]}, "strokes: number 1 is no pair of polylines"),

@@ -1,0 +1,25 @@
+"""Pictures as notebooks show them: PNG, 8 bits a channel."""
+
+import io
+
+import numpy as np
+from numpy.typing import NDArray
+
+LARGEST = 640
+"""Pixels of the longer side: larger pictures are thinned out, since a notebook keeps what it shows."""
+
+
+def png(pixels: NDArray) -> bytes:
+    """A PNG of (h, w, c) pixels, integers or floats of 0..1, of grey or colours with or without alpha."""
+    from PIL import Image
+
+    step = max(1, -(-max(pixels.shape[:2]) // LARGEST))
+    shown = pixels[::step, ::step]
+    if shown.dtype.kind == "f":
+        shown = np.clip(np.nan_to_num(shown.astype(np.float32)), 0, 1) * 255 + 0.5
+    elif shown.dtype == np.uint16:
+        shown = shown // 257
+    shown = shown.astype(np.uint8)
+    target = io.BytesIO()
+    Image.fromarray(shown[..., 0] if shown.shape[2] == 1 else shown).save(target, "PNG")
+    return target.getvalue()

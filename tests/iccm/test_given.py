@@ -1,0 +1,275 @@
+"""What `fit`, `deform` and `transfer` take for shapes, points and pictures, and what they give back."""
+
+import threading
+
+import numpy as np
+import pytest
+import shapely
+import skimage.measure
+import skimage.transform
+import trimesh
+
+import iccm
+from iccm import InputError
+from iccm.axes import complex_in, pairs_in
+from tests.shapes import arrow, pear
+
+FLAG = np.array([[0.0, 0.0], [7.0, 0.5], [6.5, 3.0], [3.0, 2.5], [2.5, 6.0], [0.25, 5.75]])
+"""An asymmetric outline, x and y."""
+GOAL = np.array([[1.0, 1.0], [9.0, 0.0], [10.0, 6.0], [4.0, 8.0]])
+HOLE = np.array([[1.0, 1.0], [2.0, 1.25], [1.5, 2.0]])
+
+
+def complex_of(pairs):
+    return pairs[:, 0] + 1j * pairs[:, 1]
+
+
+INSIDE = np.array([[1.0, 1.0], [5.0, 1.5], [1.25, 4.5]])
+
+
+@pytest.fixture(scope="module")
+def plain():
+    return iccm.fit(complex_of(FLAG), complex_of(GOAL))
+
+
+class Row:
+    """As a row of a GeoDataFrame, without GeoPandas."""
+
+    def __init__(self, polygon):
+        self.__geo_interface__ = {"type": "Feature", "geometry": shapely.geometry.mapping(polygon)}
+
+
+KINDS = {
+    "pairs": FLAG,
+    "closed pairs": np.concatenate([FLAG, FLAG[:1]]),
+    "a list": FLAG.tolist(),
+    "a curve": iccm.Curve.domain(complex_of(FLAG)),
+    "a polygon": shapely.Polygon(FLAG),
+    "a ring": shapely.LinearRing(FLAG),
+    "one of several": shapely.MultiPolygon([shapely.Polygon(FLAG)]),
+    "GeoJSON": shapely.geometry.mapping(shapely.Polygon(FLAG)),
+    "a row": Row(shapely.Polygon(FLAG)),
+    "a path": trimesh.path.Path2D(
+        [trimesh.path.entities.Line([0, 1, 2, 3, 4, 5, 0])], vertices=FLAG, process=False
+    ),
+    "a contour of OpenCV": FLAG[:, None, :],
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_shapes_are_taken_as_they_come(plain, kind):
+    fit = iccm.fit(KINDS[kind], GOAL)
+    z = complex_of(INSIDE)
+    assert np.abs(fit.map(z) - plain.map(z)).max() < 1e-9 and fit.axes == ("xy", "xy")
+
+
+def test_holes_of_a_polygon_come_along():
+    polygon = shapely.Polygon(FLAG, [HOLE])
+    goal = shapely.Polygon(GOAL, [HOLE + np.array([3, 2])])
+    fit = iccm.fit(polygon, goal)
+    assert len(fit.source_holes) == len(fit.target_holes) == 1 and list(fit.hole_partners) == [(0, 0)]
+    with pytest.raises(InputError, match="source_holes"):
+        iccm.fit(polygon, goal, source_holes=[HOLE])
+    assert iccm.fit(polygon, goal, method="paper", vertices=40).source_holes == ()
+
+
+@pytest.mark.parametrize(
+    ("shape", "what"),
+    [
+        (shapely.MultiPolygon([shapely.box(0, 0, 1, 1), shapely.box(2, 0, 3, 1)]), "2 polygons"),
+        (shapely.Point(0, 0), "Point has no outline"),
+        (shapely.Polygon(), "empty"),
+        ({"type": "Polygon"}, "GeoJSON"),
+        ("heart.svg", "read_shape"),
+        (FLAG[None], "shape"),
+    ],
+)
+def test_what_is_no_shape_is_refused_in_a_line(shape, what):
+    with pytest.raises(InputError, match=f"source.*{what}") as caught:
+        iccm.fit(shape, GOAL)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("axes", ["screen", "image"])
+def test_axes_turn_pairs_and_polygons_upright(plain, axes):
+    def given(pairs):
+        return pairs_in(complex_of(pairs), axes)
+
+    fit = iccm.fit(given(FLAG), given(GOAL), axes=axes)
+    assert np.array_equal(fit.source.z, plain.source.z) and fit.axes == (axes, axes)
+    expected = given(INSIDE * 1.0)
+    image = fit.map(given(INSIDE))
+    assert np.abs(complex_in(image, axes) - plain.map(complex_of(INSIDE))).max() < 1e-9
+    assert np.abs(fit.inverse(image) - expected).max() < 1e-6
+    down = shapely.Polygon(FLAG * [1, -1])
+    assert np.array_equal(iccm.fit(down, given(GOAL), axes=axes).source.z, plain.source.z)
+    with pytest.raises(InputError, match="axes"):
+        iccm.fit(FLAG, GOAL, axes="up")
+
+
+def test_pins_strokes_and_regions_are_in_the_same_axes():
+    pin = (INSIDE[0], GOAL.mean(axis=0))
+    stroke = (INSIDE[1:2] + np.array([[0, 0], [0.5, 0.25]]), np.array([[7.0, 3.0], [7.5, 3.5]]))
+    up = iccm.fit(FLAG, GOAL, pins=[pin], strokes=[stroke])
+
+    def given(pairs):
+        return pairs_in(complex_in(pairs, "xy"), "image")
+
+    fit = iccm.fit(
+        given(FLAG),
+        given(GOAL),
+        pins=[[given(p) for p in pin]],
+        strokes=[[given(s) for s in stroke]],
+        axes="image",
+    )
+    assert np.array_equal(fit.pins, up.pins) and np.array_equal(fit.strokes[0][1].z, up.strokes[0][1].z)
+    assert np.abs(fit.map(given(np.array([pin[0]]))) - given(np.array([pin[1]]))).max() < 1e-6
+
+
+def test_contours_of_scikit_image_are_upright():
+    picture = np.zeros((60, 80), bool)
+    picture[10:50, 10:30] = picture[10:25, 10:70] = True  # a flag, its pole at the left
+    contour = max(skimage.measure.find_contours(picture.astype(float), 0.5), key=len)
+    fit = iccm.fit(contour, contour * 2, axes="image")
+    places = np.array([[15.0, 60.0], [45.0, 20.0]])
+    assert np.abs(fit.map(places) - 2 * places).max() < 0.1
+    row, column = np.array(
+        [[45.0, 60.0], [15.0, 60.0]]
+    )  # below the flag nothing is mapped, in it something is
+    assert np.isnan(fit.map(np.array([row, column]))).any(axis=1).tolist() == [True, False]
+
+
+def test_the_way_back_has_a_value_everywhere_inside_the_target():
+    """What is not covered takes that of the nearest point: scikit-image shows no holes in the target."""
+    source = 40 + 30 * arrow()
+    target = 50 + 30 * pear()
+    fit = iccm.fit(source + 8j, target + 10j, fit="contain", axes="screen")
+    y, x = np.mgrid[:128, :128]
+    w = (x + 1j * y)[fit.target.contains((x + 1j * y).ravel()).reshape(x.shape)]
+    assert fit.uncovered > 0.01 and np.isnan(fit.inverse(w)).any()
+    back = fit.transform.inverse(w)
+    assert np.isfinite(back).all()
+    known = np.isfinite(fit.inverse(w))
+    assert np.array_equal(back[known], fit.inverse(w)[known])
+    outside = np.array([500 + 500j, fit.target.box[0] - 5])
+    assert np.isnan(fit.transform.inverse(outside)).all()
+
+
+@pytest.mark.parametrize("method", ["balanced", "conformal", "paper"])
+def test_values_come_back_bit_for_bit(method):
+    source = (
+        np.random.default_rng(1).uniform(0.9, 1.1, 30) * np.exp(2j * np.pi * np.arange(30) / 30) * 3.7 + 100.3
+    )
+    target = (
+        np.random.default_rng(2).uniform(0.8, 1.2, 31) * np.exp(2j * np.pi * np.arange(31) / 31) * 1e-3 - 7j
+    )
+    pins = [(source.mean(), target.mean())]
+    fit = iccm.fit(source, target, pins=pins, method=method)
+    assert np.array_equal(fit.source.z, source) and np.array_equal(fit.target.z, target)
+    assert np.array_equal(fit.pins, pins)
+    bent = iccm.deform(source, pins=[(source.mean(), source.mean() + 0.1)], method=method)
+    assert np.array_equal(bent.source.z, source)
+
+
+@pytest.mark.parametrize(
+    ("make", "kind"),
+    [
+        (lambda p: p > 100, np.uint8),
+        (lambda p: p.astype(np.int64), np.uint8),
+        (lambda p: p.astype(np.int32) * 200, np.uint16),
+        (lambda p: p.astype(np.float64), np.float32),
+    ],
+)
+def test_pictures_of_any_usual_type_are_carried(plain, make, kind):
+    picture = make(np.arange(64 * 48, dtype=np.uint8).reshape(64, 48))
+    carried = iccm.warp(plain, picture, size=32)
+    assert carried.pixels.dtype == kind and carried.pixels[..., 0].max() > 0.6 * float(np.max(picture)) > 0
+
+
+@pytest.mark.parametrize(
+    "picture", [np.full((4, 4), -1), np.full((4, 4), 1 << 20), np.zeros((4, 4), complex)]
+)
+def test_other_pictures_are_refused_with_the_cure(plain, picture):
+    with pytest.raises(InputError, match=r"scale them|are needed"):
+        iccm.warp(plain, picture)
+    with pytest.raises(InputError, match=r"iccm\.warp"):
+        iccm.transfer(plain, picture, GOAL)
+
+
+def test_transfer_takes_what_fit_does():
+    carried = iccm.transfer(iccm.checkerboard(64), shapely.Polygon(FLAG), GOAL, size=40, fit="whole")
+    same = iccm.transfer(iccm.checkerboard(64), complex_of(FLAG), complex_of(GOAL), size=40, fit="whole")
+    assert np.array_equal(carried.pixels, same.pixels)
+
+
+def test_progress_is_told_and_cancelling_ends():
+    seen = []
+    iccm.fit(FLAG, GOAL, progress=seen.append)
+    assert seen and all(
+        isinstance(each, iccm.Progress) and 0 <= each.done <= max(each.of, each.done) for each in seen
+    )
+    asked = []
+
+    def cancel():
+        asked.append(True)
+        return len(asked) > 2
+
+    with pytest.raises(iccm.Cancelled):
+        iccm.fit(FLAG, GOAL, cancel=cancel)
+    assert len(asked) == 3
+    stopped = threading.Event()
+    stopped.set()
+    with pytest.raises(iccm.Cancelled):
+        iccm.deform(FLAG, pins=[(INSIDE[0], INSIDE[0] + 0.1)], cancel=stopped.is_set)
+
+
+def test_former_names_of_options_warn():
+    with pytest.warns(FutureWarning, match="effort"):
+        iccm.fit(FLAG, GOAL, starts=1)
+
+
+def test_help_and_dir_show_the_surface_alone(plain):
+    import inspect
+    import pydoc
+
+    text = pydoc.plain(pydoc.render_doc(iccm.fit))
+    assert text.index("Map the source onto the target") < 1500
+    assert len(str(inspect.signature(iccm.fit))) < 1200
+    assert {"map", "inverse", "summary", "report", "plot", "save"} <= set(dir(plain))
+    assert not [name for name in dir(plain) if name.startswith("_")]
+
+
+def test_a_notebook_shows_the_map(plain):
+    import io
+
+    from PIL import Image
+
+    picture = Image.open(io.BytesIO(plain._repr_png_()))
+    assert picture.mode == "RGBA" and len(set(picture.getdata())) > 20
+    assert plain.summary() in plain._repr_html_() and "data:image/png;base64," in plain._repr_html_()
+    carried = iccm.warp(plain, np.linspace(0, 1, 2000 * 8).reshape(2000, 8), size=(900, 500))
+    shown = Image.open(io.BytesIO(carried._repr_png_()))
+    assert max(shown.size) <= 640 and shown.size[0] / shown.size[1] == pytest.approx(1.8, rel=0.02)
+
+
+def test_a_map_is_drawn_into_axes_that_are_there(plain):
+    from matplotlib.figure import Figure
+
+    axes = Figure().subplots(1, 2)
+    assert plain.plot(ax=axes[1]) is axes[1].figure
+    assert len(axes[1].images) == 1 and axes[1].lines and not axes[0].has_data()
+
+
+def test_meshes_that_are_arrays_are_flattened_and_mapped():
+    ball = trimesh.creation.icosphere(subdivisions=2)
+    half = ball.submesh([np.flatnonzero(ball.triangles_center[:, 2] > 0.1)], append=True)
+    flat = iccm.flatten(half)
+    assert np.array_equal(flat.flat, iccm.flatten(half.vertices, half.faces).flat)
+    fit = iccm.fit(flat, GOAL)
+    assert fit.layouts[0] is flat and fit.status.ok
+    with pytest.raises(InputError, match="closed"):
+        iccm.flatten(ball)
+    assert iccm.flatten(ball, cut_open=True).flat.size > len(ball.vertices)
+    for wrong in ((half.vertices[:, :2], half.faces), (half.vertices, half.faces + 10_000), ("half.obj",)):
+        with pytest.raises(InputError, match="flatten"):
+            iccm.flatten(*wrong)
