@@ -200,12 +200,21 @@ class Run:
     @cached_property
     def image(self) -> Image:
         """The texture."""
-        return self.tiled.image if self.tiled else texture.image_of(self.job, self.source, self.room)
+        return (
+            self.tiled.image
+            if self.tiled
+            else texture.image_of(self.job, self.source, self.room, self._own_box)
+        )
+
+    @cached_property
+    def _own_box(self) -> Box:
+        """What is shown of a drawing that is its own texture: kept, since a map may change the outline of the shape."""
+        return texture.own_box_of(self.source)
 
     @cached_property
     def box(self) -> Box:
         """Its place in the source's plane."""
-        return texture.box_of(self.job, self.source, self.image, self.tiles)
+        return texture.box_of(self.job, self.source, self.image, self.tiles, self._own_box)
 
     @property
     def flat(self) -> Texture:
@@ -282,7 +291,7 @@ class Run:
         extent = self.box[1] - self.box[0]
         if density <= min(width / extent.real, height / extent.imag):
             return self.image
-        return texture.rendered(self.job, self.source, self.room, density)
+        return texture.rendered(self.job, self.source, self.room, density, self._own_box)
 
     @cached_property
     def held_drawing(self) -> bytes | None:

@@ -62,7 +62,9 @@ def drawing_of(job: Job, source: Shape) -> Path | None:
     return Path(name) if is_drawing else None
 
 
-def rendered(job: Job, source: Shape, room: Memory, density: float | None = None) -> Image:
+def rendered(
+    job: Job, source: Shape, room: Memory, density: float | None = None, own_box: Box | None = None
+) -> Image:
     """Render the drawing that is the texture.
 
     Args:
@@ -70,6 +72,7 @@ def rendered(job: Job, source: Shape, room: Memory, density: float | None = None
         source: the shape that it lies on.
         room: refuses more than --memory.
         density: pixels per unit of the source's plane; None: RENDERED pixels along its longer side.
+        own_box: what is shown of a drawing that is its own texture, by default `own_box_of` the source.
 
     Raises:
         InputError: it cannot be rendered, or there is no room.
@@ -79,7 +82,7 @@ def rendered(job: Job, source: Shape, room: Memory, density: float | None = None
 
     path = drawing_of(job, source)
     assert path is not None
-    box = rendering.canvas_of(path) if job.texture else _own_box(source)
+    box = rendering.canvas_of(path) if job.texture else own_box or own_box_of(source)
     extent = box[1] - box[0]
     if density is None:
         density = RENDERED / max(extent.real, extent.imag)
@@ -116,7 +119,7 @@ def held_drawing(job: Job, source: Shape) -> bytes | None:
     return rendering.render_png(path, box, size)
 
 
-def _own_box(source: Shape) -> Box:
+def own_box_of(source: Shape) -> Box:
     """What is rendered of a drawing that is its own texture."""
     low, high = source.bounds
     margin = BESIDE * max((high - low).real, (high - low).imag) * (1 + 1j)
@@ -168,10 +171,12 @@ def tiles_of(job: Job, sources: Sequence[Shape], room: Memory) -> TiledImage | N
     return tiles.read(name, wanted, **_limits(job, room))
 
 
-def box_of(job: Job, source: Shape, image: Image, tiles: Box | None = None) -> Box:
+def box_of(
+    job: Job, source: Shape, image: Image, tiles: Box | None = None, own_box: Box | None = None
+) -> Box:
     """What of the source's plane the texture covers, given what of its layout; the checkerboard is a square."""
     if drawing_of(job, source) and not job.texture:
-        return framing.placed(job, source, _own_box(source))
+        return framing.placed(job, source, own_box or own_box_of(source))
     if tiles is not None:
         low, high = (complex(corner.real * source.aspect, corner.imag) for corner in tiles)
         return low, high
@@ -227,7 +232,7 @@ def sampler_of(
     return _ready.get(key, lambda made: made.texture.pixels.size, make)
 
 
-def image_of(job: Job, source: Shape, room: Memory) -> Image:
+def image_of(job: Job, source: Shape, room: Memory, own_box: Box | None = None) -> Image:
     """The picture to carry along: --texture, the source's own, or a checkerboard.
 
     Raises:
@@ -237,7 +242,7 @@ def image_of(job: Job, source: Shape, room: Memory) -> Image:
 
     limits = _limits(job, room)
     if drawing_of(job, source):
-        return rendered(job, source, room)
+        return rendered(job, source, room, own_box=own_box)
     if name := job.texture:
         key = None if job.memory else (_stamp(name), job.max_pixels, job.colorspace)
         return _read.get(key, _numbers, lambda: image_files.read(name, **limits))
