@@ -21,16 +21,10 @@ $(CORE): $(READY) $(shell find core -name '*.cpp' -o -name '*.h' -o -name '*.py'
 	touch $@
 
 demo: $(CORE)
-	$(BIN)/python -m iccm.ahead
 	$(BIN)/python samples/run.py
 
 # Several tests at a time, and one thread for linear algebra in each, so that they don't fight.
-# Kernels are compiled ahead: in a test they would count towards its time limit.
 test: $(CORE)
-	mkdir -p build
-	$(BIN)/python -m iccm.ahead
-	$(BIN)/iccm map tests/wheel/square.svg tests/wheel/blob.svg --method conformal --size 64 -q --force \
-	    -o build/compiled.png
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -m "not slow" -n auto --maxprocesses 4
 
 test-slow: $(CORE)

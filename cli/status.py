@@ -34,13 +34,10 @@ def show_status() -> Iterator[Listener | None]:
 
 @contextmanager
 def show_phases(what: str) -> Iterator[None]:
-    """Shows what the block does, as `show_status`, and says so when something has to be compiled for it."""
-    with show_status() as listener:
-        from ..io.run.phases import Phases
-
-        with Phases.of(logs.tell, listener):
-            tell(what)
-            yield
+    """Show what the block does, as `show_status`."""
+    with show_status():
+        tell(what)
+        yield
 
 
 class Line:

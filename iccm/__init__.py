@@ -26,13 +26,10 @@ linalg/           sparse factorisations
 curve             polylines in the plane, closed or open
 plane             areas, boxes, similarities and exact orientation of points of the plane
 buckets           a grid of square buckets for nearest points
-flips             edge flips in a triangulation
+flips             triangles across the edges of a triangulation
 arrays            types of arrays, and conversions to them
 axes              what pairs of numbers mean: y up or down, rows and columns
 native/           the compiled core, C++ kernels called from Python
-jit               decorators for compiled kernels
-compiling/        Numba's compiler with less to do
-ahead             kernels compiled before a job asks for them
 parallel          threads over slices of a fixed size
 blas              linear algebra on one thread
 memory            where large arrays are kept

@@ -1,4 +1,4 @@
-"""Checks of the installation: versions, threads, caches, write access, and a map that must come out."""
+"""Checks of the installation: versions, the compiled core, threads, write access, and a map that must come out."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def examine(watched: Callable[[], AbstractContextManager[None]]) -> Iterator[Fin
     yield from _requirements()
     yield from _threads()
     yield from _writing()
-    yield _check("kernels", _compiled_kernels, watched)
+    yield _check("core", _compiled_core, watched)
     yield _check("map", _try_map, watched)
 
 
@@ -99,42 +99,22 @@ def _threads() -> Iterator[Finding]:
     yield Finding(
         "cores", str(len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count())
     )
-    names = (
-        "OMP_NUM_THREADS",
-        "NUMBA_NUM_THREADS",
-        "NUMBA_CACHE_DIR",
-        "SOURCE_DATE_EPOCH",
-    )
-    for name in names:
+    for name in ("OMP_NUM_THREADS", "ICCM_CORE", "SOURCE_DATE_EPOCH"):
         if name in os.environ:
             yield Finding(name, os.environ[name])
 
 
 def _writing() -> Iterator[Finding]:
     for what, folder in (("this folder", Path.cwd()), ("temporary files", Path(tempfile.gettempdir()))):
-        yield _writable(what, folder, True)
-    found = [_writable("compiled kernels", folder, False) for folder in _caches()]
-    hint = "; every start compiles again: set NUMBA_CACHE_DIR to a folder that can be written"
-    good = next((finding for finding in found if finding.ok), None)
-    yield good or Finding("compiled kernels", found[0].said + hint, False)
+        yield _writable(what, folder)
 
 
-def _caches() -> list[Path]:
-    """Where numba keeps compiled kernels: the first of these that can be written."""
-    if os.environ.get("NUMBA_CACHE_DIR"):
-        return [Path(os.environ["NUMBA_CACHE_DIR"])]
-    import iccm
-
-    home = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    return [Path(iccm.__file__).parent, Path(home)]
-
-
-def _writable(what: str, folder: Path, needed: bool) -> Finding:
+def _writable(what: str, folder: Path) -> Finding:
     try:
         with tempfile.TemporaryFile(dir=folder):
             return Finding(what, f"{folder} can be written", True)
     except OSError as error:
-        return Finding(what, f"{folder} cannot be written: {error.strerror}", False if needed else None)
+        return Finding(what, f"{folder} cannot be written: {error.strerror}", False)
 
 
 def _check(
@@ -147,19 +127,11 @@ def _check(
         return Finding(what, f"{type(error).__name__}: {' '.join(str(error).split())}", False)
 
 
-def _compiled_kernels() -> str:
-    """The kernels of common jobs must compile; what is in the cache is not compiled again."""
-    from .. import ahead, jit
+def _compiled_core() -> str:
+    """The compiled core must load; which of its variants this processor has."""
+    from ..native.library import library
 
-    parts, start = ahead.missing(), time.perf_counter()
-    ahead.compile_ahead()
-    if parts and ahead.missing() == parts:
-        raise OSError("compiled, but not kept: every start compiles again")
-    said = f"compiled in {time.perf_counter() - start:.0f} s, once" if parts else "compiled"
-    if jit.KNOWS:
-        return said
-    known, there = (".".join(map(str, version[:2])) for version in (jit.KNOWN, jit.numba.version_info))
-    return f"{said}; with Numba {there} a first run compiles longer than with {known}, and every run starts later"
+    return Path(library()._name).name
 
 
 def _try_map() -> str:

@@ -13,7 +13,6 @@ sys.path.insert(
 )  # so that `from tests import shapes` works however pytest is started
 
 from iccm import cli
-from iccm.io.run.phases import COMPILES
 
 SCHEMAS = Path(__file__).parents[1] / "docs" / "reference" / "schemas"
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">{}</svg>'
@@ -70,8 +69,8 @@ class Typed:
 
     @property
     def lines(self) -> list[str]:
-        """The lines of stderr, but for that which tells of compiling: it depends on the cache."""
-        return [line for line in self.err.splitlines() if COMPILES not in line]
+        """The lines of stderr."""
+        return self.err.splitlines()
 
 
 @pytest.fixture

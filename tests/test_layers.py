@@ -12,8 +12,6 @@ from pathlib import Path
 
 import pytest
 
-from iccm import jit
-
 ROOT = Path(__file__).parents[1]
 ORDER = (
     "cli __main__",
@@ -34,7 +32,7 @@ ORDER = (
     "io.memory io.quiet_stderr io.checked",
     "io.options io.option_groups io.page io.spec io.formats io.point_syntax io.references",
     "io.files io.limits",
-    "texture_transfer ahead",
+    "texture_transfer",
     "solve",
     "surfaces",
     "flattening",
@@ -48,8 +46,8 @@ ORDER = (
     "maps",
     "curve linalg",
     "buckets flips plane transform axes",
-    "arrays jit native",
-    "parallel memory blas compiling progress",
+    "arrays native",
+    "parallel memory blas progress",
     "errors",
 )
 FLOOR = {room: number for number, rooms in enumerate(ORDER) for room in rooms.split()}
@@ -241,7 +239,6 @@ NOT_FOR_A_PICTURE = {
 }
 
 
-@pytest.mark.skipif(not jit.KNOWS, reason="other versions of Numba import scipy.linalg by themselves")
 def test_a_picture_by_the_default_method_imports_only_what_it_needs(tmp_path):
     picture, shapes = tmp_path / "out.png", ROOT / "tests" / "wheel"
     job = ["map", shapes / "square.svg", shapes / "blob.svg", "--texture", shapes.parents[1] / TEXTURE]

@@ -132,7 +132,7 @@ class _Lane:
     """One worker process and its job."""
 
     def __init__(self, threads: int) -> None:
-        spawn = multiprocessing.get_context("spawn")  # a fork after numba's threads have started would hang
+        spawn = multiprocessing.get_context("spawn")  # a fork while threads run may hang
         self.executor: Executor = ProcessPoolExecutor(1, spawn, worker.prepare, (threads,))
         self._pid = self.executor.submit(os.getpid)
         self.future: Future = self._pid

@@ -16,7 +16,6 @@ THREADS = (
     "OMP_NUM_THREADS",
     "OPENBLAS_NUM_THREADS",
     "MKL_NUM_THREADS",
-    "NUMBA_NUM_THREADS",
     "OPENCV_FOR_THREADS_NUM",
 )
 GRACE = 5.0  # seconds in which a worker that has lost its parent tidies up (by hand)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
-from ... import ahead, progress
+from ... import progress
 from ...errors import InputError
 from ...progress import Listener
 from .. import files, formats, references
@@ -34,7 +34,7 @@ def run(
     Args:
         job: what to do.
         threads: threads for the pixels, None for all cores; never changes the result.
-        tell: is given each remark as it is made, and a sentence when something has to be compiled.
+        tell: is given each remark as it is made.
         listener: is told what is under way, see `iccm.progress`.
         dry: to read and check, but to solve and write nothing.
 
@@ -43,8 +43,8 @@ def run(
     """
     from ...blas import one_thread
 
-    with one_thread(), references.outside(job.allow_outside), Phases.of(tell, listener) as phases:
-        return _run(job, threads, tell, phases, dry)
+    with one_thread(), references.outside(job.allow_outside), progress.heard(listener):
+        return _run(job, threads, tell, Phases(), dry)
 
 
 def _run(job: Job, threads: int | None, tell: Tell, phases: Phases, dry: bool) -> Outcome:
@@ -63,9 +63,6 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases, dry: bool) -
     if dry:
         outputs.tell_share(run)
         return Outcome(True, "", {}, tuple(name for name in job.outputs if name != "-"), tuple(run.notes))
-    if job.method in (None, "balanced") and ahead.missing():
-        with phases.timed("compile"):
-            ahead.compile_ahead(threads)
     if any(output.samples for output in wanted):
         run.begin("sampler")
     solve_pairs(run)

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
+from ... import progress
 from ...arrays import Box, Real
 from ...curve import Curve
 from ...errors import InputError
@@ -91,7 +92,8 @@ def run(
     written = [each for group in names.values() for each in group]
     if twice := [name for name in names if job.output.count(name) > 1]:
         raise InputError(f"{twice[0]}: is written twice")
-    with one_thread(), references.outside(job.allow_outside), Phases.of(tell, listener) as phases:
+    phases = Phases()
+    with one_thread(), references.outside(job.allow_outside), progress.heard(listener):
         with phases.timed("read"):
             job = job.model_copy(update={"target_box": job.target_box, "output": tuple(written)})
             textures = [way.target_texture] if way.target_texture else []

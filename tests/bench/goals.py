@@ -5,7 +5,7 @@ from collections.abc import Iterator
 MARK = "GOAL"
 GOALS = (  # how the lines begin, in the order in which they are listed
     "the first run",
-    "imports beyond numpy and numba",
+    "imports beyond numpy",
     "balanced solve, 50%",
     "balanced solve, 90%",
     "time against outline vertices",

@@ -15,7 +15,6 @@ from itertools import pairwise
 
 import numpy as np
 import shapely
-from numba import njit
 
 import iccm
 from iccm.curve import Curve
@@ -98,20 +97,17 @@ def moved(before, now):
     return apart, max(apart, frechet(*(c.at(np.arange(SAMPLES) * c.length / SAMPLES) for c in (a, b))))
 
 
-@njit
-def frechet(a, b):  # pragma: no cover
+def frechet(a, b):
     """The discrete Fréchet distance of two closed curves (n,) and (m,), wherever they begin."""
-    best = np.inf
-    for shift in range(b.size):
-        row = np.full(b.size + 2, np.inf)
-        row[0] = 0.0  # the corner before the first of both
-        for i in range(a.size + 1):
-            left, row[0] = row[0], np.inf
-            for j in range(b.size + 1):
-                near = min(left, row[j], row[j + 1])
-                left, row[j + 1] = row[j + 1], max(near, abs(a[i % a.size] - b[(j + shift) % b.size]))
-        best = min(best, row[-1])
-    return best
+    distances, starts = np.abs(a[:, None] - b), np.arange(b.size)
+    row = [np.full(b.size, np.inf) for _ in range(b.size + 2)]  # each for all starts of b
+    row[0] = np.zeros(b.size)  # the corner before the first of both
+    for i in range(a.size + 1):
+        left, row[0] = row[0], np.full(b.size, np.inf)
+        for j in range(b.size + 1):
+            near = np.minimum(np.minimum(left, row[j]), row[j + 1])
+            left, row[j + 1] = row[j + 1], np.maximum(near, distances[i % a.size, (j + starts) % b.size])
+    return float(row[-1].min())
 
 
 def main():

@@ -47,18 +47,13 @@ def took(line: list[str], **more: str) -> tuple[float, float]:
 
 
 def first(times: int = 3) -> None:
-    """The README's first command on a machine that has compiled nothing, and again: medians of some runs, each with
-    an empty cache of its own."""
+    """The README's first command: medians of some runs."""
     print(f"## The first run: rose → leaf, 1024²; {load()}")
-    runs = []
-    for _ in range(times):
-        with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:  # someone may still compile
-            job = [ICCM, "map", str(ROSE / "rose.svg"), str(ROSE / "leaf.svg"), "-q", "--force"]
-            job += ["-o", f"{folder}/out.png"]
-            cold = took(job, NUMBA_CACHE_DIR=f"{folder}/cache")
-            runs.append((*cold, *took(job, NUMBA_CACHE_DIR=f"{folder}/cache")))
-    wall, cpu, again, less = np.median(runs, axis=0)
-    print(f"cold {wall:.1f} s, {cpu:.1f} CPU-s; warm {again:.1f} s, {less:.1f} CPU-s (medians of {times})")
+    with tempfile.TemporaryDirectory() as folder:
+        job = [ICCM, "map", str(ROSE / "rose.svg"), str(ROSE / "leaf.svg"), "-q", "--force"]
+        runs = [took([*job, "-o", f"{folder}/out.png"]) for _ in range(times)]
+    wall, cpu = np.median(runs, axis=0)
+    print(f"{wall:.1f} s, {cpu:.1f} CPU-s (medians of {times})")
     goal("the first run, wall clock", wall, 8, "s")
 
 
@@ -67,8 +62,8 @@ AGAIN = "import importlib, sys\nfor name in sys.argv[1:]: importlib.import_modul
 
 
 def imports() -> None:
-    """Imports of the common path beyond those of NumPy and Numba, in CPU-seconds: on a quiet machine what
-    -X importtime tells, and on a busy one not the time of others."""
+    """Imports of the common path beyond those of NumPy, in CPU-seconds: on a quiet machine what -X importtime tells,
+    and on a busy one not the time of others."""
     print(f"## Start-up; {load()}")
     with tempfile.TemporaryDirectory() as folder:
         job = ["map", str(ROSE / "rose.svg"), str(ROSE / "leaf.svg"), "-q", "--size", "64"]
@@ -76,12 +71,10 @@ def imports() -> None:
         line = [sys.executable, "-c", LISTED, *job]
         listed = subprocess.run(line, capture_output=True, text=True, check=True).stdout.split()
     again = [sys.executable, "-c", AGAIN]
-    rounds = [(took([*again, "numpy", "numba"])[1], took([*again, *listed])[1]) for _ in range(7)]
+    rounds = [(took([*again, "numpy"])[1], took([*again, *listed])[1]) for _ in range(7)]
     base, all_of_it = np.median(rounds, axis=0)
-    print(
-        f"numpy and numba {base:.2f} CPU-s, iccm map {all_of_it:.2f}, {len(listed)} modules (medians of 7); {load()}"
-    )
-    goal("imports beyond numpy and numba", all_of_it - base, 0.35, "CPU-s")
+    print(f"numpy {base:.2f} CPU-s, iccm map {all_of_it:.2f}, {len(listed)} modules (medians of 7); {load()}")
+    goal("imports beyond numpy", all_of_it - base, 0.35, "CPU-s")
 
 
 def star(count: int, spikes: int = 5, depth: float = 0.3) -> np.ndarray:

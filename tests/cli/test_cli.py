@@ -139,7 +139,7 @@ def test_constraints_from_stdin(shapes, shell):
 
 def test_the_bytes_do_not_depend_on_threads_or_cores(shapes, shell):
     lines = (
-        "iccm map square.svg blob.svg --size 64 -q -o a.png; NUMBA_NUM_THREADS=1 iccm map square.svg blob.svg"
+        "iccm map square.svg blob.svg --size 64 -q -o a.png; OMP_NUM_THREADS=1 iccm map square.svg blob.svg"
     )
     done = shell(f"export SOURCE_DATE_EPOCH=1; {lines} --size 64 -q -o b.png --threads 1")
     assert done.returncode == 0, done.stderr

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from iccm import jit
+from iccm.native import library
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
@@ -63,10 +63,13 @@ def test_it_runs_without_the_library_that_is_missing(module):
     assert done.returncode == 1 and wrong and "internal error" not in done.stderr
 
 
-def test_a_version_of_numba_that_compiles_longer_is_told(findings, monkeypatch):
-    assert jit.KNOWS and "compiles longer" not in findings()[1]["kernels"]["said"]
-    monkeypatch.setattr(jit, "KNOWS", False)
-    assert "a first run compiles longer than with 0.68" in findings()[1]["kernels"]["said"]
+def test_a_core_that_is_missing_is_found(findings, monkeypatch, tmp_path):
+    assert findings()[1]["core"]["said"].startswith("core")
+    library.library.cache_clear()
+    monkeypatch.setattr(library, "FOLDER", tmp_path / "iccm" / "native" / "lib")
+    code, found = findings()
+    assert code == 1 and found["core"]["ok"] is False and str(tmp_path) in found["core"]["said"]
+    library.library.cache_clear()
 
 
 def test_without_its_metadata_nothing_is_known(findings, monkeypatch):

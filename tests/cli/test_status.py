@@ -1,6 +1,5 @@
 """The line on a terminal that tells what is under way: in a terminal of its own (a pty)."""
 
-import json
 import os
 import re
 import subprocess
@@ -11,7 +10,6 @@ from pathlib import Path
 import pytest
 
 from iccm.cli import status
-from iccm.io.run.phases import COMPILES
 from iccm.progress import heard
 
 pty = pytest.importorskip("pty")
@@ -108,25 +106,6 @@ def test_without_a_terminal_nothing_is_shown(capsys):
 
     with status.show_status() as listener:
         assert listener is None
-
-
-@pytest.mark.slow
-def test_the_first_run_says_that_it_compiles_and_reports_it_apart(tmp_path):
-    iccm = str(Path(sys.executable).with_name("iccm"))
-    shapes = [str(WHEEL / "square.svg"), str(WHEEL / "blob.svg")]
-    results = []
-    for name in ("first", "second"):
-        command = [iccm, "map", *shapes, "--size", "64", "-o", str(tmp_path / f"{name}.png")]
-        report = tmp_path / f"{name}.json"
-        shown, code = typed([*command, "--report", str(report)], NUMBA_CACHE_DIR=str(tmp_path / "cache"))
-        assert code == 0, shown
-        results.append((shown, json.loads(report.read_text())["seconds"]))
-    (first, cold), (second, warm) = results
-    assert first.count(COMPILES) == 1
-    assert re.search(r"\rcompile, \d+ s", first)
-    assert cold["compile"] > cold["solve"] + cold["resample"]
-    assert COMPILES not in second
-    assert warm["compile"] == 0
 
 
 def test_commands_that_may_take_long_have_a_line(monkeypatch, tmp_path, iccm):

@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from iccm import jit
 from iccm.errors import JobError
 from iccm.io.run.job import KINDS, Job
 from iccm.io.run.validate import checked, validate
@@ -84,7 +83,6 @@ def test_mistakes_are_told_by_their_keys():
     assert [key for key, _ in caught.value.mistakes] == ["order", "colour"]
 
 
-@pytest.mark.skipif(not jit.KNOWS, reason="other versions of Numba import scipy.linalg by themselves")
 def test_a_plain_job_of_the_command_line_runs_without_pydantic_opencv_and_scipy(shapes):
     script = (
         "import sys; from iccm import cli; code = cli.run(sys.argv[1:]); "
