@@ -20,7 +20,13 @@ if TYPE_CHECKING:
     from packaging.requirements import Requirement
     from packaging.specifiers import SpecifierSet
 
-MODULES = {"libigl": "igl", "opencv-python-headless": "cv2", "pillow": "PIL", "scikit-image": "skimage"}
+MODULES = {
+    "libigl": "igl",
+    "opencv-python-headless": "cv2",
+    "pillow": "PIL",
+    "resvg-py": "resvg_py",
+    "scikit-image": "skimage",
+}
 """What is imported of a requirement, where that is not its name."""
 EXTRAS = {
     "dask": "iccm batch --dask",
