@@ -16,6 +16,10 @@ LINE_WIDTH_SHARE = 1 / 8
 VISIBLE_WIDTH_SHARE = 1 / 512
 """Of the longer side of the drawing: a stroke beside fills that is narrower would be less than a pixel of 512."""
 
+MANY_VERTICES, FLATNESS = 2000, 1e-4
+"""Of an area, and of the longer side. Each curve and each line's round end is flattened for its own size, which is far
+more than a drawing of hundreds of them needs."""
+
 Cut = Callable[[Node, shapely.Geometry], shapely.Geometry]
 
 
@@ -44,10 +48,18 @@ def painted_areas(
     lines = max(widths, default=0.0) <= LINE_WIDTH_SHARE * extent
     whole = without_holes(shapely.union_all([fills, every]))
     if lines and fills.area < DRAWN_SHARE * whole.area:
-        return shapely.union_all([fills, every]), shapely.union_all([fills, without_holes(every)])
+        ink, filled = shapely.union_all([fills, every]), shapely.union_all([fills, without_holes(every)])
+        return _thinned(ink, extent), _thinned(filled, extent)
     visible = [area for (_, area), width in zip(strokes, widths) if width >= VISIBLE_WIDTH_SHARE * extent]
-    ink = shapely.union_all([fills, *visible])
+    ink = _thinned(shapely.union_all([fills, *visible]), extent)
     return ink, with_lines_filled(ink)
+
+
+def _thinned(area: shapely.Geometry, extent: float) -> shapely.Geometry:
+    """The area with fewer vertices, if it has very many, all within a flatness of the whole drawing."""
+    if shapely.get_num_coordinates(area) <= MANY_VERTICES:
+        return area
+    return shapely.union_all([shapely.simplify(area, FLATNESS * extent)])
 
 
 def _longer_side(area: shapely.Geometry) -> float:

@@ -443,6 +443,14 @@ def test_what_a_drawing_paints_is_all_of_its_fills_and_strokes(tmp_path):
     assert found.ink.equals(found.painted) and len(found.painted.geoms) == 2
 
 
+def test_what_many_lines_paint_has_few_vertices(tmp_path):
+    places = [(3 + 7 * (k % 13), 4 + 8 * (k // 13)) for k in range(150)]
+    rings = "".join(f'<circle cx="{x}" cy="{y}" r="2.5"/>' for x, y in places)
+    painted = drawn(tmp_path, f'<g fill="none" stroke="red" stroke-width=".6">{rings}</g>').painted
+    assert len(painted.geoms) == 150 and shapely.get_num_coordinates(painted) < 150 * 80
+    assert painted.area == pytest.approx(150 * np.pi * 2.8**2, rel=5e-3)
+
+
 def test_shadows_are_not_part_of_what_a_drawing_paints(tmp_path):
     body = '<rect width="20" height="20"/><rect x="30" width="30" height="20" {}/>'
     for faint in ('fill-opacity=".2"', 'opacity="20%"', 'opacity=".5" style="fill-opacity:.4"'):
