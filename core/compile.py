@@ -16,6 +16,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
@@ -64,12 +65,14 @@ class Compiler(NamedTuple):
         link: that links without the C++ standard library.
         system: linux, macos or windows.
         machine: x86_64 or another.
+        zig: whether it is ziglang's, whose options for processors are its own.
     """
 
     command: tuple[str, ...]
     link: tuple[str, ...]
     system: str
     machine: str
+    zig: bool = False
 
     @property
     def ending(self) -> str:
@@ -82,8 +85,10 @@ class Compiler(NamedTuple):
         if self.machine == "x86_64":
             # without fused products altogether: GCC 12 makes some while it vectorises complex ones, whatever
             # -ffp-contract says
-            wide = "-march=x86-64-v3", "-mno-fma"
-            return Variant("core-x86-64", ("-march=x86-64",)), Variant("core-x86-64-v3", wide)
+            old, wide = ("-march=x86-64",), ("-march=x86-64-v3", "-mno-fma")
+            if self.zig:
+                old, wide = ("-mcpu=x86_64",), ("-mcpu=x86_64_v3-fma",)
+            return Variant("core-x86-64", old), Variant("core-x86-64-v3", wide)
         return (Variant("core"),)
 
 
@@ -112,13 +117,14 @@ def find_compiler(target: str | None = None) -> Compiler:
         options: tuple[str, ...] = ()
     else:
         machine, system = target.split("-")[:2]
+        system = system.partition(".")[0]  # macos.11.0
         options = "-target", target
     if importlib.util.find_spec("ziglang") is None:
         raise SystemExit(
             "the compiled core needs a C++17 compiler: install one (g++ or clang++), or the package ziglang with pip"
         )
     zig = sys.executable, "-m", "ziglang", "cc", *options
-    return Compiler((*zig, "-x", "c++"), zig, system, machine)
+    return Compiler((*zig, "-x", "c++"), zig, system, machine, zig=True)
 
 
 def sources() -> list[Path]:
@@ -183,17 +189,15 @@ def _compile(compiler: Compiler, flags: list[str], source: Path, header: float, 
 
 
 def _link(compiler: Compiler, objects: list[Path], library: Path) -> None:
-    """Links objects into a library, which appears whole."""
-    part = library.with_name(f".{library.stem}.{os.getpid()}{library.suffix}")
+    """Link objects into a library, which appears whole and without what linkers write beside it."""
     math = () if compiler.system == "windows" else ("-lm",)
     strip = ("-Wl,-s",) if compiler.system == "linux" else ()
-    command = [*compiler.link, "-shared", *strip, "-o", str(part), *map(str, objects), *math]
-    if subprocess.run(command).returncode:
-        part.unlink(missing_ok=True)
-        raise SystemExit(f"the compiled core: {compiler.link[0]} cannot link {library.name}")
-    for rest in (part.with_suffix(".lib"), part.with_suffix(".pdb")):
-        rest.unlink(missing_ok=True)
-    part.replace(library)
+    with tempfile.TemporaryDirectory(dir=library.parent, prefix=".linking-") as folder:
+        part = Path(folder) / library.name
+        command = [*compiler.link, "-shared", *strip, "-o", str(part), *map(str, objects), *math]
+        if subprocess.run(command).returncode:
+            raise SystemExit(f"the compiled core: {compiler.link[0]} cannot link {library.name}")
+        part.replace(library)
 
 
 def main() -> None:
