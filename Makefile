@@ -6,8 +6,9 @@ READY  := $(VENV)/.ready
 PAGES  := $(VENV)/.docs
 
 CORE   := $(VENV)/.core
+ZIG    := $(VENV)/.zig
 
-.PHONY: demo test test-slow lint docs bench gallery clean
+.PHONY: demo test test-slow lint docs bench gallery wheels wasm clean
 
 $(READY): pyproject.toml setup.py
 	$(PYTHON) -m venv $(VENV)
@@ -51,6 +52,18 @@ bench: $(CORE)
 
 gallery: $(CORE)
 	$(BIN)/python -m tests.bench.gallery
+
+# The wheels of all platforms, into dist, with the compiler that the package ziglang brings.
+wheels: $(ZIG)
+	$(BIN)/python core/wheels.py
+
+# The core for browsers and other hosts of WebAssembly, into build/wasm.
+wasm: $(ZIG)
+	$(BIN)/python core/compile.py --target wasm32-wasi build/wasm
+
+$(ZIG): $(READY)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'ziglang>=0.15'
+	touch $@
 
 clean:
 	rm -rf $(VENV) build dist iccm/native/lib out *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -63,7 +63,7 @@ class Compiler(NamedTuple):
     Attributes:
         command: that compiles C++.
         link: that links without the C++ standard library.
-        system: linux, macos or windows.
+        system: linux, macos, windows or wasi.
         machine: x86_64 or another.
         zig: whether it is ziglang's, whose options for processors are its own.
     """
@@ -77,7 +77,7 @@ class Compiler(NamedTuple):
     @property
     def ending(self) -> str:
         """Of a shared library."""
-        return {"windows": ".dll", "macos": ".dylib"}.get(self.system, ".so")
+        return {"windows": ".dll", "macos": ".dylib", "wasi": ".wasm"}.get(self.system, ".so")
 
     @property
     def variants(self) -> tuple[Variant, ...]:
@@ -89,7 +89,7 @@ class Compiler(NamedTuple):
             if self.zig:
                 old, wide = ("-mcpu=x86_64",), ("-mcpu=x86_64_v3-fma",)
             return Variant("core-x86-64", old), Variant("core-x86-64-v3", wide)
-        return (Variant("core"),)
+        return (Variant("core", ("-msimd128",) if self.system == "wasi" else ()),)
 
 
 def system_compiler() -> list[str] | None:
@@ -143,7 +143,7 @@ def compile_core(
     objects = objects or CORE.parent / "build" / "core"
     folder.mkdir(parents=True, exist_ok=True)
     header = max(file.stat().st_mtime for file in [*CORE.rglob("*.h"), Path(__file__)])
-    position = () if compiler.system == "windows" else ("-fPIC",)
+    position = ("-fPIC",) if compiler.system in ("linux", "macos") else ()
     with ThreadPoolExecutor(jobs or os.cpu_count()) as pool:
         made = {
             variant: [
@@ -190,11 +190,16 @@ def _compile(compiler: Compiler, flags: list[str], source: Path, header: float, 
 
 def _link(compiler: Compiler, objects: list[Path], library: Path) -> None:
     """Link objects into a library, which appears whole and without what linkers write beside it."""
-    math = () if compiler.system == "windows" else ("-lm",)
-    strip = ("-Wl,-s",) if compiler.system == "linux" else ()
+    options: dict[str, tuple[str, ...]] = {
+        "linux": ("-shared", "-Wl,-s", "-lm"),
+        "macos": ("-shared", "-lm"),
+        "windows": ("-shared",),
+        # a module without a start of its own, whose host gets and frees memory in it
+        "wasi": ("-mexec-model=reactor", "-Wl,-s,--export-dynamic,--export=malloc,--export=free", "-lm"),
+    }
     with tempfile.TemporaryDirectory(dir=library.parent, prefix=".linking-") as folder:
         part = Path(folder) / library.name
-        command = [*compiler.link, "-shared", *strip, "-o", str(part), *map(str, objects), *math]
+        command = [*compiler.link, "-o", str(part), *map(str, objects), *options[compiler.system]]
         if subprocess.run(command).returncode:
             raise SystemExit(f"the compiled core: {compiler.link[0]} cannot link {library.name}")
         part.replace(library)
