@@ -10,7 +10,7 @@ from setuptools.command.build_ext import build_ext
 ROOT = Path(__file__).resolve().parent
 sys.path.insert(0, str(ROOT / "core"))
 
-from compile import compile_core, find_compiler, sources  # noqa: E402
+from compile import compile_core, find_compiler, library_names, sources  # noqa: E402
 
 
 class BuildCore(build_ext):
@@ -29,7 +29,7 @@ class BuildCore(build_ext):
     def get_ext_filename(self, fullname: str) -> str:
         """A library's file, whose name holds nothing of Python's."""
         *folders, name = fullname.split(".")
-        return str(Path(*folders, name.replace("_", "-") + find_compiler().ending))
+        return str(Path(*folders, FILES[name]))
 
     def get_export_symbols(self, ext: Extension) -> list[str]:
         """Nothing of a Python module's."""
@@ -44,11 +44,9 @@ class CoreWheel(bdist_wheel):
         return "py3", "none", super().get_tag()[2]
 
 
-FILES = [str(path.relative_to(ROOT)) for path in sources()]
+FILES = {name.partition(".")[0].replace("-", "_"): name for name in library_names()}
+SOURCES = [str(path.relative_to(ROOT)) for path in sources()]
 setup(
-    ext_modules=[
-        Extension(f"iccm.native.lib.{variant.name.replace('-', '_')}", FILES)
-        for variant in find_compiler().variants
-    ],
+    ext_modules=[Extension(f"iccm.native.lib.{name}", SOURCES) for name in FILES],
     cmdclass={"build_ext": BuildCore, "bdist_wheel": CoreWheel},
 )

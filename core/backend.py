@@ -27,15 +27,16 @@ __all__ = [
 ZIG = "ziglang>=0.15"
 
 
-def _compiler() -> list[str]:
+def missing_compiler() -> list[str]:
+    """The requirement that stands for a compiler, where there is none."""
     return [] if system_compiler() else [ZIG]
 
 
 def get_requires_for_build_wheel(config_settings: Any = None) -> list[str]:
     """What a wheel is built with."""
-    return [*build_meta.get_requires_for_build_wheel(config_settings), *_compiler()]
+    return [*build_meta.get_requires_for_build_wheel(config_settings), *missing_compiler()]
 
 
 def get_requires_for_build_editable(config_settings: Any = None) -> list[str]:
     """What an editable installation is built with."""
-    return [*build_meta.get_requires_for_build_editable(config_settings), *_compiler()]
+    return [*build_meta.get_requires_for_build_editable(config_settings), *missing_compiler()]

@@ -43,6 +43,7 @@ FLAGS = (
     f"-I{CORE}",
 )
 SYSTEM_COMPILERS = "c++", "g++", "clang++"
+ENDINGS = {"linux": ".so", "macos": ".dylib", "windows": ".dll", "wasi": ".wasm"}
 
 
 class Variant(NamedTuple):
@@ -77,7 +78,7 @@ class Compiler(NamedTuple):
     @property
     def ending(self) -> str:
         """Of a shared library."""
-        return {"windows": ".dll", "macos": ".dylib", "wasi": ".wasm"}.get(self.system, ".so")
+        return ENDINGS[self.system]
 
     @property
     def variants(self) -> tuple[Variant, ...]:
@@ -90,6 +91,19 @@ class Compiler(NamedTuple):
                 old, wide = ("-mcpu=x86_64",), ("-mcpu=x86_64_v3-fma",)
             return Variant("core-x86-64", old), Variant("core-x86-64-v3", wide)
         return (Variant("core", ("-msimd128",) if self.system == "wasi" else ()),)
+
+
+def this_machine() -> tuple[str, str]:
+    """The system and the processor that this runs on, as in `Compiler`."""
+    system = {"Darwin": "macos", "Windows": "windows"}.get(platform.system(), "linux")
+    return system, {"AMD64": "x86_64", "arm64": "aarch64"}.get(platform.machine(), platform.machine())
+
+
+def library_names() -> list[str]:
+    """The files of this machine's libraries, for which no compiler needs to be there yet."""
+    system, machine = this_machine()
+    compiler = Compiler((), (), system, machine)
+    return [variant.name + compiler.ending for variant in compiler.variants]
 
 
 def system_compiler() -> list[str] | None:
@@ -108,8 +122,7 @@ def find_compiler(target: str | None = None) -> Compiler:
         SystemExit: there is neither.
     """
     if target is None:
-        machine = {"AMD64": "x86_64", "arm64": "aarch64"}.get(platform.machine(), platform.machine())
-        system = {"Darwin": "macos", "Windows": "windows"}.get(platform.system(), "linux")
+        system, machine = this_machine()
         if command := system_compiler():
             # --as-needed drops the C++ standard library, of which nothing is used
             link = ("-Wl,--as-needed",) if system == "linux" else ()

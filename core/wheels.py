@@ -69,7 +69,9 @@ def wheel_for(platform: Platform, native: Path, libraries: list[Path], folder: P
                 continue
             content = source.read(item)
             if item.filename.endswith(".dist-info/WHEEL"):
-                kept = [line for line in content.decode().splitlines() if line and not line.startswith("Tag:")]
+                kept = [
+                    line for line in content.decode().splitlines() if line and not line.startswith("Tag:")
+                ]
                 tags = [f"Tag: py3-none-{tag}" for tag in platform.tags]
                 content = ("\n".join([*kept, *tags]) + "\n").encode()
             add(item.filename, content)
