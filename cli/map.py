@@ -12,6 +12,7 @@ from typing import Any
 
 import click
 
+from .. import deadline
 from ..errors import IccmError, InputError
 from . import logs, options, status
 from .logs import explain
@@ -54,9 +55,11 @@ def command(**given: Any) -> int:
 
 def execute(given: dict[str, Any]) -> int:
     """Run the job of these options, tell about it on stderr, and give the exit code; with --watch again and again."""
+    limit = deadline.current()
+    seconds = limit.seconds if limit else None  # of each map
     own = {name: given.pop(name, None) for name in ("threads", "dry_run", "watch", "open", "resume")}
     if given.get("sequence"):
-        return _sequence(given, own)
+        return _sequence(given, own, seconds)
     if own["resume"]:
         raise InputError("--resume: is for a --sequence")
     if not own["watch"]:
@@ -64,7 +67,14 @@ def execute(given: dict[str, Any]) -> int:
     if given.get("constraints") == "-":
         raise InputError("--watch: stdin can be read only once; name a file with --constraints")
     gc.enable()  # it runs long
-    code, seen = _run(given, own)
+    with deadline.limited(None):
+        return _watch(given, own, seconds)
+
+
+def _watch(given: dict[str, Any], own: dict[str, Any], seconds: float | None) -> int:
+    """Run the job again whenever an input changes, each time within so many seconds."""
+    with deadline.limited(seconds):
+        code, seen = _run(given, own)
     given["force"], own["open"] = True, False  # its own files are replaced, and viewers show that themselves
     logs.log.info(f"watching {', '.join(seen)}; Ctrl-C ends it")
     try:
@@ -76,15 +86,16 @@ def execute(given: dict[str, Any]) -> int:
             while (later := _wait(now)) != now:  # it is still being written
                 now = later
             try:
-                code, seen = _run(given, own)
+                with deadline.limited(seconds):
+                    code, seen = _run(given, own)
             except (IccmError, OSError) as error:
                 code, seen = explain(error), now
     except KeyboardInterrupt:
         return code
 
 
-def _sequence(given: dict[str, Any], own: dict[str, Any]) -> int:
-    """Map each frame from the one before on, and tell about it; the exit code."""
+def _sequence(given: dict[str, Any], own: dict[str, Any], seconds: float | None) -> int:
+    """Map each frame from the one before on, each within so many seconds, and tell about it; the exit code."""
     from ..io.batch import dispatch, manifest, pools
     from ..io.batch.journal import Journal
 
@@ -99,14 +110,14 @@ def _sequence(given: dict[str, Any], own: dict[str, Any]) -> int:
         for name in (name for task in tasks for name in task.job.outputs):
             logs.log.info(f"would write {name}")
         return 0
-    policy, failed = dispatch.Policy(threads=own["threads"]), False
-    with status.show_status():
+    policy, failed = dispatch.Policy(threads=own["threads"], time_limit=seconds), False
+    with status.show_status(), deadline.limited(None):
         watch = {"resume": own["resume"], "warn": logs.log.warning}
         for result in dispatch.execute(tasks, pools.InProcess(), book, policy, **watch):
             failed |= result["status"] != "done"
             tell = logs.log.info if result["status"] == "done" else logs.log.error
-            seconds = "as it was" if result["resumed"] else f"{result['seconds']:.1f} s"
-            tell(f"{result['name']}: {result['status']}, {seconds}: {result['message']}")
+            took = "as it was" if result["resumed"] else f"{result['seconds']:.1f} s"
+            tell(f"{result['name']}: {result['status']}, {took}: {result['message']}")
             for note in result["notes"]:
                 logs.tell(f"{result['name']}: {note}")
     return int(failed)

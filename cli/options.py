@@ -9,7 +9,7 @@ from typing import Any, Literal, get_args, get_origin
 
 import click
 
-from .. import __version__
+from .. import __version__, deadline
 from ..io.option_groups import FEW, TOPICS, grouped
 from ..io.options import (
     TABLE,
@@ -93,14 +93,15 @@ class Command(click.Command):
             raise
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run the command, after telling which names are former ones."""
+        """Run the command within its time, after telling which names are former ones."""
         for notice in ctx.meta["iccm.notices"]:
             logs.log.warning(notice)
         for name, option in self.rows.items():
             given = ctx.get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE
             if given and self.name in option.hidden:
                 logs.log.warning(f"{_dashed(name)}: works until iccm 2; {option.instead}")
-        return super().invoke(ctx)
+        with deadline.limited(ctx.params.pop("time_limit", None)):
+            return super().invoke(ctx)
 
     def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """What the command does; the help of a topic leaves it out."""

@@ -34,6 +34,7 @@ parallel          threads over slices of a fixed size
 blas              linear algebra on one thread
 memory            where large arrays are kept
 progress          what a long computation is at, for listeners
+deadline          limits on time
 errors            exceptions
 io/               files: shapes, pictures, meshes, jobs, reports
 cli/              the command line

@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TypeVar
 
+from . import deadline
+
 SLICE = 4096  # items that a thread takes at a time (by hand)
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -26,6 +28,7 @@ def over_slices(
     """Calls work(slice) for slices of `step` that cover range(count). The work must release the GIL to gain from it."""
     parts = [slice(k, min(k + step, count)) for k in range(0, count, step)]
     workers = min(thread_count(threads), len(parts))
+    work = within_time(work)
     if workers <= 1:
         for part in parts:
             work(part)
@@ -33,6 +36,18 @@ def over_slices(
     with ThreadPoolExecutor(workers) as pool:
         for _ in pool.map(work, parts):
             pass
+
+
+def within_time(work: Callable[[Item], Result]) -> Callable[[Item], Result]:
+    """The same work, which other threads end, too, when the time of this one is over (see `deadline`)."""
+    limit = deadline.current()
+
+    def checked(item: Item) -> Result:
+        if limit is not None:
+            limit.check()
+        return work(item)
+
+    return checked
 
 
 def beside(work: Callable[[], Result]) -> Future[Result]:
@@ -48,6 +63,7 @@ def in_order(
 ) -> Iterator[Result]:
     """work(item) for every item, in order, with at most one finished result waiting for each thread."""
     workers = thread_count(threads)
+    work = within_time(work)
     if workers == 1:
         yield from map(work, items)
         return

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import NamedTuple, TypeVar
 
+from . import deadline
 from .errors import Cancelled
 
 Item = TypeVar("Item")
@@ -83,9 +84,16 @@ def within(what: str) -> Iterator[None]:
 
 
 def tell(what: str, done: int = 0, of: int = 0) -> None:
-    """Tells the listener of this thread what is under way."""
+    """Tells the listener of this thread what is under way; in a loop, that `of` is the length of, it is asked whether
+    there is time left (see `deadline`).
+
+    Raises:
+        TimeUp: there is none.
+    """
     if listener := _listener.get():
         listener(what, done, of)
+    if of:
+        deadline.check(what)
 
 
 def counted(what: str, items: Iterable[Item], of: int | None = None) -> Iterator[Item]:

@@ -7,12 +7,15 @@ import warnings
 from collections.abc import Callable, Mapping, Sequence, Sized
 from dataclasses import fields, replace
 from difflib import get_close_matches
-from typing import Any, Unpack
+from functools import wraps
+from typing import Any, TypeVar, Unpack
 
 import numpy as np
 
+from . import deadline
 from .blas import on_one_thread
 from .curve import ROUNDED, Curve
+from .deadline import TimeUp
 from .errors import InputError
 from .given import as_points_of, flattening_of, outlines_of
 from .maps.triangulated.map import TriangulatedMap
@@ -32,7 +35,35 @@ Points = Any
 __all__ = ["Fit", "Status", "deform", "fit"]
 
 
+Solve = TypeVar("Solve", bound=Callable[..., Fit])
+
+
+def _within_time(solve: Solve) -> Solve:
+    """A solve that says so where the time that it was given (see `deadline`) ended the search."""
+
+    @wraps(solve)
+    def timed(*args: Any, **options: Any) -> Fit:
+        limit = deadline.current()
+        if limit is None:
+            return solve(*args, **options)
+        limit.cut = False
+        try:
+            found = solve(*args, **options)
+        except InputError as error:
+            if not limit.cut or isinstance(error, TimeUp):
+                raise
+            raise TimeUp(limit.message("the search for a map")) from error
+        if not limit.cut:
+            return found
+        note = f"The search was ended after {limit.seconds:g} s (--time-limit): the best map so far is given."
+        ended = Status.LIMIT if found.ended.ok else found.ended
+        return replace(found, ended=ended, notes=[*found.notes, note])
+
+    return timed  # type: ignore[return-value]
+
+
 @on_one_thread
+@_within_time
 def fit(
     source: Outline,
     target: Outline,
@@ -319,6 +350,7 @@ def _restored(curve: Curve, given: Curve) -> Curve:
 
 
 @on_one_thread
+@_within_time
 def deform(
     source: Outline,
     *,

@@ -65,7 +65,8 @@ TOPICS: dict[str, Topic] = {
     "limits": Topic(
         "Time and memory",
         "--memory 2G --threads 4",
-        "threads resume memory max_pixel_error max_pixels max_segments max_faces workers dask timeout retries",
+        "threads time_limit resume memory max_pixel_error max_pixels max_segments max_faces workers dask timeout "
+        "retries",
     ),
     "messages": Topic(
         "Messages",

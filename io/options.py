@@ -12,6 +12,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_type_hints
 
+from ..deadline import DEFAULT
 from . import limits
 
 LARGEST = 1e6  # factor of a texture's size
@@ -746,6 +747,10 @@ class CommonOptions:
         least=1,
         words="cores jobs cpu",
     )
+    time_limit: float = _option(
+        "Take no longer: the search for a map ends with the best so far, or a line says what took so long.", "SECONDS",
+        default=DEFAULT, above=0, commands=("map", "deform", "morph", "apply", "flatten", "relayout"),
+    )  # fmt: skip
     dry_run: bool = _option(
         "Read and check everything, say what would be written, and write nothing.", default=False,
         commands=("map", "deform"),

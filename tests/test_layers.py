@@ -48,6 +48,7 @@ ORDER = (
     "buckets flips plane transform axes",
     "arrays native",
     "parallel memory blas progress",
+    "deadline",
     "errors",
 )
 FLOOR = {room: number for number, rooms in enumerate(ORDER) for room in rooms.split()}

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .. import progress
+from .. import deadline, progress
 from ..arrays import Complex, Real
 from ..blas import on_one_thread
 from ..curve import Curve, boundary_samples, resampled_knots
@@ -143,6 +143,8 @@ def iterate(system: System, x: Complex, settings: Options) -> tuple[Complex, lis
     for _ in progress.counted("steps", range(settings.max_iterations)):
         if energies[-1]["total"] <= settings.threshold:
             return x, energies, Status.THRESHOLD
+        if deadline.ends_search():
+            break
         most = np.inf if settings.literal else energies[-1]["total"]
         x, targets, energy = _descend(system, x, targets, most)
         energies.append(energy)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Any
 
-from ... import progress
+from ... import deadline, progress
 from ...errors import InputError
 from .. import files, formats
 from . import journal
@@ -20,6 +20,7 @@ from .manifest import ManifestError, Task
 from .pools import Pool
 
 SCHEMA = "iccm.result/1"
+EARLY = 0.8  # of --timeout, after which a job ends by itself: killed it leaves nothing (by hand)
 POLL = 0.2  # seconds within which a signal or an expired job is noticed
 NAMED = 3  # jobs under way whose names are shown
 GOOD = ("done",)
@@ -34,12 +35,22 @@ class Policy:
         timeout: seconds a job may take, None for no limit.
         fail_fast: after the first job that is not done, begin no other.
         threads: threads of each worker.
+        time_limit: seconds after which a job ends by itself, with the best map so far if there is one; None: as long as
+            a command by default, or what leaves it some time before `timeout`.
     """
 
     retries: int = 1
     timeout: float | None = None
     fail_fast: bool = False
     threads: int | None = 1
+    time_limit: float | None = None
+
+    @property
+    def seconds(self) -> float:
+        """The time limit of a job."""
+        if self.time_limit is not None:
+            return self.time_limit
+        return deadline.DEFAULT if self.timeout is None else EARLY * self.timeout
 
 
 @dataclass
@@ -298,7 +309,7 @@ def _payload(item: _Running, pool: Pool, policy: Policy) -> dict[str, Any]:
     job = item.task.values
     if pool.runs_again or item.attempt > 1:
         job["force"] = True  # a worker that is lost may have written its files before
-    return {"job": job, "threads": policy.threads, "folder": os.getcwd()}
+    return {"job": job, "threads": policy.threads, "folder": os.getcwd(), "seconds": policy.seconds}
 
 
 def _answer(status: str, message: str) -> dict[str, Any]:

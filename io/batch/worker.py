@@ -58,7 +58,7 @@ def run_job(payload: dict[str, Any]) -> dict[str, Any]:
     """Run one job and describe what came of it; only a dying process does not answer.
 
     Args:
-        payload: `job` as JSON, `threads`, and `folder`, which relative paths start from.
+        payload: `job` as JSON, `threads`, `folder`, which relative paths start from, and the `seconds` it may take.
     """
     start = time.perf_counter()
     try:
@@ -73,10 +73,12 @@ def run_job(payload: dict[str, Any]) -> dict[str, Any]:
 
 
 def _run(payload: dict[str, Any]) -> dict[str, Any]:
+    from ... import deadline
     from .. import files
     from . import commands
 
-    outcome = commands.run(commands.job_of(payload["job"]), payload["threads"])
+    with deadline.limited(payload.get("seconds", deadline.DEFAULT)):
+        outcome = commands.run(commands.job_of(payload["job"]), payload["threads"])
     return {
         "status": "done" if outcome.ok else "poor",
         "message": outcome.message,

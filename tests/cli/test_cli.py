@@ -473,3 +473,15 @@ def test_the_default_output_is_not_written_through_a_link(shapes, iccm):
         typed = iccm("map", "square.svg", "blob.svg", *more, "--size", "16")
         assert typed.code == 2 and "square-blob.png" in typed.err and "-o" in typed.err
     assert not (shapes / "elsewhere.png").exists()
+
+
+def test_a_time_limit_ends_a_command_in_a_line(shapes, iccm):
+    for command in (
+        ("map", "square.svg", "blob.svg", "-o", "o.png"),
+        ("deform", "square.svg", "--pin", "30,30:30,35", "--pin", "70,70:80,70", "-o", "o.png"),
+        ("morph", "square.svg", "blob.svg", "-o", "o.gif", "--frames", "3"),
+    ):
+        typed = iccm(*command, "--time-limit", "1e-9")
+        assert typed.code == 2 and "--time-limit" in typed.err and len(typed.lines) == 1, typed.err
+        assert not list(shapes.glob("o.*"))
+    assert iccm("map", "square.svg", "blob.svg", "--time-limit", "0").code == 2

@@ -94,7 +94,7 @@ def test_a_frame_that_differs_too_much_starts_anew_and_says_so(frames, iccm):
         (("square.svg", "frames/*.svg", "--sequence", "--method", "paper"), "by the balanced method"),
         (("square.svg", "frames/*.svg", "--sequence", "--watch"), "--watch: not with --sequence"),
         (("square.svg", "blob.svg", "--resume"), "--resume: is for a --sequence"),
-        (("square.svg", "blob.svg", "--start", "blob.svg"), "blob.svg: is no map that iccm wrote"),
+        (("square.svg", "blob.svg", "--start", "blob.svg"), "blob.svg: is not a map that iccm wrote"),
         (("square.svg", "blob.svg", "--start", "none.npz"), "none.npz: no such file"),
         (("square.svg", "blob.svg", "--start", "paper.npz"), "is no balanced map"),
         (("square.svg", "blob.svg", "--start", "paper.npz", "--method", "paper"), "give --method balanced"),

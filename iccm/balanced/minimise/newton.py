@@ -23,6 +23,7 @@ import numpy as np
 from ...arrays import Complex, Index, Real
 from ...linalg.cholesky import BlockPattern, Factor
 from ...native import Record, function, record
+from ..errors import check_time
 from .energy import Objective, RestShapes
 from .in_space import SurfaceMap
 from .sliding import Constraints
@@ -201,7 +202,11 @@ def descend(
 
     Returns:
         The energy, the number of steps, and how many of the last ones gained less than the tolerance.
+
+    Raises:
+        OutOfTime: the time for the search is over.
     """
+    check_time()
     energy, counts = np.empty(1), np.empty(2, np.int64)
     given = system.record, objective.record()
     how = system.factorised, steps, tolerance, energy, counts

@@ -5,8 +5,8 @@ from contextlib import suppress
 
 import numpy as np
 
-from ... import progress
-from ..errors import Stuck
+from ... import deadline, progress
+from ..errors import OutOfTime, Stuck
 from ..model import mesh_sizes
 from ..model.discrete_map import GOOD_ENOUGH, DiscreteMap
 from .levels import BACKWARD, RELEASED_STEPS, Level, refine
@@ -31,7 +31,8 @@ def screen(states: list[DiscreteMap], starts: int) -> list[DiscreteMap]:
     """The best maps after a few steps, best first; `starts` times as many go on."""
     for steps, keep in SCREENING:
         tried = progress.counted(f"coarse maps, {steps} steps", states)
-        states = [s.forward(1.0, steps, GOOD_ENOUGH, corners=False) for s in tried]
+        with suppress(OutOfTime):
+            states = [s.forward(1.0, steps, GOOD_ENOUGH, corners=False) for s in tried]
         states = sorted(states, key=lambda s: s.energy)[: keep * starts]
     return [s for s in states if s.energy <= PROMISING * states[0].energy]
 
@@ -62,6 +63,8 @@ def best_of(level: Level, states: list[DiscreteMap]) -> DiscreteMap:
         with suppress(Stuck):
             settled.append(settle(level, state, SETTLING))
     if not settled:
+        if deadline.ends_search():
+            return states[0]
         raise Stuck("no start")
     settled.sort(key=lambda s: s.energy)
     most = FINALISTS * level.problem.starts
@@ -88,12 +91,18 @@ def release_corners(level: Level, state: DiscreteMap) -> DiscreteMap:
     """The best map of a few rounds: corners released, pinned again on a new mesh, settled."""
     best = state
     for _ in range(RELEASES):
-        state = state.forward(1.0, RELEASED_STEPS, GOOD_ENOUGH, corners=False)
+        try:
+            state = state.forward(1.0, RELEASED_STEPS, GOOD_ENOUGH, corners=False)
+        except OutOfTime:
+            break
         try:
             state = remesh(level, state)
         except Stuck:
             break
-        state = state.alternated(1.0, ROUNDS, BACKWARD)
+        try:
+            state = state.alternated(1.0, ROUNDS, BACKWARD)
+        except OutOfTime:
+            break
         before, best = best.energy, min(best, state, key=lambda s: s.energy)
         if not best.energy < (1 - GAIN) * before:
             break

@@ -8,7 +8,7 @@ import numpy as np
 
 from ... import progress
 from ...arrays import Complex, Index, Real
-from ..errors import Stuck
+from ..errors import OutOfTime, Stuck, check_time
 from ..meshing.mesh import Sizes
 from ..model import mesh_sizes
 from ..model.discrete_map import EASED, EASING_STEPS, DiscreteMap
@@ -31,6 +31,7 @@ from .levels import (
 FINE_EXACTNESS = (2e-4, 6e-4)  # with 1e-3 limbs fold on the last mesh, with 3e-4 no map is better
 STEEPEST_FINE = 20.0  # slope of a match, relative to the mean, that a mesh follows
 TRIANGLES_PER_AREA = 4.6  # number of triangles times h²: measured, outline and grading included
+FINEST_FOLDS = "The finest mesh folds: the outlines are followed as closely as the one before allows."
 LAST_ROUNDS = 4  # of such steps; later ones where a squeezed triangle widens slowly
 UNSETTLED = "The map had not settled on its last mesh: its stretch could be smaller."
 BOUND_ROUNDS = 40  # of weighing what exceeds bounds
@@ -48,9 +49,15 @@ def meets_constraints(problem: UnitProblem, state: DiscreteMap) -> bool:
     return (state.bound or not state.inside.z.size) and bool(np.all(goals == problem.pins[:, 1]))
 
 
+def has_fine_mesh(problem: UnitProblem, size: float) -> bool:
+    """Whether there is a mesh of this size for `fine_map`, which is known before there is a map to carry to it."""
+    return not Level.of(problem, size, *FINE_EXACTNESS, STEEPEST_FINE).is_too_long
+
+
 def fine_map(problem: UnitProblem, state: DiscreteMap, size: float, journal: SolveLog) -> DiscreteMap:
     """The map on a finer mesh, its worst stretch lowered."""
     progress.tell("fine map")
+    check_time()
     level = Level.of(problem, size, *FINE_EXACTNESS, STEEPEST_FINE)
     state = on_finer(level, state)
     if problem.constrained and not meets_constraints(problem, state):
@@ -72,10 +79,9 @@ def finish(
     """The map on the last mesh, or as it is where that folds."""
     try:
         return on_final_mesh(problem, state, settings, journal, share)
-    except Stuck:
-        journal.notes.append(
-            "The finest mesh folds: the outlines are followed as closely as the one before allows."
-        )
+    except Stuck as error:
+        if not isinstance(error, OutOfTime):
+            journal.notes.append(FINEST_FOLDS)
         return state
 
 

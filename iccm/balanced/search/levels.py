@@ -13,7 +13,7 @@ from ...arrays import Complex, Real
 from ...curve import Curve
 from ..constraints.strokes import StrokePair, inside
 from ..constraints.validate import NO_PINS
-from ..errors import Stuck
+from ..errors import Stuck, check_time
 from ..holes.bays import bays_within
 from ..holes.outlines import FEWEST, outlines_of, rim_spacing, space_out
 from ..meshing.mesh import Sizes
@@ -193,6 +193,11 @@ class Level:
             smooth=smooth,
         )
 
+    @property
+    def is_too_long(self) -> bool:
+        """Whether an outline would have more vertices than a mesh may have on its boundary: there is none then."""
+        return max(self.source.length, self.target.length) > MOST_PAIRS * SPACING * self.size
+
     def mapped(
         self, match: Match, sizes: Sizes | None = None, drawn: list[Match] | None = None
     ) -> DiscreteMap:
@@ -219,7 +224,7 @@ class Level:
             limit_slope(match, self.steepest), self.anchors, 0.0 if self.problem.halved else SPREAD
         )
         spacing = SPACING * self.size
-        if max(self.source.length, self.target.length) > MOST_PAIRS * spacing:
+        if self.is_too_long:
             raise Stuck("an outline is too long for its area")
         outlines = tuple((self.holes[0][hole.source], self.holes[1][hole.target]) for hole in match.holes)
         pairs = [boundary_pairs(self.source, self.target, outer, spacing, self.anchors)]
@@ -273,8 +278,9 @@ class Level:
         its inverse may not.
 
         Raises:
-            Stuck: none was found.
+            Stuck: none was found, or the time is over.
         """
+        check_time()
         try:
             return self.mapped(match).unfolded()
         except Stuck:

@@ -8,7 +8,7 @@ import numpy as np
 from ...curve import Curve
 from ...plane import rotation
 from ..constraints.validate import UNPINNED, Pins, with_points
-from ..errors import NoMapError, Stuck
+from ..errors import NoMapError, OutOfTime, Stuck, check_time
 from ..holes.given import Holes
 from ..holes.outlines import manageable_holes
 from ..model.boundary_pairs import Match
@@ -22,6 +22,7 @@ from .candidates import best_of, screen
 from .circle_domains import circle_starts
 from .final_mesh import (
     FINE_EXACTNESS,
+    FINEST_FOLDS,
     LAST_DECREASE,
     STEEPEST_FINE,
     TRIANGLES_PER_AREA,
@@ -29,6 +30,7 @@ from .final_mesh import (
     final_level,
     fine_map,
     finish,
+    has_fine_mesh,
     meet_bounds,
     meets_constraints,
     on_final_mesh,
@@ -219,17 +221,21 @@ def of_symmetric(
     with suppress(NoMapError):
         half = coarse_to_fine(half_problem(problem, halves, settings), half_log, share=0.5)
     most = np.inf if half is None else cost(*half) / SYMMETRY_WORTH
-    if most > 1:  # no map has an energy below 1
+    # No map has an energy below 1, and one that no fine mesh takes over is not better than one of halves that has one.
+    only_half = half is not None and not any(
+        has_fine_mesh(used, fine_size(used)) for used in directions(problem)
+    )
+    if most > 1 and not only_half:
         try:
             free = coarse_to_fine(problem, free_log)
-        except NoMapError:
+        except (NoMapError, OutOfTime):
             if half is None:
                 raise
     if half is not None and (free is None or cost(*free) >= most):
         if settings.fit != "whole":
             half = partial_map(half_problem(problem, halves, settings), half, settings, half_log, 0.5)
         with suppress(Stuck):
-            found = mirrored_half_map(problem, halves, *half, settings, half_log)
+            found = mirrored_half_map(problem, halves, *half, settings, half_log, unfinished=only_half)
             journal.add(half_log)
             return found
     journal.add(free_log)
@@ -315,15 +321,24 @@ def coarse_to_fine(
 
     Raises:
         NoMapError: none without folds was found.
+        OutOfTime: nor was one until the time was over.
     """
     closest = None
     for smaller in SMALLER if patient else SMALLER[:1]:
         for used in directions(problem):
+            if closest is None:
+                check_time()
             with suppress(Stuck):
+                fine = fine_size(used) * smaller / np.sqrt(share)
+                if not has_fine_mesh(used, fine):
+                    continue
                 state = coarse_map(used, coarse_size(used) * smaller / np.sqrt(share), journal)
                 if not meets_constraints(used, state) and closest is not None:
                     continue
-                found = used, fine_map(used, state, fine_size(used) * smaller / np.sqrt(share), journal)
+                try:
+                    found = used, fine_map(used, state, fine, journal)
+                except OutOfTime:
+                    return closest or (used, state)
                 if meets_constraints(*found):
                     return found
                 closest = closest or found
@@ -386,15 +401,24 @@ def mirrored_half_map(
     half: DiscreteMap,
     settings: Settings,
     journal: SolveLog,
+    *,
+    unfinished: bool = False,
 ) -> Meshed:
     """The map of the right halves, mirrored; carried to the outlines given where those are not quite symmetric.
 
     Raises:
-        Stuck: it folds on the final mesh.
+        Stuck: it folds on the final mesh, and is not taken as it is then (`unfinished`).
     """
     exact = max(side.asymmetry for side in halves) < SYMMETRIC_ENOUGH * settings.tolerance
     if exact:
-        half = on_final_mesh(used, half, settings, journal, share=0.5)
+        try:
+            half = on_final_mesh(used, half, settings, journal, share=0.5)
+        except OutOfTime:
+            pass
+        except Stuck:
+            if not unfinished:
+                raise
+            journal.notes.append(FINEST_FOLDS)
     outline = 1 + int(np.searchsorted(half.pairs.s, half.matched.axis - 1e-9))
     z, u, faces, border = mirror(half.z, half.u, half.faces, half.border, outline)
     sides = halves[::-1] if used.inverted else halves
@@ -419,6 +443,7 @@ def coarse_map(
 ) -> DiscreteMap:
     """The best map of all starts on coarse meshes, for outlines and corners of a certain fineness; of elastic matches
     alone if asked for."""
+    check_time()
     level = Level.of(problem, size, *exactness, STEEPEST)
     matches = correspondences(level, elastic=elastic)
     if problem.constrained:

@@ -32,6 +32,9 @@ SIDES: dict[str, tuple[Side, ...]] = {
 """Whose bays are filled for each fit."""
 GOOD = 2.2  # stretch on 95 % of the area up to which a map of the whole outlines does,
 TURNED = np.radians(20)  # and its turn
+LARGEST_FILLED = 16.0
+"""Area, of the shape's own, up to which it is filled: an arrowhead of wire would be meshed with 500 times as many
+triangles as it has itself, and leave nearly all of the target bare."""
 
 
 def hole_choices(problem: UnitProblem) -> list[UnitProblem]:
@@ -63,7 +66,7 @@ def bay_choices(problem: UnitProblem, settings: Settings) -> list[UnitProblem]:
     found: list[UnitProblem] = []
     for side in SIDES[settings.fit]:
         given = with_bays(problem if side == "source" else problem.inverse())
-        if given.bays and can_fill(given):
+        if given.bays and can_fill(given) and given.source.area <= LARGEST_FILLED:
             found.append(given)
     return found
 

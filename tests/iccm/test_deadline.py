@@ -1,0 +1,90 @@
+"""A limit on time: the best map so far, or a line; nothing where there is time enough."""
+
+import numpy as np
+import pytest
+
+import iccm
+from iccm import deadline, parallel, progress
+from iccm.balanced.errors import OutOfTime, check_time
+from iccm.result import Status
+
+SQUARE = np.array([0, 1, 1 + 1j, 1j])
+T = np.exp(2j * np.pi * np.arange(90) / 90)
+FLOWER = T * (2 + 0.6 * np.cos(5 * np.angle(T)) + 0.2 * np.cos(2 * np.angle(T) + 1))
+
+
+class Clock:
+    """A clock that moves when it is asked, so that no test depends on a real one."""
+
+    def __init__(self, monkeypatch):
+        self.now, self.asked, self.step = 0.0, 0, 0.0
+        monkeypatch.setattr(deadline.time, "monotonic", self)
+
+    def __call__(self):
+        self.asked, self.now = self.asked + 1, self.now + self.step
+        return self.now
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    return Clock(monkeypatch)
+
+
+def test_without_a_limit_nothing_is_asked(clock):
+    iccm.fit(SQUARE, T)
+    assert clock.asked == 0
+
+
+def test_enough_time_changes_nothing(clock):
+    plain = iccm.fit(SQUARE, FLOWER)
+    with deadline.limited(1.0):
+        limited = iccm.fit(SQUARE, FLOWER)
+    assert clock.asked > 10
+    assert limited.map.image.tobytes() == plain.map.image.tobytes() and limited.notes == plain.notes
+
+
+@pytest.mark.parametrize("method", ["balanced", "paper"])
+def test_a_search_that_is_ended_gives_the_best_map_so_far_with_a_note(clock, method):
+    options = {"method": method} | ({"vertices": 60} if method == "paper" else {})
+    with deadline.limited(1.0):
+        iccm.fit(SQUARE, FLOWER, **options)
+    asked, found = clock.asked, 0
+    for share in (0.1, 0.3, 0.5, 0.7, 0.9):
+        clock.now, clock.step = 0.0, 1 / (share * asked)
+        with deadline.limited(deadline.SEARCH * 1.4):
+            try:
+                fit = iccm.fit(SQUARE, FLOWER, **options)
+            except deadline.TimeUp as error:
+                assert "--time-limit" in str(error)
+                continue
+        found += 1
+        assert fit.ended in (Status.LIMIT, Status.GAP) and not fit.status.ok
+        assert any("--time-limit" in note for note in fit.notes)
+        if method == "balanced":
+            assert fit.certificate.share == 1  # an unfinished map does not fold either
+    assert found >= 2
+
+
+def test_no_map_before_the_time_is_over_is_a_line(clock):
+    clock.step = 10.0
+    for options in ({}, {"method": "conformal"}, {"pins": [(0.5 + 0.5j, 0.1j)]}):
+        with deadline.limited(1.0), pytest.raises(deadline.TimeUp, match="took longer than 1 s"):
+            iccm.fit(SQUARE, FLOWER, **options)
+
+
+def test_loops_and_threads_end_when_the_time_is_over(clock):
+    done = []
+    with deadline.limited(10.0):
+        clock.now = 11.0
+        with pytest.raises(deadline.TimeUp, match="rows"):
+            list(progress.counted("rows", range(9)))
+        for threads in (1, 3):
+            with pytest.raises(deadline.TimeUp):
+                parallel.over_slices(done.append, 100, threads, 10)
+            with pytest.raises(deadline.TimeUp):
+                list(parallel.in_order(done.append, range(9), threads))
+        with pytest.raises(OutOfTime):
+            check_time()
+        with deadline.limited(None):
+            check_time()
+    assert not done
