@@ -11,18 +11,22 @@ ZIG    := $(VENV)/.zig
 .PHONY: demo test test-slow lint docs bench gallery wheels wasm clean
 
 $(READY): pyproject.toml setup.py
+	@echo "Installing iccm and what it needs into $(VENV) (some minutes, once) ..."
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
 	touch $@
 
 # The compiled core, brought up to date with its sources; without a compiler the installation brings one and compiles.
 $(CORE): $(READY) $(shell find core -name '*.cpp' -o -name '*.h' -o -name '*.py')
-	$(BIN)/python core/compile.py >/dev/null 2>&1 || \
+	@echo "Bringing the compiled core up to date ..."
+	@$(BIN)/python core/compile.py >/dev/null 2>&1 || \
 	    $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps -e .
 	touch $@
 
 demo: $(CORE)
-	$(BIN)/python samples/run.py
+	@echo "Running the samples; each line names the picture that it wrote:"
+	@$(BIN)/python samples/run.py
+	@echo "Next: source $(VENV)/bin/activate, then iccm map --help"
 
 # Several tests at a time, and one thread for linear algebra in each, so that they don't fight.
 test: $(CORE)

@@ -32,7 +32,7 @@ def command(map: str, input: str, output: str, **given: Any) -> int:
     edge; alpha is the coverage. Pictures go through it.
 
     \b
-    iccm map rose.svg leaf.svg -o leaf.npz
+    iccm map rose.svg leaf.svg -o leaf.npz --stmap leaf.exr
     iccm apply leaf.npz petals.jpg -o petals-on-leaf.png
     iccm apply leaf.npz landmarks.csv -o on-leaf.csv
     iccm apply leaf.npz cells.geojson --inverse -o on-rose.geojson

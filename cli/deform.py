@@ -20,7 +20,7 @@ def command(shape: str, **given: Any) -> int:
     They are met, nothing folds, and every part stays as rigid as that allows.
 
     \b
-    iccm deform cat.svg --pin 79,30:60,25 --pin 79,120:79,120 -o cat-up.png
+    iccm deform cat.svg --pin 256,150:270,140 --pin 256,420:256,420 -o cat-up.png
     iccm deform cat.svg --constraints tail.json --plot tail.png
 
     Exit code: 0 done, 1 the result is not good enough, 2 an input is wrong.

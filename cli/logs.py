@@ -6,8 +6,10 @@ from __future__ import annotations
 import json
 import logging
 import os
+import shutil
 import signal
 import sys
+import textwrap
 import threading
 import traceback
 import warnings
@@ -25,6 +27,14 @@ if TYPE_CHECKING:
 log = logging.getLogger("iccm")
 POOR = 35
 """The level of remarks on the result itself: notes that --quiet does not hide."""
+NARROWEST = 40
+"""Columns of a terminal: on narrower ones lines are as long as on such."""
+INDENTED = {
+    "initial_indent": "  ",
+    "subsequent_indent": "  ",
+    "break_long_words": False,
+    "break_on_hyphens": False,
+}
 INPUT, INTERNAL, PIPE = 2, 70, 141
 """Exit codes beside 0 (done) and 1 (not good enough); 128 + signal when stopped by one."""
 
@@ -47,7 +57,22 @@ class _Text(logging.Formatter):
             label = styled("error:", sys.stderr, fg="red", bold=True) + " "
         elif record.levelno in (logging.WARNING, POOR):
             label = styled("note:", sys.stderr, fg="yellow") + " "
-        return label + " ".join(record.getMessage().split("\n"))
+        return wrapped(label + " ".join(record.getMessage().split("\n")))
+
+
+def wrapped(text: str) -> str:
+    """Text broken at words where it is wider than a terminal; as it is where nobody sees it on one.
+
+    Names of files and options stay whole, so that they can be copied.
+    """
+    if not sys.stderr.isatty():
+        return text
+    wide = max(NARROWEST, shutil.get_terminal_size().columns) - 1
+    if len(click.unstyle(text)) <= wide:
+        return text
+    hidden = len(text) - len(click.unstyle(text))  # codes of colours, all of which are in the label
+    first, *rest = textwrap.wrap(text, wide + hidden, break_long_words=False, break_on_hyphens=False)
+    return "\n".join([first, *textwrap.wrap(" ".join(rest), wide - 2, **INDENTED)])  # type: ignore[arg-type]
 
 
 def styled(text: str, stream: Any, **style: Any) -> str:

@@ -45,7 +45,7 @@ def command(**given: Any) -> int:
     \b
     iccm map rose.svg leaf.svg
     iccm map rose.svg leaf.svg --texture petals.jpg -o rose-leaf.png --size 2048
-    iccm map cat.svg round.svg --pin 66,69:58.5,73.5 --pin 92,69:99.5,73.5
+    iccm map rose.svg leaf.svg --pin 256,256:256,300 --pin 256,80:256,80
     iccm map rose.svg leaf.svg -o rose-leaf.svg -o rose-leaf.npz
 
     Exit code: 0 done, 1 the result is not good enough, 2 an input is wrong.
@@ -133,7 +133,7 @@ def _run(given: dict[str, Any], own: dict[str, Any]) -> tuple[int, Stamps]:
 
         job, dry = make(options.values(given)), own["dry_run"]
         before = _stamps(job.inputs)
-        outcome = run(job, threads=own["threads"], tell=logs.tell, listener=listener, dry=dry)
+        outcome = run(job, threads=own["threads"], tell=logs.tell, listener=listener, dry=dry, again=True)
     read = _stamps(each["path"] for each in outcome.report.get("inputs", [])) | before
     for line in summary(outcome.report):
         logs.log.debug(line)

@@ -15,6 +15,7 @@ from . import logs
 
 QUIET = 1.0  # seconds of work before the line appears
 EVERY = 0.5  # seconds from one to the next
+SOON = 2.0  # seconds: less that is left is not told, since what follows takes as long
 WIDE = 16  # letters of the bar
 
 
@@ -66,7 +67,8 @@ class Line:
         what = "".join(c if c.isprintable() else repr(c)[1:-1] for c in what)
         if not of:
             return f"{what}, {now - self._start:.0f} s"
-        left = f", about {(now - began) / (done - first) * (of - done):.0f} s left" if done > first else ""
+        seconds = (now - began) / (done - first) * (of - done) if done > first else 0.0
+        left = f", about {seconds:.0f} s left" if seconds >= SOON else ""
         return f"{self._drawn(done / of)} {done}/{of}, {now - self._start:.0f} s{left}: {what}"
 
     @staticmethod

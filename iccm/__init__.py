@@ -44,9 +44,6 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-    from typing import Any
-
     from .curve import Curve as Curve
     from .errors import Cancelled as Cancelled
     from .errors import IccmError as IccmError
@@ -55,6 +52,8 @@ if TYPE_CHECKING:
     from .flattening.of_arrays import flatten as flatten
     from .maps.harmonic import HarmonicMap as HarmonicMap
     from .maps.triangulated.map import TriangulatedMap as TriangulatedMap
+    from .io.read import read_image as read_image
+    from .io.read import read_shape as read_shape
     from .pixels.checkerboard import checkerboard as checkerboard
     from .progress import Progress as Progress
     from .result import Fit as Fit
@@ -68,9 +67,6 @@ if TYPE_CHECKING:
     from .texture_transfer import transfer as transfer
     from .texture_transfer import warp as warp
     from .transform import Transform as Transform
-
-    read_image: Callable[..., Any]
-    read_shape: Callable[..., Any]
 
 __version__ = "1.0.0"
 

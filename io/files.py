@@ -8,7 +8,7 @@ import re
 import shutil
 import sys
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
 from io import BufferedReader
@@ -143,11 +143,17 @@ def check_output(path: str | os.PathLike, *, force: bool = False) -> Path:
 
 
 def check_outputs(
-    names: Iterable[str], inputs: Iterable[str | Path], *, force: bool, taken: Iterable[str] = ()
+    names: Iterable[str],
+    inputs: Iterable[str | Path],
+    *,
+    force: bool,
+    taken: Iterable[str] = (),
+    own: Collection[str] = (),
 ) -> None:
     """Check that all outputs may be written, that none is an input, and none another one or `taken` by others.
 
-    That one exists is said last, after what is wrong with the others and with files that are read.
+    That one exists is said last, after what is wrong with the others and with files that are read; those that are `own`
+    may exist.
 
     Raises:
         InputError: as `check_output`, or naming the one.
@@ -163,7 +169,7 @@ def check_outputs(
         seen.add(real)
     for name in names:
         try:
-            check_output(name, force=force)
+            check_output(name, force=force or name in own)
         except InputError:
             for path in inputs:
                 open_input(path)

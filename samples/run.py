@@ -30,6 +30,7 @@ def commands(folder: Path) -> list[list[str]]:
 def run(folder: Path, *, update: bool = False) -> bool:
     """Runs a sample and prints a line about it; whether all went well."""
     (folder / "out").mkdir(exist_ok=True)
+    print(f"{folder.name:16} ...", end="\r", flush=True)
     start = time.perf_counter()
     for command in commands(folder):
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)

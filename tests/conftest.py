@@ -52,6 +52,12 @@ def reports_are_valid(monkeypatch):
         monkeypatch.setattr(home, name, checked(getattr(home, name), schema))
 
 
+@pytest.fixture(autouse=True)
+def own_state(tmp_path_factory, monkeypatch):
+    """What runs remember goes into a folder of each test."""
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path_factory.mktemp("state")))
+
+
 @pytest.fixture
 def shapes(tmp_path, monkeypatch):
     """A folder, made current, with square.svg, blob.svg and disk.svg."""

@@ -9,7 +9,7 @@ from ... import progress
 from ...errors import InputError
 from ...progress import Listener
 from .. import files, formats, references
-from . import outputs, parts, report
+from . import earlier, outputs, parts, report
 from .constraints import add_names, go_on, solve
 from .inputs import Inputs
 from .job import Job, Outcome
@@ -28,6 +28,7 @@ def run(
     tell: Tell = lambda note: None,
     listener: Listener | None = None,
     dry: bool = False,
+    again: bool = False,
 ) -> Outcome:
     """Do all of a job.
 
@@ -37,6 +38,7 @@ def run(
         tell: is given each remark as it is made.
         listener: is told what is under way, see `iccm.progress`.
         dry: to read and check, but to solve and write nothing.
+        again: whether outputs that an earlier run of the same shapes wrote may be replaced, see `earlier`.
 
     Raises:
         InputError: an input or output is wrong. Nothing has been written then.
@@ -44,20 +46,22 @@ def run(
     from ...blas import one_thread
 
     with one_thread(), references.outside(job.allow_outside), progress.heard(listener):
-        return _run(job, threads, tell, Phases(), dry)
+        return _run(job, threads, tell, Phases(), dry, again)
 
 
-def _run(job: Job, threads: int | None, tell: Tell, phases: Phases, dry: bool) -> Outcome:
+def _run(job: Job, threads: int | None, tell: Tell, phases: Phases, dry: bool, again: bool) -> Outcome:
     with phases.timed("read"):
         inputs = Inputs(job)
         job = outputs.name_outputs(job, inputs)
+        own = earlier.own_outputs(job) if again and not job.force else set()
         wanted = outputs.of(job, inputs)
         formats.check_report(job.report)
         try:
-            files.check_outputs(job.outputs, job.inputs, force=job.force)
+            files.check_outputs(job.outputs, job.inputs, force=job.force, own=own)
         except InputError:  # hides no mistake in the inputs
             outputs.check(Run.read(job, inputs, threads, lambda note: None, phases), wanted)
             raise
+        job = job.model_copy(update={"force": True}) if own else job  # all that exist are its own
         run = Run.read(job, inputs, threads, tell, phases)
         wanted = outputs.check(run, wanted)
     if dry:
@@ -79,6 +83,8 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases, dry: bool) -
     ok, message = report.verdict(run, figures)
     names = [output.name for output in wanted] + ([job.report] if job.report else [])
     written = (*(name for name in names if name != "-"), *run.figures.get("also_written", []))
+    if again:
+        earlier.remember(job, written)
     return Outcome(ok, message, figures, written, tuple(run.notes))
 
 

@@ -94,11 +94,11 @@ def seam_order(
 
 def _twists(source: Patch, target: Patch, stops: Index, opening: Opening | None) -> bool:
     """Whether the map of two surfaces that are cut so is twisted, or there is none."""
-    import iccm
+    from ...solve import fit
 
     try:
         opened = Opened.of(source, target, stops, opening)
         layouts = [flatten(patch) for patch in opened.patches]
-        return not iccm.fit(*layouts, pins=np.column_stack(opened.pins(layouts))).status.ok
+        return not fit(*layouts, pins=np.column_stack(opened.pins(layouts))).status.ok
     except InputError:
         return True

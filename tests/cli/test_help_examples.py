@@ -1,0 +1,100 @@
+"""The examples that help shows run as they stand there."""
+
+import json
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from PIL import Image
+
+from iccm.cli import COMMANDS
+
+ROOT = Path(__file__).parents[2]
+ELSEWHERE = {
+    "doctor": "has none",
+    "edit": "a server, see tests/io/edit",
+    "plugins": "programs that are not here, see tests/plugins and test_plugins",
+    "completion": "writes into the home folder, see test_help",
+    "relayout": "needs meshes with two layouts, see tests/io/run/test_relayout",
+}
+"""Commands whose examples are run by other tests, or cannot be."""
+QUICK = ("map", "init", "help", "info")
+
+
+def examples(iccm, command):
+    text = iccm(command, "--help").out
+    return [line.strip() for line in text.splitlines() if re.match(r"  iccm ", line)]
+
+
+@pytest.fixture
+def files(tmp_path, monkeypatch):
+    """A folder, made current, with the files that examples name."""
+    monkeypatch.chdir(tmp_path)
+    for folder in ("rose-leaf", "pins"):
+        for path in (ROOT / "samples" / folder).iterdir():
+            if path.suffix in (".svg", ".jpg", ".png") and path.name != "picture.png":
+                shutil.copy(path, path.name)
+    (tmp_path / "icons").mkdir()
+    for name in ("bell", "home"):
+        shutil.copy(ROOT / "docs" / "files" / f"{name}.svg", f"icons/{name}.svg")
+    for name in ("shield", "heart", "sheet"):
+        shutil.copy(ROOT / "docs" / "files" / f"{name}.svg", f"{name}.svg")
+    shutil.copy(ROOT / "docs" / "files" / "landmarks.csv", "landmarks.csv")
+    ring = [[30, 60], [60, 60], [55, 90], [30, 60]]
+    Path("cells.geojson").write_text(json.dumps({"type": "Polygon", "coordinates": [ring]}))
+    ball = trimesh.creation.icosphere(subdivisions=2)
+    ball.export("cow.obj")
+    half = ball.submesh([np.flatnonzero(ball.triangles_center[:, 2] > 0.1)], append=True)
+    for name in ("face.obj", "glove.obj"):
+        half.export(name)
+    Path("body.obj").write_text("g sleeve\n" + Path("face.obj").read_text())
+    normal = np.full((32, 32, 3), (128, 128, 255), np.uint8)
+    Image.fromarray(normal).save("normal.png")
+    Path("jobs.toml").write_text(
+        '[[job]]\nsource = "icons/*.svg"\ntarget = "leaf.svg"\nsize = 32\noutput = "{source.stem}.png"\n'
+    )
+    Path("tail.json").write_text(
+        json.dumps(
+            {
+                "pins": [
+                    {"source": [256, 150], "target": [270, 140]},
+                    {"source": [256, 420], "target": [256, 420]},
+                ]
+            }
+        )
+    )
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        pytest.param(name, marks=() if name in QUICK else pytest.mark.slow)
+        for name in COMMANDS
+        if name not in ELSEWHERE
+    ],
+)
+def test_the_examples_of_a_command_run(files, shell, iccm, command):
+    shown = examples(iccm, command)
+    assert shown
+    if command == "check":
+        assert (
+            shell(
+                f"cd {files} && iccm batch jobs.toml --root out > /dev/null; iccm check out baselines --update"
+            ).returncode
+            == 0
+        )
+        shutil.rmtree(files / "out")
+    if command == "init":
+        (files / "jobs.toml").unlink()
+    for line in shown:
+        if "| jq" in line and not shutil.which("jq"):
+            continue
+        done = shell(f"cd {files} && {line.replace('jobs.toml --resume', 'jobs.toml --force')}")
+        assert done.returncode == 0 and "Traceback" not in done.stderr, (line, done.stderr)
+        if command in ("init", "batch", "map", "deform", "morph"):
+            for path in [*files.glob("*-*.*"), *files.glob("out*")]:
+                shutil.rmtree(path) if path.is_dir() else path.unlink()

@@ -1,0 +1,77 @@
+"""Trying again: what the same command wrote is replaced without --force, and nothing else is."""
+
+import os
+import shutil
+
+import pytest
+
+SMALL = ("--size", "24", "--method", "paper", "--vertices", "40")
+
+
+def test_what_the_same_shapes_gave_is_replaced(shapes, iccm):
+    given = ("map", "square.svg", "blob.svg", *SMALL)
+    assert iccm(*given).code == 0
+    first = (shapes / "square-blob.png").read_bytes()
+    again = iccm(*given, "--size", "30")
+    assert again.code == 0 and (shapes / "square-blob.png").read_bytes() != first
+    shutil.copy("disk.svg", "square.svg")  # the drawing was worked on
+    assert iccm(*given).code == 0
+
+
+def test_of_several_outputs_all_must_be_its_own(shapes, iccm):
+    given = ("map", "square.svg", "blob.svg", *SMALL, "-o", "a.png")
+    assert iccm(*given).code == 0
+    (shapes / "r.json").write_text("mine")
+    before = (shapes / "a.png").read_bytes()
+    typed = iccm(*given, "--size", "30", "--report", "r.json")
+    assert (
+        typed.code == 2
+        and (shapes / "a.png").read_bytes() == before
+        and "r.json: the file exists" in typed.err
+    )
+
+
+@pytest.mark.parametrize(
+    "change", ["edited", "touched", "other source", "other target", "forgotten", "cut short"]
+)
+def test_other_files_are_kept(shapes, iccm, monkeypatch, change):
+    given = ["map", "square.svg", "blob.svg", *SMALL, "-o", "out.png"]
+    assert iccm(*given).code == 0
+    out, log = shapes / "out.png", None
+    if change == "edited":
+        out.write_bytes(out.read_bytes() + b" ")
+    elif change == "touched":
+        os.utime(out, ns=(1, 1))
+    elif change == "other source":
+        given[1] = "disk.svg"
+    elif change == "other target":
+        given[2] = "disk.svg"
+    elif change == "forgotten":
+        monkeypatch.setenv("XDG_STATE_HOME", str(shapes / "elsewhere"))
+    else:
+        log = os.path.join(os.environ["XDG_STATE_HOME"], "iccm", "outputs.jsonl")
+        with open(log, "rb+") as file:
+            file.truncate(20)
+    kept = out.read_bytes()
+    typed = iccm(*given)
+    assert typed.code == 2 and "use --force" in typed.err and out.read_bytes() == kept
+
+
+def test_meshes_need_force_and_a_state_folder_that_is_none_hinders_nothing(shapes, iccm, monkeypatch):
+    (shapes / "m.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 1\nf 1 2 3\nf 1 3 4\n")
+    given = ("map", "square.svg", "m.obj", "-o", "out.obj")
+    assert iccm(*given).code == 0 and iccm(*given).code == 2
+    (shapes / "file").touch()
+    monkeypatch.setenv("XDG_STATE_HOME", str(shapes / "file"))
+    assert iccm("map", "square.svg", "blob.svg", *SMALL).code == 0
+
+
+def test_what_is_remembered_stays_small(shapes, iccm, monkeypatch):
+    from iccm.io.run import earlier
+
+    monkeypatch.setattr(earlier, "MOST_BYTES", 400)
+    for count in range(4):
+        assert iccm("map", "square.svg", "blob.svg", *SMALL, "-o", f"{count}.png").code == 0
+    place = os.path.join(os.environ["XDG_STATE_HOME"], "iccm", "outputs.jsonl")
+    assert os.path.getsize(place) < 1200
+    assert iccm("map", "square.svg", "blob.svg", *SMALL, "-o", "3.png").code == 0

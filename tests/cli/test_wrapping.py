@@ -1,0 +1,60 @@
+"""Messages on a terminal are broken at words; names that somebody may copy stay whole."""
+
+import sys
+
+import click
+import pytest
+
+from iccm.cli import logs
+from iccm.cli.status import Line
+
+LONG = (
+    "drawings/a-rather-long-name.svg: left out 2 other outlines, the largest 1.5% of this one's area; #id or #2 picks "
+    "another, iccm map --parts all maps each"
+)
+
+
+@pytest.fixture
+def terminal(monkeypatch):
+    def of(columns):
+        monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+        monkeypatch.setenv("COLUMNS", str(columns))
+
+    return of
+
+
+@pytest.mark.parametrize("columns", [80, 120, 60])
+@pytest.mark.parametrize("label", ["note: ", click.style("note:", fg="yellow") + " "])
+def test_lines_fit_and_words_stay_whole(terminal, columns, label):
+    terminal(columns)
+    lines = logs.wrapped(label + LONG).split("\n")
+    assert len(lines) > 1 and max(len(click.unstyle(line)) for line in lines) < columns
+    assert click.unstyle(" ".join(line.strip() for line in lines)) == "note: " + LONG
+    assert lines[0].startswith(label) and all(line.startswith("  ") for line in lines[1:])
+
+
+def test_names_longer_than_a_line_are_not_broken(terminal):
+    terminal(50)
+    name = "folder/" + "x" * 70 + ".svg"
+    assert any(
+        name in line for line in logs.wrapped(f"error: {name}: no such file, name another one").split("\n")
+    )
+
+
+def test_what_no_terminal_shows_is_one_line(monkeypatch):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: False, raising=False)
+    assert logs.wrapped(LONG) == LONG
+
+
+def test_time_that_is_almost_over_is_not_told(monkeypatch):
+    now = [100.0]
+    monkeypatch.setattr("iccm.cli.status.time.monotonic", lambda: now[0])
+    line = Line()
+    line("steps", 0, 10)
+    now[0] = 104.0
+    line("steps", 1, 10)
+    assert "about 36 s left" in str(line)
+    line("steps", 9, 10)
+    assert "left" not in str(line)
+    line("steps", 10, 10)
+    assert "left" not in str(line) and "0 s left" not in str(line)
