@@ -50,10 +50,10 @@ if TYPE_CHECKING:
     from .errors import InputError as InputError
     from .flattening.interpolation import morph as morph
     from .flattening.of_arrays import flatten as flatten
-    from .maps.harmonic import HarmonicMap as HarmonicMap
-    from .maps.triangulated.map import TriangulatedMap as TriangulatedMap
     from .io.read import read_image as read_image
     from .io.read import read_shape as read_shape
+    from .maps.harmonic import HarmonicMap as HarmonicMap
+    from .maps.triangulated.map import TriangulatedMap as TriangulatedMap
     from .pixels.checkerboard import checkerboard as checkerboard
     from .progress import Progress as Progress
     from .result import Fit as Fit
