@@ -239,7 +239,7 @@ def _line(result: dict[str, Any]) -> str:
     paths = [each["path"] for each in result["outputs"]]
     more = f" and {len(paths) - 1} more" if len(paths) > 1 else ""
     took = "as it was" if result["resumed"] else f"{result['seconds']:.1f} s"
-    return f"{paths[0] if paths else result['name']}{more}  {took}"
+    return f"{os.path.normpath(paths[0]) if paths else result['name']}{more}  {took}"
 
 
 def _summary(counts: Counter[str], seconds: float) -> None:

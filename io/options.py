@@ -271,7 +271,11 @@ class FlattenOptions:
     """Those of `iccm flatten`."""
 
     output: tuple[str, ...] = _option(
-        "The outline (.svg) or the flat mesh (.obj).", "FILE", default=(), parse=many, short="-o"
+        "The outline (.svg), the flat mesh (.obj), or the mesh with its flattening as texture coordinates (.glb .ply).",
+        "FILE",
+        default=(),
+        parse=many,
+        short="-o",
     )
     uv: str | None = _option("The mesh with its flattening as texture coordinates (.obj .glb .ply).", "FILE")
     method: str = _option(

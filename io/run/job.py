@@ -299,6 +299,18 @@ class FlattenJob(Described, FlattenOptions):
     templated = ("output", *written, *read)
     mesh: str
 
+    def __init__(self, **values: Any):
+        super().__init__(**values)
+        self._take_mesh()
+
+    def _take_mesh(self) -> None:
+        """Take an output that can only be a mesh with texture coordinates for `uv`, where that names none."""
+        able = [
+            name for name in self.output if name != "-" and formats.of(name).uv and not formats.of(name).flat
+        ]
+        if able and not self.uv:
+            vars(self).update(uv=able[0], output=tuple(name for name in self.output if name != able[0]))
+
     @classmethod
     def names_file(cls, key: str, value: str) -> bool:
         """Whether a value is an outline's file; the method used to be one, too."""

@@ -349,7 +349,8 @@ def _choose(drawing: Drawing, text: str, spec: Spec) -> tuple[FilledOutline, lis
         raise InputError(f"{text}: {largest[1]}")
     if not found:
         raise InputError(
-            f"{text}: nothing in it has an outline; draw a closed path (text must be made paths)"
+            f"{text}: nothing in it has an outline; draw a closed path, turn text into paths in your drawing program, "
+            "or name a word with its font: font.ttf#text=Hello"
         )
     outline = found[(number or 1) - 1]
     return outline, [*drawing.notes, *outline.notes, *_left_out(drawing, outline)]

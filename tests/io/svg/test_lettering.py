@@ -96,7 +96,7 @@ def test_anchors_and_places_of_parts(tmp_path):
     ],
 )
 def test_what_is_not_set_plainly_or_has_no_font_stays_text(tmp_path, body):
-    with pytest.raises(InputError, match="text must be made paths"):
+    with pytest.raises(InputError, match="turn text into paths"):
         drawn(tmp_path, body)
 
 

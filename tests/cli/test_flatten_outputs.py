@@ -1,0 +1,31 @@
+"""`iccm flatten -o`: a name that only a mesh can have is the mesh with its flattening as coordinates."""
+
+import numpy as np
+import pytest
+import trimesh
+
+GIVEN = "--method", "lscm"
+
+
+@pytest.fixture
+def half(shapes):
+    """half.obj and half.glb, half a ball."""
+    ball = trimesh.creation.icosphere(subdivisions=2)
+    half = ball.submesh([np.flatnonzero(ball.triangles_center[:, 2] > 0.1)], append=True)
+    for name in ("half.obj", "half.glb"):
+        half.export(name)
+    return shapes
+
+
+@pytest.mark.parametrize(("mesh", "suffix"), [("half.glb", ".glb"), ("half.obj", ".ply")])
+def test_what_only_a_mesh_can_be_has_coordinates(half, iccm, mesh, suffix):
+    typed = iccm("flatten", mesh, *GIVEN, "-o", f"out{suffix}")
+    assert typed.code == 0 and f"wrote out{suffix}" in typed.lines
+    same = iccm("flatten", mesh, *GIVEN, "--uv", f"same{suffix}")
+    assert same.code == 0 and (half / f"out{suffix}").read_bytes() == (half / f"same{suffix}").read_bytes()
+
+
+def test_a_flat_mesh_is_still_one(half, iccm):
+    assert iccm("flatten", "half.obj", *GIVEN, "-o", "flat.obj").code == 0
+    heights = {line.split()[3] for line in (half / "flat.obj").read_text().splitlines() if line.startswith("v ")}
+    assert len(heights) == 1
