@@ -33,7 +33,9 @@ def command(source: str, target: str, **given: Any) -> int:
     way = Way(*(given.pop(name) for name in ("frames", "target_texture", "fps")))
     threads = given.pop("threads")
     with status.show_status() as listener:
-        job = make(options.values({"source": source, "target": target, "fit": "whole", **given}))
+        job = make(
+            options.values({"source": source, "target": target, "fit": "whole", "parts": "largest", **given})
+        )
         ok, message, written = run(job, way, threads=threads, tell=logs.tell, listener=listener)
     logs.log.info(f"wrote {written[0]}" + (f" to {written[-1]}" if len(written) > 1 else ""))
     (logs.log.info if ok else logs.log.error)(message)

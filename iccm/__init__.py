@@ -14,6 +14,8 @@ problem           the domains, constraints and options of a solve
 result            `Fit`: the map, how the solver ended, figures that judge it
 transform         maps as scikit-image has transforms: called, turned round, composed
 balanced/         the default method: outline held, nothing folded, sizes even
+frames/           maps of whole drawings by way of frames
+drawings/         whole drawings as regions, frames around them, and the cost of maps
 conformal/        the conformal method, to a tolerance
 paper/            the algorithm of the paper
 surfaces/         balanced maps of surfaces

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from .arrays import Complex, Real, as_complex
 from .axes import check, complex_in
 from .curve import Curve
+from .drawings.drawing import Drawing
 from .errors import InputError
 from .meshes.flatten import Flattening
 
@@ -100,17 +101,66 @@ def _of_geometry(axes: str) -> str:
     return "xy" if axes == "xy" else "screen"
 
 
+def drawing_of(shape: Any, name: str, axes: str = "xy") -> Drawing | None:
+    """The whole drawing that a shape is: shapely's polygons, GeoJSON, trimesh's paths, a list of rings, a shape read from
+    a file; None of a single outline and of surfaces.
+
+    Raises:
+        InputError: nothing that has an area.
+    """
+    if isinstance(shape, Drawing):
+        return shape
+    if isinstance(shape, str | PathLike | Curve) or flattening_of(shape) is not None:
+        return None
+    if isinstance(getattr(shape, "drawing", None), Drawing):  # read from a file
+        return shape.drawing
+    if isinstance(getattr(shape, "curve", None), Curve):
+        return None
+    if isinstance(shape, list | tuple) and len(shape) and all(_is_ring(ring) for ring in shape):
+        return Drawing.of_rings([np.asarray(outlines_of(ring, name, axes).outline) for ring in shape], name)
+    polygons = _polygons(shape, name)
+    if polygons is None or any(each.geom_type != "Polygon" for each in polygons):
+        return None
+    painted = shapely.make_valid(shapely.union_all(polygons))
+    if _of_geometry(axes) == "screen":
+        painted = shapely.transform(painted, lambda xy: xy * [1, -1])
+    try:
+        return Drawing(painted)
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
+
+
+def _is_ring(value: Any) -> bool:
+    """Whether a value is an outline: an array of at least three points, complex or pairs."""
+    if not isinstance(value, np.ndarray):
+        return False
+    pairs = value.ndim == 2 and value.shape[1] == 2
+    return len(value) > 2 and (pairs or (value.ndim == 1 and value.dtype.kind == "c"))
+
+
 def _polygon(shape: Any, name: str) -> Any:
-    """A polygon or ring as shapely has it; None of what is an array.
+    """The polygon or ring of a shape as shapely has it; None of what is an array.
 
     Raises:
         InputError: several polygons, or a geometry without area.
     """
+    polygons = _polygons(shape, name)
+    return None if polygons is None else _only(polygons, name)
+
+
+def _polygons(shape: Any, name: str) -> list[Any] | None:
+    """The polygons or rings of a shape as shapely has them; None of what is an array.
+
+    Raises:
+        InputError: a geometry without area.
+    """
     if hasattr(shape, "polygons_full") and hasattr(shape, "entities"):  # trimesh's paths
-        return _only(list(shape.polygons_full), name)
+        return list(shape.polygons_full)
     if hasattr(shape, "iloc") and hasattr(shape, "geometry"):  # GeoSeries, GeoDataFrame and its rows
         geometry = shape.geometry
-        return _polygon(_only(list(geometry), name) if hasattr(geometry, "iloc") else geometry, name)
+        if not hasattr(geometry, "iloc"):
+            return _polygons(geometry, name)
+        return [polygon for each in geometry for polygon in _polygons(each, name) or []]
     if not hasattr(shape, "geom_type"):
         known = shape if isinstance(shape, Mapping) else getattr(shape, "__geo_interface__", None)
         if known is None:
@@ -122,12 +172,12 @@ def _polygon(shape: Any, name: str) -> Any:
         except (AttributeError, KeyError, TypeError, ValueError, shapely.errors.ShapelyError) as error:
             raise InputError(f"{name}: not a GeoJSON geometry ({error})") from None
     if shape.geom_type in ("MultiPolygon", "GeometryCollection"):
-        return _only([part for part in shape.geoms if part.geom_type == "Polygon"], name)
+        return [part for part in shape.geoms if part.geom_type == "Polygon"]
     if shape.geom_type not in ("Polygon", "LinearRing", "LineString"):
         raise InputError(f"{name}: a {shape.geom_type} has no outline; give a polygon")
     if shape.is_empty:
         raise InputError(f"{name}: the {shape.geom_type} is empty")
-    return shape
+    return [shape]
 
 
 def _only(parts: Sequence[Any], name: str) -> Any:

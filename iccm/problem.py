@@ -54,7 +54,7 @@ OWN = (
     "rigid_size",
 )
 """Options that it alone has."""
-FITS, HOLES = ("auto", "whole", "contain", "cover"), ("auto", "keep")
+FITS, HOLES = ("auto", "frame", "whole", "contain", "cover"), ("auto", "keep")
 
 
 class OptionValues(TypedDict, total=False):
@@ -99,7 +99,8 @@ class Options:
             the shapes say; None is 0, or what two pins or strokes say. A note tells where another is asked for.
         fit: "whole", the outlines go onto each other, limbs, bays and all; "contain", all of the source is shown, and
             the target may stay uncovered where bays of the source open; "cover", the target is covered, and what of the
-            source lies beyond bays of the target is left out; "auto", the one of these that costs the least (whole
+            source lies beyond bays of the target is left out; "frame", of whole drawings, a region around all parts of
+            each goes onto one around the other; "auto", the one of these that costs the least (whole
             with pins, strokes, bounds, surfaces and a balance above 1).
         holes: "keep", all go onto each other, or shrink to slits; "auto", partial maps may pass over some, where that
             costs less.

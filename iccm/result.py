@@ -15,6 +15,8 @@ from .arrays import Box, Complex, Flags, complex_of, xy_of
 from .axes import AXES, UP, is_pairs, on_pairs
 from .blas import on_one_thread
 from .curve import Curve, boundary_samples, closer_outline, hausdorff, inside_any, interior_grid, polygon_of
+from .drawings.drawing import Drawing
+from .drawings.seen import Seen, seen, shares_seen
 from .errors import InputError
 from .maps import distortion, harmonic, injectivity, inverse
 from .maps.approximation import AnyMap, triangulated
@@ -23,12 +25,12 @@ from .maps.distortion import Distortion
 from .maps.extended_inverse import ExtendedInverse
 from .maps.injectivity import Certificate
 from .maps.regions import Region, mean_scale, triangles_in
-from .maps.summary import CERTAIN_SHARE, SEEN_FOLDS, in_short
+from .maps.summary import CERTAIN_SHARE, SEEN_FOLDS, WELL_SEEN, in_short
 from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
 from .meshes.surface_distortion import on_surfaces, surface_distances
 from .problem import ON_OUTLINE, TOLERANCE
-from .saved.map_file import RINGS, MapFile, Plane, read
+from .saved.map_file import DRAWING_RINGS, RINGS, MapFile, Plane, read
 from .transform import Transform
 
 if TYPE_CHECKING:
@@ -44,6 +46,8 @@ SQUEEZED = 2e-3
 """Of a surface: by landmarks good maps have at most 1.1e-3 (cow), one with limbs lost 2.4e-3 (fox, 622 triangles)."""
 FLATNESS = 1e-4  # of the diameter: how far the drawn image of the boundary may be off a curved one
 ROUNDED = 1e-9  # of the diagonal: narrower pieces are not looked into
+RING_SPACING = 0.01
+"""Of the source's diagonal: longest edge of a ring that is drawn where the map takes it."""
 BACK = 1e-6  # of the source's diagonal: an inverse that errs by more is another point
 
 
@@ -107,6 +111,9 @@ class Fit:
         rigid: the rigid regions, and how they came out.
         tolerance: the gap between the image of the boundary and the target that was aimed at, relative to the diagonal.
         axes: what pairs of numbers mean in the source and in the target, see `iccm.axes`.
+        drawings: the whole drawings of source and target, where the map is one of drawings: `source` and `target` are
+            then the outlines of frames around them, or of their only parts.
+        opaque: whether the texture also covers the gaps between the source's parts.
 
     >>> import iccm
     >>> square = np.array([0, 1, 1 + 1j, 1j])
@@ -132,6 +139,8 @@ class Fit:
     rigid: Sequence[Region] = ()
     tolerance: float = TOLERANCE
     axes: tuple[str, str] = UP
+    drawings: tuple[Drawing, Drawing] | None = None
+    opaque: bool = True
 
     def __dir__(self) -> list[str]:
         return [name for name in super().__dir__() if not name.startswith("_")]
@@ -254,6 +263,9 @@ class Fit:
         said |= {"tolerance": self.tolerance, "axes": list(self.axes)}
         arrays = {"pins": self.pins, "hole_partners": self.hole_partners}
         rings["filled"] = list(self.filled or ())
+        for side, name in enumerate(DRAWING_RINGS):
+            rings[name] = self.drawings[side].rings if self.drawings else []
+        said["opaque"] = self.opaque
         rings["rigid"] = [ring for region in self.rigid for ring in region.rings]
         said["rigid"] = [len(region.rings) for region in self.rigid]
         said["rigid_of_target"] = any(region.of_target for region in self.rigid)
@@ -303,6 +315,8 @@ class Fit:
             rigid=_regions(held, (holes[0], holes[1])),
             tolerance=tolerance,
             axes=(axes[0], axes[1]),
+            drawings=_drawings(held),
+            opaque=about.get("opaque") is not False,
         )
 
     def _repr_png_(self) -> bytes:
@@ -431,6 +445,38 @@ class Fit:
         kept = [Curve(loop).distances(self.source.z) <= near for loop in loops]
         return self.source.z[kept[0] & kept[1]]
 
+    @cached_property
+    def seen(self) -> Seen | None:
+        """What is seen of both drawings; None where the map is not one of drawings."""
+        if self.drawings is None or self.target is None:
+            return None
+        source, target = (drawing.region for drawing in self.drawings)
+        map = triangulated(self.map)
+        faces = map.faces if map is not self.map else map.faces[~self.voids]
+        return seen(map.source, map.image, faces, source, target, covering=None if self.opaque else source)
+
+    @property
+    def moved_rings(self) -> list[Complex]:
+        """The rings of the source drawing where the map takes them, edges subdivided so that they follow it."""
+        if self.drawings is None:
+            return []
+        longest = RING_SPACING * self.source.diagonal
+        outline = Curve(self.map.polygon)
+        rings = [
+            shapely.segmentize(shapely.LinearRing(xy_of(ring)), longest) for ring in self.drawings[0].rings
+        ]
+        return [self.map(outline.pulled_in(complex_of(shapely.get_coordinates(ring)[:-1]))) for ring in rings]
+
+    @property
+    def shown(self) -> float | None:
+        """The share of the source drawing's painted area that the result shows."""
+        return None if self.seen is None else 1 - self.seen.hidden
+
+    @property
+    def covered(self) -> float | None:
+        """The share of the target drawing's painted area that shows something."""
+        return None if self.seen is None else 1 - self.seen.bare
+
     @property
     def is_partial(self) -> bool:
         """Whether bays are filled, holes passed over or without a partner, so that parts may have none."""
@@ -539,7 +585,17 @@ class Fit:
             return on_surfaces(self._samples, self.layouts)
         if not isinstance(self.map, TriangulatedMap):
             return self._samples
-        return distortion.of_triangles(self.map, np.flatnonzero(~self.voids))
+        chosen = np.flatnonzero(~self.voids)
+        if self.drawings is None or self.target is None:
+            return distortion.of_triangles(self.map, chosen)
+        # of whole drawings over what is seen: nobody sees how gaps are stretched
+        regions = self.drawings[0].region, self.drawings[1].region
+        faces = self.map.faces[chosen]
+        shares = shares_seen(self.map.source, self.map.image, faces, *regions, covering=None).both
+        seen_at_all = shares > 0
+        if not seen_at_all.any():
+            return distortion.of_triangles(self.map, chosen)
+        return distortion.of_triangles(self.map, chosen[seen_at_all], shares[seen_at_all])
 
     @cached_property
     def voids(self) -> Flags:
@@ -588,6 +644,7 @@ class Fit:
             "boundary": self.boundary if self.target is not None else None,
             **({"holes": self._holes_report} if self._has_pairs else {}),
             **({"left_out": self.left_out, "uncovered": self.uncovered} if self.is_partial else {}),
+            **({"shown": self.shown, "covered": self.covered} if self.seen else {}),
             **({"regions": [region.report() for region in self.rigid]} if self.rigid else {}),
             **self._distortion_report,
             **self._apart,
@@ -597,8 +654,22 @@ class Fit:
             "injective": self.certificate.report() | {"folded": self.lost},
             "pins": [{"error": float(e)} for e in pin_errors],
             "strokes": [{"error": self._stroke_error(a, b)} for a, b in self.strokes],
-            "notes": [*self.notes, *self.doubts()],
+            "notes": [*self.notes, *self._lost_notes, *self.doubts()],
         }
+
+    @property
+    def _lost_notes(self) -> list[str]:
+        """A sentence where much of either drawing is not seen."""
+        if self.seen is None:
+            return []
+        said = []
+        if self.seen.hidden > 1 - WELL_SEEN:
+            said.append(
+                f"{self.seen.hidden:.0%} of the source drawing is hidden: it lies where the target has gaps (shown)."
+            )
+        if self.seen.bare > 1 - WELL_SEEN:
+            said.append(f"{self.seen.bare:.0%} of the target drawing stays bare (covered).")
+        return said
 
     @property
     def _distortion_report(self) -> dict[str, Any]:
@@ -657,6 +728,14 @@ def load(path: str | PathLike) -> Fit:
         return Fit.of(read(path))
     except InputError as error:
         raise InputError(str(error) if str(error).startswith(str(path)) else f"{path}: {error}") from error
+
+
+def _drawings(held: MapFile) -> tuple[Drawing, Drawing] | None:
+    """Return the drawings of a saved map of whole drawings."""
+    source, target = (held.rings[name] for name in DRAWING_RINGS)
+    if not source or not target:
+        return None
+    return Drawing.of_rings(source, "source drawing"), Drawing.of_rings(target, "target drawing")
 
 
 def _regions(held: MapFile, holes: tuple[list[Curve], list[Curve]]) -> list[Region]:

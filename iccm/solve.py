@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import warnings
 from collections.abc import Callable, Mapping, Sequence, Sized
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from difflib import get_close_matches
 from functools import wraps
 from typing import Any, TypeVar, Unpack
@@ -14,13 +14,14 @@ import numpy as np
 
 from . import deadline
 from .blas import on_one_thread
-from .curve import ROUNDED, Curve
+from .curve import ROUNDED, Curve, polygon_of
 from .deadline import TimeUp
+from .drawings.drawing import Drawing
 from .errors import InputError
-from .given import as_points_of, flattening_of, outlines_of
+from .given import Outlines, as_points_of, drawing_of, flattening_of, outlines_of
 from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
-from .problem import NEAR, ON_OUTLINE, Options, OptionValues, Problem
+from .problem import NEAR, ON_OUTLINE, Options, OptionValues, Problem, as_domain
 from .progress import Progress, listening
 from .result import Fit, Status
 
@@ -78,20 +79,22 @@ def fit(
     importance: Any = None,
     size_map: Any = None,
     start: Fit | TriangulatedMap | None = None,
+    opaque: bool = True,
     axes: str = "xy",
     progress: Callable[[Progress], object] | None = None,
     cancel: Callable[[], bool] | None = None,
     **options: Unpack[OptionValues],
 ) -> Fit:
-    """Map the source onto the target, outline onto outline.
+    """Map the source onto the target: outline onto outline, or whole drawing onto whole drawing.
 
     Parameters
     ----------
     source, target
-        The two shapes: (n,) complex vertices x + iy of the outline, y up, either way round; pairs (n, 2); a shapely
-        polygon, with its holes (also an item of a GeoSeries, or a GeoJSON geometry); a trimesh path; a contour of
-        scikit-image or OpenCV (see `axes`); what `iccm.read_shape` or `iccm.flatten` gave. On a flattened surface the
-        map is even on the surface, and figures are the surface's.
+        The two shapes: (n,) complex vertices x + iy of the outline, y up, either way round; pairs (n, 2); a contour of
+        scikit-image or OpenCV (see `axes`). Or whole drawings: a shapely Polygon or MultiPolygon, with its holes (also
+        an item of a GeoSeries, or a GeoJSON geometry); a trimesh path; a list of rings, filled by the even-odd rule;
+        what `iccm.read_shape` gave. A frame around all parts of the one goes onto a frame around the other, unless
+        their outlines cost less. On a surface of `iccm.flatten` the map is even, and figures are the surface's.
     pins
         (k, 2) complex or (k, 2, 2) pairs: a point inside the source and where it goes; on the outlines both must be.
     strokes
@@ -120,6 +123,8 @@ def fit(
         these domains, where only the constraints have moved: with inner pins at the same points of the source the mesh
         stays. Or of the shapes as they were a frame before: it is carried along as their outlines move (not with
         surfaces). Maps of flattened surfaces with holes are solved for anew.
+    opaque
+        Of drawings, whether the texture that will be carried also covers the gaps between the source's parts.
     axes
         What pairs and polygons mean: "xy", y up; "screen", x and y with y down (OpenCV, SVG); "image", rows and columns
         of pixels (NumPy, `skimage.measure.find_contours`). Polygons are of x and y. Complex numbers are x + iy, y up,
@@ -157,41 +162,166 @@ def fit(
     >>> np.round(found.inverted()([1.5, 0.5]), 3)
     array([0.5 , 0.25])
     """
-    known = [outlines_of(shape, name, axes) for shape, name in ((source, "source"), (target, "target"))]
-    for name, given, inner in (
-        ("source_holes", source_holes, known[0].holes),
-        ("target_holes", target_holes, known[1].holes),
-    ):
-        if len(given) and inner:
-            raise InputError(f"{name}: the shape brings its own holes; leave one of the two out")
-    sides = (
-        [_points(hole, f"source hole {k + 1}", axes) for k, hole in enumerate(source_holes)]
-        or known[0].holes,
-        [_points(hole, f"target hole {k + 1}", axes) for k, hole in enumerate(target_holes)]
-        or known[1].holes,
-    )
     settings = _options(fit, options)
-    if not settings.is_balanced and not (len(source_holes) or len(target_holes)):
-        sides = (), ()  # a polygon's own: other methods fill them
-    layouts = flattening_of(source), flattening_of(target)
-    problem = Problem.of(
-        known[0].outline,
-        known[1].outline,
-        None if pins is None else as_points_of(pins, "pins", axes, 2),
-        _strokes(strokes, axes),
-        first=settings.method == "paper",
-        holes=sides,
-        partners=hole_partners,
+    constraints = _Constraints(
+        pins=None if pins is None else as_points_of(pins, "pins", axes, 2),
+        strokes=_strokes(strokes, axes),
         rigid=[_points(ring, f"rigid region {k + 1}", axes) for k, ring in enumerate(rigid)],
         rigid_target=[_points(ring, f"rigid region {k + 1}", axes) for k, ring in enumerate(rigid_target)],
         importance=importance,
         size_map=size_map,
+        start=start,
+    )
+    sides = [
+        _Side(
+            shape,
+            outlines_of(shape, name, axes) if drawing is None else None,
+            drawing,
+            [_points(hole, f"{name} hole {k + 1}", axes) for k, hole in enumerate(holes)],
+            name,
+        )
+        for shape, name, holes in ((source, "source", source_holes), (target, "target", target_holes))
+        for drawing in [drawing_of(shape, name, axes)]
+    ]
+    both = sides[0], sides[1]
+    with listening(progress, cancel):
+        if any(side.drawing is not None for side in both) and not any(side.is_surface for side in both):
+            return _fit_drawings(both, constraints, settings, hole_partners, axes, opaque=opaque)
+        return _fit_outlines(both, constraints, settings, hole_partners, axes)
+
+
+@dataclass(frozen=True)
+class _Constraints:
+    """What is asked of a map besides its outlines; as for `fit`, points as complex numbers."""
+
+    pins: Any
+    strokes: Any
+    rigid: Sequence[Any]
+    rigid_target: Sequence[Any]
+    importance: Any
+    size_map: Any
+    start: Fit | TriangulatedMap | None
+
+    @property
+    def are_none(self) -> bool:
+        """Whether nothing is asked."""
+        given = (getattr(self, each.name) for each in fields(self))
+        return all(value is None or (isinstance(value, Sized) and len(value) == 0) for value in given)
+
+
+@dataclass(frozen=True)
+class _Side:
+    """The source or the target.
+
+    Attributes:
+        shape: what was given.
+        known: its outline and holes, of what is not a drawing.
+        drawing: the whole drawing that it is.
+        given_holes: outlines of holes that were given beside it.
+        name: what messages call it.
+    """
+
+    shape: Any
+    known: Outlines | None
+    drawing: Drawing | None
+    given_holes: Sequence[Any]
+    name: str
+
+    @property
+    def is_surface(self) -> bool:
+        """Whether it is a surface laid out in the plane."""
+        return flattening_of(self.shape) is not None
+
+    @property
+    def outlines(self) -> Outlines:
+        """The outline of it and those of its holes; of a drawing those of the tightest frame.
+
+        Raises:
+            InputError: holes were given beside a shape that brings its own.
+        """
+        known = self.known
+        if known is None:
+            assert self.drawing is not None
+            holes = tuple(hole.z for hole in self.drawing.mappable_holes)
+            known = Outlines(self.drawing.tightest.outline, holes)
+        if self.given_holes and known.holes:
+            raise InputError(f"{self.name}_holes: the shape brings its own holes; leave one of the two out")
+        return Outlines(known.outline, tuple(self.given_holes)) if self.given_holes else known
+
+    def with_outline(self, outline: Curve, holes: Sequence[Curve]) -> _Side:
+        """Return the side with an outline that stands for its drawing."""
+        known = Outlines(outline, tuple(hole.z for hole in holes))
+        return replace(self, known=known, drawing=None, given_holes=())
+
+
+def _fit_drawings(
+    sides: tuple[_Side, _Side],
+    constraints: _Constraints,
+    settings: Options,
+    partners: Sequence[tuple[int, int]],
+    axes: str,
+    *,
+    opaque: bool,
+) -> Fit:
+    """Return the map of two drawings, one of which may have been given as an outline."""
+    from .frames.solve import fit_drawings
+
+    def solve_outlines(
+        source: Curve,
+        target: Curve,
+        source_holes: Sequence[Curve],
+        target_holes: Sequence[Curve],
+        options: Options,
+    ) -> Fit:
+        used = sides[0].with_outline(source, source_holes), sides[1].with_outline(target, target_holes)
+        own = partners if source_holes or target_holes else ()
+        return _fit_outlines(used, constraints, options, own, axes)
+
+    source, target = (side.drawing or _drawing_of_outlines(side.outlines, side.name) for side in sides)
+    searched = constraints.are_none and not partners and settings.is_balanced and settings.balance <= 1
+    searched = searched and settings.max_dilatation is None and settings.max_stretch is None
+    return fit_drawings(source, target, settings, solve_outlines, opaque=opaque, searched=searched)
+
+
+def _drawing_of_outlines(known: Outlines, name: str) -> Drawing:
+    """Return the drawing of one part that an outline with holes encloses."""
+    outer = as_domain(known.outline, name)
+    holes = [as_domain(hole, f"{name} hole {k + 1}").z for k, hole in enumerate(known.holes)]
+    return Drawing(polygon_of(outer.z, *holes))
+
+
+def _fit_outlines(
+    sides: tuple[_Side, _Side],
+    constraints: _Constraints,
+    settings: Options,
+    partners: Sequence[tuple[int, int]],
+    axes: str,
+) -> Fit:
+    """Return the map of two outlines with their holes, or of surfaces."""
+    if settings.fit == "frame":
+        settings = replace(settings, fit="whole")
+    known = sides[0].outlines, sides[1].outlines
+    holes: tuple[Sequence[Any], Sequence[Any]] = known[0].holes, known[1].holes
+    if not settings.is_balanced and not any(side.given_holes for side in sides):
+        holes = (), ()  # a polygon's own: other methods fill them
+    problem = Problem.of(
+        known[0].outline,
+        known[1].outline,
+        constraints.pins,
+        constraints.strokes,
+        first=settings.method == "paper",
+        holes=holes,
+        partners=partners,
+        rigid=constraints.rigid,
+        rigid_target=constraints.rigid_target,
+        importance=constraints.importance,
+        size_map=constraints.size_map,
         reach=ON_OUTLINE if settings.is_balanced else NEAR,
         pins_inside=not settings.is_balanced,
     )
-    with listening(progress, cancel):
-        found = _solve(problem, settings, layouts, start)
-    return _as_given(found, problem, axes, (source, target))
+    layouts = flattening_of(sides[0].shape), flattening_of(sides[1].shape)
+    found = _solve(problem, settings, layouts, constraints.start)
+    return _as_given(found, problem, axes, (sides[0].shape, sides[1].shape))
 
 
 def _solve(

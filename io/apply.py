@@ -88,6 +88,7 @@ class Saved:
             source_holes=fit.target_holes,
             target_holes=fit.source_holes,
             passed_holes=fit.passed_holes[::-1],
+            drawings=fit.drawings and fit.drawings[::-1],
         )
         job = {name: value for name, value in self.job.items() if name != "target_box"}
         near = about.near * about.image_diagonal if about is fit.map else 0.0

@@ -34,8 +34,6 @@ PIECES = 50
 """Pieces of a silhouette that are traced, the largest first."""
 PARTS = 64
 """Parts of a drawing that --parts all maps, the largest first: each is solved for."""
-HOLES = 64
-"""Holes of a shape that are mapped, the largest first: each costs a chain of vertices on every mesh."""
 
 SVG_BYTES = 32 << 20
 """Bytes of an SVG, and of what a compressed one (.svgz) holds."""

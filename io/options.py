@@ -487,11 +487,12 @@ class JobOptions:
         words="replace clobber yes",
     )
 
-    parts: Literal["largest", "all", "each"] = _option(
-        "Of files that draw several outlines map the largest; or all of them, each onto its partner; or the source "
-        "onto each part of the target, such as the letters of a word.",
-        default="largest", commands=("map",), basic=True,
-        brief="Which outlines of files that draw several are mapped.", words="pieces components letters multiple all",
+    parts: Literal["auto", "joined", "each", "all", "largest"] = _option(
+        "How drawings of several parts are mapped. joined: each drawing as one thing, in a frame around all its parts; "
+        "all: each part onto a partner of its own; auto: whichever of these costs less; each: the source onto every "
+        "part of the target, such as the letters of a word; largest: the largest part of each alone.",
+        default="auto", commands=("map",), basic=True,
+        brief="How drawings of several parts are mapped.", words="pieces components letters multiple all whole",
     )  # fmt: skip
     trace: Literal["auto", "dark", "light", "inside"] = _option(
         "What of a picture is the shape: auto, by its alpha, else what stands out, or the inside of a line; dark, "
@@ -577,12 +578,13 @@ class JobOptions:
         brief="Degrees by which to turn the picture.",
         aliases=(("rotate", "{}"),), words="rotation angle orientation upright",
     )  # fmt: skip
-    fit: Literal["auto", "whole", "contain", "cover"] | None = _option(
-        "whole: limbs, bays and all onto each other; contain: all of the source is shown, and the target stays "
-        "uncovered where bays of the source open; cover: the target is covered, and what lies beyond its bays is left "
-        "out; auto: the one that costs the least.  [default: auto; whole with pins, bounds or meshes]",
+    fit: Literal["auto", "frame", "whole", "contain", "cover"] | None = _option(
+        "frame: a region around all of the source, its gaps closed, onto one around the target; whole: outline onto "
+        "outline, with all concavities; contain: all of the source is shown, and the target stays uncovered where "
+        "concavities of the source open; cover: the target is covered, and what lies beyond its concavities is hidden; "
+        "auto: the one that costs the least.  [default: auto; whole with pins, bounds or meshes]",
         solver=True, commands=("map",), basic=True,
-        brief="Whether parts may be left out where the shapes differ.", words="mode aspect crop contain cover",
+        brief="Whether parts may be left out where the shapes differ.", words="mode aspect crop contain cover frame",
     )  # fmt: skip
     max_left_out: float | None = _option(
         "Largest share of the source that may be left out, such as 0.1.  [default: no limit]", "SHARE",

@@ -4,6 +4,7 @@ fit           the method as `iccm.fit` calls it
 method        `solve`: unit coordinates, the search, checks in the numbers that are returned
 motion        an earlier map carried along as outlines move
 cartogram     the areas that sizes ask for
+coarse        coarse maps, by which pairs of outlines are compared
 rings         a ring opened by a seam, where the other shape is none
 interactive   a coarse map that follows its pins while they are moved
 deform/       shapes moved by pins and strokes alone

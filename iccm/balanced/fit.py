@@ -8,6 +8,7 @@ import numpy as np
 
 from ..arrays import Complex, Index
 from ..curve import Curve
+from ..drawings.cost import price
 from ..errors import InputError
 from ..maps import bounds
 from ..maps.approximation import triangulated
@@ -28,7 +29,7 @@ from .model.settings import Settings, Solution
 from .motion import carry_map
 from .rigid.given import NO_REGIONS, regions_of
 from .search.multilevel import UPRIGHT
-from .search.partial import GOOD, TURNED, price
+from .search.partial import GOOD, TURNED
 
 SEAM = "The ring of the {} is opened by a seam, where the picture meets itself (holes)."
 LAYERED = "Where the shape overlaps itself pictures show what is farther from the {}."

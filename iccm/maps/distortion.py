@@ -123,13 +123,15 @@ _INNER = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6
 _POINTS = np.concatenate([_INNER, np.eye(3)])
 
 
-def of_triangles(map: TriangulatedMap, chosen: Index | None = None) -> Distortion:
-    """Three samples in each triangle, or each of those chosen, which share its area of the image, and its corners for
-    the largest values."""
+def of_triangles(map: TriangulatedMap, chosen: Index | None = None, shares: Real | None = None) -> Distortion:
+    """Three samples in each triangle, or each of those chosen, which share its area of the image, or a share of it,
+    and its corners for the largest values. The mean scale is that of these parts."""
     chosen = np.arange(len(map.faces)) if chosen is None else chosen
     a, b, c = map.corners[chosen].T
     d, e, f = map.source[map.faces[chosen]].T
     area, before = (0.5 * np.abs(turn) for turn in (cross(b - a, c - a), cross(e - d, f - d)))
+    if shares is not None:
+        area, before = area * shares, before * shares
     triangle = np.repeat(chosen, len(_POINTS))
     weight = np.outer(area, np.repeat([1 / 3, 0.0], 3)).ravel()
     place = np.tile(_POINTS, (chosen.size, 1))

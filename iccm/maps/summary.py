@@ -4,6 +4,8 @@ from typing import Any
 
 SEEN_FOLDS = 2e-3
 """Of the source's area: folds on less are noise of the sampling."""
+WELL_SEEN = 0.8
+"""Of a drawing's painted area: where less is shown, or covered, the summary says so."""
 CERTAIN_SHARE = 0.99
 """Of the source's area: where the map is proven one-to-one on less, the summary says so."""
 
@@ -26,6 +28,11 @@ def summary(report: dict[str, Any]) -> list[str]:
     if apart := report.get("apart"):
         shown = ", ".join(f"{name} {_figure(value)}" for name, value in apart.items())
         lines.append(f"apart       {shown} of the diagonal, in space")
+    if "shown" in report:
+        lines.append(
+            f"seen        {_percent(report['shown'])} of the source drawing, "
+            f"{_percent(report['covered'])} of the target's covered"
+        )
     if injective:
         lines.append(f"injective   {_certificate(injective)}")
     if found := report.get("parts"):
@@ -58,6 +65,7 @@ def in_short(report: dict[str, Any]) -> str:
     parts = [
         _picture_size(report.get("pixels", {})),
         _outline_gap(report),
+        _shares_seen(report),
         _scale(report.get("scale", {})),
         _folds(report["injective"]),
         f"{seconds['total']:.1f} s" if seconds else "",
@@ -75,6 +83,14 @@ def _outline_gap(report: dict[str, Any]) -> str:
     if gap is None or report["status"] not in ("gap", "source_gap", "crowded"):
         return ""
     return f"OUTLINE OFF by {_percent(gap)} of the diagonal"
+
+
+def _shares_seen(report: dict[str, Any]) -> str:
+    """How much of both drawings is seen, where much of either is not."""
+    shown, covered = report.get("shown"), report.get("covered")
+    if shown is None or covered is None or min(shown, covered) >= WELL_SEEN:
+        return ""
+    return f"shows {_percent(shown)} of the source, covers {_percent(covered)} of the target"
 
 
 def _scale(scale: dict[str, Any]) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Box, Complex
+from ..plane import polygon_area
 from . import preimages
 from .canvas import BAND, Band, Canvas, Diagnostics, Mixed
 from .coverage import coverage
@@ -108,6 +109,48 @@ def _reflected_band(whole: preimages.Bands, line: float | None, turned: bool, ro
         z, right, down = 2 * line - z.conj(), -right.conj(), -down.conj()
     z, right, down, covered = map(np.ascontiguousarray, (z, right, down, covered))
     return replace(band, z=z, right=right, down=down, coverage=covered)
+
+
+class Cut:
+    """A map in the place of one, for pictures and STMaps, of which only what a drawing paints is shown.
+
+    Args:
+        map: source → target, of any kind.
+        rings: the boundaries of what is painted in the target's plane, closed polylines: those of parts
+            counter-clockwise, those of their holes clockwise.
+    """
+
+    def __init__(self, map: preimages.AnyMap, rings: Sequence[Complex]):
+        self.map, self.rings = map, rings
+
+    def preimages(self, canvas: Canvas, tolerance: float, slopes: bool) -> preimages.Bands:
+        """As `preimages.Mapping` has it."""
+        whole = preimages.of(self.map, canvas, tolerance, slopes)
+        loops = [(canvas.pixels(ring), polygon_area(ring) > 0) for ring in self.rings]
+        return partial(_cut_band, whole, loops)
+
+
+def _cut_band(whole: preimages.Bands, loops: Sequence[tuple[Complex, bool]], row: int) -> Band:
+    """The band that starts at a row, no pixel of it covered more than by the loops, given in pixels.
+
+    Parts do not overlap each other and holes lie in parts, so the covered area of a pixel is the sum over parts minus
+    that over holes. The map's own coverage is not multiplied by it: where both outlines are one, an edge pixel that is
+    half covered by both stays half covered.
+    """
+    band = whole(row)
+    rows, width = band.coverage.shape
+    painted, centres = np.zeros((rows, width), np.float32), np.zeros((rows, width), bool)
+    for loop, is_part in loops:
+        if not (loop.imag.max() > row and loop.imag.min() < row + rows):
+            continue
+        covered, inside = coverage(loop, row, rows, width)
+        painted += covered if is_part else -covered
+        centres ^= inside
+    hidden = int((~centres & (band.coverage > 0)).sum())
+    band.diagnostics.inside = max(0, band.diagnostics.inside - hidden)
+    np.minimum(band.coverage, np.clip(painted, 0, 1), out=band.coverage)
+    band.z[band.coverage == 0] = complex(np.nan, np.nan)
+    return band
 
 
 class Holed:

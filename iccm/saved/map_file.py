@@ -39,9 +39,12 @@ ARRAYS = {"pins": ("complex128", 2, 2), "hole_partners": ("int32", 2, 2)}
 RINGS = (
     *("stroke_sources", "stroke_targets", "source_holes", "target_holes"),
     *("passed_source_holes", "passed_target_holes", "filled", "rigid"),
+    *("source_drawing", "target_drawing"),
 )
 """What a result holds beside the map: type, dimensions and columns of arrays, and lists of points (see `Fit`)."""
-LATER = ("rigid",)  # that files of this format need not have
+DRAWING_RINGS = ("source_drawing", "target_drawing")
+"""The rings of whole drawings, filled by the even-odd rule; empty where the map is one of outlines."""
+LATER = ("rigid", *DRAWING_RINGS)  # that files of this format need not have
 
 
 @dataclass(frozen=True, eq=False)

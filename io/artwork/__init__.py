@@ -20,6 +20,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from xml.etree import ElementTree
 
+from ...arrays import Complex
 from ...errors import InputError, naming
 from ...maps.approximation import AnyMap
 from ..shapes.shape import Shape
@@ -73,8 +74,11 @@ def carry_parts(
     *,
     each: bool = False,
     tolerance: float | None = None,
+    painted: Sequence[Complex] = (),
 ) -> tuple[str, ...]:
     """The same of a drawing of which several shapes were read, each with its own map.
+
+    `painted` are the rings of what the target paints, if nothing else is to be shown, filled by the even-odd rule.
 
     What lies in one of them goes with its map, the smallest if there are several; what reaches over more goes with each
     of them, cut off at their outlines. With `each` the whole drawing goes with each map, in a group of its own.
@@ -82,6 +86,8 @@ def carry_parts(
     drawing = _document(parts[0][0], target, len(parts) if each else 1)
     mapping = PathMapping(parts, tolerance or TOLERANCE * target.curve.diagonal)
     mapping.carry(drawing.elements, drawing.effects)
+    if painted:
+        drawing.cut_by(painted)
     drawing.finish()
     for prefix, name in attributes.SPACES.items():
         ElementTree.register_namespace(prefix, name)

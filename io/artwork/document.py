@@ -6,11 +6,12 @@ A path that goes through a map is in the target's units. So groups, classes and 
 
 import copy
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from xml.etree.ElementTree import Element, SubElement
 
+from ...arrays import Complex
 from ...errors import InputError
 from .. import limits
 from ..shapes.shape import Shape
@@ -111,6 +112,22 @@ class MappedDocument:
             drawing._children(node, place)
             drawing._applied(node, place, drawing.shapes)
         return drawing
+
+    def cut_by(self, rings: Sequence[Complex]) -> None:
+        """Show the drawing only inside of rings of the target's core plane, filled by the even-odd rule."""
+        content = [child for child in self.out if local(child) not in ("style", "defs")]
+        group = Element(f"{SVG}g", {"clip-path": self._painted_clip(rings)})
+        for child in content:
+            self.out.remove(child)
+            group.append(child)
+        self.out.append(group)
+
+    def _painted_clip(self, rings: Sequence[Complex]) -> str:
+        """Add the clip path of rings, whose y axis points up, and return the reference to it."""
+        lines = ("M" + "L".join(f"{z.real:.9g} {-z.imag:.9g}" for z in ring.tolist()) + "Z" for ring in rings)
+        clip = self.definitions.new("clipPath")
+        SubElement(clip, f"{SVG}path", {"d": "".join(lines), "clip-rule": "evenodd"})
+        return f"url(#{clip.get('id')})"
 
     def finish(self) -> None:
         """After the map has carried the shapes: drops parts of pictures outside, and adds the definitions in use."""

@@ -381,7 +381,7 @@ def _frames(entry: Entry, choices: list[list[Any]], base: str, found: list[str])
 
 def _why_no_sequence(values: dict[str, Any]) -> str:
     """Why frames do not go on from each other with these values; empty where they do."""
-    if values.get("parts", "largest") != "largest" or values.get("method") not in (None, "balanced"):
+    if values.get("parts") in ("all", "each") or values.get("method") not in (None, "balanced"):
         return "frames go on from each other by the balanced method, one part each"
     if values["fit"] != "whole":
         return "frames go on from each other with whole outlines (fit whole)"

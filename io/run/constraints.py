@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -103,13 +104,17 @@ def solve(
     """
     import iccm
 
-    from ..shapes.holes import deform_with_holes, fit_with_holes
+    from ..shapes.holes import deform_with_holes, filled, fit_with_holes
 
     if target is None:
         return deform_with_holes(source, **given) if holed else iccm.deform(source.curve, **given)
     if holed:
         return by_names(source, target, partial(fit_with_holes, source, target, tell), given, tell)
-    return by_names(source, target, partial(iccm.fit, source.domain, target.domain), given, tell)
+    if source.drawing is None or target.drawing is None:
+        return by_names(source, target, partial(iccm.fit, source.domain, target.domain), given, tell)
+    # holes are passed over by the map, but still cut the picture
+    plain = partial(iccm.fit, filled(source).domain, filled(target).domain)
+    return replace(by_names(source, target, plain, given, tell), drawings=(source.drawing, target.drawing))
 
 
 def by_names(
@@ -117,7 +122,7 @@ def by_names(
 ) -> Fit:
     """The map of two shapes; where it takes what is drawn in them elsewhere than onto what has the same name, that
     which starts from these as pins, unless it costs more than `MORE` times as much."""
-    from ...balanced.search.partial import price
+    from ...drawings.cost import price
 
     found = fit(**given)
     names, places, radii = parts.namesakes(source, target)
@@ -152,7 +157,7 @@ def read_start(job: Job) -> Fit:
     from ...maps.triangulated.map import TriangulatedMap
     from ...result import load
 
-    if job.parts != "largest" or not job.exact:
+    if job.several or not job.exact:
         other = f"--parts {job.parts}" if job.exact else "--method balanced"
         raise InputError(
             f"--start: one balanced map goes on from it, {'not' if job.exact else 'so give'} {other}"

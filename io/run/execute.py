@@ -94,6 +94,7 @@ def solve_pairs(run: Run) -> None:
     Raises:
         InputError: none has a map.
     """
+    pair_parts(run)
     job, count, given = run.job, len(run.pairs), run.constraints | run.job.solver
     if job.target and job.exact:
         given |= {"holes": "keep"} if job.holes == "keep" else {}
@@ -105,8 +106,9 @@ def solve_pairs(run: Run) -> None:
             within = progress.within("solve" if count == 1 else f"solve part {k + 1} of {count}")
             try:
                 with within, add_names(run.called):
-                    run.fits.append(_solved(run, pair, given))
-                    solved.append(pair)
+                    fit = _solved(run, pair, given)
+                    run.fits.append(fit)
+                    solved.append(_framed(pair, fit))
             except InputError as error:
                 failed.append((pair, error))
     if not solved:
@@ -118,7 +120,38 @@ def solve_pairs(run: Run) -> None:
     run.note(*(parts.label(pair, note) for pair, fit in zip(run.pairs, run.fits) for note in fit.notes))
 
 
+def pair_parts(run: Run) -> None:
+    """Map the parts of two drawings one to one where that costs less than mapping them joined (--parts auto)."""
+    job, (source, target) = run.job, run.pairs[0]
+    free = not any(value is not None for value in run.constraints.values()) and not job.start
+    one_map = any(formats.of(name).map for name in job.output if name != "-")
+    asked = job.parts == "auto" and job.fit in (None, "auto") and job.exact and not one_map
+    if not (asked and free and job.target and source.drawing and target.drawing):
+        return
+    from ...frames.solve import paired_parts
+    from ...problem import Options
+
+    pairs = paired_parts(source.drawing, target.drawing, Options(**job.solver), opaque=run.opaque)
+    if pairs:
+        run.pairs = [
+            (source.part_of(own, k + 1), target.part_of(aim, k + 1)) for k, (own, aim) in enumerate(pairs)
+        ]
+        run.note(
+            f"{target.spec}: its {len(pairs)} parts are mapped one by one (--parts joined maps them as one)"
+        )
+
+
+def _framed(pair: Pair, fit: Fit) -> Pair:
+    """Return the pair with the frames that the map of whole drawings was solved for."""
+    source, target = pair
+    if fit.drawings is None or fit.target is None:
+        return pair
+    return source.framed(fit.source), target.framed(fit.target)
+
+
 def _solved(run: Run, pair: Pair, given: dict[str, Any]) -> Fit:
     (source, target), start = pair, run.start
     aim, how = target if run.job.target else None, dict[str, Any](holed=run.job.holed, tell=run.note)
+    if aim is not None and source.drawing is not None:
+        given = given | {"opaque": run.opaque}
     return go_on(start, source, aim, given, **how) if start else solve(source, aim, given, **how)

@@ -115,7 +115,7 @@ class Inputs(Files):
             InputError: a mesh cannot be read.
         """
         job, pair = self.job, self._cut_pair
-        if pair is None or job.pin or job.constraints or job.start or job.parts != "largest":
+        if pair is None or job.pin or job.constraints or job.start or job.several:
             return []
         from ..shapes.seam_order import same_vertices
 
@@ -170,7 +170,13 @@ class Inputs(Files):
             InputError: it cannot be read, is no domain, or is larger than --max-faces or --max-pixels allow.
         """
         if not self.is_mesh(text):
-            return shape.read(text, max_segments=self.job.max_segments, trace=self.job.trace)
+            meshes = [spec for spec in (self.job.source, self.job.target) if spec and self.is_mesh(spec)]
+            return shape.read(
+                text,
+                max_segments=self.job.max_segments,
+                trace=self.job.trace,
+                whole=self.job.whole_drawings and not meshes,
+            )
         from ..shapes import mesh_reading
 
         return mesh_reading.read(

@@ -283,6 +283,16 @@ class Job(Textured, JobOptions):
         return Solver(**self.solver).is_balanced
 
     @property
+    def several(self) -> bool:
+        """Whether parts are mapped one by one, as asked."""
+        return self.parts in ("all", "each")
+
+    @property
+    def whole_drawings(self) -> bool:
+        """Whether drawings are mapped as wholes."""
+        return self.parts in ("auto", "joined")
+
+    @property
     def holed(self) -> bool:
         """Whether the map knows of holes: the balanced method's does, unless they are to be cut or filled."""
         return self.holes in ("auto", "keep") and self.exact

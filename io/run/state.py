@@ -15,6 +15,7 @@ from ...memory import Memory
 from ...parallel import beside, thread_count
 from ...pixels.texture import Wrapped
 from ...plane import bounding_box
+from .. import formats
 from ..memory import within
 from . import framing, parts, texture
 from .constraints import constrain, read_start
@@ -84,7 +85,7 @@ class Run:
         pins = inputs.same_vertices()
         if pins:
             job = inputs.job = job.model_copy(update={"pin": pins})
-        if job.parts != "largest":
+        if job.several:
             pairs, notes, figures = parts.read(job, inputs)
         else:
             source = inputs.shape(job.source)
@@ -93,18 +94,15 @@ class Run:
                 f"{job.target}: has the connectivity of {job.source}: {len(pins)} vertices are held to theirs"
             )
             pairs, notes = [(source, target)], [f"{said} (--pin gives others)"] if pins else []
-        if job.holes == "auto" and job.holed and job.target and not (job.pin or job.constraints):
-            from ..shapes.holes import without_holes
-
-            notes = list(notes)
-            pairs = [
-                (without_holes(source, notes.append), without_holes(target, notes.append))
-                for source, target in pairs
-            ]
+        notes = list(notes)
+        pairs = [
+            (_with_holes_as_asked(source, job, notes), _with_holes_as_asked(target, job, notes))
+            for source, target in pairs
+        ]
         room = within(job.memory, next(iter(job.outputs), None))
         run = cls(job, inputs, pairs, room, tell, phases, threads, figures=figures)
         run.note(*notes)
-        if job.parts == "largest":
+        if not job.several:
             run.constraints, run.called = constrain(job, run.source, run.target, inputs.listed)
             if job.target and run.target.rigid and not job.rigid_target:
                 text = "what is called rigid here is left out: regions of the source keep their form, or --rigid-target"
@@ -162,7 +160,7 @@ class Run:
         return self._compose(True)
 
     def _compose(self, in_layout: bool) -> AnyMap:
-        from ...pixels.composed import Holed, Reflected
+        from ...pixels.composed import Cut, Holed, Reflected
 
         maps: list[AnyMap] = []
         for (source, target), fit, holes in zip(self.pairs, self.fits, self._holes):
@@ -170,7 +168,13 @@ class Run:
                 source.mirror if in_layout else None,
                 target.mirror if self.job.target or in_layout else None,
             )
-            made = Holed(fit.map, holes) if holes else fit.map
+            made: AnyMap = fit.map
+            if fit.drawings is not None and fit.target is not None:
+                made = Cut(fit.map, fit.drawings[1].rings)
+            elif fit.drawings is not None:
+                made = Cut(fit.map, fit.moved_rings)
+            elif holes:
+                made = Holed(fit.map, holes)
             maps.append(Reflected(made, *lines) if lines != (None, None) else made)
         return maps[0] if len(maps) == 1 else parts.compose(self.pairs, self.fits, maps)
 
@@ -186,6 +190,13 @@ class Run:
             left = unmapped(self.source, self.fit.source_holes)
             return [tuple(self.fit.map(hole) for hole in left)]
         return [unmapped(target, fit.target_holes) for (_, target), fit in zip(self.pairs, self.fits)]
+
+    @property
+    def opaque(self) -> bool:
+        """Whether what is carried also covers the gaps between the source's parts, as a picture without alpha does."""
+        if any(formats.of(name).drawing for name in self.job.output):
+            return False
+        return not texture.has_texture(self.job, self.source) or self.image.alpha < 0
 
     @cached_property
     def tiled(self) -> TiledImage | None:
@@ -335,3 +346,18 @@ class Run:
             if remark not in self.notes:
                 self.notes.append(remark)
                 self.tell(remark)
+
+
+def _with_holes_as_asked(shape: Shape, job: Job, notes: list[str]) -> Shape:
+    """Return a shape with its holes as --holes has them; by default lines that surround an area draw that area."""
+    from ..shapes.holes import as_drawn, filled, without_holes
+
+    if job.holes == "fill":
+        count = len(shape.holes)
+        if count and shape.drawing:
+            many = f"{count} holes" if count > 1 else "hole"
+            notes.append(f"{shape.spec}: the map passes over its {many}, which pictures fill")
+        return filled(shape)
+    if job.holes == "auto" and job.holed and job.target and not (job.pin or job.constraints):
+        return without_holes(shape, notes.append)
+    return as_drawn(shape)

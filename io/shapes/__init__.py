@@ -12,7 +12,6 @@ onto_outline    a mesh laid out onto a given outline
 split_rims      meshes whose rims are split
 parts           which shapes of two files go together
 holes           which holes go together, and the maps between them
-mappable_holes  holes that leave room for a map
 constraints     pins and strokes, drawn or listed
 regions         rigid regions: elements, masks, polygons
 listing         those listed in a JSON file

@@ -12,12 +12,15 @@ import iccm
 from ...arrays import Complex
 from ...balanced import NoMapError
 from ...curve import Curve
+from ...drawings.drawing import Drawing
 from ...maps.triangulated.map import TriangulatedMap
 from ...plane import polygon_area
 from ...solve import Fit
 from . import parts
 from .shape import Shape
 
+FILLED_BY_LINES = 0.01
+"""Of a drawing's area: where lines surround less than that, filling them changes nothing that is seen."""
 LINES = 1 / 3  # of a silhouette: where less of it is drawn lines draw it
 UNMAPPED = (
     "no map without folds was found that takes holes onto holes: it passes over them, and pictures leave the target's "
@@ -44,8 +47,30 @@ def named_partners(
 
 def is_drawn_by_lines(shape: Shape) -> bool:
     """Whether the holes of a shape are much larger than what is drawn of it, as where lines alone draw it."""
+    if shape.drawing is not None and shape.ink is not None:
+        return shape.ink.region.area < (1 - FILLED_BY_LINES) * shape.drawing.region.area
     holes = sum(abs(polygon_area(hole)) for hole in shape.holes)
     return holes > (1 - LINES) * shape.curve.area
+
+
+def filled(shape: Shape) -> Shape:
+    """Return a drawing with its holes filled; other shapes as they are."""
+    return shape if shape.drawing is None else drawn_as(shape, shape.drawing.filled())
+
+
+def as_drawn(shape: Shape) -> Shape:
+    """Return a drawing whose lines are lines, not what they surround; other shapes as they are."""
+    if shape.ink is None or shape.drawing is None or shape.ink.region.area == shape.drawing.region.area:
+        return shape
+    return drawn_as(shape, shape.ink)
+
+
+def drawn_as(shape: Shape, drawing: Drawing) -> Shape:
+    """Return the shape with another reading of what its file paints."""
+    names = shape.hole_names if len(drawing.holes) == len(shape.holes) else ()
+    return replace(
+        shape, curve=drawing.tightest.outline, holes=tuple(drawing.holes), hole_names=names, drawing=drawing
+    )
 
 
 def without_holes(shape: Shape, tell: Callable[[str], None]) -> Shape:
@@ -55,7 +80,7 @@ def without_holes(shape: Shape, tell: Callable[[str], None]) -> Shape:
     tell(
         f"{shape.spec}: drawn by lines; what they surround is taken as filled (--holes keep takes it as holes)"
     )
-    return replace(shape, holes=(), hole_names=())
+    return shape if shape.drawing else replace(shape, holes=(), hole_names=())
 
 
 def unmapped(shape: Shape, mapped: Sequence[Curve]) -> tuple[Complex, ...]:
@@ -77,6 +102,8 @@ def fit_with_holes(
     chosen = source.mappable_holes, target.mappable_holes
     inner = [[shape.holes[k] for k in side] for shape, side in zip((source, target), chosen)]
     partners = named_partners(source, target, chosen)
+    if source.drawing is not None and target.drawing is not None:
+        return _fit_drawings(source, target, tell, partners, start, **given)
     plain = start is not None and len(start.loops) == 1
     if not any(inner) or (plain and all(inner)):
         if any(inner):
@@ -92,15 +119,37 @@ def fit_with_holes(
         return iccm.fit(source.domain, target.domain, start=start if plain else None, **given)
 
 
+def _fit_drawings(
+    source: Shape,
+    target: Shape,
+    tell: Callable[[str], None],
+    partners: Sequence[tuple[int, int]],
+    start: TriangulatedMap | None,
+    **given: Any,
+) -> Fit:
+    """`iccm.fit` of two whole drawings; the names of holes say which go together where both are one part."""
+    both = all(shape.drawing is not None and shape.drawing.is_one_part for shape in (source, target))
+    try:
+        return iccm.fit(
+            source.domain, target.domain, start=start, hole_partners=partners if both else (), **given
+        )
+    except NoMapError:
+        tell(f"{target.spec}: {UNMAPPED}")
+        return iccm.fit(filled(source).domain, filled(target).domain, start=start, **given)
+
+
 def deform_with_holes(source: Shape, **given: Any) -> Fit:
     """`iccm.deform` of a shape with its holes; as if filled where it cannot be meshed with them."""
     holes = [source.holes[k] for k in source.mappable_holes]
     try:
-        return iccm.deform(source.curve, source_holes=holes, **given)
+        found = iccm.deform(source.curve, source_holes=holes, **given)
     except NoMapError:
         if not holes:
             raise
-    return iccm.deform(source.curve, **given)
+        found = iccm.deform(source.curve, **given)
+    if source.drawing is None or source.drawing.is_one_part:
+        return found
+    return replace(found, drawings=(source.drawing, source.drawing))
 
 
 def about(pairs: Sequence[tuple[Shape, Shape]], *, keep: bool, mapped: bool) -> list[str]:

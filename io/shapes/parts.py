@@ -6,12 +6,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...arrays import Complex, Real, complex_of, xy_of
+from ...drawings.pairing import pair_by_cost
 from .shape import Shape
 
-# Costs of a pair: the square of the distance in half diagonals of the drawing is 1 each, the square of the natural
-# logarithm of the ratio of areas SIZE (a tenth of the area counts as much as 0.7 half diagonals), and a name that both
-# have outweighs both.
-SIZE, NAMED = 0.1, 100.0
+NAMED = 100.0  # taken off a pair's cost for each name that both have: it outweighs place and size
 # What drawing programs call things that nobody named.
 UNNAMED = re.compile(
     r"(path|rect|circle|ellipse|line|poly(gon|line)|g|group|layer|svg|use|shape|XMLID|SVGID)?[\W\d_]*", re.I
@@ -25,17 +23,13 @@ def pair(sources: Sequence[Shape], targets: Sequence[Shape], turn: float = 0.0) 
         sources, targets: the shapes of two drawings.
         turn: degrees counter-clockwise by which the source is turned.
     """
-    from scipy.optimize import linear_sum_assignment
-
     spatial = all(shape.is_mesh for shape in (sources[0], targets[0]))
     placed, size = _fit_to_unit(sources, spatial)
     aims, large = _fit_to_unit(targets, spatial)
     placed[:, :2] = xy_of(complex_of(placed[:, :2]) * np.exp(1j * np.radians(turn)))
-    apart = ((placed[:, None] - aims) ** 2).sum(axis=-1)
-    cost = apart + SIZE * (np.log(size)[:, None] - np.log(large)) ** 2
     names = [[words_of(shape.names) for shape in shapes] for shapes in (sources, targets)]
     shared = np.array([[len(a & b) for b in names[1]] for a in names[0]])
-    return [(int(i), int(j)) for i, j in zip(*linear_sum_assignment(cost - NAMED * shared))]
+    return pair_by_cost((placed, aims), (size, large), NAMED * shared)
 
 
 def _fit_to_unit(shapes: Sequence[Shape], spatial: bool) -> tuple[Real, Real]:

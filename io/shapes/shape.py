@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -15,6 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...arrays import Box, Complex, Real, xy_of
 from ...curve import Curve, polygon_of
+from ...drawings.drawing import Drawing as Drawn
+from ...drawings.mappable_holes import mappable
 from ...errors import InputError
 from ...pixels.texture import REPEAT, Wrap
 from ...plane import bounding_box
@@ -26,7 +28,6 @@ from ..svg import reader as svg
 from ..svg.drawing import Drawing
 from ..svg.fill import FilledOutline
 from . import planar_obj, silhouette
-from .mappable_holes import mappable
 
 if TYPE_CHECKING:
     from ...meshes.flatten import Flattening
@@ -46,6 +47,9 @@ class Shape:
         pins: places of pins drawn in the file, by name, core plane.
         strokes: strokes drawn in the file, by name, core plane.
         rigid: outlines of rigid regions drawn in the file, core plane.
+        drawing: everything that the file paints, core plane, where the whole drawing is meant, with closed lines filled
+            where lines draw it; `curve` is then the outline of a frame around it, or of its only part.
+        ink: the same as drawn, without lines filled.
         notes: sentences about what was left out or changed.
         part: how `#` picks it from the file, where it is one of several that were read.
         names: ids and labels of what it comes from and of all that this is in.
@@ -74,6 +78,8 @@ class Shape:
     rigid: tuple[Complex, ...] = ()
     coloured: bool = False
     trace: str = "auto"
+    drawing: Drawn | None = None
+    ink: Drawn | None = None
 
     @property
     def bounds(self) -> Box:
@@ -113,9 +119,26 @@ class Shape:
         return found
 
     @property
-    def domain(self) -> Curve | Flattening:
-        """What is mapped: the domain's boundary, or a mesh as it is laid out."""
-        return self.curve
+    def domain(self) -> Curve | Flattening | Drawn:
+        """What is mapped: the whole drawing, the domain's boundary, or a mesh as it is laid out."""
+        return self.drawing or self.curve
+
+    def part_of(self, drawing: Drawn, number: int) -> Shape:
+        """Return one part of the whole drawing as a shape, called by a number."""
+        return replace(
+            self,
+            curve=drawing.tightest.outline,
+            drawing=drawing,
+            ink=drawing,
+            holes=tuple(drawing.holes),
+            hole_names=(),
+            part=str(number),
+            extent=self.bounds,
+        )
+
+    def framed(self, frame: Curve) -> Shape:
+        """Return the shape with the frame that was chosen; holes of one part are only mapped with its own outline."""
+        return replace(self, curve=frame)
 
     @property
     def is_layout(self) -> bool:
@@ -205,20 +228,25 @@ def read(
     max_bytes: int | None = None,
     max_segments: int | None = None,
     trace: str = "auto",
+    whole: bool = False,
 ) -> Shape:
     """The shape that `file`, `file#part`, `file#number` or `file#part#number` names.
 
     Without a part it is the largest outline of the file; a part is an SVG element's or group's id or Inkscape label,
     or an OBJ object or group; a number counts its outlines from the largest, 1. Curves are flattened to `flatness`
     times the shape's size with corners kept exactly; `vertices` resamples the result to about so many even edges.
-    What of a picture is traced says `trace`, see `silhouette.read`.
+    What of a picture is traced says `trace`, see `silhouette.read`. With `whole` it is everything that the file, or the
+    part, paints, unless a number picks one outline.
 
     Raises:
         InputError: anything that makes the file no domain, in one line: file, place, what is wrong, what to do.
     """
     spec = Spec.of(text)
     drawing = drawn(spec, flatness=flatness, max_bytes=max_bytes, max_segments=max_segments, trace=trace)
-    outline, notes = _choose(drawing, text, spec.among(drawing.ids))
+    chosen = spec.among(drawing.ids)
+    outline, notes = _choose(drawing, text, chosen, told=not whole)
+    if whole and chosen.number is None and vertices is None:
+        return _whole(drawing, text, spec, notes, trace)
     curve = Curve.domain(_core(outline.z, drawing.flip), text)
     if curve.length**2 > THINNEST * curve.area:
         times = curve.length**2 / (4 * curve.area)
@@ -248,6 +276,46 @@ def read(
         trace=trace,
         **_holes(drawing, outline),
     )
+
+
+def _whole(drawing: Drawing, text: str, spec: Spec, notes: list[str], trace: str) -> Shape:
+    """The shape of everything that a drawing paints, in the tightest frame around all of it."""
+    notes += [f"left out: {error}" for _, error in drawing.refused]
+    ink, whole = (_drawn_region(drawing, region) for region in (drawing.ink, drawing.painted))
+    frame = whole.tightest.outline
+    if whole.is_one_part:
+        largest = drawing.outlines[0]
+        named = _holes(drawing, largest) if len(largest.holes) == len(whole.holes) else {}
+        holes: dict[str, Any] = named or {"holes": tuple(whole.holes)}
+    else:
+        holes = {}
+    return Shape(
+        text,
+        spec.path,
+        frame,
+        _box(drawing, frame.box),
+        drawing.flip,
+        {k: complex(_core(z, drawing.flip)) for k, z in drawing.pins.items()},
+        {k: Curve.stroke(_core(z, drawing.flip), f"{spec.path}: {k}") for k, z in drawing.strokes.items()},
+        tuple(dict.fromkeys(notes)),
+        names=drawing.outlines[0].names,
+        rigid=tuple(_core(z, drawing.flip) for z in drawing.rigid),
+        drawing=whole,
+        ink=ink,
+        coloured=drawing.coloured,
+        trace=trace,
+        **holes,
+    )
+
+
+def _drawn_region(drawing: Drawing, region: shapely.Geometry) -> Drawn:
+    """A region of the file as a drawing in the core plane; the vertices of a single outline stay as they are."""
+    first = drawing.outlines[0]
+    alone = polygon_of(first.z, *first.holes)
+    if len(drawing.outlines) == 1 and alone.is_valid and np.isclose(alone.area, region.area, rtol=1e-9):
+        region = alone
+    turned = shapely.transform(region, lambda xy: xy * [1, -1]) if drawing.flip else region
+    return Drawn(shapely.make_valid(turned))
 
 
 def read_all(text: str, *, flatness: float = 1e-4, trace: str = "auto") -> list[Shape]:
@@ -337,8 +405,8 @@ def drawn(
     return reader(path, spec.part, **limits)
 
 
-def _choose(drawing: Drawing, text: str, spec: Spec) -> tuple[FilledOutline, list[str]]:
-    """The outline that is meant, and the notes about all the others."""
+def _choose(drawing: Drawing, text: str, spec: Spec, *, told: bool = True) -> tuple[FilledOutline, list[str]]:
+    """The outline that is meant, and, if they are to be `told`, the notes about all the others."""
     found, number = drawing.outlines, spec.number
     if spec.part is not None and spec.part not in drawing.ids:
         raise InputError(f"{text}: no {spec.part!r} in the file; it has {_listed(drawing.ids)}")
@@ -353,7 +421,7 @@ def _choose(drawing: Drawing, text: str, spec: Spec) -> tuple[FilledOutline, lis
             "or name a word with its font: font.ttf#text=Hello"
         )
     outline = found[(number or 1) - 1]
-    return outline, [*drawing.notes, *outline.notes, *_left_out(drawing, outline)]
+    return outline, [*drawing.notes, *outline.notes, *(_left_out(drawing, outline) if told else [])]
 
 
 def _left_out(drawing: Drawing, outline: FilledOutline) -> list[str]:

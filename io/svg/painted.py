@@ -48,7 +48,8 @@ def painted_areas(
     lines = max(widths, default=0.0) <= LINE_WIDTH_SHARE * extent
     whole = without_holes(shapely.union_all([fills, every]))
     if lines and fills.area < DRAWN_SHARE * whole.area:
-        ink, filled = shapely.union_all([fills, every]), shapely.union_all([fills, without_holes(every)])
+        ink, filled = shapely.union_all([fills, every]), with_lines_filled(fills)
+        filled = shapely.union_all([filled, without_holes(every)])
         return _thinned(ink, extent), _thinned(filled, extent)
     visible = [area for (_, area), width in zip(strokes, widths) if width >= VISIBLE_WIDTH_SHARE * extent]
     ink = _thinned(shapely.union_all([fills, *visible]), extent)

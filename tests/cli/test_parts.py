@@ -97,7 +97,8 @@ def test_what_does_not_go_with_parts_is_refused(drawings, iccm):
 
 
 def test_the_others_are_told_once(drawings, iccm):
-    done = iccm("map", "face.svg", "mask.svg", "--report", "-", "--method", "paper", "--vertices", "60")
+    paper = ("--method", "paper", "--vertices", "60", "--parts", "largest")
+    done = iccm("map", "face.svg", "mask.svg", "--report", "-", *paper)
     assert done.err.count("left out 4 other outlines") == done.err.count("left out 2 other outlines") == 1
     assert "--parts all" in done.err
 
@@ -116,7 +117,9 @@ def test_one_source_goes_onto_each_part(drawings, iccm):
     pixels, st = image_files.read("o.png").pixels, image_files.read("o.tif").pixels
     assert np.array_equal(pixels[20:70, 5:45], pixels[20:70, 55:95])
     assert np.allclose(st[45, [25, 75], :2], 0.5, atol=0.03) and np.allclose(st[85, 50, :2], 0.5, atol=0.03)
-    alone = iccm("map", "face.svg#head", "word.svg", "--size", "100", "-o", "alone.png")
+    alone = iccm(
+        "map", "face.svg#head", "word.svg#a", "--target-box", "viewbox", "--size", "100", "-o", "alone.png"
+    )
     assert alone.code == 0
     assert np.array_equal(pixels[20:70, 5:45], image_files.read("alone.png").pixels[20:70, 5:45])
     curves = [each.curve for each in shape.read_all("o.svg")]

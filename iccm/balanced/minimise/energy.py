@@ -22,9 +22,6 @@ from ...linalg.cholesky import BlockPattern
 from ...native import Record, function, record
 
 BOTH_AREAS, SOURCE_AREA, IMAGE_AREA = 0.5, 0.0, 1.0  # shares of the image's area in the measure
-LOST = 5.05
-"""The density at a point that has no partner: what it is where lengths change ten times as much one way as the other,
-(10 + 1/10)/2. Pictures with K95 of 8 were judged usable, with 24 useless."""
 NO_SLOTS = np.empty((0, 6), np.int64)
 NO_AIMS = np.empty(0, np.complex128)
 

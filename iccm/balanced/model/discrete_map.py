@@ -12,12 +12,13 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Complex, Flags, Index, Real
+from ...drawings.cost import LOST
 from ...linalg.cholesky import BlockPattern, system_of
 from ...maps.triangulated.patches import NO_LINES
 from ...plane import triangle_areas
 from ..errors import Tangled
 from ..minimise import newton
-from ..minimise.energy import LOST, NO_AIMS, Objective, RestShapes, geometry
+from ..minimise.energy import NO_AIMS, Objective, RestShapes, geometry
 from ..minimise.in_space import Ground, SurfaceMap, separate
 from ..minimise.sliding import HELD, SLIDING, Border, Constraints, Rails, border_energy
 from ..minimise.unfold import BARE, unfold

@@ -2,7 +2,7 @@
 
 With the source's bays filled all of it is shown, and the target stays uncovered where they open (contain). With the
 target's filled all of it is covered, and parts of the source are left out (cover). A point without a partner costs as
-much as one with the density LOST.
+much as `drawings.cost` says.
 """
 
 from typing import Literal
@@ -10,10 +10,10 @@ from typing import Literal
 import numpy as np
 
 from ...curve import inside_any
+from ...drawings.cost import price
 from ...plane import triangle_areas
 from ..holes.bays import fill_half_hull, fill_hull
 from ..holes.given import Holes
-from ..minimise.energy import LOST
 from ..minimise.upright import turn_cost
 from ..model.discrete_map import DiscreteMap
 from ..model.measures import energy_between, stretch_quantile
@@ -122,12 +122,6 @@ def cost(problem: UnitProblem, state: DiscreteMap) -> float:
     turned."""
     energy = energy_between(state.z, state.u, state.material, problem.theta, state.metrics)
     return price(energy, lost_shares(problem, state), turn_cost(problem.upright, np.cos(state.turn)))
-
-
-def price(energy: float, lost: tuple[float, float], turned: float) -> float:
-    """The mean energy of a map that leaves out, and uncovered, these shares, times what its turn costs."""
-    share = 0.5 * sum(lost)
-    return float(((1 - share) * energy + share * LOST) * turned)
 
 
 def is_within(problem: UnitProblem, state: DiscreteMap, settings: Settings) -> bool:

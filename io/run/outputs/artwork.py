@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ....errors import InputError
 from ... import formats
@@ -14,6 +15,12 @@ from .. import framing
 from ..job import Job
 from ..state import Run
 from .output import Output
+
+if TYPE_CHECKING:
+    from ....arrays import Complex
+    from ....solve import Fit
+
+SAME_AREA = 1e-6  # of a drawing's area: its frame adds nothing to it
 
 
 class Artwork(Output):
@@ -51,4 +58,16 @@ class Artwork(Output):
         with run.phases.timed("artwork"):
             carried = [(source, fit.map) for (source, _), fit in zip(run.pairs, run.fits)]
             target = replace(run.target, box=framing.picture_box(run.job, run.target))
-            run.note(*carry_parts(carried, target, path, each=run.job.parts == "each"))
+            painted = [ring for fit in run.fits for ring in painted_rings(fit)]
+            run.note(*carry_parts(carried, target, path, each=run.job.parts == "each", painted=painted))
+
+
+def painted_rings(fit: Fit) -> list[Complex]:
+    """The rings that cut a drawing carried by a map of whole drawings; none where the map's outline does that."""
+    if fit.drawings is None or fit.target is None:
+        return []
+    drawing = fit.drawings[1]
+    own_outline = (
+        drawing.is_one_part and abs(fit.target.area - drawing.region.area) <= SAME_AREA * drawing.region.area
+    )
+    return [] if own_outline else drawing.rings

@@ -20,7 +20,7 @@ class SavedMap(Output):
 
     def suit(self, job: Job, onto_mesh: bool) -> None:
         """One map, and none onto a mesh."""
-        if job.parts != "largest":
+        if job.several:
             raise InputError(f"{self.name}: a file holds one map; name one part (file#id) instead of --parts")
         if onto_mesh:
             raise self._refusal(job.target or job.source)

@@ -5,10 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
-from ...arrays import Complex
-from ...curve import Curve, polygon_of
-from .. import limits
+from ..arrays import Complex
+from ..curve import Curve, polygon_of
 
+MOST_HOLES = 64
+"""Holes of a shape that are mapped, the largest first: each costs a chain of vertices on every mesh."""
 SPECK = 1e-5  # of the area inside the outline: a smaller hole would need triangles as small
 CLOSE = 2e-4
 """Of the diagonal: a hole as close as that to the outline, or to another, leaves no room for a map."""
@@ -24,7 +25,7 @@ def mappable(curve: Curve, holes: Sequence[Complex]) -> list[int]:
     kept: list[int] = []
     for k in np.argsort(-sizes, kind="stable"):
         ring = rings[k]
-        if len(kept) == limits.HOLES or not (ring.is_valid and sizes[k] > SPECK * curve.area):
+        if len(kept) == MOST_HOLES or not (ring.is_valid and sizes[k] > SPECK * curve.area):
             continue
         free = ring.distance(outline) > near and all(ring.distance(rings[j]) > near for j in kept)
         if free and domain.contains_properly(ring):

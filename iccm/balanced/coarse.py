@@ -1,0 +1,86 @@
+"""Coarse maps of two outlines: cheap enough to compare several pairs of outlines before one is solved for."""
+
+from collections.abc import Iterator
+from contextlib import suppress
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Complex, Flags, Index
+from ..curve import Curve
+from ..errors import InputError
+from .constraints.validate import UNPINNED
+from .errors import Stuck
+from .holes.given import NONE, Holes
+from .minimise.upright import turn_cost
+from .model.discrete_map import BAY, FILLED, DiscreteMap
+from .model.frames import UnitFrame, frames_of
+from .model.settings import Settings, SolveLog
+from .search import multilevel
+from .search.levels import UnitProblem
+from .search.partial import bay_choices
+
+
+class CoarseMap(NamedTuple):
+    """A map on a coarse mesh, in the coordinates given.
+
+    Attributes:
+        z, u: (n,) vertices and their images.
+        faces: (m, 3) triangles.
+        voids: (m,) which triangles fill bays or holes, and are left out of the map.
+        turning: the cost of rotating the picture, a factor.
+    """
+
+    z: Complex
+    u: Complex
+    faces: Index
+    voids: Flags
+    turning: float
+
+
+def coarse_map(source: Curve, target: Curve, settings: Settings) -> CoarseMap | None:
+    """Return the best coarse map of two whole outlines without holes, from elastic matches; None if there is none."""
+    frames = frames_of(source, target, settings.turn, ((), ()))
+    problem = _problem(source, target, NONE, frames, settings)
+    return _solved(multilevel.directions(problem)[0], frames)
+
+
+def coarse_filled(source: Curve, target: Curve, settings: Settings) -> Iterator[CoarseMap]:
+    """Yield coarse maps of two outlines with the concavities filled that `settings.fit` (contain or cover) names."""
+    frames = frames_of(source, target, settings.turn, ((), ()))
+    for problem in bay_choices(_problem(source, target, NONE, frames, settings), settings):
+        found = _solved(problem, frames)
+        if found is not None:
+            yield found
+
+
+def coarse_holed(source: Curve, target: Curve, holes: Holes, settings: Settings) -> CoarseMap | None:
+    """Return the best coarse map that takes holes onto holes; None if there is none."""
+    frames = frames_of(source, target, settings.turn, holes.sides)
+    problem = _problem(source, target, holes, frames, settings)
+    return _solved(multilevel.directions(problem)[0], frames)
+
+
+def _problem(
+    source: Curve, target: Curve, holes: Holes, frames: tuple[UnitFrame, UnitFrame], settings: Settings
+) -> UnitProblem:
+    outlines = frames[0].curve(source), frames[1].curve(target)
+    return multilevel.problem_of(*outlines, holes.unit(frames), UNPINNED, settings)
+
+
+def _solved(used: UnitProblem, frames: tuple[UnitFrame, UnitFrame]) -> CoarseMap | None:
+    """Return the coarse map of a problem, or of an inverse problem, in the coordinates given."""
+    with suppress(Stuck, InputError):
+        plain = not (used.holed or used.bays)
+        size = multilevel.coarse_size(used)
+        state: DiscreteMap = multilevel.coarse_map(used, size, SolveLog(), elastic=plain)
+        z, u = (state.u, state.z) if used.inverted else (state.z, state.u)
+        weights = np.ones(len(state.faces)) if state.weights is None else state.weights
+        return CoarseMap(
+            frames[0].world(z),
+            frames[1].world(u),
+            state.faces,
+            (weights == FILLED) | (weights == BAY),
+            float(turn_cost(used.upright, np.cos(state.turn))),
+        )
+    return None

@@ -1,0 +1,10 @@
+"""Whole drawings: everything that a file paints, as one region of the plane.
+
+drawing         the region, its parts and holes
+region          which points are painted
+frame           simply connected regions around a drawing, with gaps closed to several degrees
+mappable_holes  holes that leave room for a map
+pairing         parts of two drawings that belong together
+seen            what a map shows of two drawings
+cost            the cost by which maps are compared
+"""

@@ -1,0 +1,128 @@
+"""A drawing: everything that a file paints, as one region of the plane."""
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+import shapely
+
+from ..arrays import Complex, complex_of
+from ..curve import Curve, polygon_of
+from ..errors import InputError
+from ..plane import polygon_area
+from .frame import Frame, frames_of
+from .mappable_holes import mappable
+from .region import Region
+
+
+class Drawing:
+    """A region of any number of parts, each with any number of holes.
+
+    Parameters
+    ----------
+    painted
+        A valid Polygon or MultiPolygon with an area, in the plane with y up.
+
+    Examples
+    --------
+    >>> drawing = Drawing(shapely.MultiPolygon([shapely.box(0, 0, 2, 1), shapely.box(3, 0, 4, 1)]))
+    >>> drawing.is_one_part, [round(frame.radius, 3) for frame in drawing.frames]
+    (False, [0.298, inf])
+    """
+
+    def __init__(self, painted: shapely.Geometry):
+        parts = [part for part in shapely.get_parts(painted) if part.geom_type == "Polygon" and part.area > 0]
+        if not parts:
+            raise InputError("the drawing paints nothing")
+        parts = shapely.orient_polygons(np.array(parts))
+        self.painted = parts[0] if len(parts) == 1 else shapely.MultiPolygon(list(parts))
+
+    @classmethod
+    def of_rings(cls, rings: Sequence[Complex], name: str = "drawing") -> "Drawing":
+        """Return the drawing that rings enclose, filled together by the even-odd rule.
+
+        Raises
+        ------
+        InputError
+            They enclose nothing.
+        """
+        painted = _from_oriented(rings)
+        if painted is None:
+            painted = shapely.Polygon()
+            for ring in rings:
+                painted = shapely.symmetric_difference(painted, shapely.make_valid(polygon_of(ring)))
+        try:
+            return cls(painted)
+        except InputError as error:
+            raise InputError(f"{name}: {error}") from None
+
+    @property
+    def rings(self) -> list[Complex]:
+        """The boundaries of all parts, counter-clockwise, and of their holes, clockwise; `of_rings` is the way back."""
+        rings = [ring for part in self.parts for ring in (part.exterior, *part.interiors)]
+        return [complex_of(shapely.get_coordinates(ring)[:-1]) for ring in rings]
+
+    @cached_property
+    def region(self) -> Region:
+        """The painted area, ready to be asked for points."""
+        return Region(self.painted)
+
+    @cached_property
+    def frames(self) -> list[Frame]:
+        """The frames around it, from the tightest to the convex hull."""
+        return frames_of(self.painted)
+
+    def filled(self) -> "Drawing":
+        """Return the drawing with the holes of all parts filled."""
+        return Drawing(shapely.union_all([shapely.Polygon(part.exterior) for part in self.parts]))
+
+    @property
+    def parts(self) -> list[shapely.Polygon]:
+        """Its connected parts."""
+        return list(shapely.get_parts(self.painted))
+
+    @property
+    def is_one_part(self) -> bool:
+        """Whether its own outline is a frame that contains everything."""
+        return len(self.parts) == 1
+
+    @property
+    def holes(self) -> list[Complex]:
+        """The outlines of the holes of its only part; none where there are several parts."""
+        if not self.is_one_part:
+            return []
+        return [complex_of(shapely.get_coordinates(ring)[:-1]) for ring in self.parts[0].interiors]
+
+    @cached_property
+    def mappable_holes(self) -> list[Curve]:
+        """Those of them that leave room for a map, in the same order."""
+        holes = self.holes
+        return [Curve(holes[k]) for k in mappable(self.tightest.outline, holes)]
+
+    @cached_property
+    def framed_region(self) -> Region:
+        """What an opaque texture may show as this drawing: of one part what is painted, since its outline and its holes
+        were drawn on purpose; of several parts, none of which says where the drawing ends, all of the hull."""
+        return self.region if self.is_one_part else Region(self.frames[-1].outline.polygon)
+
+    @property
+    def tightest(self) -> Frame:
+        """The tightest frame that contains all of it."""
+        return next(frame for frame in self.frames if frame.left_out == 0)
+
+
+def _from_oriented(rings: Sequence[Complex]) -> shapely.Geometry | None:
+    """Return the region of rings as `Drawing.rings` has them, each part followed by its holes; None for other rings.
+
+    Nothing is computed, so every vertex stays as it is.
+    """
+    parts: list[list[Complex]] = []
+    for ring in rings:
+        if polygon_area(ring) > 0:
+            parts.append([ring])
+        elif parts:
+            parts[-1].append(ring)
+        else:
+            return None
+    painted = shapely.MultiPolygon([polygon_of(*part) for part in parts])
+    return painted if painted.is_valid else None

@@ -1,0 +1,155 @@
+"""Frames: simply connected regions that contain a drawing, with the gaps between its parts closed.
+
+A drawing is the region that a file paints: any number of parts, each with any number of holes. Maps with the fewest
+singular places are those of discs, so a drawing is mapped by a disc around it. A frame is the outer boundary of a
+morphological closing (Serra 1982: dilation, then erosion by the same disc) of the drawing. The larger the closing
+radius, the more of the gaps between and around the parts belongs to the frame; the convex hull is the last degree.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from ..arrays import Complex, complex_of
+from ..curve import Curve
+from ..errors import InputError
+
+FIRST_RADIUS = 0.005
+"""The smallest closing radius that is tried, relative to the drawing's size (the square root of its hull's area): about
+two pixels of 512, less than which no eye takes for a gap."""
+RADIUS_STEP = 1.25
+"""The factor between closing radii that are tried, until one joins all parts. The neck between two parts is as wide as
+the radius is larger than half their distance, so a step also bounds how thin a neck can be."""
+WIDER_RADII = (1.0, 2.5)
+"""Closing radii of the degrees between the outline and the hull, relative to the smallest that joins all parts."""
+LARGEST_RADIUS = 2.0
+"""Relative to the drawing's size: a closing by more is the convex hull."""
+SINGLE_PART_RADIUS = 0.05
+"""Where there is one part, and nothing to join, the first closing radius, relative to the drawing's size."""
+MAIN_PART_SHARE = 0.9
+"""Of the painted area: a part that has as much may stand for the drawing, which then loses the rest."""
+DETAIL = 1e-3
+"""How closely closings follow the drawing, relative to its size. The painted outline itself is kept exactly."""
+SLIVER_WIDTH = 1e-6
+"""Relative to the drawing's size: gaps narrower than that come from rounding."""
+ARC_SEGMENTS = 6
+"""Segments of a quarter circle in closings: their corners are rounded by radius · (1 - cos(π/24)) at most."""
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """A simply connected region around a drawing, or around the main part of it.
+
+    Attributes:
+        outline: the boundary, counter-clockwise.
+        radius: the closing radius relative to the drawing's size; 0 for the outline of a part itself, infinite for the
+            convex hull.
+        left_out: share of the painted area that lies outside.
+    """
+
+    outline: Curve
+    radius: float
+    left_out: float = 0.0
+
+    @property
+    def name(self) -> str:
+        """Return the degree in words, for notes."""
+        if self.radius == 0:
+            return "outline"
+        return "hull" if np.isinf(self.radius) else f"gaps up to {2 * self.radius:.0%} closed"
+
+
+def frames_of(painted: shapely.Geometry) -> list[Frame]:
+    """Return the frames of a drawing, from the tightest to the convex hull.
+
+    The first is the outline itself where one part has (nearly) everything; the next is the smallest closing that joins
+    all parts; then come wider closings. Frames that differ by less than rounding from the one before are left out.
+
+    Parameters
+    ----------
+    painted
+        The region that the drawing paints: a valid Polygon or MultiPolygon with an area.
+
+    Raises
+    ------
+    InputError
+        Nothing is painted.
+    """
+    parts = [part for part in shapely.get_parts(painted) if part.area > 0]
+    if not parts:
+        raise InputError("the drawing paints nothing")
+    total = sum(part.area for part in parts)
+    size = float(np.sqrt(shapely.convex_hull(painted).area))
+    found: list[Frame] = []
+    main = max(parts, key=shapely.area)
+    if main.area >= MAIN_PART_SHARE * total:
+        found.append(Frame(_outline(main), 0.0, 1 - main.area / total))
+    filled = shapely.union_all([shapely.Polygon(part.exterior) for part in parts])  # frames have no holes
+    simple = shapely.simplify(filled, DETAIL * size)
+    radius = _joining_radius(simple, size) if len(parts) > 1 else SINGLE_PART_RADIUS * size
+    for times in WIDER_RADII:
+        closed = close_gaps(filled, simple, times * radius, size)
+        if closed is not None:
+            found.append(Frame(_outline(closed), times * radius / size))
+    found.append(Frame(_outline(shapely.convex_hull(painted)), np.inf))
+    return _distinct(found)
+
+
+def close_gaps(
+    painted: shapely.Geometry, simple: shapely.Geometry, radius: float, size: float
+) -> shapely.Polygon | None:
+    """Return the closing of a region by a disc, holes filled; None where it is in several parts.
+
+    Parameters
+    ----------
+    painted
+        The region.
+    simple
+        The same with less detail, by which gaps are found.
+    radius
+        The radius of the disc, in the region's units.
+    size
+        The drawing's size, in the same units.
+    """
+    closed = _closing(simple, radius)
+    # The closing's own boundary is rounded and simplified. What it adds to the drawing is only the gaps, so the frame
+    # is the union of the exact drawing and those gaps, without slivers along the drawing's edges.
+    gaps = shapely.difference(closed, painted)
+    width = SLIVER_WIDTH * size
+    gaps = shapely.buffer(shapely.buffer(gaps, -width, join_style="mitre"), 2 * width, join_style="mitre")
+    joined = shapely.union(painted, gaps)
+    if joined.geom_type != "Polygon":
+        return None
+    return shapely.Polygon(joined.exterior)
+
+
+def _closing(region: shapely.Geometry, radius: float) -> shapely.Geometry:
+    """Return a region dilated, then eroded by a disc."""
+    grown = shapely.buffer(region, radius, quad_segs=ARC_SEGMENTS)
+    return shapely.buffer(grown, -radius, quad_segs=ARC_SEGMENTS)
+
+
+def _joining_radius(simple: shapely.Geometry, size: float) -> float:
+    """Return the smallest tried radius whose closing joins all parts."""
+    radius = FIRST_RADIUS * size
+    while _closing(simple, radius).geom_type != "Polygon" and radius < LARGEST_RADIUS * size:
+        radius *= RADIUS_STEP
+    return radius
+
+
+def _outline(part: shapely.Polygon) -> Curve:
+    """Return the outer boundary of a part as a curve."""
+    z: Complex = complex_of(shapely.get_coordinates(part.exterior)[:-1])
+    return Curve.domain(z)
+
+
+def _distinct(frames: list[Frame]) -> list[Frame]:
+    """Leave out frames that enclose what the frame before encloses."""
+    kept: list[Frame] = []
+    for frame in frames:
+        same = kept and kept[-1].left_out == frame.left_out
+        if same and abs(frame.outline.area - kept[-1].outline.area) <= DETAIL * frame.outline.area:
+            continue
+        kept.append(frame)
+    return kept

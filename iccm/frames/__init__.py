@@ -1,0 +1,5 @@
+"""Maps of whole drawings by way of frames.
+
+choice  the pair of frames, or the fit of outlines, whose map costs the least
+solve   the map of two drawings
+"""

@@ -1,0 +1,232 @@
+"""The pair of frames, and the way to map them, that cost the least for two drawings.
+
+Coarse maps of discs take a tenth of a second, so candidates are compared by them (`drawings.cost`):
+
+- frames of several degrees on both sides, by a descent: from the tightest pair, a side is closed further as long as
+  that lowers the cost;
+- the tightest frames with the target's concavities filled by triangles that weigh little (fit `cover`): the map decides
+  itself how far each one closes;
+- for drawings of one part with as many holes each, the outlines with holes onto holes;
+- parts paired one to one, where both drawings have as many of them.
+
+Only the cheapest candidate is solved for on a fine mesh.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+import shapely
+
+from ..arrays import Complex, Index
+from ..balanced.coarse import CoarseMap, coarse_filled, coarse_holed, coarse_map
+from ..balanced.holes.given import Holes
+from ..balanced.model.measures import stretch_quantile
+from ..balanced.model.settings import Settings
+from ..drawings.cost import price
+from ..drawings.drawing import Drawing
+from ..drawings.frame import Frame
+from ..drawings.pairing import pair_by_place
+from ..drawings.seen import NOTHING_SEEN, Seen, seen
+from ..plane import triangle_areas
+
+Way = Literal["whole", "cover", "contain"]
+
+GOOD_STRETCH = 2.2
+"""Stretch on 95 % of the area up to which the map of whole outlines is taken without looking further,"""
+GOOD_LOST = 0.02
+"""and the share of both drawings that such a map may lose."""
+CRACK_WIDTH = 3 / 512
+"""Relative to the target's size: a slit narrower than that is seen as a crack of that width."""
+MOST_MATCHED_HOLES = 3
+"""Drawings with more holes are mapped with their holes filled: each one needs a boundary of its own."""
+MOST_PAIRED_PARTS = 8
+"""Drawings with more parts are mapped joined: each pair of parts needs a map of its own."""
+PAIRED_GAIN = 0.95
+"""Times the cost of the best joined map: pairing parts must cost less, since it moves them against each other."""
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """How two drawings are mapped.
+
+    Attributes:
+        frames: the frames of source and target.
+        way: whether their outlines go onto each other (whole), or concavities of one are filled (cover, contain).
+        holed: whether holes of drawings of one part go onto holes.
+        cost: by a coarse map.
+        seen: what that shows.
+        pairs: parts of source and target that are mapped one to one; empty where the drawings are mapped as wholes.
+    """
+
+    frames: tuple[Frame, Frame]
+    way: Way = "whole"
+    holed: bool = False
+    cost: float = np.inf
+    seen: Seen = NOTHING_SEEN
+    pairs: Sequence[tuple[Drawing, Drawing]] = field(default_factory=list)
+
+
+def choices(
+    source: Drawing,
+    target: Drawing,
+    settings: Settings,
+    *,
+    opaque: bool = True,
+    pair_parts: bool = False,
+    framed: bool = False,
+) -> list[Choice]:
+    """Return ways to map a drawing onto another, the cheapest first, judged by coarse maps.
+
+    Parameters
+    ----------
+    source, target
+        The drawings.
+    settings
+        What is asked of the map.
+    opaque
+        Whether the texture covers the gaps of the source's tightest frame.
+    pair_parts
+        Whether parts may be mapped one to one.
+    framed
+        Whether only frames are considered.
+    """
+    judge = _Judge(source, target, settings, opaque=opaque)
+    tightest = source.tightest, target.tightest
+    found = list(_frame_choices(judge))
+    if len(found) == 1 and judge.is_good(found[0]):
+        return found
+    if not framed:
+        outlines = tightest[0].outline, tightest[1].outline
+        covers = coarse_filled(*outlines, replace(settings, fit="cover"))
+        found += [judge.choice(tightest, "cover", coarse) for coarse in covers]
+        holes = Holes(tuple(source.mappable_holes), tuple(target.mappable_holes))
+        if 0 < len(holes.source) == len(holes.target) <= MOST_MATCHED_HOLES:
+            holed = coarse_holed(*outlines, holes, settings)
+            if holed is not None:
+                found.append(judge.choice(tightest, "whole", holed, holed=True))
+    found.sort(key=lambda choice: choice.cost)
+    if not found:
+        found = [Choice(tightest)]
+    if pair_parts:
+        paired = _paired(source, target, settings, opaque=opaque)
+        if paired is not None and paired.cost < PAIRED_GAIN * found[0].cost:
+            return [paired, *found]
+    return found
+
+
+class _Judge:
+    """Compares coarse maps of two drawings."""
+
+    def __init__(self, source: Drawing, target: Drawing, settings: Settings, *, opaque: bool):
+        self.source, self.target, self.settings = source, target, settings
+        self._covering = source.framed_region if opaque else source.region
+        self._good: set[Choice] = set()
+
+    def choice(
+        self, frames: tuple[Frame, Frame], way: Way, coarse: CoarseMap, *, holed: bool = False
+    ) -> Choice:
+        """Return the choice that a coarse map stands for."""
+        shown = self._seen(coarse)
+        found = Choice(frames, way, holed, shown.cost(coarse.turning), shown)
+        if (
+            max(shown.hidden, shown.bare) <= GOOD_LOST
+            and stretch_quantile(*_of_area_one(coarse), 0.95) <= GOOD_STRETCH
+        ):
+            self._good.add(found)
+        return found
+
+    def is_good(self, choice: Choice) -> bool:
+        """Whether a map of the whole outlines of both only parts does, without looking further."""
+        return choice in self._good and all(frame.radius == 0 for frame in choice.frames)
+
+    def _seen(self, coarse: CoarseMap) -> Seen:
+        """Return what a coarse map shows; where filled gaps of the source collapse, slits count as wide as an eye sees
+        them."""
+        source, target = self.source.region, self.target.region
+        shown = seen(
+            coarse.z,
+            coarse.u,
+            coarse.faces[~coarse.voids],
+            source,
+            target,
+            covering=self._covering,
+            theta=self.settings.theta,
+        )
+        if not coarse.voids.any():
+            return shown
+        corners = coarse.u[coarse.faces[coarse.voids]]
+        triangles = shapely.polygons(np.stack([corners.real, corners.imag], axis=-1))
+        slits = shapely.union_all(shapely.make_valid(triangles))
+        # both sides of a slit are its boundary
+        length = shapely.length(shapely.intersection(slits.boundary, self.target.painted)) / 2
+        width = CRACK_WIDTH * np.sqrt(shapely.convex_hull(self.target.painted).area)
+        return shown._replace(bare=min(1.0, shown.bare + length * width / target.area))
+
+
+def _frame_choices(judge: _Judge) -> Iterator[Choice]:
+    """Yield the pairs of frames that a descent from the tightest pair looks at; the first alone if that is good."""
+    sides = judge.source.frames, judge.target.frames
+    costs: dict[tuple[int, int], float] = {}
+
+    def attempt(i: int, j: int) -> Choice | None:
+        frames = sides[0][i], sides[1][j]
+        coarse = coarse_map(frames[0].outline, frames[1].outline, judge.settings)
+        found = None if coarse is None else judge.choice(frames, "whole", coarse)
+        costs[i, j] = np.inf if found is None else found.cost
+        return found
+
+    at = 0, 0
+    first = attempt(*at)
+    if first is not None:
+        yield first
+        if judge.is_good(first):
+            return
+    while True:
+        steps = [
+            (i, j)
+            for i, j in ((at[0], at[1] + 1), (at[0] + 1, at[1]))
+            if i < len(sides[0]) and j < len(sides[1])
+        ]
+        for step in steps:
+            found = attempt(*step)
+            if found is not None:
+                yield found
+        best = min(steps, key=lambda step: costs[step], default=at)
+        if costs[best] >= costs[at]:
+            return
+        at = best
+
+
+def _of_area_one(coarse: CoarseMap) -> tuple[Complex, Complex, Index]:
+    """Return a map between regions of area one, which stretches are relative to."""
+    z, u = (w / np.sqrt(np.abs(triangle_areas(w[coarse.faces])).sum()) for w in (coarse.z, coarse.u))
+    return z, u, coarse.faces
+
+
+def may_pair(source: Drawing, target: Drawing) -> bool:
+    """Whether each part of a drawing may have a partner of its own."""
+    return 2 <= len(source.parts) == len(target.parts) <= MOST_PAIRED_PARTS
+
+
+def _paired(source: Drawing, target: Drawing, settings: Settings, *, opaque: bool) -> Choice | None:
+    """Return the map of each part onto a part of its own, by place and size; None where the parts do not match."""
+    if not may_pair(source, target):
+        return None
+    parts = source.parts, target.parts
+    pairs, energies, weights, shown, covered = [], [], [], 0.0, 0.0
+    for i, j in pair_by_place(parts[0], parts[1]):
+        pair = Drawing(parts[0][i]), Drawing(parts[1][j])
+        best = choices(*pair, settings, opaque=opaque)[0]
+        if not np.isfinite(best.cost):
+            return None
+        areas = pair[0].region.area / source.region.area, pair[1].region.area / target.region.area
+        pairs.append(pair)
+        energies.append(best.seen.energy)
+        weights.append(0.5 * sum(areas))
+        shown += areas[0] * (1 - best.seen.hidden)
+        covered += areas[1] * (1 - best.seen.bare)
+    whole = Seen(float(np.average(energies, weights=weights)), 1 - shown, 1 - covered)
+    cost = price(whole.energy, (whole.hidden, whole.bare), 1.0)
+    return Choice((source.tightest, target.tightest), cost=cost, seen=whole, pairs=pairs)

@@ -1,0 +1,105 @@
+"""Maps of whole drawings: the cheapest choice of frames, solved for."""
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import replace
+
+from ..balanced.errors import NoMapError
+from ..balanced.fit import parts_lost, settings_of
+from ..drawings.drawing import Drawing
+from ..problem import Options
+from ..result import Fit
+from .choice import Choice, Way, choices, may_pair
+
+Solver = Callable[..., Fit]
+"""Solves for the map of two outlines: `solver(source, target, source_holes, target_holes, options)`."""
+
+MOST_SOLVED = 3  # of the choices, cheapest first, until one has a map without folds
+
+
+def fit_drawings(
+    source: Drawing,
+    target: Drawing,
+    options: Options,
+    solver: Solver,
+    *,
+    opaque: bool = True,
+    searched: bool = True,
+) -> Fit:
+    """Return the map of two drawings.
+
+    Parameters
+    ----------
+    source, target
+        The drawings.
+    options
+        How to solve; `fit` says what is compared.
+    solver
+        Solves for a pair of outlines with holes.
+    opaque
+        Whether the texture covers the gaps of the source.
+    searched
+        Whether frames are chosen by their cost. Otherwise, as with constraints, outlines are mapped where both drawings
+        are one part, and the tightest frames where they are not.
+
+    Raises
+    ------
+    NoMapError
+        No map without folds was found.
+    """
+    if not searched or options.fit in ("whole", "contain", "cover") or options.holes == "keep":
+        return solve_choice(
+            _unsearched(source, target, options), source, target, options, solver, opaque=opaque
+        )
+    framed = options.fit == "frame"
+    ranked = choices(source, target, settings_of(options), opaque=opaque, framed=framed)
+    ranked.sort(
+        key=lambda choice: _excess(choice, options)
+    )  # stable: among those within the bounds by their cost
+    for choice in ranked[:MOST_SOLVED]:
+        with suppress(NoMapError):
+            return solve_choice(choice, source, target, options, solver, opaque=opaque)
+    return solve_choice(ranked[-1], source, target, options, solver, opaque=opaque)
+
+
+def _excess(choice: Choice, options: Options) -> float:
+    """Return by how much a choice hides, or leaves bare, more than is allowed."""
+    hidden = max(0.0, choice.seen.hidden - options.max_left_out)
+    return hidden + max(0.0, choice.seen.bare - options.max_uncovered)
+
+
+def paired_parts(
+    source: Drawing, target: Drawing, options: Options, *, opaque: bool = True
+) -> Sequence[tuple[Drawing, Drawing]]:
+    """Return the parts of two drawings that are mapped one to one, where that costs less than mapping them joined."""
+    if not may_pair(source, target):
+        return []
+    return choices(source, target, settings_of(options), opaque=opaque, pair_parts=True)[0].pairs
+
+
+def _unsearched(source: Drawing, target: Drawing, options: Options) -> Choice:
+    """Return the choice of the tightest frames that contain all of both drawings, mapped as the options say."""
+    ways: dict[str, Way] = {"contain": "contain", "cover": "cover"}
+    way = ways.get(options.fit, "whole")
+    holed = source.is_one_part and target.is_one_part and options.fit != "frame"
+    return Choice((source.tightest, target.tightest), way, holed)
+
+
+def solve_choice(
+    choice: Choice, source: Drawing, target: Drawing, options: Options, solver: Solver, *, opaque: bool = True
+) -> Fit:
+    """Return the map that a choice of frames stands for.
+
+    Raises
+    ------
+    NoMapError
+        No map without folds was found.
+    """
+    outlines = choice.frames[0].outline, choice.frames[1].outline
+    if options.is_balanced:
+        options = replace(options, fit=choice.way)
+    holes = (source.mappable_holes, target.mappable_holes) if choice.holed else ([], [])
+    found = solver(*outlines, *holes, options)
+    lost = set(parts_lost(found))  # of outlines; what is lost of the drawings is another figure
+    notes = [note for note in found.notes if note not in lost]
+    return replace(found, drawings=(source, target), opaque=opaque, notes=notes)
