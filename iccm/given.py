@@ -102,8 +102,8 @@ def _of_geometry(axes: str) -> str:
 
 
 def drawing_of(shape: Any, name: str, axes: str = "xy") -> Drawing | None:
-    """The whole drawing that a shape is: shapely's polygons, GeoJSON, trimesh's paths, a list of rings, a shape read from
-    a file; None of a single outline and of surfaces.
+    """The whole drawing that a shape is: several polygons, a list of rings, a shape read from a file; None of a single
+    outline or polygon, and of surfaces.
 
     Raises:
         InputError: nothing that has an area.
@@ -119,7 +119,7 @@ def drawing_of(shape: Any, name: str, axes: str = "xy") -> Drawing | None:
     if isinstance(shape, list | tuple) and len(shape) and all(_is_ring(ring) for ring in shape):
         return Drawing.of_rings([np.asarray(outlines_of(ring, name, axes).outline) for ring in shape], name)
     polygons = _polygons(shape, name)
-    if polygons is None or any(each.geom_type != "Polygon" for each in polygons):
+    if polygons is None or len(polygons) < 2 or any(each.geom_type != "Polygon" for each in polygons):
         return None
     painted = shapely.make_valid(shapely.union_all(polygons))
     if _of_geometry(axes) == "screen":

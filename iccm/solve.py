@@ -90,11 +90,12 @@ def fit(
     Parameters
     ----------
     source, target
-        The two shapes: (n,) complex vertices x + iy of the outline, y up, either way round; pairs (n, 2); a contour of
-        scikit-image or OpenCV (see `axes`). Or whole drawings: a shapely Polygon or MultiPolygon, with its holes (also
-        an item of a GeoSeries, or a GeoJSON geometry); a trimesh path; a list of rings, filled by the even-odd rule;
-        what `iccm.read_shape` gave. A frame around all parts of the one goes onto a frame around the other, unless
-        their outlines cost less. On a surface of `iccm.flatten` the map is even, and figures are the surface's.
+        The two shapes: (n,) complex vertices x + iy of the outline, y up, either way round; pairs (n, 2); a shapely
+        polygon, with its holes (also an item of a GeoSeries, or a GeoJSON geometry); a trimesh path; a contour of
+        scikit-image or OpenCV (see `axes`); what `iccm.read_shape` or `iccm.flatten` gave. Or whole drawings: a
+        MultiPolygon, a GeoSeries, or a list of rings (arrays), filled by the even-odd rule: a frame around all parts of
+        the one goes onto a frame around the other. On a flattened surface the map is even, and figures are the
+        surface's.
     pins
         (k, 2) complex or (k, 2, 2) pairs: a point inside the source and where it goes; on the outlines both must be.
     strokes

@@ -76,7 +76,6 @@ def test_holes_of_a_polygon_come_along():
 @pytest.mark.parametrize(
     ("shape", "what"),
     [
-        (shapely.MultiPolygon([shapely.box(0, 0, 1, 1), shapely.box(2, 0, 3, 1)]), "2 polygons"),
         (shapely.Point(0, 0), "Point has no outline"),
         (shapely.Polygon(), "empty"),
         ({"type": "Polygon"}, "GeoJSON"),
@@ -273,3 +272,13 @@ def test_meshes_that_are_arrays_are_flattened_and_mapped():
     for wrong in ((half.vertices[:, :2], half.faces), (half.vertices, half.faces + 10_000), ("half.obj",)):
         with pytest.raises(InputError, match="flatten"):
             iccm.flatten(*wrong)
+
+
+def test_several_polygons_are_one_drawing():
+    parts = [shapely.box(0, 0, 2, 1), shapely.box(3, 0, 4, 2)]
+    several = shapely.MultiPolygon(parts)
+    fit = iccm.fit(several, GOAL)
+    assert fit.drawings is not None and len(fit.drawings[0].parts) == 2
+    assert fit.report()["injective"]["certified"] and fit.shown > 0.99
+    rings = [np.array(part.exterior.coords)[:-1] for part in parts]
+    assert iccm.fit(rings, GOAL).shown == fit.shown
