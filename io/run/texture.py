@@ -31,6 +31,9 @@ BESIDE = 1 / 16
 """Of a shape's size: how far beyond its box its drawing is rendered, for filters that read beyond the outline."""
 MOST_RENDERED = 1 << 24
 """Pixels of a drawing that is rendered for a map: as many as of a picture of 4096 by 4096, a second of work."""
+RENDERED_BYTES = (
+    16  # of memory that a pixel of it takes: its four channels as a PNG, unpacked, and while it is turned
+)
 MOST_STRETCHED = 0.98
 """Of the source: the rest may be stretched more, and is then shown with fewer texels than pixels."""
 CHEQUERED = 1024  # pixels a side of the checkerboard
@@ -86,9 +89,15 @@ def rendered(
     elif job.texture:  # which may be stretched where it lies on the source
         covered = framing.texture_box(job, source, extent.real / extent.imag)
         density *= abs(covered[1] - covered[0]) / abs(extent)
-    width, height = rendering.pixels_across(box, density, min(job.max_pixels, MOST_RENDERED))
+    width, height = rendering.pixels_across(box, density, _most_pixels(job))
     room.check(strip_bytes(height, width, 4), "the drawing as a texture")
     return rendering.render(path, box, (width, height))
+
+
+def _most_pixels(job: Job) -> int:
+    """Of a drawing that is rendered: fewer where --max-pixels or --memory say so."""
+    within_memory = [max(1, job.memory // RENDERED_BYTES)] if job.memory else []
+    return min(job.max_pixels, MOST_RENDERED, *within_memory)
 
 
 def held_drawing(job: Job, source: Shape) -> bytes | None:

@@ -25,9 +25,10 @@ SOFT, HARD = 0.25, 0.75
 UNEVEN = 0.1  # of the border's pixels: if more are neither background nor shape, it is no plain background (by hand)
 EXACT, ALIKE = 0.03, 0.06
 """Differences of colours that are nothing, as those of a flat background, and those of noise and of JPEG files."""
-FLAT_SHARE, HALF, CUTS = 0.9, 0.5, 8
-"""Of a border: the share of one colour that makes it plain, or half of it if what is cut off there begins and ends
-at most so many times (a bust: 2); at the edge of a photograph everything changes often (bricks: 50)."""
+FLAT_SHARE, HALF, CUT_SIDES, SLIVER = 0.9, 0.5, 2, 0.02
+"""Of a border: the share of one colour that makes it plain. Or half of it, if what is cut off there reaches two sides
+at most, once each, as a bust does: a horizon, a flag's cross and what else fills a photograph reach three or four. What
+takes less of a side than SLIVER does not count."""
 LINE_SHARE = 32  # of the longer side: as wide as a pencil's line around a drawing may be (by hand)
 FEW_SHARE = 0.005  # of the pixels: fewer of another colour, such as noise, do not make a second one
 CANVAS, SILHOUETTE = "canvas", "silhouette"
@@ -207,11 +208,12 @@ def _is_plain(pixels: NDArray, alpha: int, field: NDArray[np.float32], *, strict
     away = np.abs(colours - np.median(colours, axis=0)).max(axis=1)
     if np.mean(away <= EXACT) >= FLAT_SHARE:
         return True
-    free = np.mean(away <= ALIKE)
-    sides = np.split(field, [1, len(field) - 1])[0::2]
-    sides += [side.T for side in np.split(field, [1, field.shape[1] - 1], axis=1)[0::2]]
-    changes = sum(int(np.count_nonzero(np.diff(side[0] >= 0.5))) for side in sides)
-    return bool(free >= HALF and (free >= FLAT_SHARE or changes <= CUTS)) and not is_scattered(field >= 0.5)
+    free = float(np.mean(away <= ALIKE))
+    shape = field >= 0.5
+    sides = [shape[0], shape[-1], shape[:, 0], shape[:, -1]]
+    changes = sum(int(np.count_nonzero(np.diff(side))) for side in sides)
+    cut_off = sum(bool(np.mean(side) > SLIVER) for side in sides) <= CUT_SIDES and changes <= 2 * CUT_SIDES
+    return free >= HALF and (free >= FLAT_SHARE or cut_off) and not is_scattered(shape)
 
 
 def _enlarged(outline: FilledOutline, by: float) -> FilledOutline:
@@ -261,7 +263,8 @@ def coverage(pixels: NDArray, alpha: int) -> NDArray[np.float32]:
         return np.clip(opaque, 0, 1)
     if distance.max() < 0.02:
         raise InputError(
-            "the picture is of one colour; a silhouette needs alpha, or a shape on a plain background"
+            "the picture is of one colour; a silhouette needs alpha, or a shape on a plain background (#canvas is its "
+            "rectangle)"
         )
     usual = np.median(distance[distance > 0.25 * distance.max()])
     return np.clip(distance / usual, 0, 1)

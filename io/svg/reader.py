@@ -33,6 +33,9 @@ from .tree import Node
 
 PIN, STROKE, RIGID = "pin-", "stroke-", "rigid"
 CANVAS, SILHOUETTE = "canvas", "silhouette"
+FAINT = 0.25
+"""Opacity below which paint is a shadow or a glow, and no part of the painted area. The lighter tone of icons in two
+tones is 0.4, and is one."""
 # An unfilled run counts as closed when its ends are nearer than its line is wide, or than this part of its size.
 GAP = 0.01
 # A run of more points than that goes without those that it hardly needs: it moves by this part of the flatness.
@@ -272,11 +275,19 @@ def _paint(
 ) -> tuple[shapely.Geometry, shapely.Geometry]:
     """The ink and the painted area of a drawing, see `Drawing`."""
     try:
-        shapes = [(drawn, detail.runs(drawn)) for drawn in shown if drawn.visible]
+        clear = [_without_faint(drawn) for drawn in shown]
+        seen = [drawn for drawn in clear if drawn.visible] or [drawn for drawn in shown if drawn.visible]
+        shapes = [(drawn, detail.runs(drawn)) for drawn in seen]
         return painted_areas(shapes, detail.clips.cut, pictures)
     except TooMuch as error:
         drawing.notes.append(f"strokes left out of what it paints: {error}")
         return replace(drawing, paint=None)._areas
+
+
+def _without_faint(drawn: Node) -> Node:
+    """The shape without a fill or a stroke that is hardly seen, such as a shadow's."""
+    faint = [kind for kind in ("fill", "stroke") if drawn.alpha(kind) < FAINT]
+    return replace(drawn, properties={**drawn.properties, **dict.fromkeys(faint, "none")}) if faint else drawn
 
 
 def _too_much(runs: list[Subpath], drawn: Node, error: TooMuch) -> Refused:

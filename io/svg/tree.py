@@ -70,6 +70,7 @@ class Node:
         properties: these and what is inherited.
         names: its own id and Inkscape label, as far as it has them.
         hidden: whether it is not displayed, and so nothing in it.
+        opacity: of it as a whole, with that of all groups that it is inside of.
         frame: of a viewport that does not overflow: its rectangle, a node outside of it.
         clips: what cuts it off, its own and those of all that it is inside of; only `Document.shapes` says so.
     """
@@ -86,6 +87,7 @@ class Node:
     properties: Mapping[str, str] = field(default_factory=dict)
     names: tuple[str, ...] = ()
     hidden: bool = False
+    opacity: float = 1.0
     frame: "Node | None" = None
     clips: "tuple[Clip, ...]" = ()
 
@@ -108,6 +110,10 @@ class Node:
     def stroked(self) -> bool:
         """Whether its line is painted."""
         return self._painted("stroke", "none")
+
+    def alpha(self, kind: str) -> float:
+        """How opaque what it paints is, of its "fill" or "stroke", as far as numbers say so."""
+        return self.opacity * _share(self.properties.get(f"{kind}-opacity", "1"))
 
     @property
     def dashed(self) -> bool:
@@ -302,6 +308,7 @@ class Document:
         tag = local(element)
         groups = outer.groups + outer.names
         node = Node(element, tag, outer.affine, outer.size, outer.origin, groups, used, outer.depth + 1)
+        node.opacity = outer.opacity
         if tag not in _RENDERED:
             return self._lettered(node, outer) if tag == "text" else node
         if used and tag != "symbol":
@@ -329,6 +336,7 @@ class Document:
         node.hidden = own.get("display") == "none" or own.get("opacity", "").strip() in ("0", "0%", "0.0")
         if node.hidden:
             return node
+        node.opacity *= _share(own.get("opacity", "1"))
         kept = {k: inherited[k] for k in _INHERITED if k in inherited}
         node.properties = kept | {k: v for k, v in own.items() if v != "inherit"}
         names = node.element.get("id"), node.element.get(LABEL)
@@ -373,6 +381,16 @@ class Document:
             inside.clips = self._cut_by(inside)
             self._clips[place] = Clip(name, inside.own, tuple(self._shapes(inside)))
         return self._clips[place]
+
+
+def _share(text: str) -> float:
+    """A number from 0 to 1, or a percentage; 1 where it is neither."""
+    words = text.strip()
+    try:
+        value = float(words.rstrip("%")) / (100 if words.endswith("%") else 1)
+    except ValueError:
+        return 1.0
+    return min(1.0, max(0.0, value)) if value == value else 1.0
 
 
 def _is_understood(element: Element) -> bool:

@@ -220,6 +220,20 @@ def test_a_shape_cut_off_by_the_edge_is_no_photograph(tmp_path):
     assert found.curve.area == pytest.approx(bust.sum(), rel=0.01) and found.coloured
 
 
+@pytest.mark.parametrize("name", ["cross", "horizon", "bands"])
+def test_a_flag_or_a_landscape_is_a_rectangle(tmp_path, name):
+    """What reaches three or four sides is not on a background, however plain its colours are."""
+    y, x = np.mgrid[:120, :SIDE]
+    there = {
+        "cross": (abs(x - 70) < 14) | (abs(y - 60) < 14),
+        "horizon": y > 80 + 9 * np.sin(x / 30),
+        "bands": x > 110,
+    }
+    pixels = np.where(there[name][..., None], (200, 30, 40), (240, 240, 250)).astype(np.uint8)
+    found = shapes.read(written(tmp_path, pixels))
+    assert found.curve.area == 120 * SIDE and "rectangle" in found.notes[0] and found.coloured
+
+
 def test_the_canvas_of_any_picture(tmp_path):
     pixels = np.zeros((50, 80, 4), np.uint8)
     pixels[10:30, 10:40] = 255
