@@ -201,6 +201,8 @@ def _start_tracker() -> None:
     makes it deaf to Ctrl-C: it would leave with a traceback."""
     from multiprocessing import resource_tracker
 
+    # Where this process is killed it cleans up after it, and would say so: Python hands its warning filters on to it.
+    sys.warnoptions.append("ignore:resource_tracker")
     if hasattr(signal, "SIGHUP"):
         before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
         resource_tracker.ensure_running()

@@ -24,6 +24,9 @@ FIGURES = ("boundary", "dilatation", "log10_area", "injective", "uv", "distance"
 NOTES = 5  # of a job that its line in the journal keeps (by hand)
 
 
+_state = {"busy": False}  # whether a job is being run
+
+
 class Stopped(BaseException):
     """The parent asked the worker to stop: temporary files are removed on the way out."""
 
@@ -61,6 +64,7 @@ def run_job(payload: dict[str, Any]) -> dict[str, Any]:
         payload: `job` as JSON, `threads`, `folder`, which relative paths start from, and the `seconds` it may take.
     """
     start = time.perf_counter()
+    _state["busy"] = True
     try:
         if os.getcwd() != payload["folder"]:
             os.chdir(payload["folder"])
@@ -69,6 +73,8 @@ def run_job(payload: dict[str, Any]) -> dict[str, Any]:
         os._exit(128 + signal.SIGTERM)
     except Exception as error:
         result = _failure(error)
+    finally:
+        _state["busy"] = False
     return {**result, "seconds": round(time.perf_counter() - start, 4)}
 
 
@@ -117,6 +123,8 @@ def _failure(error: Exception) -> dict[str, Any]:
 
 
 def _stop(number: int, frame: object) -> NoReturn:
+    if not _state["busy"]:
+        os._exit(128 + signal.SIGTERM)  # there is nothing to tidy up, and nobody to hear of an exception
     raise Stopped
 
 

@@ -25,6 +25,7 @@ Keep = Callable[[Session, Scene], None]
 IDLE = 0.5  # seconds without a change after which a map is compared with that from scratch
 GRACE = 3.0  # seconds in which a page that is loaded again must be asked for
 LOADING = 30.0  # and in which it must be back then
+UNSUPPORTED = 1003  # close code (RFC 6455, 7.4.1): data of a kind that is not taken
 TAKEN = 4001  # close code: the page was opened elsewhere
 MISTAKE = "internal error, please report it ({}: {})"
 
@@ -73,12 +74,28 @@ class Links:
         self._leaving = None if seconds is None else loop.call_later(seconds, self._gone)
 
 
+async def _text(socket: WebSocket) -> str:
+    """The next message of a page, which sends text alone.
+
+    Raises:
+        WebSocketDisconnect: it has left, or sent bytes, which end the conversation.
+    """
+    message = await socket.receive()
+    if message["type"] == "websocket.disconnect":
+        raise WebSocketDisconnect(message.get("code", 1000))
+    text = message.get("text")
+    if text is None:
+        await socket.close(UNSUPPORTED)
+        raise WebSocketDisconnect(UNSUPPORTED)
+    return text
+
+
 async def _choosing(socket: WebSocket, desk: Desk) -> None:
     """A page on which nothing is edited yet, until it leaves."""
     with suppress(WebSocketDisconnect, RuntimeError):
         await socket.send_json({"type": "hello", "empty": True, **desk.describe()})
         while True:
-            await socket.receive_text()
+            await _text(socket)
 
 
 class _Link:
@@ -104,7 +121,7 @@ class _Link:
             workers = [tasks.create_task(work) for work in works]
             with suppress(WebSocketDisconnect):
                 while True:
-                    await self._hear(await self._socket.receive_text())
+                    await self._hear(await _text(self._socket))
             for worker in workers:
                 worker.cancel()
 

@@ -15,6 +15,7 @@ from typing import Any
 from ...errors import InputError
 from .. import files, formats
 from ..options import options_of
+from ..point_syntax import vertex_of
 from ..run.execute import Outcome, run
 from ..run.job import Job, make
 from ..run.report import as_json
@@ -171,6 +172,8 @@ def with_names(scene: Scene) -> Scene:
 
 
 def _point(place: Any) -> tuple[float, float]:
+    if vertex_of(place) is not None or len(place) != 2:
+        raise InputError("a pin at a vertex, or in space, is not drawn; save pins as a list")
     return float(place[0]), float(place[1])
 
 

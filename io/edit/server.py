@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import secrets
 import socket
@@ -90,6 +91,8 @@ def app(
             if len(content) > limits.PAGE_FILE_BYTES:
                 return JSONResponse({"error": f"the file has more than {limits.PAGE_FILE_BYTES >> 20} MB"})
         name, shaped = request.path_params["name"], request.query_params.get("role") != "texture"
+        if len(os.fsencode(name)) > limits.NAME_BYTES:
+            return JSONResponse({"error": f"a name of more than {limits.NAME_BYTES} bytes"}, 400)
 
         def kept() -> dict[str, Any]:
             path = desk.put(name, bytes(content))
@@ -103,9 +106,14 @@ def app(
         return await _told(lambda: {"parts": parts[side]()} if side in parts else desk.describe())
 
     async def choose(request: Request) -> Response:
+        body = bytearray()
+        async for part in request.stream():
+            body += part
+            if len(body) > limits.PAGE_MESSAGE_BYTES:
+                return JSONResponse({"error": "more than the names of files"}, 413)
         try:
-            chosen = await request.json()
-        except ValueError:
+            chosen = json.loads(body)
+        except (ValueError, RecursionError):
             chosen = None
         if not isinstance(chosen, dict) or not all(isinstance(each, str) for each in chosen.values()):
             return JSONResponse({"error": "not understood"}, 400)

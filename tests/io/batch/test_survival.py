@@ -279,3 +279,34 @@ def test_resume_sweeps_the_temporary_files_of_a_batch_that_was_killed(shapes, ic
     typed = iccm("batch", "j.jsonl", "-j", "1", "--resume")
     assert typed.code == 0 and not left.exists() and kept.exists()
     assert "removed 1 temporary files" in typed.err
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+def test_nothing_is_printed_by_what_a_killed_batch_leaves(folder, start):
+    """Neither by its workers, idle or not, nor by the process that keeps an account of their semaphores."""
+    process = start("-j", "2")
+    first = process.stdout.readline()
+    process.kill()
+    _, err = process.communicate(timeout=60)  # until the last of them has closed stderr
+    assert json.loads(first)["status"] == "done"
+    assert "Traceback" not in err and "semaphore" not in err and "Warning" not in err, err
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+def test_an_idle_worker_that_is_stopped_says_nothing(tmp_path):
+    code = (
+        "import sys, time\n"
+        "from iccm.io.batch import pools\n"
+        "if __name__ == '__main__':\n"
+        "    pool = pools.Processes(2, 1)\n"
+        "    for lane in pool._lanes:\n"
+        "        lane._pid.result(); lane.future = lane.executor.submit(time.sleep, 0); lane.future.result()\n"
+        "    time.sleep(1)\n"
+        "    pool.abandon([lane.future for lane in pool._lanes])\n"
+        "    pool.close()\n"
+    )
+    (tmp_path / "run.py").write_text(code)
+    done = subprocess.run(
+        [sys.executable, str(tmp_path / "run.py")], capture_output=True, text=True, timeout=100
+    )
+    assert done.returncode == 0 and done.stderr == ""

@@ -325,3 +325,47 @@ def test_copies_of_files_are_removed_when_they_are_old_and_never_what_is_the_use
     assert not old.exists() and all(path.exists() for path in (opened, changed, beside, own))
     remove_old_copies(time.time() + (KEPT + 1) * 86400)
     assert not opened.parent.exists() and changed.exists()
+
+
+@pytest.mark.parametrize("empty", [False, True])
+def test_bytes_end_the_conversation_with_a_code(shapes, gone, empty):
+    desk = Desk() if empty else Desk(source="square.svg", target="blob.svg")
+    with TestClient(server.app(desk, TOKEN, PORT, gone.set), base_url=f"http://127.0.0.1:{PORT}") as client:
+        with linked(client) as socket:
+            assert socket.receive_json()["type"] == "hello"
+            socket.send_bytes(b"\0\1\2")
+            with pytest.raises(WebSocketDisconnect) as closed:
+                while True:
+                    socket.receive_bytes()
+        assert closed.value.code == 1003
+        with linked(client) as socket:  # the next page is served as ever
+            assert socket.receive_json()["type"] == "hello"
+
+
+def test_what_nobody_can_mean_is_refused_as_the_clients_mistake(client):
+    assert client.put(f"/{TOKEN}/files/{'a' * 300}.svg", content=b"x").status_code == 400
+    assert client.put(f"/{TOKEN}/files/a%00b.svg", content=b"x").status_code < 500
+    for content in (b"[" * 100_000, b'{"a":' * 5000, b"\xff", b"3", b'{"source": 3}'):
+        assert client.post(f"/{TOKEN}/desk", content=content).status_code == 400, content[:9]
+    assert client.post(f"/{TOKEN}/desk", content=b" " * (1 << 23)).status_code == 413
+    with linked(client) as socket:
+        socket.receive_json()
+        socket.send_text("[" * 100_000)
+        assert socket.receive_json()["type"] == "error"
+
+
+@pytest.mark.parametrize("place", ["v3", [1, 2, 3]])
+def test_pins_of_meshes_are_refused_on_drawings(client, place, shapes):
+    scene = {"pins": [{"source": [40, 45], "target": place}]}
+    with linked(client) as socket:
+        socket.receive_json()
+        socket.send_json({"type": "solve", "seq": 1, "scene": SCENE})
+        assert map_of(socket)[0]["type"] != "error"
+        for message in (
+            {"type": "draw", "scene": scene, "name": "-pinned"},
+            {"type": "export", "scene": scene, "name": "o.png", "size": 16},
+            {"type": "place", "side": "target", "points": [place]},
+        ):
+            error = asked(socket, **message).get("error", "")
+            assert error and "internal" not in error, (message["type"], error)
+    assert not list(shapes.glob("*-pinned*"))
