@@ -7,6 +7,8 @@
 // done by the factorisation.
 #include "linalg/cholesky.h"
 
+#include "iccm/lanes.h"
+
 namespace iccm {
 
 namespace {
@@ -80,6 +82,16 @@ inline void subtract_columns(double *__restrict x, const double *block, Index ta
         double a0 = a[0], b0 = b[0];
         for (Index i = 0; i < count; i++) x[i] -= a0 * a[i] + b0 * b[i];
     }
+}
+
+// Σ x[i] y[i] as four sums side by side: one after the other each addition would wait for the one before.
+double product(const double *x, const double *y, Index count) {
+    Double4 four = {0, 0, 0, 0};
+    Index i = 0;
+    for (; i + 4 <= count; i += 4) four += load(x + i) * load(y + i);
+    double rest = 0;
+    for (; i < count; i++) rest += x[i] * y[i];
+    return sum(four) + rest;
 }
 
 // Subtracts from the lower triangle of all columns from `begin` on the columns of a block times themselves.
@@ -192,9 +204,7 @@ void back_substitute(const BlockPattern &pattern, Factor &factor, Complex *step)
         tall++;
         const double *column = factor.values + fronts.panels[number] + (own - 1) * tall;
         for (Index j = own - 1; j >= 0; j--, column -= tall) {
-            double s = 0.0;
-            for (Index i = j + 1; i < tall; i++) s -= part[i] * column[i];
-            part[j] = s / column[j];
+            part[j] = -product(part + j + 1, column + j + 1, tall - j - 1) / column[j];
         }
         for (Index c = first; c < end; c++) step[pattern.order[c]] = {part[2 * (c - first)], part[2 * (c - first) + 1]};
     }

@@ -30,6 +30,12 @@ inline Float4 load(const float *numbers) {
     return four;
 }
 
+inline Double4 load(const double *numbers) {
+    Double4 four;
+    memcpy(&four, numbers, sizeof four);
+    return four;
+}
+
 inline void store(Float4 four, float *numbers) { memcpy(numbers, &four, sizeof four); }
 
 // Single as double precision, and back. (GCC 12 takes the general form apart even where one instruction does it.)
@@ -48,6 +54,8 @@ inline Float4 narrow(Double4 four) {
     return __builtin_convertvector(four, Float4);
 #endif
 }
+
+inline double sum(Double4 four) { return (four[0] + four[2]) + (four[1] + four[3]); }
 
 // The lower and the higher one of each pair; `b` where they cannot be compared. (Where one number is zero, GCC 12 would
 // take two instructions for one.)

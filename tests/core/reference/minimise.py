@@ -196,10 +196,12 @@ def back_substitute(system, factor, step):
         tall += 1
         for j in range(own - 1, -1, -1):
             later, column = part[j + 1 : tall], values[at + j + 1 - tall : at]
-            s = 0.0
-            for i in range(later.size):
-                s -= later[i] * column[i]
-            part[j] = s / values[at + j - tall]
+            sums, rest, whole = [0.0] * 4, 0.0, later.size // 4 * 4
+            for i in range(whole):
+                sums[i % 4] += later[i] * column[i]
+            for i in range(whole, later.size):
+                rest += later[i] * column[i]
+            part[j] = -((sums[0] + sums[2]) + (sums[1] + sums[3]) + rest) / values[at + j - tall]
             at -= tall
         for c in range(first, end):
             step[system.order[c]] = complex(part[2 * (c - first)], part[2 * (c - first) + 1])
