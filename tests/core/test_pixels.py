@@ -3,14 +3,9 @@
 Kernels of filters are compared with their definition in tests/iccm/pixels/test_filters.py.
 """
 
-import os
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 
-from iccm.native.library import ENDING, FOLDER, VARIANT, library
 from iccm.pixels import colour, coverage, filters, pyramid, texture, triangulated_preimages
 from iccm.pixels.canvas import Band, Diagnostics
 from tests.core.reference import pixels as reference
@@ -230,45 +225,3 @@ def test_painted_pixels_are_placed_filtered_and_encoded(channels, alpha, clamped
         values = np.column_stack([values, share])
     wanted = colour.encode(values[None], np.dtype(np.uint8), alpha, srgb=True)[0]
     np.testing.assert_array_equal(found[shown], wanted)
-
-
-PAINT = """
-import hashlib
-import numpy as np
-from iccm.pixels import filters, pyramid
-from iccm.pixels.canvas import Band, Diagnostics
-
-rng = np.random.default_rng(10)
-digest = hashlib.sha256()
-for channels in (1, 2, 3, 4, 6):
-    tex = pyramid.pyramid(rng.random((70, 47, channels), dtype=np.float32), pyramid.MIRROR)
-    xy = rng.uniform(-20, 80, (500, 2))
-    turn = rng.normal(size=(500, 4)) * np.exp(rng.uniform(-3, 4, (500, 1)))
-    for kind in (filters.LINEAR, filters.CUBIC, filters.LANCZOS):
-        for clamped in (False, True):
-            digest.update(filters.read(tex, xy, turn, kind, clamped).tobytes())
-    z, right, down = rng.normal(size=(3, 20, 30)) + 1j * rng.normal(size=(3, 20, 30))
-    slopes = [part.astype(np.complex64) for part in (right, down)]
-    band = Band(0, rng.random(z.shape, dtype=np.float32), z, *slopes, Diagnostics())
-    out = np.zeros((20, 30, channels + 1), np.uint8)
-    filters.paint(tex, band, (0, 30), (-1.0, 1.0, 23.0, 30.0), filters.CUBIC, True, channels, out)
-    digest.update(out.tobytes())
-print(digest.hexdigest())
-"""
-
-
-def test_registers_of_any_width_give_the_same_numbers():
-    variants = [path.stem.removeprefix("core-") for path in FOLDER.glob("core-*")]
-    if library()._name.endswith("core-x86-64" + ENDING) or len(variants) < 2:
-        pytest.skip("this processor runs one variant of the core")
-    found = {
-        subprocess.run(
-            [sys.executable, "-c", PAINT],
-            env={**os.environ, VARIANT: variant},
-            check=True,
-            stdout=subprocess.PIPE,
-            text=True,
-        ).stdout
-        for variant in variants
-    }
-    assert len(found) == 1
