@@ -68,11 +68,12 @@ def _buckets(first: Index, across: Index, columns: int, rows: int) -> tuple[Inde
 def nearest_segments(w: Complex, start: Complex, end: Complex) -> tuple[Index, Real]:
     """For points (p,), the nearest of segments (s,), the first of equals, and how far along it the nearest point lies,
     in [0, 1]. Points that are not finite have the first one."""
+    w, start, end = (np.ascontiguousarray(given, np.complex128) for given in (w, start, end))
     x, y = np.sort([start.real, end.real], axis=0), np.sort([start.imag, end.imag], axis=0)
     grid = BucketGrid.of(np.stack([x[0], y[0], x[1], y[1]], axis=1))
     segment, part = np.empty(w.size, np.int64), np.empty(w.size)
     _nearest_segments(
-        np.ascontiguousarray(w, np.complex128), w.size, np.ascontiguousarray(start), end - start,
+        w, w.size, start, end - start,
         grid.low.real, grid.low.imag, grid.size, grid.columns, grid.rows, grid.begin, grid.patches,
         segment, part,
     )  # fmt: skip

@@ -147,8 +147,8 @@ def _much_coarser(
 def coarser(points: Real, faces: Index, z: Complex, goal: int, stay: Index = NONE) -> tuple[Index, Removed]:
     """(k, 3) triangles with about `goal` vertices or as few as there can be, some of which stay, without folds in a
     layout z (n,) that has none; and what was taken out."""
-    faces, parts = faces.copy(), list[Removed]()
-    points, z = np.ascontiguousarray(points), np.ascontiguousarray(z)
+    faces, parts = np.array(faces, np.int64), list[Removed]()
+    points, z = np.ascontiguousarray(points, np.float64), np.ascontiguousarray(z, np.complex128)
     count = left = z.size
     while left > goal:
         corners = faces.ravel()
@@ -208,4 +208,5 @@ def put_back(removed: Removed, points: Real, theta: float, u: Complex) -> bool:
         theta: weight of the area part of the energy.
         u: (n,) positions, written for those that were taken out.
     """
+    points = np.ascontiguousarray(points, np.float64)
     return bool(_put_back(*removed, removed.vertex.size, points, theta, SMALL, u))

@@ -78,6 +78,7 @@ def bends(faces: NDArray, w: Complex, z_w: Complex, z_wbar: Complex, threads: in
     """
     out = np.empty(len(faces))
     faces = np.ascontiguousarray(faces, np.int64)
+    w, z_w, z_wbar = (np.ascontiguousarray(given, np.complex128) for given in (w, z_w, z_wbar))
 
     def estimate(part: slice) -> None:
         _bends(faces[part], len(faces[part]), w, z_w, z_wbar, out[part])

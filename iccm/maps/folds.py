@@ -29,6 +29,7 @@ def by_sheets(image: Complex, faces: Index, across: Index, clearance: Real) -> t
     upright = np.flatnonzero(up)
     widest = upright[np.argsort(-clearance[upright], kind="stable")]
     reached = np.full(len(faces), -1.0)
+    across, clearance = np.ascontiguousarray(across, np.int64), np.ascontiguousarray(clearance, np.float64)
     _flood(widest, widest.size, across, clearance, len(faces), reached)
     order = widest[np.argsort(-reached[widest], kind="stable")]
     return faces[np.concatenate([order, np.flatnonzero(~up)])], upright.size

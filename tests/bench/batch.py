@@ -223,7 +223,7 @@ def alone(manifest: Path) -> float:
     """Seconds for the same work in one process without a batch, its imports done before."""
     code = (
         "import sys, time, pathlib, os\n"
-        "os.environ.update(OPENBLAS_NUM_THREADS='1', NUMBA_NUM_THREADS='1', OMP_NUM_THREADS='1')\n"
+        "os.environ.update(OPENBLAS_NUM_THREADS='1', OMP_NUM_THREADS='1')\n"
         "from iccm.io import run\nfrom iccm.io.batch import manifest\n"
         "name, root = sys.argv[1], pathlib.Path(sys.argv[2])\n"
         "root.mkdir()\n"

@@ -264,3 +264,25 @@ def test_bounds_of_pieces(densities):
     plain._bounds(polygon, edge, rise, middle, half, slope, other)
     assert np.array_equal(one[3], other[3]) and 0 < one[3].sum() < middle.size
     assert np.allclose(one, other, rtol=1e-13, atol=0)
+
+
+def test_numbers_of_single_precision_are_taken():
+    """Meshes have them in their files."""
+    rng = np.random.default_rng(20)
+    z, faces, _ = irregular(BENT, 0.4, seed=20)
+    z = z.astype(np.complex64)
+    slopes = random_complex(rng, 2, z.size).astype(np.complex64)
+    narrow, wide = (z, *slopes, faces.astype(np.int32)), (*map(np.complex128, (z, *slopes)), faces)
+
+    def work(z, z_w, z_wbar, faces):
+        edges = adjacency.edges_of(faces)
+        bulge = patches.shrunk(faces, z, z, edges, 0.1 * z_w[edges.ends[:, 0]])
+        locator = location.PatchLocator(z[faces], bulge[edges.sides])
+        triangle, place = locator(z[faces].mean(axis=1))
+        found = [extended_inverse.bends(faces, z, z_w, z_wbar), bulge, triangle, place]
+        found += [*evaluation.evaluate(locator.control, z[faces], triangle, place)]
+        found += [*buckets.nearest_segments(z + 1, z, z_w), neighbours(faces, z.size)]
+        return [*found, cauchy_green.jets(BENT.astype(z.dtype), z_w[None, :6], z[faces].mean(axis=1))]
+
+    for one, other in zip(work(*narrow), work(*wide), strict=True):
+        assert np.allclose(one, other, rtol=1e-3, atol=1e-3, equal_nan=True)

@@ -4,6 +4,8 @@ A triangulation is two arrays: `faces` (t, 3), counter-clockwise vertices, and `
 edge opposite each of them, -1 on the outline. Both have room for more triangles than there are.
 """
 
+import numpy as np
+
 from ...arrays import Complex, Index
 from ...native import function
 
@@ -40,4 +42,5 @@ def legalise(z: Complex, faces: Index, across: Index, stack: Index, links: Index
         stack: triangles to look at, after their number; emptied.
         links: (c,) the vertex to which each of the first c is joined by an edge that stays, -1 for none.
     """
+    z = np.ascontiguousarray(z, np.complex128)
     _legalise(z, faces, across, links, links.size, stack, stack.size)

@@ -118,7 +118,7 @@ def triangulate(
     count, areas = np.array([triangles]), np.ascontiguousarray(sizes.areas, np.float64)
     vertices = _refine(
         z, given, room, faces, across, count, all_links, stack, stack.size,
-        sizes.corner.real, sizes.corner.imag, sizes.side, areas, *areas.shape,
+        float(sizes.corner.real), float(sizes.corner.imag), float(sizes.side), areas, *areas.shape,
     )  # fmt: skip
     return z[:vertices].copy(), faces[: count[0]].copy()
 
@@ -143,4 +143,5 @@ def recover(z: Complex, faces: Index, across: Index, triangles: int, v: int, w: 
         links: (c,) the vertex to which each of the first c must be joined, -1 for none. Edges are recovered in the
             order of these vertices: no earlier one is given up for a later one.
     """
+    z = np.ascontiguousarray(z, np.complex128)
     return bool(_recover(z, faces, across, triangles, v, w, links, links.size))

@@ -39,6 +39,7 @@ class Edges:
 
 def edges_of(faces: Index) -> Edges:
     """The edges of (m, 3) faces, ordered by their lower vertex, then by the other."""
+    faces = np.ascontiguousarray(faces, np.int64)
     tail, head = (np.roll(faces, -k, axis=1).ravel() for k in (1, 2))
     low, high = np.minimum(tail, head), np.maximum(tail, head)
     count = int(faces.max(initial=-1)) + 1

@@ -26,6 +26,8 @@ def evaluate(
         threads: as many as there are processors by default; the result does not depend on it.
     """
     count = triangle.size
+    patches, corners = (np.ascontiguousarray(given, np.complex128) for given in (patches, corners))
+    triangle, place = np.ascontiguousarray(triangle, np.int64), np.ascontiguousarray(place, np.float64)
     out = np.full((4, count), complex(np.nan, np.nan))
     over_slices(
         lambda part: _evaluate(patches, corners, triangle, place, part.start, part.stop, count, out),

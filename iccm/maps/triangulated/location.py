@@ -35,7 +35,7 @@ class PatchLocator:
     """
 
     def __init__(self, corners: Complex, bulge: Complex):
-        self.control = np.ascontiguousarray(np.concatenate([corners, bulge], axis=1))
+        self.control = np.ascontiguousarray(np.concatenate([corners, bulge], axis=1), np.complex128)
 
     @cached_property
     def boxes(self) -> Real:
@@ -59,7 +59,7 @@ class PatchLocator:
     def __call__(self, z: Complex, threads: int | None = None) -> tuple[Index, Real]:
         """(p,) patch of each point (p,), -1 outside, and (p, 3) barycentric coordinates of its parameter."""
         patch, place = np.full(z.size, -1), np.full((z.size, 3), np.nan)
-        z, grid = np.ascontiguousarray(z), self.grid
+        z, grid = np.ascontiguousarray(z, np.complex128), self.grid
         buckets = grid.low.real, grid.low.imag, grid.size, grid.columns, grid.rows, grid.begin, grid.patches
 
         def locate(part: slice) -> None:
@@ -85,6 +85,6 @@ def solve(patch: Complex, z: complex) -> tuple[float, float, float]:
     Newton's method from the straight triangle's solution; the distance is infinite where that does not converge.
     """
     place = np.empty(3)
-    _solve(patch, z.real, z.imag, place)
+    _solve(np.ascontiguousarray(patch, np.complex128), z.real, z.imag, place)
     l1, l2, away = place.tolist()
     return l1, l2, away

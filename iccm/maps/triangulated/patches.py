@@ -122,9 +122,9 @@ def shrunk(
 ) -> Complex:
     """The bulges shrunk until every patch's derivative is within its limit (m,), and DEVIATION, of the linear one's.
     Triangles that are not clearly positive stay linear."""
-    bulge = bulge.copy()
+    bulge = np.array(bulge, np.complex128)
     most = np.full(len(faces), DEVIATION) if limits is None else np.minimum(limits, DEVIATION)
-    corners = source[faces]
+    corners = np.ascontiguousarray(source[faces], np.complex128)
     flat = _sliver(corners) | _sliver(image[faces])
     bulge[edges.sides[flat]] = 0
     _shrink(corners, most, flat, edges.sides, len(faces), bulge, bulge.size)
