@@ -591,3 +591,29 @@ def test_malformed_artwork_is_told_in_one_line(tmp_path, drawing, parts):
         said.startswith(f"{tmp_path}/a.svg: ") and len(said) < 200 + len(str(tmp_path)) and "\n" not in said
     )
     assert all(part in said for part in parts)
+
+
+LINES = (
+    '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 24 24" fill="none" stroke="black" stroke-width="2" '
+    'stroke-linecap="round" stroke-linejoin="round">{}</svg>'
+)
+FACE = (
+    '<path id="head" d="M4 7L7 4L10 6H15L19 3L20 8V16L16 21H8L4 16Z"/>'
+    '<path id="left" d="M8 12v1"/><path id="right" d="M16 11v.5"/><path id="mouth" d="M9 17L12 18L16 17"/>'
+)
+
+
+def test_lines_of_an_icon_move_by_the_map_of_what_they_enclose(tmp_path, iccm, monkeypatch):
+    """Eyes and mouth lie in what would be a hole of the ring that the head's line paints."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "face.svg").write_text(LINES.format(FACE))
+    (tmp_path / "box.svg").write_text(LINES.format('<path d="M3 5H20V19L15 21H3Z"/>'))
+    assert iccm("map", "face.svg", "box.svg", "-o", "o.svg").code == 0
+    found = {node.names[0]: node for node in drawn(tmp_path / "o.svg") if node.names}
+    assert set(found) == {"head", "left", "right", "mouth"}
+    assert not any(node.filled for node in found.values())
+    middles = {name: complex(np.mean(reader.runs_of(node, 1e-3)[0].z)) for name, node in found.items()}
+    assert 4 < middles["left"].real < middles["mouth"].real < middles["right"].real < 19
+    assert max(middles["left"].imag, middles["right"].imag) < middles["mouth"].imag - 3
+    head = reader.runs_of(found["head"], 1e-3)[0].z
+    assert np.ptp(head.real) == pytest.approx(17, abs=0.6) and np.ptp(head.imag) == pytest.approx(16, abs=0.6)

@@ -288,3 +288,19 @@ def test_a_mesh_holds_the_rendered_drawing(files, iccm):
     (files / "held.png").write_bytes(data[start : start + view["byteLength"]])
     at = shown("held.png")
     assert at(0.5, 0.6) == pytest.approx((200, 100, 50, 128), abs=1) and at(0.2, 0.2) == (0, 0, 200, 255)
+
+
+def test_a_stroke_at_the_outline_is_shown_in_its_whole_width(files, iccm):
+    """The frame is around what strokes paint, too: 18 units with a border of 2, half of it outside of the fill."""
+    (files / "a.svg").write_text(
+        SVG.format(
+            'viewBox="0 0 20 20"',
+            '<rect x="2" y="2" width="16" height="16" fill="lime" stroke="red" stroke-width="2"/>',
+        )
+    )
+    assert iccm("map", "a.svg", "b.svg", "--size", "200", "-o", "o.png").code == 0
+    pixels = image_files.read("o.png").pixels
+    row = pixels[90]
+    red = (row[:, 0] > 200) & (row[:, 1] < 50) & (row[:, 3] == 255)
+    assert red[20:100].sum() == pytest.approx(160 * 2 / 18, abs=2) and red[20:35].all()
+    assert tuple(row[60].tolist()) == (0, 255, 0, 255)
