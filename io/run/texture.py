@@ -58,8 +58,9 @@ def own_pictures(job: Job, source: Shape) -> tuple[Path | bytes, ...]:
 def drawing_of(job: Job, source: Shape) -> Path | None:
     """The SVG that is rendered as the texture: --texture, or the source, where it has colours of its own."""
     name = job.texture or next((path for path in own_pictures(job, source) if not source.is_mesh), None)
-    is_drawing = isinstance(name, (str, Path)) and formats.suffix_of(name) in (".svg", ".svgz")
-    return Path(name) if is_drawing else None
+    if name is None or isinstance(name, bytes):
+        return None
+    return Path(name) if formats.suffix_of(name) in (".svg", ".svgz") else None
 
 
 def rendered(

@@ -5,6 +5,7 @@ Coordinates are pixels, x right and y down, the centre of the upper left pixel a
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import shapely
@@ -155,7 +156,7 @@ def opaque_part(reading: Reading, shape: tuple[int, int]) -> NDArray[np.float32]
     height, width = shape
     if reading.field is None:
         return np.ones(shape, np.float32)
-    field = np.clip(reading.field, 0, 1)
+    field: NDArray[Any] = np.clip(reading.field, 0, 1)  # OpenCV's stubs forget the type
     if field.shape != shape:
         field = cv2.resize(field, (width, height), interpolation=cv2.INTER_LINEAR)
     inside = (field >= 0.5).astype(np.uint8)
