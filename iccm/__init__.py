@@ -37,6 +37,7 @@ blas              linear algebra on one thread
 memory            where large arrays are kept
 progress          what a long computation is at, for listeners
 deadline          limits on time
+signatures        signatures as people read them
 errors            exceptions
 io/               files: shapes, pictures, meshes, jobs, reports
 cli/              the command line

@@ -494,6 +494,11 @@ class Fit:
         assert self.target is not None
         return self._share_without_partner(1, self.target, self.target_holes)
 
+    @property
+    def covered(self) -> float:
+        """The share of the target's area that the map covers."""
+        return 1.0 - self.uncovered
+
     def _share_without_partner(self, side: int, outer: Curve, holes: Sequence[Curve]) -> float:
         return self.without_partner[side].area / abs(outer.area + sum(hole.area for hole in holes))
 

@@ -24,6 +24,7 @@ from .meshes.flatten import Flattening
 from .problem import NEAR, ON_OUTLINE, Options, OptionValues, Problem, as_domain
 from .progress import Progress, listening
 from .result import Fit, Status
+from .signatures import plain_signature
 
 FORMER_NAMES = {"starts": "effort"}
 """Options by the names that they used to have."""
@@ -63,6 +64,7 @@ def _within_time(solve: Solve) -> Solve:
     return timed  # type: ignore[return-value]
 
 
+@plain_signature
 @on_one_thread
 @_within_time
 def fit(
@@ -480,6 +482,7 @@ def _restored(curve: Curve, given: Curve) -> Curve:
     return given if same else curve
 
 
+@plain_signature
 @on_one_thread
 @_within_time
 def deform(

@@ -27,6 +27,7 @@ from .pixels.texture import Texture
 from .problem import OptionValues, as_domain
 from .progress import Progress
 from .result import Fit
+from .signatures import plain_signature
 from .solve import Outline, Points
 from .transform import Transform
 
@@ -78,11 +79,12 @@ class Transfer:
         return f"<Transfer: {'×'.join(map(str, self.pixels.shape))} {self.pixels.dtype}, {self.fit!r}>"
 
 
+@plain_signature
 @on_one_thread
 def transfer(
     texture: ArrayLike,
     source: Outline,
-    target: Outline,
+    target: Outline = None,
     *,
     size: int | tuple[int, int] = LONGER_SIDE,
     texture_box: Box | None = None,
@@ -127,7 +129,7 @@ def transfer(
     >>> carried.pixels.shape, carried.fit.status.ok
     ((16, 32, 4), True)
     """
-    if isinstance(texture, Fit):
+    if isinstance(texture, Fit) or target is None:
         raise InputError(
             "transfer: takes a texture and two shapes; for a map that is there: iccm.warp(fit, texture)"
         )
@@ -142,6 +144,7 @@ def transfer(
     return _carried(solve.fit(source, target, **options), sampler, canvas, padding, threads)
 
 
+@plain_signature
 @on_one_thread
 def warp(
     fit: Fit,

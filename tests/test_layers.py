@@ -49,7 +49,7 @@ ORDER = (
     "curve linalg",
     "buckets flips plane transform axes",
     "arrays native",
-    "parallel memory blas progress",
+    "parallel memory blas progress signatures",
     "deadline",
     "errors",
 )

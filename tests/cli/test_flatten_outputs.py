@@ -27,5 +27,7 @@ def test_what_only_a_mesh_can_be_has_coordinates(half, iccm, mesh, suffix):
 
 def test_a_flat_mesh_is_still_one(half, iccm):
     assert iccm("flatten", "half.obj", *GIVEN, "-o", "flat.obj").code == 0
-    heights = {line.split()[3] for line in (half / "flat.obj").read_text().splitlines() if line.startswith("v ")}
+    heights = {
+        line.split()[3] for line in (half / "flat.obj").read_text().splitlines() if line.startswith("v ")
+    }
     assert len(heights) == 1

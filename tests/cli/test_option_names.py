@@ -1,6 +1,7 @@
 """Names of options: one for each thing, former ones with a notice, those that people try, and hints for the others."""
 
 import json
+from pathlib import Path
 
 import pytest
 
@@ -140,3 +141,11 @@ def test_limits_come_from_options_then_the_environment_then_the_file(shapes, icc
     wrong = iccm(*given)
     assert wrong.code == 2 and len(wrong.lines) == 1 and "config.toml: size" in wrong.err
     assert set(settings.LIMITS) <= set(options_of()) | {"threads", "workers", "timeout", "retries"}
+
+
+def test_other_names_are_documented():
+    page = (Path(__file__).parents[2] / "docs" / "reference" / "commands.md").read_text(encoding="utf-8")
+    for command in COMMANDS:
+        for name, (_, option) in of_command(command).items():
+            for other in (*dict(option.aliases), *option.old):
+                assert f"`--{other}" in page, (command, name, other)

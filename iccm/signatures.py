@@ -1,0 +1,15 @@
+"""Signatures as people read them."""
+
+import inspect
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def plain_signature(function: Function) -> Function:
+    """A function whose `help` shows names and defaults alone: types are in its text, and in its source for checkers."""
+    signature = inspect.signature(function)
+    bare = [each.replace(annotation=inspect.Parameter.empty) for each in signature.parameters.values()]
+    function.__signature__ = inspect.Signature(bare)  # type: ignore[attr-defined]
+    return function
