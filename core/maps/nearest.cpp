@@ -20,7 +20,8 @@ struct Nearest {
     void compare(const Segments &segments, Index s, Complex point) {
         Complex along = segments.along[s], off = point - segments.start[s];
         double projection = dot(along, off);
-        double t = projection > 0 ? min(projection / dot(along, along), 1.0) : 0.0;
+        double length = dot(along, along), t = 0.0;
+        if (projection > 0) t = projection < length ? projection / length : 1.0;
         double away =
             dot({off.re - t * along.re, off.im - t * along.im}, {off.re - t * along.re, off.im - t * along.im});
         if (away < distance || (away == distance && s < segment)) distance = away, segment = s, part = t;
