@@ -150,7 +150,8 @@ class _Source:
     def __init__(self, part: BakedPart, grid: Layout, first: int, max_error: float):
         target, self.inverse, threads = part.target, part.inverse, part.inverse.threads
         self.faces, self.w, self.first = target.patch.faces, target.flat, first
-        self.owner, self.corners = grid.owners.owner, grid.corners[first : first + len(self.faces)]
+        self.owner = grid.owners.owner
+        self.corners = np.ascontiguousarray(grid.corners[first : first + len(self.faces)], np.float64)
         scale = float(np.hypot(*part.placing.scale)) / np.sqrt(2)
         z = self.inverse(self.w)
         self.exact = bends(self.faces, self.w, *self.inverse.slopes(z), threads) * scale > max_error

@@ -46,9 +46,9 @@ class Locator:
     """
 
     def __init__(self, flattening: Flattening):
-        self.faces = flattening.patch.faces
-        self.flat = flattening.flat
-        self.twin = flattening.patch.triangles.twin
+        self.faces = np.ascontiguousarray(flattening.patch.faces, np.int64)
+        self.flat = np.ascontiguousarray(flattening.flat, np.complex128)
+        self.twin = np.ascontiguousarray(flattening.patch.triangles.twin, np.int64)
         low, high = bounding_box(self.flat)
         size = longer_side(low, high)
         self.low, self.scale = low - size * (1 + 1j) / GRID, (GRID - 2) / size

@@ -56,7 +56,7 @@ def render(
     screen = (seen[:, :2] - low) * scale + SAMPLES
     screen[:, 1] = height - screen[:, 1]
     width, height = width + width % SAMPLES, height + height % SAMPLES
-    corners = screen[faces]
+    corners = np.ascontiguousarray(screen[faces], np.float64)
     owner, depth = np.full((height, width), -1, np.int32), np.full((height, width), -np.inf, np.float32)
     slopes = affine(corners, seen[:, 2][faces])
     _nearest(corners, slopes, len(corners), owner, depth, height, width)

@@ -36,7 +36,7 @@ def _coverage(
     loop: Complex, row: int, rows: int, width: int, inside: NDArray[np.bool_]
 ) -> NDArray[np.float32]:
     """The covered area; fills in `inside`, unless it has no rows."""
-    start = loop - 1j * row
+    start = loop.astype(np.complex128) - 1j * row
     end = np.roll(start, -1)
     falls = start.imag > end.imag
     low, high = np.where(falls, end, start), np.where(falls, start, end)

@@ -59,9 +59,10 @@ def paint(
         alpha: the channel that is, or the number of channels: one is appended.
         out: (rows, width, c), or one channel more, written where anything is covered.
     """
-    slopes = (np.ascontiguousarray(slope, np.complex64) for slope in (band.right, band.down))
+    z, covered = np.ascontiguousarray(band.z, np.complex128), np.ascontiguousarray(band.coverage, np.float32)
+    right, down = (np.ascontiguousarray(slope, np.complex64) for slope in (band.right, band.down))
     _paint(
-        *(tex.picture, band.z, *slopes, band.coverage, *band.z.shape, *columns),
+        *(tex.picture, z, right, down, covered, *z.shape, *columns),
         *(np.array(at), kind, clamped, alpha, *byte_edges(), out),
     )
 

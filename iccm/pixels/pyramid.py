@@ -114,7 +114,7 @@ def compact(
         return ready(pixels[rows], decode, alpha)
 
     levels = _reductions(pixels.shape, read, 2 * reduced, edge, memory, threads)
-    return _stacked(np.ascontiguousarray(pixels), decode, alpha, levels, edge, spline)
+    return _stacked(pixels, decode, alpha, levels, edge, spline)
 
 
 def ready(pixels: NDArray, decode: Float, alpha: int) -> Float:
@@ -122,7 +122,8 @@ def ready(pixels: NDArray, decode: Float, alpha: int) -> Float:
     height, width, channels = pixels.shape
     out = np.empty(pixels.shape, dtype=np.float32)
     stored = np.ascontiguousarray(pixels)
-    _decode(stored.view(np.uint8), stored.itemsize, height * width, channels, decode, alpha, out)
+    table = np.ascontiguousarray(decode, np.float32)
+    _decode(stored.view(np.uint8), stored.itemsize, height * width, channels, table, alpha, out)
     return out
 
 
@@ -195,6 +196,7 @@ def _stacked(base, decode, alpha, levels: tuple[Float, list[Float], list[int]], 
     start = np.cumsum([0, 0, *(len(level) * level.shape[1] for level in reduced)])[: len(shapes)]
     size = np.array([1, *sizes], dtype=np.int64)
     height, width = np.ascontiguousarray(shapes.T)
+    base, decode = np.ascontiguousarray(base), np.ascontiguousarray(decode, np.float32)
     return Pyramid(base, decode, alpha, texels, size, start.astype(np.int64), height, width, edge, spline)
 
 
@@ -206,7 +208,7 @@ def _reduced(a: Float, edge: int) -> Float:
     taps /= taps.sum()
     h, w, c = a.shape
     out = np.empty(((h + 1) // 2, (w + 1) // 2, c), np.float32)
-    _halve(np.ascontiguousarray(a), h, w, c, taps, edge, out)
+    _halve(np.ascontiguousarray(a, np.float32), h, w, c, taps, edge, out)
     return out
 
 

@@ -49,7 +49,7 @@ class TriangulatedPreimages:
         if self.map.seen is not None:
             drawn = np.arange(self.map.seen)[::-1]  # what lies on top is drawn last
         centres = self.canvas.pixels(self.map.corners[drawn]) - 0.5 * (1 + 1j)
-        self.corners = np.ascontiguousarray(centres)
+        self.corners = np.ascontiguousarray(centres, np.complex128)
         self.powers = powers(self.corners, self.map.patches[drawn])
         self.blocks = Blocks(self.canvas.width)
         self.top, self.bottom = (f(centres.imag, axis=1) for f in (np.min, np.max))

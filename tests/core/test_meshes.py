@@ -114,3 +114,13 @@ def test_the_triangles_nearest_to_the_viewer():
     reference.nearest(corners, slopes, *theirs)
     for one, other in zip(ours, theirs):
         np.testing.assert_array_equal(one, other)
+
+
+def test_corners_of_single_precision_are_fitted_and_rasterised():
+    """As those of layouts in GLB files are."""
+    corners = triangles(20, 7, 30, 20).astype(np.float32)
+    values = np.random.default_rng(7).random((20, 3), dtype=np.float32)
+    wanted = rasterise.affine(corners.astype(float), values.astype(float))
+    np.testing.assert_array_equal(rasterise.affine(corners, values), wanted)
+    found = [rasterise.rasterise(c, 30, 20).owner for c in (corners, corners.astype(float))]
+    np.testing.assert_array_equal(*found)

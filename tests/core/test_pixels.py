@@ -225,3 +225,16 @@ def test_painted_pixels_are_placed_filtered_and_encoded(channels, alpha, clamped
         values = np.column_stack([values, share])
     wanted = colour.encode(values[None], np.dtype(np.uint8), alpha, srgb=True)[0]
     np.testing.assert_array_equal(found[shown], wanted)
+
+
+def test_pictures_that_are_parts_of_others_are_filtered():
+    """Every second column, and three channels of four: arrays that are not contiguous."""
+    rng = np.random.default_rng(11)
+    wide = rng.random((20, 34, 4), dtype=np.float32)
+    part = wide[:, ::2, :3]
+    xy, turn = rng.uniform(0, 17, (40, 2))[::2], rng.normal(size=(4, 20)).T
+    found = [
+        filters.read(pyramid.pyramid(picture, pyramid.CLAMP), xy, turn, filters.CUBIC)
+        for picture in (part, part.copy())
+    ]
+    np.testing.assert_array_equal(*found)
