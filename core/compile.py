@@ -205,7 +205,7 @@ def _link(compiler: Compiler, objects: list[Path], library: Path) -> None:
     """Link objects into a library, which appears whole and without what linkers write beside it."""
     options: dict[str, tuple[str, ...]] = {
         "linux": ("-shared", "-Wl,-s", "-lm"),
-        "macos": ("-shared", "-lm"),
+        "macos": ("-shared", f"-Wl,-install_name,@rpath/{library.name}", "-lm"),
         "windows": ("-shared",),
         # a module without a start of its own, whose host gets and frees memory in it
         "wasi": ("-mexec-model=reactor", "-Wl,-s,--export-dynamic,--export=malloc,--export=free", "-lm"),

@@ -8,6 +8,7 @@ of another platform: nothing else in a wheel depends on one, since the core need
 
 import argparse
 import hashlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -16,7 +17,7 @@ from base64 import urlsafe_b64encode
 from pathlib import Path
 from typing import NamedTuple
 
-from compile import CORE, compile_core, find_compiler
+from compile import CORE, compile_core, find_compiler, sources
 
 LIBRARIES = "iccm/native/lib/"  # in a wheel
 
@@ -82,6 +83,19 @@ def wheel_for(platform: Platform, native: Path, libraries: list[Path], folder: P
     return part.replace(made)
 
 
+def check(library: Path) -> None:
+    """Look for the name of every exported function, which all formats of libraries hold as text.
+
+    Raises:
+        SystemExit: one is missing.
+    """
+    content = library.read_bytes()
+    text = "".join(source.read_text() for source in sources())
+    for name in re.findall(r"^ICCM_EXPORT \w+ (iccm_\w+)\(", text, re.MULTILINE):
+        if name.encode() not in content:
+            raise SystemExit(f"{library.name}: has no function {name}")
+
+
 def main() -> None:
     """Build the wheels, or those of some platforms."""
     parser = argparse.ArgumentParser(description="Build iccm's wheels for all platforms.")
@@ -97,6 +111,8 @@ def main() -> None:
             objects = CORE.parent / "build" / f"core-{platform.target}"
             compiled = Path(temporary) / platform.target
             libraries = compile_core(compiled, find_compiler(platform.target), objects)
+            for library in libraries:
+                check(library)
             print(wheel_for(platform, native, libraries, args.folder))
 
 
