@@ -474,8 +474,10 @@ class Fit:
 
     @property
     def covered(self) -> float | None:
-        """The share of the target drawing's painted area that shows something."""
-        return None if self.seen is None else 1 - self.seen.bare
+        """The share of the target drawing's painted area that shows something; of single outlines, of their area."""
+        if self.seen is None:
+            return None if self.target is None else 1 - self.uncovered
+        return 1 - self.seen.bare
 
     @property
     def is_partial(self) -> bool:
@@ -493,11 +495,6 @@ class Fit:
         """The share of the target's area that the map does not cover, or takes holes of the source to."""
         assert self.target is not None
         return self._share_without_partner(1, self.target, self.target_holes)
-
-    @property
-    def covered(self) -> float:
-        """The share of the target's area that the map covers."""
-        return 1.0 - self.uncovered
 
     def _share_without_partner(self, side: int, outer: Curve, holes: Sequence[Curve]) -> float:
         return self.without_partner[side].area / abs(outer.area + sum(hole.area for hole in holes))
