@@ -5,13 +5,15 @@
 
 Each input follows from its kind and seed alone. Runs of 20,000 so far began at the seeds 7,000,000, 8,000,000,
 11,000,000, 12,000,000 and 51,000,000 (none of the last made trouble), and 36 of 500 each at 13,000,000, 13,001,000,
-…, and 20 of 1,000 each at 31,000,000, 31,010,000, … (none either); take others for the next. CI and the tests run a
+…, and 20 of 1,000 each at 31,000,000, 31,010,000, … (none either), and of the kinds whose values are changed one by
+one at 71,000,000 and 72,000,000; take others for the next. CI and the tests run a
 slice from 0.
 """
 
 import argparse
 import base64
 import contextlib
+import functools
 import io
 import json
 import random
@@ -22,7 +24,9 @@ import subprocess
 import sys
 import tempfile
 import time
+import zipfile
 import zlib
+from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -311,15 +315,134 @@ def gltf() -> bytes:
     return json.dumps(scene).encode()
 
 
+def shown_glb() -> bytes:
+    """Two triangles with a material that shows a picture in them by a transform, in nodes that scale and turn them."""
+    data, picture = glb(), png()
+    (size,) = struct.unpack_from("<I", data, 12)
+    scene, held = json.loads(data[20 : 20 + size]), data[28 + size :]
+    scene["bufferViews"].append({"buffer": 0, "byteOffset": len(held), "byteLength": len(picture)})
+    scene["meshes"][0]["primitives"][0]["material"] = 0
+    transform = {"KHR_texture_transform": {"offset": [0.1, 0.2], "scale": [1.5, 1.0], "rotation": 0.3}}
+    shown = {"index": 0, "texCoord": 0, "extensions": transform}
+    scene["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": shown, "roughnessFactor": 0.5}}]
+    scene |= {"textures": [{"source": 0, "sampler": 0}], "samplers": [{"wrapS": 33071, "wrapT": 10497}]}
+    scene["images"] = [{"bufferView": len(scene["bufferViews"]) - 1, "mimeType": "image/png"}]
+    scene["nodes"] = [
+        {"children": [1], "scale": [1.0, 2.0, 1.5]},
+        {"mesh": 0, "rotation": [0.0, 0.6, 0.0, 0.8], "translation": [1.0, 0.0, -2.0]},
+    ]
+    return packed_glb(scene, held + picture)
+
+
+def packed_glb(scene: dict, data: bytes) -> bytes:
+    """A GLB of a tree and its one buffer."""
+    data += bytes(-len(data) % 4)
+    scene["buffers"] = [{"byteLength": len(data)}]
+    text = json.dumps(scene).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(data), b"BIN\0") + data
+    return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+
+
+def npz() -> bytes:
+    """A saved map: a square of eight triangles, bent."""
+    from iccm.maps.triangulated.map import TriangulatedMap
+    from iccm.saved.map_file import RINGS, MapFile, Plane
+
+    x, y = np.meshgrid(np.arange(3.0), np.arange(3.0))
+    z = (x + 1j * y).ravel()
+    faces = np.array([[a, a + 1, a + 4] for a in (0, 1, 3, 4)] + [[a, a + 4, a + 3] for a in (0, 1, 3, 4)])
+    rim = np.array([0, 1, 2, 5, 8, 7, 6, 3])
+    map = TriangulatedMap(z, z + 0.1 * (z.real**2 - z.imag), faces, (rim,))
+    planes = [Plane(w[rim], (w.real.min() + 1j * w.imag.min() - 1 - 1j, 3 + 4j), name=name)
+              for w, name in ((map.source, "a.svg"), (map.image, "b.svg"))]  # fmt: skip
+    about = {"ended": "REACHED", "notes": ["a note"], "energies": [{"total": 1.5}], "rigid": []}
+    about |= {"rigid_of_target": False, "job": {"method": "balanced", "holes": "auto", "target_box": None}}
+    arrays = {"pins": np.array([[1 + 1j, 1 + 1j]]), "hole_partners": np.empty((0, 2))}
+    made = MapFile(map, (planes[0], planes[1]), arrays, dict.fromkeys(RINGS, ()), about)
+    with tempfile.TemporaryDirectory() as folder:
+        made.write(f"{folder}/m.npz")
+        return Path(folder, "m.npz").read_bytes()
+
+
+LABELME = {
+    "imageWidth": 60,
+    "imageHeight": 40,
+    "shapes": [
+        {"label": "a", "points": [[5, 5], [50, 6], [40, 30], [20, 35]], "shape_type": "polygon"},
+        {"label": "b", "points": [[1, 1], [4, 3]], "shape_type": "rectangle"},
+        {"label": "c", "points": [[30, 20], [33, 20]], "shape_type": "circle"},
+    ],
+}
+RING = [[0.2, 0.2], [1.5, 0.3], [1.2, 1.6], [0.4, 1.1], [0.2, 0.2]]
+GEOJSON = {
+    "type": "FeatureCollection",
+    "features": [
+        {"type": "Feature", "id": "a", "properties": {"name": "p"},
+         "geometry": {"type": "Polygon", "coordinates": [RING]}},
+        {"type": "Feature", "properties": {}, "geometry": {"type": "LineString", "coordinates": RING[:3]}},
+        {"type": "Feature", "properties": None, "geometry": {"type": "MultiPoint", "coordinates": RING[:2]}},
+        {"type": "Feature", "properties": {}, "geometry": {"type": "GeometryCollection", "geometries": [
+            {"type": "MultiPolygon", "coordinates": [[RING]]}]}},
+    ],
+}  # fmt: skip
+CONSTRAINTS = {
+    "pins": [{"name": "nose", "source": [14, 16], "target": [15, 17], "weight": 1.0}],
+    "strokes": [
+        {"name": "arm", "source": [[10, 22], [18, 24]], "target": [[10, 23], [18, 23]], "ends": "free"}
+    ],
+    "landmarks": {"source": {"a": [24, 12]}, "target": {"a": [24, 13]}},
+    "rigid": [[[20, 26], [24, 26], [22, 30]]],
+}
+JOBS = {
+    "source": "a.svg", "target": "a.svg", "output": ["o/{source.stem}.png"], "size": [16, 12], "turn": 10.0,
+    "pin": ["1,2:3,4", [[1, 2], [3, 4]]], "quasi": 0.001, "name": "n", "command": "map", "holes": "auto",
+}  # fmt: skip
+PINNED = {
+    "pins": CONSTRAINTS["pins"],
+    "strokes": [],
+    "rigid": [],
+    "balance": 1.0,
+    "turn": 0.0,
+    "fit": "whole",
+}
+MESSAGES = [
+    {"type": "follow", "seq": 1, "scene": PINNED},
+    {"type": "solve", "seq": 2, "scene": PINNED, "way": ""},
+    {"type": "place", "id": 3, "side": "source", "points": [[14, 16], [20, 22]]},
+    {"type": "suggest", "id": 4, "scene": PINNED},
+    {"type": "save", "id": 5, "scene": PINNED, "name": "c.json", "replace": True},
+    {"type": "draw", "id": 6, "scene": PINNED, "name": "-drawn", "replace": True},
+    {"type": "export", "id": 7, "scene": PINNED, "name": "o.png", "replace": True, "size": 16, "write": True},
+    {"type": "export", "id": 8, "scene": PINNED, "name": "o.png", "size": 16, "write": False},
+    {"type": "forget", "id": 9},
+]
+ODD = [
+    None, True, False, 0, -1, 1, 3, 0.5, -0.0, 1e-300, 1e60, 1e99, 1e101, 1e308, float("nan"), float("inf"), 10**400,
+    2**31, 2**63, "", "a", "nan", "1e999", "a" * 300, "../x", "/etc", "a\nb", "a\0b", "\ud800", "v3", "-", "#a",
+    [], [[]], [None], [0], [0, 0], [1, 2, 3], {}, {"x": 1}, [[0, 0], [0, 0], [0, 0]],
+]  # fmt: skip
+FLOATS = [0.0, -0.0, 1.0, -1.0, 0.5, 1e-40, 1e-7, 1e7, 1e20, 3e38, float("inf"), float("nan")]
+
 SEEDS = {"svg": SVG, "obj": OBJ, "mtl": MTL, "png": png(), "toml": TOML, "jsonl": JSONL, "json": JSON}
 SEEDS |= {"ply": PLY, "off": OFF, "stl": STL, "relayout": SHEET, "gltf": gltf()}
 SEEDS |= {"art": ART, "exr": exr(), "stmap": exr(), "glb": glb(), "map": DRAWN, "flatten": OBJ}
-SUFFIXES = {"art": "svg", "stmap": "exr", "map": "svg", "flatten": "obj", "relayout": "obj"}
+SEEDS |= {"npz": npz(), "glbnum": shown_glb(), "constraints": json.dumps(CONSTRAINTS).encode()}
+SEEDS |= {"labelme": json.dumps(LABELME).encode(), "geojson": json.dumps(GEOJSON).encode()}
+SEEDS |= {"jobs": json.dumps(JOBS).encode(), "edit": json.dumps(MESSAGES).encode()}
+MILD = ("npz", "glbnum", "constraints", "labelme", "geojson", "jobs", "edit")
+"""Kinds of which single values are changed, so that most inputs get past the first check."""
+SUFFIXES = {"glbnum": "glb", "constraints": "json", "labelme": "json", "jobs": "jsonl", "edit": "json"}
+SUFFIXES |= {"art": "svg", "stmap": "exr", "map": "svg", "flatten": "obj", "relayout": "obj"}
 SLOW = {
     "map": 8,
     "flatten": 4,
     "relayout": 4,
     "gltf": 4,
+    "glbnum": 8,
+    "constraints": 8,
+    "edit": 8,
+    "npz": 2,
 }  # kinds that are solved, not only read: so many times fewer of them
 
 
@@ -328,7 +451,9 @@ def mutated(kind: str, seed: int) -> bytes:
     rng = random.Random(f"{kind} {seed}")
     data = bytearray(SEEDS[kind])
     for _ in range(rng.choice((1, 1, 2, 3, 6, 12))):
-        if rng.random() < 0.4:
+        if kind in MILD and rng.random() < 0.95:
+            data[:] = changed(kind, rng, bytes(data))
+        elif rng.random() < 0.4:
             misdirect(kind, rng, data)
         else:
             mutate(rng, data)
@@ -391,6 +516,99 @@ def misdirect(kind: str, rng: random.Random, data: bytearray) -> None:
             data[:] = re.sub(rb"(?m)^%s .*\n" % word, b"", bytes(data), count=rng.choice((0, 1)))
 
 
+def changed(kind: str, rng: random.Random, data: bytes) -> bytes:
+    """One value of JSON changed, or one of what is packed with it; as it was where it can be read no longer."""
+    try:
+        if kind == "npz":
+            return changed_npz(rng, data)
+        if kind == "glbnum":
+            return changed_glb(rng, data)
+        return json.dumps(odd(rng, json.loads(data))).encode()
+    except (ValueError, LookupError, TypeError, ArithmeticError, struct.error, zipfile.BadZipFile):
+        return data
+
+
+def odd(rng: random.Random, tree: object) -> object:
+    """JSON with one value replaced by an odd one, left out, put in twice, or changed a little."""
+    places = list(inside(tree))
+    if not places:
+        return rng.choice(ODD)
+    holder, key = rng.choice(places)
+    way, value = rng.randrange(6), holder[key]
+    if way == 0:
+        del holder[key]
+    elif way == 1 and isinstance(holder, list):
+        holder.insert(key, json.loads(json.dumps(value)))
+    elif way <= 3 and isinstance(value, int | float) and not isinstance(value, bool):
+        holder[key] = value * rng.choice((-1, 0, 0.5, 1.01, 3, 1e3, 1e-6))
+    elif way == 4:
+        holder[key] = json.loads(json.dumps(rng.choice(places)[0]))
+    else:
+        holder[key] = rng.choice(ODD)
+    return tree
+
+
+def inside(tree: object) -> Iterator[tuple]:
+    """Where each value of JSON stands: what holds it, and its key."""
+    keys = tree if isinstance(tree, dict) else range(len(tree)) if isinstance(tree, list) else ()
+    for key in list(keys):
+        yield tree, key
+        yield from inside(tree[key])
+
+
+def changed_npz(rng: random.Random, data: bytes) -> bytes:
+    """An archive of arrays with one of them changed: its values, the claims of its header, its bytes, its name."""
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        members = {name: archive.read(name) for name in archive.namelist()}
+    name = rng.choice(["about.npy"] * 8 + sorted(members))
+    held, way = bytearray(members.pop(name)), rng.randrange(5)
+    if name == "about.npy":
+        about = odd(rng, json.loads(str(np.load(io.BytesIO(held)))))
+        held = io.BytesIO()
+        np.save(held, np.array(json.dumps(about, ensure_ascii=rng.random() < 0.9)))
+        members[name] = held.getvalue()
+    elif way == 0:
+        members[rng.choice([name[:-4], "x.npy", name.upper()])] = bytes(held)
+    elif way == 1:
+        swap(
+            rng,
+            held,
+            rb"\d+(?=[,)])|(?<=')[|<][a-zA-Z]\d*(?=')",
+            [*INDICES, b"<f4", b"|O", b"<U9", b"|V8", b">c16"],
+        )
+        members[name] = bytes(held)
+    elif way == 2:
+        mutate(rng, held)
+        members[name] = bytes(held)
+    else:
+        values = np.load(io.BytesIO(held)).copy()
+        if values.size and values.dtype.kind in "cfi":
+            at = rng.randrange(values.size)
+            choices = [*FLOATS, 1e99, 1e101] if values.dtype.kind in "cf" else [-2, -1, 0, 1, 7, 2**31 - 1]
+            values.flat[at] = (
+                rng.choice(choices) if rng.random() < 0.5 else values.flat[rng.randrange(values.size)]
+            )
+        out = io.BytesIO()
+        np.save(out, values)
+        members[name] = out.getvalue()
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w") as archive:
+        for each, content in members.items():
+            archive.writestr(each, content)
+    return out.getvalue()
+
+
+def changed_glb(rng: random.Random, data: bytes) -> bytes:
+    """A GLB with one number of its JSON, or of its vertices, changed."""
+    (size,) = struct.unpack_from("<I", data, 12)
+    scene, held = json.loads(data[20 : 20 + size]), bytearray(data[28 + size :])
+    if rng.random() < 0.5:
+        struct.pack_into("<f", held, 4 * rng.randrange(min(20, len(held) // 4)), rng.choice(FLOATS))
+    else:
+        scene = odd(rng, scene)
+    return packed_glb(scene, bytes(held))
+
+
 def swap(rng: random.Random, data: bytearray, places: bytes, words: list, inside: bytes = b"") -> None:
     """Put another word in one of the places, or of those inside one of them, that patterns match."""
     found = [match.span() for match in re.finditer(places, data)]
@@ -438,6 +656,32 @@ def read(kind: str, folder: Path, data: bytes) -> None:
     path.write_bytes(data)
     if kind == "art":
         carry(path)
+    elif kind == "npz":
+        through_map(folder)
+    elif kind in ("labelme", "geojson"):
+        describe.describe(path)
+        with contextlib.suppress(InputError):
+            shape.read(str(path))
+        (folder / "m.npz").write_bytes(SEEDS["npz"])
+        command("apply", "m.npz", path.name, "-o", f"o{path.suffix}", folder=folder)
+    elif kind == "constraints":
+        (folder / "a.svg").write_bytes(DRAWN)
+        command(
+            "map", "a.svg", "a.svg", "--constraints", "x.json", "-o", "o.png", "--size", "24", folder=folder
+        )
+    elif kind == "edit":
+        converse(folder, data)
+    elif kind == "glbnum":
+        (folder / "y.obj").write_bytes(SHEET)
+        (folder / "a.svg").write_bytes(DRAWN)
+        (folder / "m.mtl").write_bytes(MTL)
+        for typed in (
+            ("flatten", "x.glb", "--uv", "o.glb", "--carry-maps"),
+            ("map", "a.svg", "x.glb", "-o", "o.obj", "--size", "24"),
+            ("map", "x.glb", "a.svg", "-o", "o.png", "--size", "24"),
+            ("relayout", "x.glb", "y.obj", "-o", "o.obj"),
+        ):
+            command(*typed, folder=folder)
     elif kind == "map":
         (folder / "a.svg").write_bytes(DRAWN)
         pair = ("x.svg", "x.svg") if len(data) % 3 == 0 else ("a.svg", "x.svg")
@@ -484,6 +728,57 @@ def read(kind: str, folder: Path, data: bytes) -> None:
         manifest.read(manifest.load(str(path)), str(path), root=folder)
 
 
+def through_map(folder: Path) -> None:
+    """Carry a picture through a saved map, which writes that picture and nothing else."""
+    inner = folder / "in"
+    inner.mkdir(exist_ok=True)
+    (inner / "t.png").write_bytes(png())
+    (inner / "o.png").unlink(missing_ok=True)
+    (folder / "x.npz").replace(inner / "x.npz")
+    before = {path for path in folder.rglob("*")}
+    command("info", "x.npz", folder=inner)
+    command("apply", "x.npz", "t.png", "-o", "o.png", "--size", "24", folder=inner)
+    if made := {path for path in folder.rglob("*")} - before - {inner / "o.png"}:
+        raise AssertionError(f"{sorted(made)} was written")
+
+
+@functools.cache
+def edited():  # -> Session, which is slow to import
+    """A session of the editor, with a map."""
+    from iccm.io.edit import messages
+    from iccm.io.edit.session import Session
+    from iccm.io.run.job import make
+
+    Path("a.svg").write_bytes(DRAWN)
+    Path("b.svg").write_bytes(DRAWN.replace(b"M5 5L20 4", b"M5 5L20 3"))
+    session = Session(make({"source": "a.svg", "target": "b.svg"}))
+    session.solve(messages.Scene.model_validate(PINNED))
+    return session
+
+
+def converse(folder: Path, data: bytes) -> None:
+    """Send messages to the editor as its page would: each is answered, or refused in a line."""
+    from iccm.io.edit import messages
+    from iccm.io.edit.link import _Link
+
+    try:
+        said = json.loads(data)
+    except ValueError:
+        said = [data.decode("utf-8", "replace")]
+    with contextlib.chdir(folder):
+        session = edited()
+        link = _Link(session, None, {}, lambda scene: None)
+        for each in said if isinstance(said, list) else [said]:
+            with contextlib.suppress(InputError):
+                message = messages.read(json.dumps(each))
+                if isinstance(message, messages.Solve):
+                    session.solve(message.scene)
+                elif isinstance(message, messages.Follow):
+                    session.follow(message.scene)
+                else:
+                    link._answer(message)
+
+
 def relayout(folder: Path, name: str, data: bytes) -> None:
     """Carry a material from one layout to another, one of them changed: nothing of what is beside them comes along."""
     inner, canary = folder / "in", folder / "canary"
@@ -510,9 +805,17 @@ def command(*typed: str, folder: Path) -> None:
     from iccm import cli  # in this process, for speed
 
     said = io.StringIO()
-    with contextlib.chdir(folder), contextlib.redirect_stderr(said):
+    with (
+        contextlib.chdir(folder),
+        contextlib.redirect_stderr(said),
+        contextlib.redirect_stdout(io.StringIO()),
+    ):
         code = cli.run(
-            [*typed, "--force", "-q", "--threads", "1"] if typed[0] == "map" else [*typed, "--force"]
+            [*typed, "--force", "-q", "--threads", "1"]
+            if typed[0] == "map"
+            else [*typed, "--force"]
+            if typed[0] != "info"
+            else [*typed]
         )
     lines = said.getvalue().splitlines()
     if code not in (0, 1, 2) or (

@@ -167,7 +167,7 @@ def _holds(geometry: Any) -> bool:
     if geometry["type"] == "GeometryCollection":
         geometry["geometries"] = [each for each in geometry["geometries"] if _holds(each)]
         return bool(geometry["geometries"])
-    return geometry["coordinates"] != []
+    return geometry.get("coordinates", []) != []
 
 
 def _landmarks(content: Any) -> list[tuple[Any, Any]]:
@@ -204,7 +204,7 @@ def _is_coordinate(item: Any) -> bool:
 
 def _pair(position: Any) -> complex:
     """A position as x + iy; NaN where it says null."""
-    if isinstance(position, dict):
+    if isinstance(position, dict) and {"x", "y"} <= position.keys():
         position = [position["x"], position["y"]]
     if not isinstance(position, list) or len(position) < 2 or not all(map(_is_coordinate, position[:2])):
         raise InputError(f"{json.dumps(position)[:60]} is no position")

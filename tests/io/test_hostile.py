@@ -148,6 +148,22 @@ def test_lines_with_positions_that_are_null_are_refused(saved, iccm, kind, null)
     assert typed.code == 2 and "a.geojson" in typed.err and not Path("b.geojson").exists()
 
 
+@pytest.mark.parametrize(
+    "geometry",
+    [
+        {"type": "LineString", "coordinates": [[30, 30], {"y": 2}]},
+        {"type": "Point"},
+        {"type": "Point", "coordinates": {"x": 30}},
+    ],
+)
+def test_geometries_without_coordinates_end_in_a_line(saved, iccm, geometry):
+    whole = {"type": "Feature", "properties": {}, "geometry": {"type": "Point", "coordinates": [50, 50]}}
+    broken = {"type": "Feature", "properties": {}, "geometry": geometry}
+    Path("a.geojson").write_text(json.dumps({"type": "FeatureCollection", "features": [whole, broken]}))
+    typed = iccm("apply", "map.npz", "a.geojson", "-o", "b.geojson")
+    assert typed.code in (0, 2) and (typed.code == 2 or Path("b.geojson").exists()), typed.err
+
+
 @pytest.mark.parametrize("position", [[10], [], [[1, 2], 3], 7, None, "1,2", {"x": 1}, [1e101, 0]])
 @pytest.mark.parametrize(
     "around",

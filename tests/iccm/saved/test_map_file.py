@@ -157,6 +157,7 @@ def header(shape, descr="<c16", version=1):
         lambda name, old: (name, header((1,), "|O") + b"cos\nsystem\n(S'true'\ntR."),
         lambda name, old: (name, header((3,), "<c16", 3) + bytes(48)),
         lambda name, old: (name, header("(" * 5000)),
+        lambda name, old: (name, header("(3, ")),
         lambda name, old: (name, old[:-1]),
         lambda name, old: (name, old + b"\0"),
         lambda name, old: (name, old[:-16] + np.array([1e101 + 0j]).tobytes()),

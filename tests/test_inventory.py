@@ -1,0 +1,221 @@
+"""What commands open, write, start and connect to: nothing beyond the inventory in SECURITY.md.
+
+Python's audit hooks tell of all that goes through Python, in workers too; where strace is installed, it tells of what
+libraries do by themselves as well.
+"""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import sysconfig
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import iccm as core
+from iccm.io.pictures import image_files
+from tests.io.test_hostile import FACES, POINTS, UV, glb
+
+ROOT = Path(__file__).parents[1]
+SPY = """
+import json, os, sys
+told = os.open(os.environ["SPIED"], os.O_WRONLY | os.O_APPEND | os.O_CREAT)
+WRITES = {"os.rename", "os.remove", "os.mkdir", "os.rmdir", "os.link", "os.symlink", "os.truncate", "os.chmod"}
+STARTS = {"subprocess.Popen", "os.system", "os.exec", "os.posix_spawn", "os.startfile", "webbrowser.open"}
+CONNECTS = {"socket.connect", "socket.bind", "socket.getaddrinfo", "socket.sendto"}
+
+def heard(event, given):
+    if event == "open" and isinstance(given[0], (str, bytes)):
+        flags = given[2] if isinstance(given[2], int) else 0
+        kind = "write" if flags & (os.O_WRONLY | os.O_RDWR | os.O_CREAT) else "read"
+        names = [given[0]]
+    elif event in WRITES:
+        kind, names = "write", [each for each in given[:2] if isinstance(each, (str, bytes))]
+        if event in ("os.remove", "os.rmdir", "os.mkdir") and given[-1] >= 0:  # relative to an open folder
+            try:
+                names = [os.path.join(os.readlink(f"/proc/self/fd/{given[-1]}"), os.fsdecode(names[0]))]
+            except OSError:
+                names = []
+    elif event in STARTS:
+        kind, names = "start", [str(given[0])]
+    elif event in CONNECTS:
+        kind, names = "connect", [str(given[-1])]
+    else:
+        return
+    for name in names:
+        name = os.fsdecode(name)
+        if kind in ("read", "write"):
+            name = os.path.abspath(name)
+        os.write(told, (json.dumps([kind, name]) + "\\n").encode())
+
+sys.addaudithook(heard)
+"""
+EPS = b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 10 10\n%%EndComments\n(pwned) print\n%%EOF\n"
+HOSTILE = """<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" viewBox="0 0 100 100">
+<style>@import url("http://127.0.0.1:9/a.css"); @font-face {font-family: x; src: url(canary.ttf)}</style>
+<image xlink:href="canary.png" width="9" height="9"/><use href="canary.svg#a"/>
+<script href="canary.js"/><path d="M10 10H90V80L60 90H10Z"/></svg>"""
+COMMANDS = {
+    "map": ("map square.svg disk.svg --texture t.png -o o.png -o o.svg -o o.npz --report r.json",
+            "o.png o.svg o.npz r.json"),
+    "a hostile drawing": ("map hostile.svg disk.svg -o o.png -o o.svg", "o.png o.svg"),
+    "a hostile texture": ("map square.svg sheet.glb --texture eps.png -o o.glb", ""),
+    "deform": ("deform square.svg --pin 30,30:30,35 --pin 70,70:80,70 -o o.png", "o.png"),
+    "morph": ("morph square.svg disk.svg -o o.gif --frames 3 --size 32", "o.gif"),
+    "a saved map": ("apply planted.npz t.png -o o.png --size 32", "o.png"),
+    "a mesh": ("map sheet.glb square.svg -o o.png --size 32", "o.png"),
+    "a mesh that names others": ("flatten names.obj --uv o.obj", "o.obj"),
+    "flatten": ("flatten sheet.glb -o o.svg --plot p.png", "o.svg p.png"),
+    "relayout": ("relayout sheet.glb sheet.glb -o o.glb --size 32", "o.glb"),
+    "info": ("info hostile.svg sheet.glb planted.npz t.png", ""),
+    "a manifest": ("batch jobs.jsonl -j 1", "o.png .iccm-journal.jsonl"),
+    "check": ("check results baselines --update", "baselines/a.png"),
+}  # fmt: skip
+"""For each line of the inventory a command, and what it may write."""
+FONT_LISTS = ("fc-list", "fc-match", "system_profiler")
+"""Programs of the system that say which fonts there are: for plots, where Matplotlib asks once, and for text."""
+CANARIES = ("canary.ttf", "canary.png", "canary.svg", "canary.js", "canary.mtl", ".netrc")
+
+
+@pytest.fixture
+def folder(shapes):
+    """Inputs, with canaries beside them that some name, and a home."""
+    image_files.write("t.png", image_files.Image(core.checkerboard(32)[:24]))
+    Path("eps.png").write_bytes(EPS)
+    Path("hostile.svg").write_text(HOSTILE)
+    Path("sheet.glb").write_bytes(glb(Path("t.png").read_bytes()))
+    lines = [f"v {x} {y} {z}" for x, y, z in POINTS.tolist()] + [f"vt {u} {v}" for u, v in UV.tolist()]
+    lines += ["f " + " ".join(f"{k + 1}/{k + 1}" for k in face) for face in FACES.tolist()]
+    Path("names.obj").write_text("\n".join(["mtllib ../canary.mtl", *lines]) + "\n")
+    fit = core.fit(
+        np.array([0, 4, 4 + 3j, 3j]), np.array([0, 5, 5 + 3j, 1 + 4j]), method="paper", vertices=40
+    )
+    fit.save("planted.npz", job={"plot": "canary.png", "stmap": "../canary.exr", "memory": 1 << 50})
+    job = {"source": "square.svg", "target": "disk.svg", "output": "o.png", "size": 16, "method": "paper"}
+    Path("jobs.jsonl").write_text(json.dumps({**job, "vertices": 40}) + "\n")
+    for name in ("results", "baselines", "home"):
+        Path(name).mkdir()
+    shutil.copy("t.png", "results/a.png")
+    for name in CANARIES:
+        Path(name).write_text("canary")
+    (shapes.parent / "canary.mtl").write_text("canary")
+    return shapes
+
+
+def environment(folder):
+    """That of a command: a home in the folder, and nothing of the tests' own."""
+    home = str(folder / "home")
+    named = dict.fromkeys(("HOME", "USERPROFILE", "LOCALAPPDATA", "APPDATA"), home)
+    kept = {
+        name: value for name, value in os.environ.items() if not name.startswith(("XDG_", "ICCM_", "PYTHON"))
+    }
+    return kept | named | {"MPLCONFIGDIR": f"{home}/matplotlib", "PYTHONDONTWRITEBYTECODE": "1"}
+
+
+def check(told, folder, written):
+    """Hold what was done against what may be."""
+    python = {Path(p).resolve() for p in (sys.prefix, sys.base_prefix, sysconfig.get_path("purelib"), ROOT)}
+    readable = [
+        *python,
+        Path(tempfile.gettempdir()) / "x",
+        *map(Path, ("/usr", "/etc", "/lib", "/lib64", "/proc", "/sys", "/dev")),
+    ]
+    inputs = {
+        folder / name for name in ("square.svg", "disk.svg", "blob.svg", "t.png", "eps.png", "hostile.svg")
+    }
+    inputs |= {
+        folder / name for name in ("sheet.glb", "names.obj", "planted.npz", "jobs.jsonl", "results/a.png")
+    }
+    outputs = {folder / name for name in written.split()}
+    folders = {path.parent for path in outputs}  # which are made unless they are there
+    stems = {path.stem.lstrip(".") for path in outputs}
+    for kind, name in told:
+        path = Path(name)
+        own = path.is_relative_to(folder / "home")
+        scratch = path.is_relative_to(tempfile.gettempdir()) and not path.is_relative_to(folder.parent)
+        name_of_ours = r"\.?({})?(\..*)?".format("|".join(map(re.escape, sorted(stems))))
+        beside = path.parent in folders and bool(re.fullmatch(name_of_ours, path.name))
+        if kind == "start":
+            own_python = name in (sys.executable, os.path.realpath(sys.executable))
+            assert own_python or path.name in FONT_LISTS, f"starts {name}"
+        elif kind == "connect":
+            raise AssertionError(f"connects to {name}")
+        elif kind == "write":
+            made = path in outputs | folders or name == os.devnull
+            assert own or scratch or beside or made, f"writes {name}"
+        else:
+            assert not path.name.startswith(("canary", ".netrc")), f"reads {name}"
+            inner = path.is_relative_to(folder) or path == folder
+            allowed = own or scratch or beside or path in inputs | outputs
+            allowed |= not inner and any(path.is_relative_to(each) for each in readable)
+            allowed |= inner and path.is_dir()
+            assert allowed or not path.exists() or not inner, f"reads {name}"
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_no_command_goes_beyond_the_inventory(folder, name, tmp_path_factory):
+    typed, written = COMMANDS[name]
+    spy = tmp_path_factory.mktemp("spy")
+    (spy / "sitecustomize.py").write_text(SPY)
+    more = {"PYTHONPATH": str(spy), "SPIED": str(spy / "told")}
+    before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    command = [sys.executable, "-c", "from iccm.cli import main; main()", *typed.split()]
+    done = subprocess.run(
+        command, env=environment(folder) | more, capture_output=True, text=True, timeout=200
+    )
+    assert done.returncode == (0 if written or name == "info" else 2), done.stderr
+    told = {tuple(json.loads(line)) for line in (spy / "told").read_text().splitlines()}
+    assert any(kind == "read" and typed.split()[1] in path for kind, path in told)
+    check([(kind, path) for kind, path in told if not path.startswith(str(spy))], folder, written)
+    after = {
+        path for path in folder.rglob("*") if path.is_file() and not path.is_relative_to(folder / "home")
+    }
+    assert {path.relative_to(folder).as_posix() for path in after - before.keys()} == set(written.split())
+    assert all(path.read_bytes() == content for path, content in before.items())
+
+
+TRACED = re.compile(r'(\w+)\((?:AT_FDCWD, |\d+(?:<[^>]*>)?, )?"((?:[^"\\]|\\.)*)"(.*)')
+
+
+@pytest.mark.skipif(not shutil.which("strace"), reason="strace is not installed")
+@pytest.mark.parametrize("name", ["map", "a hostile drawing", "a hostile texture", "a saved map", "flatten"])
+def test_nor_does_what_libraries_do_by_themselves(folder, name):
+    typed, written = COMMANDS[name]
+    line = [
+        "strace",
+        "-f",
+        "-qq",
+        "-s",
+        "400",
+        "-e",
+        "trace=open,openat,creat,execve,connect,rename,unlink,mkdir",
+    ]
+    command = [
+        *line,
+        "-o",
+        "home/trace",
+        sys.executable,
+        "-c",
+        "from iccm.cli import main; main()",
+        *typed.split(),
+    ]
+    done = subprocess.run(command, env=environment(folder), capture_output=True, text=True, timeout=300)
+    if "ptrace" in done.stderr or not Path("home/trace").exists():
+        pytest.skip("strace may not trace here")
+    assert done.returncode == (0 if written else 2), done.stderr
+    told = []
+    for each in Path("home/trace").read_text(errors="replace").splitlines()[1:]:
+        if "connect(" in each and "AF_UNIX" not in each:
+            told.append(("connect", each))
+        elif (found := TRACED.search(each)) and " = -1 " not in each:
+            call, path, rest = found.groups()
+            changes = call not in ("open", "openat", "execve") or re.search("O_WRONLY|O_RDWR|O_CREAT", rest)
+            kind = "start" if call == "execve" else "write" if changes else "read"
+            told.append((kind, os.path.abspath(path)))
+    assert len(told) > 20
+    check([(kind, path) for kind, path in told if path != str(folder / "home/trace")], folder, written)
