@@ -140,7 +140,13 @@ def test_limits_come_from_options_then_the_environment_then_the_file(shapes, icc
     (shapes / "config.toml").write_text("[limits]\nsize = 3\n")
     wrong = iccm(*given)
     assert wrong.code == 2 and len(wrong.lines) == 1 and "config.toml: size" in wrong.err
-    assert set(settings.LIMITS) <= set(options_of()) | {"threads", "workers", "timeout", "retries"}
+    assert set(settings.LIMITS) <= set(options_of()) | {
+        "threads",
+        "workers",
+        "timeout",
+        "retries",
+        "time_limit",
+    }
 
 
 def test_other_names_are_documented():

@@ -67,7 +67,7 @@ def test_a_pin_may_be_a_point_in_space():
     assert Job(source="a", pin=["1,2:3,4,5"]).pin == (((1, 2), (3, 4, 5)),)
 
 
-OF_THE_COMMAND = "dry_run", "watch", "open", "resume"  # of no job
+OF_THE_COMMAND = "dry_run", "watch", "open", "resume", "time_limit"  # of no job
 MAP_ALONE = (
     "sequence",
     "turn",
