@@ -23,6 +23,7 @@ def staged(folder: Path) -> Path:
     package = folder / "iccm"
     for name in (
         "iccm/__init__.py",
+        "iccm/deadline.py",
         "iccm/errors.py",
         "iccm/progress.py",
         "iccm/py.typed",
