@@ -19,6 +19,7 @@ from .arrays import Complex, Real, as_complex
 from .axes import check, complex_in
 from .curve import Curve
 from .drawings.drawing import Drawing
+from .drawings.frame import close_hairlines
 from .errors import InputError
 from .meshes.flatten import Flattening
 
@@ -121,7 +122,7 @@ def drawing_of(shape: Any, name: str, axes: str = "xy") -> Drawing | None:
     polygons = _polygons(shape, name)
     if polygons is None or len(polygons) < 2 or any(each.geom_type != "Polygon" for each in polygons):
         return None
-    painted = shapely.make_valid(shapely.union_all(polygons))
+    painted = close_hairlines(shapely.make_valid(shapely.union_all(polygons)))
     if _of_geometry(axes) == "screen":
         painted = shapely.transform(painted, lambda xy: xy * [1, -1])
     try:

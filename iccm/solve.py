@@ -82,6 +82,7 @@ def fit(
     size_map: Any = None,
     start: Fit | TriangulatedMap | None = None,
     opaque: bool = True,
+    free_gaps: bool = False,
     axes: str = "xy",
     progress: Callable[[Progress], object] | None = None,
     cancel: Callable[[], bool] | None = None,
@@ -128,6 +129,8 @@ def fit(
         surfaces). Maps of flattened surfaces with holes are solved for anew.
     opaque
         Of drawings, whether the texture that will be carried also covers the gaps between the source's parts.
+    free_gaps
+        Of drawings, whether these gaps may be shown at no cost, as with a pattern that has no background.
     axes
         What pairs and polygons mean: "xy", y up; "screen", x and y with y down (OpenCV, SVG); "image", rows and columns
         of pixels (NumPy, `skimage.measure.find_contours`). Polygons are of x and y. Complex numbers are x + iy, y up,
@@ -189,7 +192,7 @@ def fit(
     both = sides[0], sides[1]
     with listening(progress, cancel):
         if any(side.drawing is not None for side in both) and not any(side.is_surface for side in both):
-            return _fit_drawings(both, constraints, settings, hole_partners, axes, opaque=opaque)
+            return _fit_drawings(both, constraints, settings, hole_partners, axes, opaque, free_gaps)
         return _fit_outlines(both, constraints, settings, hole_partners, axes)
 
 
@@ -263,8 +266,8 @@ def _fit_drawings(
     settings: Options,
     partners: Sequence[tuple[int, int]],
     axes: str,
-    *,
     opaque: bool,
+    free_gaps: bool,
 ) -> Fit:
     """Return the map of two drawings, one of which may have been given as an outline."""
     from .frames.solve import fit_drawings
@@ -283,7 +286,8 @@ def _fit_drawings(
     source, target = (side.drawing or _drawing_of_outlines(side.outlines, side.name) for side in sides)
     searched = constraints.are_none and not partners and settings.is_balanced and settings.balance <= 1
     searched = searched and settings.max_dilatation is None and settings.max_stretch is None
-    return fit_drawings(source, target, settings, solve_outlines, opaque=opaque, searched=searched)
+    found = fit_drawings(source, target, settings, solve_outlines, free_gaps=free_gaps, searched=searched)
+    return replace(found, opaque=opaque)
 
 
 def _drawing_of_outlines(known: Outlines, name: str) -> Drawing:

@@ -100,10 +100,9 @@ class Drawing:
         return [Curve(holes[k]) for k in mappable(self.tightest.outline, holes)]
 
     @cached_property
-    def framed_region(self) -> Region:
-        """What an opaque texture may show as this drawing: of one part what is painted, since its outline and its holes
-        were drawn on purpose; of several parts, none of which says where the drawing ends, all of the hull."""
-        return self.region if self.is_one_part else Region(self.frames[-1].outline.polygon)
+    def hull_region(self) -> Region:
+        """Its convex hull: what it may show where gaps cost nothing."""
+        return Region(shapely.convex_hull(self.painted))
 
     @property
     def tightest(self) -> Frame:

@@ -27,6 +27,8 @@ def mappable(curve: Curve, holes: Sequence[Complex]) -> list[int]:
         ring = rings[k]
         if len(kept) == MOST_HOLES or not (ring.is_valid and sizes[k] > SPECK * curve.area):
             continue
+        if ring.buffer(-near).is_empty:  # a hairline, as between parts that almost touch
+            continue
         free = ring.distance(outline) > near and all(ring.distance(rings[j]) > near for j in kept)
         if free and domain.contains_properly(ring):
             kept.append(int(k))

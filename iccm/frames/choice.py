@@ -73,7 +73,7 @@ def choices(
     target: Drawing,
     settings: Settings,
     *,
-    opaque: bool = True,
+    free_gaps: bool = False,
     pair_parts: bool = False,
     framed: bool = False,
 ) -> list[Choice]:
@@ -85,14 +85,14 @@ def choices(
         The drawings.
     settings
         What is asked of the map.
-    opaque
-        Whether the texture covers the gaps of the source's tightest frame.
+    free_gaps
+        Whether gaps of the source may be shown at no cost, as with a checkerboard.
     pair_parts
         Whether parts may be mapped one to one.
     framed
         Whether only frames are considered.
     """
-    judge = _Judge(source, target, settings, opaque=opaque)
+    judge = _Judge(source, target, settings, free_gaps=free_gaps)
     tightest = source.tightest, target.tightest
     found = list(_frame_choices(judge))
     if len(found) == 1 and judge.is_good(found[0]):
@@ -110,7 +110,7 @@ def choices(
     if not found:
         found = [Choice(tightest)]
     if pair_parts:
-        paired = _paired(source, target, settings, opaque=opaque)
+        paired = _paired(source, target, settings, free_gaps=free_gaps)
         if paired is not None and paired.cost < PAIRED_GAIN * found[0].cost:
             return [paired, *found]
     return found
@@ -119,9 +119,9 @@ def choices(
 class _Judge:
     """Compares coarse maps of two drawings."""
 
-    def __init__(self, source: Drawing, target: Drawing, settings: Settings, *, opaque: bool):
+    def __init__(self, source: Drawing, target: Drawing, settings: Settings, *, free_gaps: bool):
         self.source, self.target, self.settings = source, target, settings
-        self._covering = source.framed_region if opaque else source.region
+        self._covering = source.hull_region if free_gaps else source.region
         self._good: set[Choice] = set()
 
     def choice(
@@ -210,7 +210,7 @@ def may_pair(source: Drawing, target: Drawing) -> bool:
     return 2 <= len(source.parts) == len(target.parts) <= MOST_PAIRED_PARTS
 
 
-def _paired(source: Drawing, target: Drawing, settings: Settings, *, opaque: bool) -> Choice | None:
+def _paired(source: Drawing, target: Drawing, settings: Settings, *, free_gaps: bool) -> Choice | None:
     """Return the map of each part onto a part of its own, by place and size; None where the parts do not match."""
     if not may_pair(source, target):
         return None
@@ -218,7 +218,7 @@ def _paired(source: Drawing, target: Drawing, settings: Settings, *, opaque: boo
     pairs, energies, weights, shown, covered = [], [], [], 0.0, 0.0
     for i, j in pair_by_place(parts[0], parts[1]):
         pair = Drawing(parts[0][i]), Drawing(parts[1][j])
-        best = choices(*pair, settings, opaque=opaque)[0]
+        best = choices(*pair, settings, free_gaps=free_gaps)[0]
         if not np.isfinite(best.cost):
             return None
         areas = pair[0].region.area / source.region.area, pair[1].region.area / target.region.area

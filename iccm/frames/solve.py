@@ -1,12 +1,11 @@
 """Maps of whole drawings: the cheapest choice of frames, solved for."""
 
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import replace
 
-from ..balanced.errors import NoMapError
 from ..balanced.fit import parts_lost, settings_of
 from ..drawings.drawing import Drawing
+from ..errors import InputError
 from ..problem import Options
 from ..result import Fit
 from .choice import Choice, Way, choices, may_pair
@@ -23,7 +22,7 @@ def fit_drawings(
     options: Options,
     solver: Solver,
     *,
-    opaque: bool = True,
+    free_gaps: bool = False,
     searched: bool = True,
 ) -> Fit:
     """Return the map of two drawings.
@@ -36,8 +35,8 @@ def fit_drawings(
         How to solve; `fit` says what is compared.
     solver
         Solves for a pair of outlines with holes.
-    opaque
-        Whether the texture covers the gaps of the source.
+    free_gaps
+        Whether gaps of the source may be shown at no cost.
     searched
         Whether frames are chosen by their cost. Otherwise, as with constraints, outlines are mapped where both drawings
         are one part, and the tightest frames where they are not.
@@ -48,18 +47,27 @@ def fit_drawings(
         No map without folds was found.
     """
     if not searched or options.fit in ("whole", "contain", "cover") or options.holes == "keep":
-        return solve_choice(
-            _unsearched(source, target, options), source, target, options, solver, opaque=opaque
-        )
+        return solve_choice(_unsearched(source, target, options), source, target, options, solver)
     framed = options.fit == "frame"
-    ranked = choices(source, target, settings_of(options), opaque=opaque, framed=framed)
+    ranked = choices(source, target, settings_of(options), free_gaps=free_gaps, framed=framed)
     ranked.sort(
         key=lambda choice: _excess(choice, options)
     )  # stable: among those within the bounds by their cost
+    missed: Fit | None = None
+    failure: InputError | None = None
     for choice in ranked[:MOST_SOLVED]:
-        with suppress(NoMapError):
-            return solve_choice(choice, source, target, options, solver, opaque=opaque)
-    return solve_choice(ranked[-1], source, target, options, solver, opaque=opaque)
+        try:
+            found = solve_choice(choice, source, target, options, solver)
+        except InputError as error:  # folds, or an outline too fine for its mesh: another frame may do
+            failure = failure or error
+            continue
+        if found.status.ok:
+            return found
+        missed = missed or found
+    if missed is not None:
+        return missed
+    assert failure is not None
+    raise failure
 
 
 def _excess(choice: Choice, options: Options) -> float:
@@ -69,12 +77,12 @@ def _excess(choice: Choice, options: Options) -> float:
 
 
 def paired_parts(
-    source: Drawing, target: Drawing, options: Options, *, opaque: bool = True
+    source: Drawing, target: Drawing, options: Options, *, free_gaps: bool = False
 ) -> Sequence[tuple[Drawing, Drawing]]:
     """Return the parts of two drawings that are mapped one to one, where that costs less than mapping them joined."""
     if not may_pair(source, target):
         return []
-    return choices(source, target, settings_of(options), opaque=opaque, pair_parts=True)[0].pairs
+    return choices(source, target, settings_of(options), free_gaps=free_gaps, pair_parts=True)[0].pairs
 
 
 def _unsearched(source: Drawing, target: Drawing, options: Options) -> Choice:
@@ -85,9 +93,7 @@ def _unsearched(source: Drawing, target: Drawing, options: Options) -> Choice:
     return Choice((source.tightest, target.tightest), way, holed)
 
 
-def solve_choice(
-    choice: Choice, source: Drawing, target: Drawing, options: Options, solver: Solver, *, opaque: bool = True
-) -> Fit:
+def solve_choice(choice: Choice, source: Drawing, target: Drawing, options: Options, solver: Solver) -> Fit:
     """Return the map that a choice of frames stands for.
 
     Raises
@@ -102,4 +108,4 @@ def solve_choice(
     found = solver(*outlines, *holes, options)
     lost = set(parts_lost(found))  # of outlines; what is lost of the drawings is another figure
     notes = [note for note in found.notes if note not in lost]
-    return replace(found, drawings=(source, target), opaque=opaque, notes=notes)
+    return replace(found, drawings=(source, target), notes=notes)

@@ -131,7 +131,7 @@ def pair_parts(run: Run) -> None:
     from ...frames.solve import paired_parts
     from ...problem import Options
 
-    pairs = paired_parts(source.drawing, target.drawing, Options(**job.solver), opaque=run.opaque)
+    pairs = paired_parts(source.drawing, target.drawing, Options(**job.solver), free_gaps=run.free_gaps)
     if pairs:
         run.pairs = [
             (source.part_of(own, k + 1), target.part_of(aim, k + 1)) for k, (own, aim) in enumerate(pairs)
@@ -153,5 +153,5 @@ def _solved(run: Run, pair: Pair, given: dict[str, Any]) -> Fit:
     (source, target), start = pair, run.start
     aim, how = target if run.job.target else None, dict[str, Any](holed=run.job.holed, tell=run.note)
     if aim is not None and source.drawing is not None:
-        given = given | {"opaque": run.opaque}
+        given = given | {"opaque": run.opaque, "free_gaps": run.free_gaps}
     return go_on(start, source, aim, given, **how) if start else solve(source, aim, given, **how)

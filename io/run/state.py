@@ -17,6 +17,7 @@ from ...pixels.texture import Wrapped
 from ...plane import bounding_box
 from .. import formats
 from ..memory import within
+from ..shapes.holes import as_drawn
 from . import framing, parts, texture
 from .constraints import constrain, read_start
 from .job import Job
@@ -101,6 +102,8 @@ class Run:
         ]
         room = within(job.memory, next(iter(job.outputs), None))
         run = cls(job, inputs, pairs, room, tell, phases, threads, figures=figures)
+        if run._is_own_picture:
+            run.pairs = [(as_drawn(source), target) for source, target in pairs]
         run.note(*notes)
         if not job.several:
             run.constraints, run.called = constrain(job, run.source, run.target, inputs.listed)
@@ -192,11 +195,24 @@ class Run:
         return [unmapped(target, fit.target_holes) for (_, target), fit in zip(self.pairs, self.fits)]
 
     @property
+    def _is_own_picture(self) -> bool:
+        """Whether the drawing itself is the texture: where lines enclose an area, nothing is seen there."""
+        return self.source.coloured and not self.job.texture and self.source.ink is not None
+
+    @property
     def opaque(self) -> bool:
         """Whether what is carried also covers the gaps between the source's parts, as a picture without alpha does."""
         if any(formats.of(name).drawing for name in self.job.output):
             return False
         return not texture.has_texture(self.job, self.source) or self.image.alpha < 0
+
+    @property
+    def free_gaps(self) -> bool:
+        """Whether gaps of the source may be shown at no cost. The checkerboard has no background around the shape, as
+        a photo has; and where a drawing has several parts, none of them says where it ends."""
+        drawing = self.source.drawing
+        several = drawing is not None and not drawing.is_one_part
+        return self.opaque and (several or not texture.has_texture(self.job, self.source))
 
     @cached_property
     def tiled(self) -> TiledImage | None:
@@ -350,7 +366,7 @@ class Run:
 
 def _with_holes_as_asked(shape: Shape, job: Job, notes: list[str]) -> Shape:
     """Return a shape with its holes as --holes has them; by default lines that surround an area draw that area."""
-    from ..shapes.holes import as_drawn, filled, without_holes
+    from ..shapes.holes import filled, without_holes
 
     if job.holes == "fill":
         count = len(shape.holes)

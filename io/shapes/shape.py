@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...arrays import Box, Complex, Real, xy_of
 from ...curve import Curve, polygon_of
 from ...drawings.drawing import Drawing as Drawn
+from ...drawings.frame import close_hairlines
 from ...drawings.mappable_holes import mappable
 from ...errors import InputError
 from ...pixels.texture import REPEAT, Wrap
@@ -315,7 +316,7 @@ def _drawn_region(drawing: Drawing, region: shapely.Geometry) -> Drawn:
     if len(drawing.outlines) == 1 and alone.is_valid and np.isclose(alone.area, region.area, rtol=1e-9):
         region = alone
     turned = shapely.transform(region, lambda xy: xy * [1, -1]) if drawing.flip else region
-    return Drawn(shapely.make_valid(turned))
+    return Drawn(close_hairlines(shapely.make_valid(turned)))
 
 
 def read_all(text: str, *, flatness: float = 1e-4, trace: str = "auto") -> list[Shape]:

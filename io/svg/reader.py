@@ -213,12 +213,11 @@ def _candidate(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail
 
 
 def _has_colours(shown: list[Node], document: tree.Document) -> bool:
-    """Whether a drawing shows something of its own, and is not just a shape: paints of more than one kind, a gradient
-    or pattern, an embedded picture, lines inside, or text."""
+    """Whether a drawing shows something of its own, and is not just a shape: paints of more than one colour, a gradient
+    or pattern, an embedded picture, or text. Ink of one colour, be it fills or lines, is a shape."""
     if document.pictures or any(local(element) == "text" for element in document.top.iter()):
         return True
     paints = set[tuple[str, str, str]]()
-    lines = 0
     for drawn in shown:
         for kind, default, painted in (("fill", "black", drawn.filled), ("stroke", "none", drawn.stroked)):
             paint = drawn.properties.get(kind, default).strip()
@@ -227,10 +226,7 @@ def _has_colours(shown: list[Node], document: tree.Document) -> bool:
             if painted:
                 opacity = drawn.properties.get(f"{kind}-opacity", "1").strip()
                 paints.add((str(parse_color(paint) or paint), opacity, drawn.own.get("opacity", "1").strip()))
-        if drawn.stroked:
-            data = drawn.properties.get("d", "M") if drawn.tag == "path" else "M"
-            lines += max(1, data.count("M") + data.count("m"))
-    return len(paints) > 1 or lines > 1
+    return len(paints) > 1
 
 
 def _picture(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail) -> None:
