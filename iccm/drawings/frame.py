@@ -33,6 +33,10 @@ DETAIL = 1e-3
 """How closely closings follow the drawing, relative to its size. The painted outline itself is kept exactly."""
 HAIRLINE_WIDTH = 1e-3
 """Relative to the drawing's size: half a pixel of 512. Narrower gaps are not gaps."""
+HAIRLINE_LENGTH = 0.02
+"""Relative to the drawing's size, both sides together: shorter hairlines are left."""
+MITRE_LIMIT = 20.0
+"""Relative to the offset: corners sharper than six degrees are blunted by it."""
 SLIVER_WIDTH = 1e-6
 """Relative to the drawing's size: gaps narrower than that come from rounding."""
 ARC_SEGMENTS = 6
@@ -131,11 +135,13 @@ def close_hairlines(painted: shapely.Geometry) -> shapely.Geometry:
     """
     size = float(np.sqrt(shapely.convex_hull(painted).area))
     half = 0.5 * HAIRLINE_WIDTH * size
-    # mitred corners are restored exactly when the offset is undone
-    grown = shapely.buffer(painted, half, join_style="mitre")
-    closed = shapely.buffer(grown, -half, join_style="mitre")
-    gaps = _without_slivers(shapely.difference(closed, painted), size)
-    return painted if gaps.is_empty else shapely.union(painted, gaps)
+    # mitred corners are restored when the offset is undone
+    grown = shapely.buffer(painted, half, join_style="mitre", mitre_limit=MITRE_LIMIT)
+    closed = shapely.buffer(grown, -half, join_style="mitre", mitre_limit=MITRE_LIMIT)
+    # Gaps may be so narrow that they have no area, but each has a boundary on both sides.
+    if shapely.length(painted) - shapely.length(closed) < HAIRLINE_LENGTH * size:
+        return painted
+    return shapely.make_valid(shapely.simplify(shapely.union(painted, closed), SLIVER_WIDTH * size))
 
 
 def _without_slivers(gaps: shapely.Geometry, size: float) -> shapely.Geometry:
