@@ -407,7 +407,7 @@ def test_version_and_help(iccm):
 
 @pytest.mark.parametrize("name", cli.COMMANDS)
 def test_every_command_has_help(iccm, name):
-    typed = iccm(name, "--help")
+    typed = iccm(name, "--help", "all")
     assert typed.code == 0 and "--log-format" in typed.out and "Usage: iccm" in typed.out
 
 
