@@ -19,6 +19,7 @@ from .deadline import TimeUp
 from .drawings.drawing import Drawing
 from .errors import InputError
 from .given import Outlines, as_points_of, drawing_of, flattening_of, outlines_of
+from .maps.regions import Region, mean_scale
 from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
 from .problem import NEAR, ON_OUTLINE, Options, OptionValues, Problem, as_domain
@@ -462,7 +463,7 @@ def _as_given(found: Fit, problem: Problem, axes: str, shapes: tuple[Outline, ..
     assert given is not None
     sides = [_side(axes, shape) for shape in shapes]
     both = (sides[0], sides[-1])
-    return replace(
+    shown = replace(
         found,
         map=found.map if both == found.map.axes else replace(found.map, axes=both),
         axes=both,
@@ -471,6 +472,12 @@ def _as_given(found: Fit, problem: Problem, axes: str, shapes: tuple[Outline, ..
         pins=given.pins if given.pins.shape == found.pins.shape else found.pins,
         strokes=given.strokes if len(given.strokes) == len(found.strokes) else found.strokes,
     )
+    if not found.rigid or any(found.layouts) or not isinstance(shown.map, TriangulatedMap):
+        return shown
+    # sizes of regions are relative to the outlines that are shown, and kept in files
+    mean = mean_scale(shown.source, shown.target, (list(shown.source_holes), list(shown.target_holes)))
+    regions = [Region.of(shown.map, each.rings, mean, of_target=each.of_target) for each in found.rigid]
+    return replace(shown, rigid=regions)
 
 
 def _side(axes: str, shape: Outline) -> str:
