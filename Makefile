@@ -32,7 +32,8 @@ demo: $(CORE)
 test: $(CORE)
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -m "not slow" -n auto --maxprocesses 4
 
-test-slow: $(CORE)
+# The module for WebAssembly is among them, which ziglang compiles.
+test-slow: $(CORE) $(ZIG)
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -m slow -n auto --maxprocesses 4
 
 # mypy must see the package as it is installed, not the folders of the repository: stage it.
