@@ -110,7 +110,7 @@ class Command(click.Command):
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """The options that most need, or those of a topic, and how to see the others."""
-        records = {
+        records: dict[str, Any] = {
             max(each.opts, key=len)[2:].replace("-", "_"): each.get_help_record(ctx)
             for each in self.get_params(ctx)
             if isinstance(each, click.Option) and not each.hidden

@@ -345,7 +345,19 @@ class Problem:
         ]
         given = inner[0], inner[1], known, kept, kept_there
         kept_as_given = AsGiven(outlines[0], outlines[1], pins, pairs)
-        return cls(unit, goal, unit_pins, unit_strokes, s, t, *given, *fields, kept_as_given)
+        importance_field, size_field = fields
+        return cls(
+            unit,
+            goal,
+            unit_pins,
+            unit_strokes,
+            s,
+            t,
+            *given,
+            importance=importance_field,
+            size_map=size_field,
+            as_given=kept_as_given,
+        )
 
     def mirrored(self) -> "Problem":
         """The same problem seen in a mirror."""

@@ -360,7 +360,7 @@ class Fit:
             from .maps.figure import draw_carried
 
             draw_carried(ax, carried or self._checkerboard(), self.target or Curve(self.image))
-            return ax.figure
+            return ax.figure  # type: ignore[return-value]
         from .maps.figure import figure
 
         return figure(

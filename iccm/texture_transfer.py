@@ -47,6 +47,8 @@ class FitOptions(OptionValues, total=False):
     importance: Any
     size_map: Any
     start: Fit | TriangulatedMap | None
+    opaque: bool
+    free_gaps: bool
     axes: str
     progress: Callable[[Progress], object] | None
     cancel: Callable[[], bool] | None
