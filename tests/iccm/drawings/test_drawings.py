@@ -1,0 +1,153 @@
+"""Whole drawings: frames, what a map shows of two drawings, its cost, and maps by way of frames."""
+
+import numpy as np
+import pytest
+import shapely
+
+import iccm
+from iccm.curve import Curve
+from iccm.drawings.cost import LOST, price
+from iccm.drawings.drawing import Drawing
+from iccm.drawings.frame import close_hairlines, frames_of
+from iccm.drawings.pairing import pair_by_place
+from iccm.drawings.region import Region
+from iccm.drawings.seen import middles, seen
+from iccm.errors import InputError
+from iccm.pixels.canvas import Canvas
+from iccm.pixels.composed import Cut
+from iccm.pixels.preimages import of as preimages_of
+
+BARS = shapely.MultiPolygon([shapely.box(0, 0, 5, 1), shapely.box(1, 2, 4, 3.5), shapely.box(0.5, 4, 5, 4.7)])
+RING = shapely.Polygon([(0, 0), (7, 0), (7, 5), (0, 4)], [[(2, 1), (2, 3), (4, 3), (4, 1)]])
+
+
+def two_triangles(z):
+    """A rectangle's corners as a mesh of two triangles."""
+    return np.asarray(z, dtype=complex), np.array([[0, 1, 2], [0, 2, 3]])
+
+
+@pytest.mark.parametrize("painted", [BARS, RING, shapely.union(RING, shapely.box(9, 1, 9.5, 8))])
+def test_frames_hold_the_drawing_and_grow_up_to_its_hull(painted):
+    frames = frames_of(painted)
+    whole = [frame for frame in frames if frame.left_out == 0]
+    for frame in whole:
+        polygon = frame.outline.polygon
+        assert polygon.is_valid and painted.difference(polygon).area < 1e-9 * painted.area
+    areas = [frame.outline.area for frame in whole]
+    assert areas == sorted(areas)
+    assert areas[-1] == pytest.approx(shapely.convex_hull(painted).area)
+
+
+def test_a_single_part_has_its_own_outline_first():
+    drawing = Drawing(RING)
+    assert drawing.is_one_part and drawing.frames[0].radius == 0
+    assert drawing.tightest.outline.area == pytest.approx(shapely.Polygon(RING.exterior).area)
+    assert len(drawing.holes) == len(drawing.mappable_holes) == 1
+
+
+def test_the_tightest_frame_of_bars_leaves_the_space_beside_them_free():
+    tightest = Drawing(BARS).tightest.outline
+    assert not tightest.contains(np.array([0.2 + 3j]))[0]  # beside the short bar
+    assert tightest.contains(np.array([2.5 + 1.5j]))[0]  # between two bars
+
+
+def test_a_small_part_far_away_need_not_be_in_every_frame():
+    dot = shapely.box(30, 30, 30.2, 30.1)
+    first, *others = frames_of(shapely.union(RING, dot))
+    assert first.left_out == pytest.approx(dot.area / (RING.area + dot.area))
+    assert all(frame.left_out == 0 for frame in others)
+
+
+def test_hairlines_are_filled_and_other_gaps_stay():
+    halves = shapely.union(shapely.box(0, 0, 10, 3), shapely.box(0, 3.002, 10, 7))
+    filled = close_hairlines(halves)
+    assert filled.geom_type == "Polygon" and filled.area == pytest.approx(70, rel=1e-6)
+    slit = shapely.Polygon([(0, 0), (9, 0), (9, 3), (2, 3), (9, 3 + 1e-13), (9, 6), (0, 6)])
+    assert len(close_hairlines(slit).exterior.coords) == 5
+    assert close_hairlines(BARS) is BARS and close_hairlines(RING) is RING
+
+
+def test_rings_are_the_drawing_again():
+    drawing = Drawing(shapely.union(RING, BARS.buffer(0.2).intersection(shapely.box(-9, 4.5, 9, 9))))
+    again = Drawing.of_rings(drawing.rings)
+    assert again.painted.equals_exact(drawing.painted, 0)
+    backwards = [ring[::-1] for ring in drawing.rings]
+    assert Drawing.of_rings(backwards).painted.symmetric_difference(drawing.painted).area < 1e-12
+    with pytest.raises(InputError, match="paints nothing"):
+        Drawing(shapely.Polygon())
+
+
+def test_the_samples_of_a_triangle_are_the_middles_of_its_parts():
+    weights = middles(4)
+    assert weights.shape == (16, 3) and np.allclose(weights.sum(axis=1), 1)
+    assert np.allclose(weights.mean(axis=0), 1 / 3) and weights.min() > 0
+
+
+def test_what_is_seen_by_counting_areas():
+    z, faces = two_triangles([0, 4, 4 + 2j, 2j])
+    u = 3 * z + 1j
+    source, target = Region(shapely.box(0, 0, 4, 2)), Region(shapely.box(0, 1, 9, 7))
+    found = seen(z, u, faces, source, target, covering=None, subdivision=40)
+    assert found.energy == pytest.approx(1, abs=1e-12)  # a similarity, whatever is seen of it
+    assert found.hidden == pytest.approx(1 / 4, abs=0.01) and found.bare == pytest.approx(0, abs=0.01)
+    left = Region(shapely.box(0, 0, 1, 2))
+    found = seen(z, u, faces, left, target, covering=left, subdivision=40)
+    assert found.hidden == pytest.approx(0, abs=0.02) and found.bare == pytest.approx(2 / 3, abs=0.01)
+
+
+def test_the_energy_of_what_is_seen_is_that_of_a_stretch():
+    z, faces = two_triangles([0, 4, 4 + 2j, 2j])
+    u = 3 * z.real + 1j * z.imag
+    regions = Region(shapely.box(0, 0, 4, 2)), Region(shapely.box(0, 0, 12, 2))
+    found = seen(z, u, faces, *regions, covering=None)
+    assert found.energy == pytest.approx((3 + 1 / 3) / 2)  # areas are even: (K + 1/K) / 2
+
+
+def test_the_price_lies_between_the_energy_and_that_of_a_lost_point():
+    assert price(1.5, (0, 0), 1) == 1.5
+    assert price(1.5, (0.2, 0.4), 2) == pytest.approx(2 * (0.7 * 1.5 + 0.3 * LOST))
+    assert price(np.inf, (1, 1), 1) == LOST
+
+
+def test_parts_are_paired_by_place():
+    parts = list(BARS.geoms)
+    moved = [
+        shapely.transform(part, lambda xy: xy * [2, 1.5] + [7, 9]) for part in (parts[2], parts[0], parts[1])
+    ]
+    assert sorted(pair_by_place(parts, moved)) == [(0, 1), (1, 2), (2, 0)]
+
+
+def test_a_picture_is_cut_by_what_is_painted():
+    drawing = Drawing(shapely.union(RING, shapely.box(8, 1, 9.3, 3.6)))
+    low, high = drawing.tightest.outline.box
+    canvas = Canvas.about(93, 57, (low, high))
+    fit = iccm.fit(shapely.MultiPolygon(drawing.parts), shapely.MultiPolygon(drawing.parts))
+    bands = preimages_of(Cut(fit.map, drawing.rings), canvas, 1e-3, slopes=False)
+    covered = sum(float(bands(row).coverage.sum()) for row in range(0, canvas.height, 128))
+    area = covered * canvas.step[0] * canvas.step[1]
+    assert area == pytest.approx(drawing.region.area, rel=1e-4)
+
+
+def test_all_parts_of_both_drawings_are_mapped_and_certified():
+    goal = shapely.MultiPolygon([shapely.box(10, 0, 13, 2), shapely.Point(16, 1.5).buffer(1.4)])
+    fit = iccm.fit(BARS, goal)
+    report = fit.report()
+    assert fit.status.ok and report["injective"]["certified"]
+    assert report["covered"] == pytest.approx(1, abs=1e-3) and 0.5 < report["shown"] <= 1
+    bare = iccm.fit(BARS, goal, opaque=False)
+    assert bare.covered < 1  # gaps of the source are seen where the texture does not cover them
+
+
+def test_one_part_without_gaps_is_mapped_as_its_outline():
+    square, leaf = shapely.box(0, 0, 3, 2), shapely.Point(0, 0).buffer(2, quad_segs=12)
+    by_outline = iccm.fit(Curve.domain([0, 3, 3 + 2j, 2j]), leaf)
+    by_drawing = iccm.fit(Drawing(square), leaf)
+    z = np.array([0.3 + 0.4j, 2.1 + 1.7j, 1.5 + 1j])
+    assert np.allclose(by_drawing.map(z), by_outline.map(z), atol=1e-9)
+
+
+@pytest.mark.parametrize("fit", ["frame", "whole", "cover", "contain"])
+def test_every_fit_can_be_asked_for(fit):
+    found = iccm.fit(BARS, shapely.union(RING, shapely.box(8, 1, 9.3, 3.6)), fit=fit)
+    assert found.status.ok and found.report()["injective"]["certified"]
+    assert 0 < found.shown <= 1 and 0 < found.covered <= 1
