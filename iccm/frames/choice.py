@@ -120,7 +120,7 @@ class _Judge:
     """Compares coarse maps of two drawings."""
 
     def __init__(self, source: Drawing, target: Drawing, settings: Settings, *, free_gaps: bool):
-        self.source, self.target, self.settings = source, target, settings
+        self.source, self.target, self.settings, self.free_gaps = source, target, settings, free_gaps
         self._covering = source.hull_region if free_gaps else source.region
         self._good: set[Choice] = set()
 
@@ -195,8 +195,14 @@ def _frame_choices(judge: _Judge) -> Iterator[Choice]:
                 yield found
         best = min(steps, key=lambda step: costs[step], default=at)
         if costs[best] >= costs[at]:
-            return
+            break
         at = best
+    # A descent of small steps does not see that all of a gap may cost less than a part of it.
+    hull = len(sides[0]) - 1, at[1]
+    if judge.free_gaps and hull not in costs:
+        found = attempt(*hull)
+        if found is not None:
+            yield found
 
 
 def _of_area_one(coarse: CoarseMap) -> tuple[Complex, Complex, Index]:
