@@ -8,7 +8,6 @@ import copy
 import math
 import subprocess
 import sys
-from io import BytesIO
 from pathlib import Path
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
@@ -19,6 +18,7 @@ from ...arrays import Box
 from ...errors import InputError, naming
 from .. import limits
 from ..pictures.image import Image
+from ..pictures.pillow import opened
 from ..svg import reader, tree
 from ..svg.document import drawing_bytes, local
 from . import attributes, rasterize
@@ -54,9 +54,8 @@ def render(path: Path, box: Box, size: tuple[int, int], *, max_bytes: int = limi
     Raises:
         InputError: it cannot be read, or not be rendered.
     """
-    from PIL import Image as Pillow
-
-    with Pillow.open(BytesIO(render_png(path, box, size, max_bytes=max_bytes))) as picture:
+    content = render_png(path, box, size, max_bytes=max_bytes)
+    with opened(content, path, formats=("PNG",)) as picture:
         return Image(np.array(picture.convert("RGBA")), alpha=3)
 
 

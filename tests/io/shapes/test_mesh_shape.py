@@ -482,13 +482,13 @@ def test_a_missing_layout_is_told_before_the_solving(tmp_path, monkeypatch, iccm
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--texture", "c.exr", "-o", "o.glb"], "c.exr: cannot be put into a GLB file"),
+        (["--texture", "c.exr", "-o", "o.glb"], "c.exr: holds floats"),
         (["--texture", "-c.png", "-o", "o.obj"], "-c.png: a material library cannot name this file"),
         (
             ["--bake", "--size", "64", "--max-pixels", "4000", "-o", "o.png"],
             "--size: 64x64 is more than 4000",
         ),
-        (["--bake", "-o", "o.png"], "far.obj: texture coordinates of a triangle are not finite or span"),
+        (["--bake", "-o", "o.png"], "far.obj: face 1"),
     ],
 )
 def test_what_a_mesh_cannot_show_or_hold_is_told_before_the_solving(
@@ -595,7 +595,7 @@ def test_a_texture_of_another_format_becomes_png(tmp_path):
     )
     assert (mesh_reading.read_texture(mesh_reading.read(str(out))).pixels == colours().pixels).all()
     (tmp_path / "c.tif").write_text("no picture")
-    with pytest.raises(InputError, match=r"c\.tif: cannot be put into a GLB file"):
+    with pytest.raises(InputError, match=r"c\.tif: cannot be read"):
         new_uvs(
             [(target, identity(target), plane)],
             stmap.flat(target.box),

@@ -570,7 +570,7 @@ def test_bad_path_data(svg, d):
     "body, words",
     [
         ("", ("nothing in it has an outline",)),
-        ("<text>hello</text>", ("made paths",)),
+        ("<text>hello</text>", ("paths", "#text=")),
         ('<rect width="5"/>', ("0 distinct points",)),
         ('<rect width="-5" height="5"/>', ("width is -5",)),
         ('<circle r="x"/>', ("r 'x' is not a length",)),
