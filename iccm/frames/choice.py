@@ -37,6 +37,8 @@ GOOD_STRETCH = 2.2
 """Stretch on 95 % of the area up to which the map of whole outlines is taken without looking further,"""
 GOOD_LOST = 0.02
 """and the share of both drawings that such a map may lose."""
+GOOD_COST = 1.5
+"""and its cost: maps whose stretch is small on 95 % may still comb the rest, which the mean energy sees."""
 CRACK_WIDTH = 3 / 512
 """Relative to the target's size: a slit narrower than that is seen as a crack of that width."""
 MOST_MATCHED_HOLES = 3
@@ -132,6 +134,7 @@ class _Judge:
         found = Choice(frames, way, holed, shown.cost(coarse.turning), shown)
         if (
             max(shown.hidden, shown.bare) <= GOOD_LOST
+            and found.cost <= GOOD_COST
             and stretch_quantile(*_of_area_one(coarse), 0.95) <= GOOD_STRETCH
         ):
             self._good.add(found)
