@@ -29,7 +29,7 @@ def command(run: str, baselines: str, update: bool, **given: Any) -> int:
     \b
     iccm batch jobs.toml --root out && iccm check out baselines --diff diff
     iccm check out baselines --html check.html --summary "$GITHUB_STEP_SUMMARY"
-    iccm check out baselines --update --only 'kite-*'
+    iccm check out baselines --update --only 'bell*'
 
     Exit code: 0 no regression, 1 some, 2 an input is wrong.
     """

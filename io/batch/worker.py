@@ -101,9 +101,12 @@ def _first_notes(notes: tuple[str, ...]) -> list[str]:
 
 def _failure(error: Exception) -> dict[str, Any]:
     """The same sentences as the command line's, without importing it."""
+    from ...deadline import TimeUp
     from ...errors import IccmError
 
-    if isinstance(error, IccmError):
+    if isinstance(error, TimeUp):  # the job ended by itself, shortly before its worker would have been stopped
+        status, message = "timeout", str(error)
+    elif isinstance(error, IccmError):
         status, message = "failed", str(error)
     elif isinstance(error, OSError) and error.strerror:
         status, message = (
