@@ -64,6 +64,8 @@ def replacing(path: str | os.PathLike, *, force: bool = False, private: bool = F
         _flush(temporary)
         os.replace(temporary, path)
     except InputError as error:  # what is wrong with the temporary file is wrong with this one
+        if str(temporary) not in str(error):
+            raise
         raise InputError(str(error).replace(str(temporary), str(given))) from error
     except OSError as error:
         if error.errno in _FULL or error.filename in (str(temporary), temporary):

@@ -277,7 +277,7 @@ LIMB = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><path d="M
         ("whole", ("limb", "square"), set()),
         ("contain", ("limb", "square"), {"uncovered"}),
         ("cover", ("square", "limb"), {"left_out"}),
-        ("auto", ("limb", "square"), {"uncovered"}),
+        ("auto", ("limb", "square"), set()),
     ],
 )
 def test_parts_may_be_left_out_and_the_command_says_so(shapes, shell, fit, pair, lost):
