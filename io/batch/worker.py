@@ -104,7 +104,8 @@ def _failure(error: Exception) -> dict[str, Any]:
     from ...deadline import TimeUp
     from ...errors import IccmError
 
-    if isinstance(error, TimeUp):  # the job ended by itself, shortly before its worker would have been stopped
+    # a job ends by itself shortly before its worker would be stopped
+    if isinstance(error, TimeUp):
         status, message = "timeout", str(error)
     elif isinstance(error, IccmError):
         status, message = "failed", str(error)
