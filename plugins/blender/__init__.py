@@ -189,7 +189,7 @@ class ICCM_OT_fit_island(Run, bpy.types.Operator):
                     "select the islands to fit and, last, a face of the island that they go into"
                 )
             mesh.write(folder / "outline.obj", onto, mesh.mirrored())
-            outline = "outline.obj"
+            outline = "outline.obj#uv"
         elif self.outline == "file":
             outline = bpy.path.abspath(self.filepath)
             if not outline:
