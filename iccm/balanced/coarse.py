@@ -12,7 +12,6 @@ from ..errors import InputError
 from .constraints.validate import UNPINNED
 from .errors import Stuck
 from .holes.given import NONE, Holes
-from .minimise.upright import turn_cost
 from .model.discrete_map import BAY, FILLED, DiscreteMap
 from .model.frames import UnitFrame, frames_of
 from .model.settings import Settings, SolveLog
@@ -81,6 +80,6 @@ def _solved(used: UnitProblem, frames: tuple[UnitFrame, UnitFrame]) -> CoarseMap
             frames[1].world(u),
             state.faces,
             (weights == FILLED) | (weights == BAY),
-            float(turn_cost(used.upright, np.cos(state.turn))),
+            used.energy.rotation_cost(state.turn),
         )
     return None

@@ -8,7 +8,6 @@ import numpy as np
 
 from ..arrays import Complex, Index
 from ..curve import Curve
-from ..drawings.cost import price
 from ..errors import InputError
 from ..maps import bounds
 from ..maps.approximation import triangulated
@@ -23,12 +22,11 @@ from .constraints.validate import check, check_free
 from .errors import NoMapError
 from .holes.given import Holes, named_partners, open_holes, unequal
 from .method import solve as solved
-from .minimise.upright import turn_cost
-from .model.measures import energy_between, turn_of
+from .model.energy import UPRIGHT, Energy
+from .model.measures import turn_of
 from .model.settings import Settings, Solution
 from .motion import carry_map
 from .rigid.given import NO_REGIONS, regions_of
-from .search.multilevel import UPRIGHT
 from .search.partial import GOOD, TURNED
 
 SEAM = "The ring of the {} is opened by a seam, where the picture meets itself (holes)."
@@ -220,11 +218,9 @@ def opened_ring(problem: Problem, closed: Fit, options: Options, settings: Setti
 def price_of(fit: Fit, settings: Settings) -> float:
     """What a map costs; see `partial.price`."""
     map = triangulated(fit.map)
-    turned = 1.0
-    if settings.turn is not None:
-        turned = turn_cost(UPRIGHT, np.cos(turn_of(map.source, map.image, map.faces) - settings.turn))
-    energy = energy_between(map.source, map.image, map.faces[~fit.voids], settings.theta)
-    return price(energy, (fit.left_out, fit.uncovered), turned)
+    rotation = turn_of(map.source, map.image, map.faces) - (settings.turn or 0.0)
+    lost = fit.left_out, fit.uncovered
+    return settings.energy.cost(map.source, map.image, map.faces[~fit.voids], lost, rotation=rotation)
 
 
 def result_of(
@@ -309,8 +305,9 @@ def drawing_order(middles: Complex, bottom: complex) -> Index:
 
 def settings_of(options: Options) -> Settings:
     """What is asked of a map, of the options."""
+    upright = 0.0 if options.turn == "any" else UPRIGHT
     return Settings(
-        theta=options.balance,
+        energy=Energy(options.balance, upright),
         turn=None if options.turn == "any" else float(np.radians(options.turn or 0.0)),
         tolerance=options.tolerance,
         max_dilatation=options.max_dilatation,

@@ -184,7 +184,7 @@ class Live:
         self,
         pins: Complex,
         strokes: Sequence[tuple[Curve, Curve]] = (),
-        theta: float | None = None,
+        balance: float | None = None,
         *,
         dragged: bool = False,
     ) -> "Live":
@@ -195,8 +195,9 @@ class Live:
             NoMapError: the map cannot be carried there without folds.
             InputError: pins or strokes that no one-to-one map meets.
         """
-        if theta is not None:
-            settings, begun = replace(self.settings, theta=theta), replace(self.state, theta=theta)
+        if balance is not None:
+            settings = replace(self.settings, energy=replace(self.settings.energy, balance=balance))
+            begun = replace(self.state, energy=replace(self.state.energy, balance=balance))
             return replace(self, settings=settings, state=begun).moved(pins, strokes, dragged=dragged)
         given = self.pair.checked(pins, strokes)
         others = self._changes_vertices(given)

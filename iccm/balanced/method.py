@@ -20,7 +20,7 @@ from .holes.filled import Cut, without_filled
 from .holes.given import NONE, Holes, unequal, which
 from .model.boundary_pairs import loops_of
 from .model.frames import UnitFrame, frames_of
-from .model.measures import energy_between, turn_of
+from .model.measures import turn_of
 from .model.metric import FieldMetric
 from .model.settings import Settings, Solution, SolveLog
 from .model.sketch import Sketch
@@ -133,7 +133,7 @@ def _with_rigid(
     problem = multilevel.problem_of(source, target, holes, given, settings)
     aims, said, held = aims_of(unit, given, settings.rigid_size or 1.0)
     free = ~said & (settings.rigid_size is None)
-    wanted = Rigid(unit.polygons, aims, ~said & (problem.upright == 0), free, held)
+    wanted = Rigid(unit.polygons, aims, ~said & (problem.energy.upright == 0), free, held)
     return keep_rigid(problem, state, wanted, settings, journal)
 
 
@@ -226,7 +226,7 @@ def solution_of(
         u,
         cut.faces,
         loops,
-        energy_between(state.z, state.u, state.material, settings.theta, metrics),
+        settings.energy.between(state.z, state.u, state.material, metrics),
         journal.energies,
         float(turn),
         gap,

@@ -77,7 +77,7 @@ def _matches(problem: UnitProblem) -> list[Match]:
     source, target = problem.source, problem.target
     if problem.anchors[0]:
         return [_interpolate(source, target, (np.array(problem.anchors[0]), np.array(problem.anchors[1])))]
-    turns = initial_matches.ANY_TURN if problem.upright == 0 else initial_matches.TURNS
+    turns = initial_matches.ANY_TURN if problem.energy.upright == 0 else initial_matches.TURNS
     return initial_matches.candidates(source, target, turns)
 
 

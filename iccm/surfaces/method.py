@@ -181,9 +181,9 @@ def _on_own(asked: SurfaceProblem, state: Meshed) -> OwnMap:
         return replace(own, state=final_mesh.meet_bounds(begun, settings, journal))
     begun = replace(own.state, ground=ground_of(other, asked.frames[not asked.onto]))
     first = begun.forward(1.0, STEPS, DECREASE)
-    journal.energies.append(first.energy)
+    journal.energies.append(first.value)
     state = final_mesh.meet_bounds_by(lambda state, q: state.forward(q, STEPS, DECREASE), first, settings)
-    return replace(own, state=state, energy=first.energy)
+    return replace(own, state=state, energy=first.value)
 
 
 def _with_rigid(asked: SurfaceProblem, own: OwnMap | None) -> OwnMap:

@@ -69,8 +69,8 @@ def keep_rigid(
     aims, said, held = aims_by(count, holding[state.inner], pins, size or 1.0)
     wanted = Rigid((), aims, ~said, ~said & (size is None), held)
     kept = keep_on_mesh(replace(state, rigid=labels, flat=flat), wanted, settings)
-    journal.energies.append(kept.energy)
-    return replace(own, state=kept, energy=kept.energy)
+    journal.energies.append(kept.value)
+    return replace(own, state=kept, energy=kept.value)
 
 
 def laid_by_themselves(

@@ -230,7 +230,7 @@ class _On(NamedTuple):
             bound=pinned.size > 0,
             weights=None if material.all() else weights,
             metrics=(OwnMetric(maps, material), self.problem.metrics[1]),
-            theta=self.problem.theta,
+            energy=self.problem.energy.without_rotation(),
         )
         return OwnMap(found, mesh, order)
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from ...arrays import Box, Complex
 from ...balanced.interactive import Live
+from ...balanced.model.energy import Energy
 from ...balanced.model.settings import Settings
 from ...blas import one_thread
 from ...curve import Curve
@@ -372,7 +373,7 @@ class Session:
         if self._fit is None:
             raise InputError("there is no map yet to begin with")
         turn = None if scene.turn == "any" else float(np.radians(scene.turn))
-        settings = Settings(theta=scene.balance, turn=turn, tolerance=self.job.tolerance)
+        settings = Settings(energy=Energy(scene.balance), turn=turn, tolerance=self.job.tolerance)
         return Live.of(self._fit, settings, pins, strokes, dragged=dragged)
 
     def transfer(self, side: str, points: Sequence[Place]) -> list[list[float]]:

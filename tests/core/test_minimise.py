@@ -10,7 +10,7 @@ from iccm.balanced.minimise import energy, newton, sliding, upright
 from iccm.balanced.minimise.energy import Objective, RestShapes
 from iccm.balanced.minimise.newton import System
 from iccm.balanced.minimise.sliding import Border, Constraints, Rail, Rails
-from iccm.balanced.minimise.upright import ANY_TURN, Upright
+from iccm.balanced.minimise.upright import ANY_ROTATION, Upright
 from iccm.linalg import cholesky
 from tests.core.reference import minimise as reference
 
@@ -155,9 +155,9 @@ def test_directions_of_sliding_vertices():
 
 def test_the_cost_of_a_rotation():
     cost, q = Upright.of(rest(), Z.size, 3.0), 2.0
-    assert upright.turn_factor(cost, BENT, q) == reference.turn_factor(cost, BENT, q)
+    assert upright.rotation_factor(cost, BENT, q) == reference.rotation_factor(cost, BENT, q)
     turning = np.empty((2, Z.size), complex)
-    assert upright.turn_derivatives(cost, BENT, q, turning[0]) == reference.turn_derivatives(
+    assert upright.rotation_derivatives(cost, BENT, q, turning[0]) == reference.rotation_derivatives(
         cost, BENT, q, turning[1]
     )
     assert np.array_equal(*turning)
@@ -169,11 +169,11 @@ def test_the_largest_step():
 
 
 MODES = {
-    "descending": (False, Objective.of(1.0, 3.0), ANY_TURN, False),
+    "descending": (False, Objective.of(1.0, 3.0), ANY_ROTATION, False),
     "upright": (False, Objective.of(1.0, 1.0), Upright.of(rest(), Z.size, 3.0), False),
-    "moving": (True, Objective.of(1.0, 1.0), ANY_TURN, False),
-    "untangling": (False, Objective(1.0, 1.0, epsilon=0.3), ANY_TURN, False),
-    "with one factor": (False, Objective.of(1.0, 1.0), ANY_TURN, True),
+    "moving": (True, Objective.of(1.0, 1.0), ANY_ROTATION, False),
+    "untangling": (False, Objective(1.0, 1.0, epsilon=0.3), ANY_ROTATION, False),
+    "with one factor": (False, Objective.of(1.0, 1.0), ANY_ROTATION, True),
 }
 
 

@@ -15,6 +15,7 @@ from ..model.boundary import FreeBoundary
 from ..model.boundary_mesh import kept_by, regions_of
 from ..model.boundary_pairs import Match, subdivide
 from ..model.discrete_map import DiscreteMap
+from ..model.energy import Energy
 from ..search.levels import subdivide_rings
 
 SPACING = 0.75  # of the outline's vertices, in mesh sizes
@@ -23,7 +24,7 @@ SPACING = 0.75  # of the outline's vertices, in mesh sizes
 def mesh_of(
     outlines: Sequence[Curve],
     pins: Pins,
-    theta: float,
+    energy: Energy,
     size: float,
     drawn: list[Match] | None = None,
     regions: Sequence[Sequence[Complex]] = (),
@@ -34,7 +35,7 @@ def mesh_of(
         outlines: the outer one, counter-clockwise, and those of holes, clockwise, around an area of about one, with a
             vertex at every pin on them.
         pins: in its coordinates.
-        theta: weight of the area part of the energy.
+        energy: what maps of it minimise.
         size: h of the triangles.
         drawn: where the vertices of strokes go; ends to ends, evenly, if None.
         regions: polygons of rigid regions.
@@ -56,7 +57,7 @@ def mesh_of(
     pattern = system_of(faces, np.append(boundary.following, boundary.size + kept.following), z.size)
     rigid = regions_of(z[faces].mean(axis=1), bones) if bones else None
     return DiscreteMap(
-        faces, pattern, z, z.copy(), boundary, inside=kept, bound=True, rigid=rigid, theta=theta
+        faces, pattern, z, z.copy(), boundary, inside=kept, bound=True, rigid=rigid, energy=energy
     )
 
 

@@ -20,6 +20,7 @@ from ..errors import NoMapError, Stuck
 from ..holes.outlines import manageable_holes
 from ..meshing.transfer import interpolate
 from ..model.discrete_map import DiscreteMap, folds
+from ..model.energy import Energy
 from ..model.frames import UnitFrame
 from ..model.outline import manageable
 from ..model.settings import Settings
@@ -125,17 +126,17 @@ def refine(
     bones: Regions = NO_REGIONS,
 ) -> list[DiscreteMap]:
     """The deformation on one mesh after the other, the last one fine."""
-    size, theta = np.sqrt(TRIANGLES_PER_AREA / settings.triangles), settings.theta
+    size, energy = np.sqrt(TRIANGLES_PER_AREA / settings.triangles), settings.energy.without_rotation()
     levels = []
     if start is None:
-        levels = [roughly(outlines, pins, theta, max(COARSE, size))]
+        levels = [roughly(outlines, pins, energy, max(COARSE, size))]
         rough = levels[0].forward(1.0, FORWARD, SETTLED, corners=False) if pins.strokes else levels[0]
         start, drawn = (rough.z, rough.u, rough.faces), rough.inside.matches
     else:
         drawn = aim_feet(
-            pins.strokes, start_from(mesh_of(outlines, pins, theta, size), start), EVENED
+            pins.strokes, start_from(mesh_of(outlines, pins, energy, size), start), EVENED
         ).inside.matches
-    fine = start_from(mesh_of(outlines, pins, theta, size, drawn, bones.polygons), start)
+    fine = start_from(mesh_of(outlines, pins, energy, size, drawn, bones.polygons), start)
     levels.append(relax(reach_goals(fine, MOVING_STEPS, SETTLED), 1.0))
     if bones.polygons:
         levels.append(stiffen(levels[-1], bones, pins))
@@ -147,20 +148,20 @@ def stiffen(state: DiscreteMap, bones: Regions, pins: Pins) -> DiscreteMap:
     """The map with rigid bones."""
     aims, said, held = aims_of(bones, pins, 1.0)
     wanted = Rigid(bones.polygons, aims, ~said, np.zeros(said.size, bool), held)
-    return harden(state, wanted, state.energy)
+    return harden(state, wanted, state.value)
 
 
-def roughly(outlines: Sequence[Curve], pins: Pins, theta: float, size: float) -> DiscreteMap:
+def roughly(outlines: Sequence[Curve], pins: Pins, energy: Energy, size: float) -> DiscreteMap:
     """The deformation on a coarse mesh; ends of strokes that slide pass corners of theirs between meshes."""
-    state = aim_feet(pins.strokes, rigid_motion(mesh_of(outlines, pins, theta, size)), BESIDE)
+    state = aim_feet(pins.strokes, rigid_motion(mesh_of(outlines, pins, energy, size)), BESIDE)
     state = relax(reach_goals(state, MOVING_STEPS, SETTLED), 1.0)
     for _ in range(RELEASES if any(not all(stroke.sticks) for stroke in pins.strokes) else 0):
         freed = state.forward(1.0, FORWARD, SETTLED, corners=False)
         new = start_from(
-            mesh_of(outlines, pins, theta, size, freed.inside.matches), (freed.z, freed.u, freed.faces)
+            mesh_of(outlines, pins, energy, size, freed.inside.matches), (freed.z, freed.u, freed.faces)
         )
         new = relax(reach_goals(new, MOVING_STEPS, SETTLED), 1.0)
-        if new.miss > 0 or new.energy > (1 - ROUND_DECREASE) * state.energy:
+        if new.miss > 0 or new.value > (1 - ROUND_DECREASE) * state.value:
             break
         state = new
     return state
@@ -193,9 +194,9 @@ def relax(state: DiscreteMap, q: float) -> DiscreteMap:
     resting = state if state.miss == 0 else state.held()
     resting = resting.forward(q, SETTLING_STEPS, SETTLED)
     for _ in range(ROUNDS if state.inside.strokes else 0):
-        before = resting.energy
+        before = resting.value
         resting = resting.backward(q, BACKWARD, SETTLED).forward(q, FORWARD, SETTLED)
-        if before - resting.energy < ROUND_DECREASE * before:
+        if before - resting.value < ROUND_DECREASE * before:
             break
     return resting if state.miss == 0 else resting.with_goals(goals)
 
@@ -231,7 +232,7 @@ def _deformation(levels: list[DiscreteMap], frame: UnitFrame, pins: Pins) -> Def
     injectivity.refuse_folds("source", z, state.faces)
     injectivity.refuse_folds("image", u, state.faces)
     injectivity.refuse_touching("source", *(z[loop] for loop in loops))
-    energies = [{"total": level.energy} for level in levels]
+    energies = [{"total": level.value} for level in levels]
     images = [u[loop] for loop in loops]
     simple = injectivity.is_simple(images[0]) and not (len(images) > 1 and fault(images))
     return Deformation(z, u, state.faces, loops, state.lines, energies, state.miss == 0, simple, True)

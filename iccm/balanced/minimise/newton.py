@@ -27,7 +27,7 @@ from ..errors import check_time
 from .energy import Objective, RestShapes
 from .in_space import SurfaceMap
 from .sliding import Constraints
-from .upright import ANY_TURN, Upright
+from .upright import ANY_ROTATION, Upright
 
 WorkspaceRecord = record(
     """struct Workspace {
@@ -153,7 +153,7 @@ class System:
         faces: Index,
         rest: RestShapes,
         constraints: Constraints,
-        upright: Upright = ANY_TURN,
+        upright: Upright = ANY_ROTATION,
     ) -> "System":
         """With a workspace."""
         workspace = Workspace.of(pattern, constraints.kinds.size)

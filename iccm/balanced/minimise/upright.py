@@ -48,20 +48,20 @@ class Upright(NamedTuple):
         return UprightRecord(self.moments, self.weight)
 
 
-ANY_TURN = Upright(np.empty(0, np.complex128), 0.0)
+ANY_ROTATION = Upright(np.empty(0, np.complex128), 0.0)
 
 
-def turn_cost(weight: float, cosine: float) -> float:
+def rotation_cost(weight: float, cosine: float) -> float:
     """What a rotation of this cosine multiplies the energy by, at q = 1."""
     return 1 + 0.5 * weight * (1 - cosine)
 
 
-def turn_factor(upright: Upright, u: Complex, q: float) -> float:
+def rotation_factor(upright: Upright, u: Complex, q: float) -> float:
     """What the energy of images u (n,) is multiplied by; infinite where they have no rotation."""
     return float(_rotation_factor(upright.record(), u, q, u.size))
 
 
-def turn_derivatives(upright: Upright, u: Complex, q: float, turning: Complex) -> tuple[float, float]:
+def rotation_derivatives(upright: Upright, u: Complex, q: float, turning: Complex) -> tuple[float, float]:
     """Compute derivatives of the factor's logarithm by the angle, and fill in the angle's gradient.
 
     Args:

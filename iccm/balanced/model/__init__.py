@@ -6,6 +6,7 @@ outline             outlines simplified to a tolerance, with their corners
 boundary_pairs      correspondences of outlines, and the pairs of arclengths at a mesh's boundary vertices
 inner_constraints   pins and strokes as vertices of a mesh
 metric              surfaces as planes with a metric
+energy              what maps minimise and are compared by
 boundary            what holds a mesh's boundary: outlines that it slides on, or pins alone
 discrete_map        a mesh, its image, what holds its vertices, and its triangles at rest
 boundary_mesh       a mesh for a boundary and for what is inside

@@ -18,14 +18,15 @@ from ...maps.triangulated.patches import NO_LINES
 from ...plane import triangle_areas
 from ..errors import Tangled
 from ..minimise import newton
-from ..minimise.energy import NO_AIMS, Objective, RestShapes, geometry
+from ..minimise.energy import NO_AIMS, RestShapes, geometry
 from ..minimise.in_space import Ground, SurfaceMap, separate
 from ..minimise.sliding import HELD, SLIDING, Border, Constraints, Rails, border_energy
 from ..minimise.unfold import BARE, unfold
 from ..minimise.untangle import STEPS, springs, untangle
-from ..minimise.upright import ANY_TURN, Upright, turn_cost
+from ..minimise.upright import ANY_ROTATION
 from .boundary import Boundary, MatchedBoundary, MatchedLoop
 from .boundary_pairs import Loop, Match, Pairs
+from .energy import WITHOUT_ROTATION, Energy
 from .inner_constraints import InnerConstraints
 from .measures import stretches, turn_of
 from .metric import PLANES, Metrics, rest_geometry
@@ -56,7 +57,7 @@ class DiscreteMap:
         z: (n,) vertices in the source.
         u: (n,) their images.
         boundary: what holds the boundary's vertices.
-        energy: at the last step, with the outline's term, and more for a turn.
+        value: of the energy at the last step, with the outline's term, and more for a rotation.
         inside: the constraints inside, whose vertices come after the boundary's.
         bound: whether their vertices are held by them; if not, they are like any others.
         weights: (m,) 1, FILLED and BAY for voids, triangles in holes without a partner and in bays, and PASSED_OVER for
@@ -64,8 +65,7 @@ class DiscreteMap:
         multipliers: (m,) by which triangles count more, for the sake of bounds; None where all count alike.
         spared: how many of its steps the last descent did without.
         metrics: of surfaces that the planes of source and target stand for.
-        upright: what turning the picture costs: upside down 1 + this times as much.
-        theta: weight of the area part of the energy.
+        energy: what steps minimise.
         ground: the target in space, whose metric changes as vertices move; None for the one that `metrics` has.
         rigid: (m,) the rigid region that each triangle is in, -1 for none; None where there are none.
         aims: (k,) complex, the derivative that each region is to have.
@@ -78,15 +78,14 @@ class DiscreteMap:
     z: Complex
     u: Complex
     boundary: Boundary
-    energy: float = np.inf
+    value: float = np.inf
     inside: InnerConstraints = NONE_INSIDE
     bound: bool = False
     weights: Real | None = None
     multipliers: Real | None = None
     spared: int = 1
     metrics: Metrics = PLANES
-    upright: float = 0.0
-    theta: float = 1.0
+    energy: Energy = WITHOUT_ROTATION
     ground: Ground | None = None
     rigid: Index | None = None
     aims: Complex = field(default_factory=lambda: NO_AIMS)
@@ -323,10 +322,8 @@ class DiscreteMap:
         rest = self._rest(True, q)
         elsewhere = rest._replace(weights=np.where(rest.aims != 0, 0, rest.weights))
         tau, constraints = self.constraints(True, True, self.inside.at_target)
-        gain = elsewhere.energy(self.u, Objective.of(self.theta, q, self.boundary.area_share(True)))
-        gain = (gain + border_energy(constraints.border, tau)) * turn_cost(
-            self.upright, np.cos(self.turn)
-        ) ** q
+        gain = elsewhere.energy(self.u, self.energy.objective(q, self.boundary.area_share(True)))
+        gain = (gain + border_energy(constraints.border, tau)) * self.energy.rotation_cost(self.turn) ** q
         inside = self.rigid >= 0
         areas = np.bincount(self.rigid[inside], np.abs(triangle_areas(self.form[self.faces[inside]])))
         return replace(self, stiffness=float(gain / (strain**2 * (np.abs(self.aims) ** 2 * areas).min())))
@@ -351,9 +348,9 @@ class DiscreteMap:
         for _ in range(rounds):
             state = state.forward(q, FORWARD, 0.5 * GOOD_ENOUGH)
             state = state.backward(q, backward, 0.5 * GOOD_ENOUGH)
-            if before - state.energy < SETTLED * state.energy:
+            if before - state.value < SETTLED * state.value:
                 break
-            before = state.energy
+            before = state.value
         return state
 
     def backward(self, q: float, steps: int, tolerance: float) -> "DiscreteMap":
@@ -374,16 +371,17 @@ class DiscreteMap:
         """Newton on the map, or on its inverse: positions, arclengths of the constrained vertices, and how it ended;
         `stay` (k,) are those inside that do."""
         moving = self.u if forward else self.z
-        objective = Objective.of(self.theta, q, self.boundary.area_share(forward), forward=forward)
+        objective = self.energy.objective(q, self.boundary.area_share(forward), forward=forward)
         rest, surface = self._rest(forward, q), None
         if forward and self.ground is not None:
-            rest, surface = self._in_space(self.ground, objective.theta)
+            rest, surface = self._in_space(self.ground)
         u, (tau, constraints) = moving.copy(), self.constraints(forward, corners, stay)
-        counts = self.upright > 0 and surface is None  # where what is moved lies in a plane
-        upright = Upright.of(self._counted(rest), u.size, self.upright) if counts else ANY_TURN
+        upright = ANY_ROTATION
+        if surface is None:  # what is moved lies in a plane
+            upright = self.energy.rotation_term(self._counted(rest), u.size)
         system = newton.System.of(self.pattern, self.faces, rest, constraints, upright)
-        energy, done, _ = newton.descend(system, objective, surface, u, tau, steps, tolerance)
-        return u, tau, {"energy": float(energy), "spared": int(steps - done)}
+        value, done, _ = newton.descend(system, objective, surface, u, tau, steps, tolerance)
+        return u, tau, {"value": float(value), "spared": int(steps - done)}
 
     def _rest(self, forward: bool, q: float) -> RestShapes:
         """The triangles at rest on the side that is kept."""
@@ -412,7 +410,7 @@ class DiscreteMap:
             return rest
         return rest._replace(weights=np.where(rest.aims != 0, 1 / self.stiffness, 1.0) * rest.weights)
 
-    def _in_space(self, ground: Ground, theta: float) -> tuple[RestShapes, SurfaceMap]:
+    def _in_space(self, ground: Ground) -> tuple[RestShapes, SurfaceMap]:
         """The triangles at rest, each by itself, and what their energy on the ground needs."""
         corners = self.pattern.corners
         gradients, areas = rest_geometry(self.z, self.u, corners, (self.metrics[0], None))
@@ -425,7 +423,7 @@ class DiscreteMap:
         flat, flat_areas = np.where(open[:, None], gradients, flat), np.where(open, areas, flat_areas)
         turns = np.sign(triangle_areas(self.z[corners]))
         layout = RestShapes.of(self.pattern, flat, flat_areas)
-        return separate(gradients, areas), SurfaceMap.of(ground, layout, theta, open, turns)
+        return separate(gradients, areas), SurfaceMap.of(ground, layout, self.energy.balance, open, turns)
 
     def constraints(self, forward: bool, corners: bool, stay: Flags) -> tuple[Real, Constraints]:
         """Arclengths of the constrained vertices on the side that moves, and what holds them there."""

@@ -5,7 +5,6 @@ import numpy as np
 from ...arrays import Complex, Index, Real
 from ...maps.distortion import weighted_quantile
 from ...plane import triangle_areas
-from ..minimise.energy import NO_SLOTS, Objective, RestShapes, energy_of
 from .metric import PLANES, Metrics, rest_geometry
 
 MOST_DILATED, HALVINGS = 1e6, 30  # where the least dilatation is looked for, on a logarithmic scale
@@ -64,11 +63,3 @@ def stretch_quantile(z: Complex, u: Complex, faces: Index, share: float) -> floa
     """The stretch that a share of the area keeps to, half the source's and half the target's."""
     _, stretch, determinant = stretches(z, u, faces)
     return weighted_quantile(stretch, triangle_areas(z[faces]) * (1 + determinant), share)
-
-
-def energy_between(z: Complex, u: Complex, faces: Index, theta: float, metrics: Metrics = PLANES) -> float:
-    """The energy at q = 1 without the outline's term, both areas taken as one."""
-    if metrics == PLANES:
-        return energy_of(z, u, faces, theta)
-    rest = RestShapes(faces, NO_SLOTS, *rest_geometry(z, u, faces, metrics))
-    return rest.energy(u, Objective.of(theta, 1.0))

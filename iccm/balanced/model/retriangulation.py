@@ -52,7 +52,7 @@ def retriangulated(state: DiscreteMap, q: float) -> DiscreteMap:
         state.border,
         links,
         links.size,
-        state.theta,
+        state.energy.balance,
         q,
         share,
     )

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field, replace
 
 from ...arrays import Complex, Index
 from ...maps.triangulated.patches import NO_LINES
+from .energy import Energy
 from .metric import Metric
 
 
@@ -12,7 +13,7 @@ class Settings:
     """What is asked of a map.
 
     Attributes:
-        theta: the balance: 0 keeps angles only, 1 is even, more keeps areas.
+        energy: what the map minimises, and is compared by.
         turn: radians by which the picture should be turned; None leaves it to the shapes.
         tolerance: two-sided gap from the outlines aimed at, of the diagonal.
         max_dilatation: the largest K = s1/s2 wished; None for no bound.
@@ -28,7 +29,7 @@ class Settings:
         rigid_size: of rigid regions, relative to the mean scale; None where it is free.
     """
 
-    theta: float = 1.0
+    energy: Energy = field(default_factory=Energy)
     turn: float | None = 0.0
     tolerance: float = 1e-3
     max_dilatation: float | None = None
@@ -46,6 +47,11 @@ class Settings:
         """What is asked of the inverse map."""
         turn, size = self.turn and -self.turn, self.rigid_size and 1 / self.rigid_size
         return replace(self, turn=turn, rigid_size=size)
+
+    @property
+    def theta(self) -> float:
+        """The balance of angles and areas."""
+        return self.energy.balance
 
     @property
     def bounded(self) -> bool:

@@ -120,7 +120,7 @@ def keep_rigid(
     if not found:
         raise NoMapError("rigid: no map without folds follows the outlines of the regions")
     best = min(found, key=lambda state: shortfall(state, np.abs(places.factors)))
-    journal.energies.append(best.energy)
+    journal.energies.append(best.value)
     return best
 
 
@@ -157,7 +157,7 @@ def keep_on_mesh(state: DiscreteMap, rigid: Rigid, settings: Settings) -> Discre
     here = placing_of(state, rigid)
     goal = replace(here, factors=rigid.aims_beside(here.factors))
     ways: tuple[Callable[[], DiscreteMap], ...] = (
-        lambda: harden(state, rigid, state.energy),
+        lambda: harden(state, rigid, state.value),
         lambda: relax_regions(place_regions(state, goal)),
         lambda: grow_regions(state, lambda shares: replace(goal, factors=shares * goal.factors)),
     )
@@ -183,7 +183,7 @@ def from_map(sketch: Sketch, rigid: Rigid, places: Placing) -> Begin:
     def begin(level: Level, changed: Callable[[DiscreteMap], DiscreteMap]) -> DiscreteMap:
         begun = changed(carry_over(level, sketch))
         if (rigid.turns | rigid.sizes).any():
-            found = harden(begun, rigid, begun.energy)
+            found = harden(begun, rigid, begun.value)
             if is_rigid(found):
                 return found
         return relax_regions(place_regions(begun, places))

@@ -33,8 +33,8 @@ def screen(states: list[DiscreteMap], starts: int) -> list[DiscreteMap]:
         tried = progress.counted(f"coarse maps, {steps} steps", states)
         with suppress(OutOfTime):
             states = [s.forward(1.0, steps, GOOD_ENOUGH, corners=False) for s in tried]
-        states = sorted(states, key=lambda s: s.energy)[: keep * starts]
-    return [s for s in states if s.energy <= PROMISING * states[0].energy]
+        states = sorted(states, key=lambda s: s.value)[: keep * starts]
+    return [s for s in states if s.value <= PROMISING * states[0].value]
 
 
 def without_duplicates(states: list[DiscreteMap]) -> list[DiscreteMap]:
@@ -49,7 +49,7 @@ def without_duplicates(states: list[DiscreteMap]) -> list[DiscreteMap]:
 def are_equivalent(one: DiscreteMap, other: DiscreteMap) -> bool:
     """Whether two maps have the same energy and turn."""
     turned = np.angle(np.exp(1j * (one.turn - other.turn)))
-    return bool(abs(one.energy / other.energy - 1) < ALIKE[0] and abs(turned) < ALIKE[1])
+    return bool(abs(one.value / other.value - 1) < ALIKE[0] and abs(turned) < ALIKE[1])
 
 
 def best_of(level: Level, states: list[DiscreteMap]) -> DiscreteMap:
@@ -66,11 +66,11 @@ def best_of(level: Level, states: list[DiscreteMap]) -> DiscreteMap:
         if deadline.ends_search():
             return states[0]
         raise Stuck("no start")
-    settled.sort(key=lambda s: s.energy)
+    settled.sort(key=lambda s: s.value)
     most = FINALISTS * level.problem.starts
-    finalists = [state for state in settled[:most] if state.energy <= CLOSE * settled[0].energy]
+    finalists = [state for state in settled[:most] if state.value <= CLOSE * settled[0].value]
     counted = progress.counted("coarse maps, corners released", finalists)
-    return min((release_corners(level, s) for s in counted), key=lambda s: s.energy)
+    return min((release_corners(level, s) for s in counted), key=lambda s: s.value)
 
 
 def settle(level: Level, state: DiscreteMap, rounds: int) -> DiscreteMap:
@@ -82,7 +82,7 @@ def settle(level: Level, state: DiscreteMap, rounds: int) -> DiscreteMap:
     with suppress(Stuck):
         state = remesh(level, state)
     state = state.alternated(1.0, rounds, BACKWARD)
-    if not np.isfinite(state.energy):
+    if not np.isfinite(state.value):
         raise Stuck("no map without folds was found for this correspondence of the outlines")
     return state
 
@@ -103,8 +103,8 @@ def release_corners(level: Level, state: DiscreteMap) -> DiscreteMap:
             state = state.alternated(1.0, ROUNDS, BACKWARD)
         except OutOfTime:
             break
-        before, best = best.energy, min(best, state, key=lambda s: s.energy)
-        if not best.energy < (1 - GAIN) * before:
+        before, best = best.value, min(best, state, key=lambda s: s.value)
+        if not best.value < (1 - GAIN) * before:
             break
     return best
 

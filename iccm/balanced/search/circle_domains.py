@@ -87,7 +87,10 @@ class FilledMap:
         """
         goal = disc()
         problem = UnitProblem(
-            outer.curve, goal, level.problem.theta, 0.0, holes=(tuple(h.curve for h in holes), ())
+            outer.curve,
+            goal,
+            level.problem.energy.without_rotation(),
+            holes=(tuple(h.curve for h in holes), ()),
         )
         own = Level.of(problem, level.size, 0.0, CORNER_FINENESS, level.steepest)
         plain = own.mapped(initial_matches.arclength_matches(own.source.curve, own.target.curve)[0])
@@ -120,7 +123,11 @@ class FilledMap:
         holes = tuple(Curve(rim / root) for rim in rims[1:]), goal[1]
         same = tuple((k, k) for k in range(len(goal[1])))
         problem = UnitProblem(
-            Curve(rims[0] / root), goal[0], level.problem.theta, 0.0, holes=holes, partners=same
+            Curve(rims[0] / root),
+            goal[0],
+            level.problem.energy.without_rotation(),
+            holes=holes,
+            partners=same,
         )
         between = Level.of(problem, level.size, 0.0, 0.0, level.steepest)
         state = harmonic_map(between)
@@ -178,7 +185,11 @@ def onto_circles(
     """
     partners = tuple((k, k) for k in range(len(holes)))
     problem = UnitProblem(
-        outer, goal[0], level.problem.theta, 0.0, holes=(tuple(holes), goal[1]), partners=partners
+        outer,
+        goal[0],
+        level.problem.energy.without_rotation(),
+        holes=(tuple(holes), goal[1]),
+        partners=partners,
     )
     own = Level.of(problem, level.size, 0.0, CORNER_FINENESS, level.steepest)
     try:

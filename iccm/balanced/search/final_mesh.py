@@ -12,7 +12,7 @@ from ..errors import OutOfTime, Stuck, check_time
 from ..meshing.mesh import Sizes
 from ..model import mesh_sizes
 from ..model.discrete_map import EASED, EASING_STEPS, DiscreteMap
-from ..model.measures import energy_between, least_dilatations, stretches
+from ..model.measures import least_dilatations, stretches
 from ..model.metric import PLANES, Metrics
 from ..model.outline_split import split_at_vertices
 from ..model.retriangulation import retriangulated
@@ -63,7 +63,7 @@ def fine_map(problem: UnitProblem, state: DiscreteMap, size: float, journal: Sol
     if problem.constrained and not meets_constraints(problem, state):
         state = pin_continuation.again(level, state)
     state = state.alternated(POWER, FINE_ROUNDS, FINE_BACKWARD)
-    journal.energies.append(state.energy)
+    journal.energies.append(state.value)
     return state
 
 
@@ -98,7 +98,7 @@ def on_final_mesh(
     progress.tell("last map")
 
     def energy(found: Meshed) -> float:
-        return energy_between(found.z, found.u, found.material, problem.theta, found.metrics)
+        return problem.energy.between(found.z, found.u, found.material, found.metrics)
 
     found = []
     for smooth in (True, False):
@@ -177,13 +177,13 @@ def descend(state: DiscreteMap, q: float, journal: SolveLog, decrease: float = L
     before = np.inf
     for _ in range(LAST_ROUNDS):
         state = state.forward(q, LAST_STEPS, decrease, corners=True)
-        if before - state.energy < decrease * state.energy:
+        if before - state.value < decrease * state.value:
             break
-        before = state.energy
+        before = state.value
         state = state.inside_moved(q, LAST_STEPS, decrease)
-        if state.settled and before - state.energy < decrease * before:
+        if state.settled and before - state.value < decrease * before:
             break
-    journal.energies.append(state.energy)
+    journal.energies.append(state.value)
     if not state.settled and UNSETTLED not in journal.notes:
         journal.notes.append(UNSETTLED)
     return state

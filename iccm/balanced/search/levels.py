@@ -33,6 +33,7 @@ from ..model.boundary_pairs import (
     through,
 )
 from ..model.discrete_map import DiscreteMap
+from ..model.energy import Energy
 from ..model.mesh_sizes import coarser_in_bays
 from ..model.metric import PLANES, Metrics
 from ..model.outline import Outline
@@ -59,8 +60,7 @@ class UnitProblem(NamedTuple):
     Attributes:
         source: boundary of the source, of area one.
         target: boundary of the target, of area one.
-        theta: weight of the area part.
-        upright: what turning the picture costs: upside down 1 + this times as much.
+        energy: what maps minimise, and are compared by.
         anchors: vertices of the source and of the target, in order, that must correspond.
         halved: whether these are half shapes, with a mirror axis between the two anchors.
         pins: (k, 2) points inside the source and the target that must correspond.
@@ -80,8 +80,7 @@ class UnitProblem(NamedTuple):
 
     source: Curve
     target: Curve
-    theta: float
-    upright: float
+    energy: Energy
     anchors: tuple[tuple[complex, ...], tuple[complex, ...]] = ((), ())
     halved: bool = False
     pins: Complex = NO_PINS
@@ -216,7 +215,7 @@ class Level:
         state = mesh_boundary(
             boundary, sizes, kept, filled, self.bays, subdivide_rings(problem.regions, spacing)
         )
-        return replace(state, metrics=problem.metrics, upright=problem.upright, theta=problem.theta)
+        return replace(state, metrics=problem.metrics, energy=problem.energy)
 
     def boundary(self, match: Match, fewest: int = FEWEST) -> MatchedBoundary:
         """The boundary of a mesh for a match of the outlines, with at least `fewest` vertices on each hole."""

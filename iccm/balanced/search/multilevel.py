@@ -50,7 +50,6 @@ surface's metric, which triangles average, holes and pins get FINER."""
 LIMBS = 0.55
 """Over the outline's length, of area one: the coarse h of shapes with limbs, at least 0.6 of COARSE."""
 SMALLER = (1.0, 0.5)  # factors of the mesh sizes, where larger ones fail
-UPRIGHT = 2.0  # a quarter turn doubles the cost, upside down trebles it
 COARSE_EXACTNESS = (5e-4, 6e-3)  # fineness of the outlines and of the corners, of the diagonal
 STEEPEST = 8.0  # slope of a match, relative to the mean, that a coarse mesh follows
 SYMMETRIC_ENOUGH = 0.1  # of the tolerance: asymmetry that may be dropped
@@ -130,8 +129,7 @@ def problem_of(
     return UnitProblem(
         source,
         target,
-        settings.theta,
-        0.0 if free else UPRIGHT,
+        settings.energy.without_rotation() if free else settings.energy,
         ends,
         pins=pins.inner,
         strokes=pins.strokes,
@@ -390,8 +388,8 @@ def half_problem(problem: UnitProblem, halves: tuple[Half, Half], settings: Sett
     curves = [Curve(half.curve.z / np.sqrt(half.curve.area)) for half in halves]
     anchors = [(complex(c.z[0]), complex(c.z[half.top])) for c, half in zip(curves, halves)]
     simple, goal = (manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors))
-    ends = anchors[0], anchors[1]
-    return UnitProblem(simple, goal, problem.theta, 0.0, ends, halved=True, starts=settings.starts)
+    ends, energy = (anchors[0], anchors[1]), problem.energy.without_rotation()
+    return UnitProblem(simple, goal, energy, ends, halved=True, starts=settings.starts)
 
 
 def mirrored_half_map(
@@ -454,7 +452,7 @@ def coarse_map(
         states += circle_starts(level, matches)
     states = screen(states or through_disc(level), problem.starts)
     best = best_of(level, states)
-    journal.energies.append(best.energy)
+    journal.energies.append(best.value)
     return best
 
 
@@ -462,7 +460,7 @@ def correspondences(level: Level, *, elastic: bool = False) -> list[Match]:
     """The correspondences of the outlines to start from."""
     problem = level.problem
     curves = level.source.curve, level.target.curve
-    free = problem.upright == 0 and level.anchors is None
+    free = problem.energy.upright == 0 and level.anchors is None
     turns = initial_matches.ANY_TURN if free else initial_matches.TURNS
     matches = initial_matches.candidates(*curves, turns, problem.starts)
     if problem.holed:
@@ -471,7 +469,7 @@ def correspondences(level: Level, *, elastic: bool = False) -> list[Match]:
         return matches[: 1 - problem.starts * initial_matches.ARCLENGTHS]
     if elastic:
         matches = matches[: -problem.starts * initial_matches.ARCLENGTHS]
-    if problem.upright > 0 and not problem.constrained:
+    if problem.energy.upright > 0 and not problem.constrained:
         return initial_matches.without_upside_down(matches, *curves) or matches
     return matches
 

@@ -10,13 +10,11 @@ from typing import Literal
 import numpy as np
 
 from ...curve import inside_any
-from ...drawings.cost import price
 from ...plane import triangle_areas
 from ..holes.bays import fill_half_hull, fill_hull
 from ..holes.given import Holes
-from ..minimise.upright import turn_cost
 from ..model.discrete_map import DiscreteMap
-from ..model.measures import energy_between, stretch_quantile
+from ..model.measures import stretch_quantile
 from ..model.outline import Outline
 from ..model.settings import Settings
 from .hole_partners import Partners
@@ -113,15 +111,15 @@ def lost_shares(problem: UnitProblem, state: DiscreteMap) -> tuple[float, float]
 
 def is_good(problem: UnitProblem, state: DiscreteMap) -> bool:
     """Whether a map of the whole outlines does: one that is stretched little, and as upright as is asked."""
-    upright = problem.upright == 0 or abs(state.turn) <= TURNED
+    upright = problem.energy.upright == 0 or abs(state.turn) <= TURNED
     return upright and stretch_quantile(state.z, state.u, state.material, 0.95) <= GOOD
 
 
 def cost(problem: UnitProblem, state: DiscreteMap) -> float:
     """The mean energy at q = 1 over source and target, without the outline's term, made larger the more the picture is
     turned."""
-    energy = energy_between(state.z, state.u, state.material, problem.theta, state.metrics)
-    return price(energy, lost_shares(problem, state), turn_cost(problem.upright, np.cos(state.turn)))
+    lost = lost_shares(problem, state)
+    return problem.energy.cost(state.z, state.u, state.material, lost, state.metrics, state.turn)
 
 
 def is_within(problem: UnitProblem, state: DiscreteMap, settings: Settings) -> bool:

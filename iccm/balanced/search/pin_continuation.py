@@ -92,7 +92,7 @@ def pin_aligned_matches(level: Level, pins: Complex) -> list[Match]:
 
 def rank(state: DiscreteMap) -> tuple[float, float]:
     """Maps that meet their constraints first, by energy; then the others by what they miss."""
-    return state.miss, state.energy
+    return state.miss, state.value
 
 
 def screen(level: Level, matches: list[Match]) -> tuple[list[DiscreteMap], float]:
@@ -101,12 +101,12 @@ def screen(level: Level, matches: list[Match]) -> tuple[list[DiscreteMap], float
     for match in progress.counted("starts", matches):
         with suppress(Stuck):
             states.append(level.mapped(match).unfolded().forward(1.0, FIRST_STEPS, 1e-4, corners=False))
-    free = min((state.energy for state in states), default=np.inf)
+    free = min((state.value for state in states), default=np.inf)
     states = [aim_feet(level.problem.strokes, state, BESIDE) for state in states]
     straight = (move_straight(state) for state in progress.counted("pins moved", states))
     ends = sorted(straight, key=rank)
     if ends and ends[0].miss > 0:
-        states = sorted(states, key=lambda s: s.energy)[:BROUGHT]
+        states = sorted(states, key=lambda s: s.value)[:BROUGHT]
         staged = (reach_goals(s) for s in progress.counted("pins moved in stages", states))
         ends = sorted(staged, key=rank)
     if ends and ends[0].miss > 0 and not level.problem.strokes:
@@ -125,7 +125,7 @@ def settle_pinned(level: Level, state: DiscreteMap) -> DiscreteMap:
             state = refine_pinned(level, state).alternated(1.0, 4, BACKWARD)
         except Stuck:
             break
-        if state.energy >= best.energy:
+        if state.value >= best.value:
             break
         best = state
     return best
@@ -188,12 +188,12 @@ def coarse(level: Level, matches: list[Match], journal: SolveLog) -> DiscreteMap
         raise Stuck("no start")
     met = [state for state in states if state.miss == 0]
     if met:
-        best = min((settle_pinned(level, s) for s in met), key=lambda s: s.energy)
+        best = min((settle_pinned(level, s) for s in met), key=lambda s: s.value)
     elif level.problem.strokes:
         best = settle_pinned(level, replace(states[0], bound=False))
     else:
         best = settle_pinned(level, states[0].held())
     earlier = [note for note in journal.notes if note != STRETCHED]  # an attempt given up may have noted it
-    journal.notes = [*earlier, STRETCHED] if best.energy > STRONG * free else earlier
-    journal.energies.append(best.energy)
+    journal.notes = [*earlier, STRETCHED] if best.value > STRONG * free else earlier
+    journal.energies.append(best.value)
     return best

@@ -34,7 +34,7 @@ def ring() -> tuple[Curve, Curve]:
 def onto_ring(outer: Curve, hole: Curve, level: Level) -> Match | None:
     """How the outlines of a shape with a hole correspond to those of a ring; None where every start folds."""
     goal = ring()
-    problem = UnitProblem(outer, goal[0], level.problem.theta, 0.0, holes=((hole,), goal[1:]))
+    problem = UnitProblem(outer, goal[0], level.problem.energy.without_rotation(), holes=((hole,), goal[1:]))
     own = Level.of(problem, level.size, 0.0, CORNER_FINENESS, level.steepest)
     matches = [next(initial_matches.elastic_matches(own.source.curve, own.target.curve, 0.0))]
     matches += initial_matches.arclength_matches(own.source.curve, own.target.curve)[:1]

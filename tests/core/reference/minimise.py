@@ -729,21 +729,21 @@ def _moment(upright, u):
     return found
 
 
-def turn_cost(weight, cosine):
+def rotation_cost(weight, cosine):
     """What a turn of this cosine multiplies the energy by, at q = 1."""
     return 1 + 0.5 * weight * (1 - cosine)
 
 
-def turn_factor(upright, u, q):
+def rotation_factor(upright, u, q):
     """What the energy of images u (n,) is multiplied by; infinite where they have no turn."""
     if upright.weight == 0:
         return 1.0
     moment = _moment(upright, u)
     size = abs(moment)
-    return turn_cost(upright.weight, moment.real / size) ** q if size > 0 else np.inf
+    return rotation_cost(upright.weight, moment.real / size) ** q if size > 0 else np.inf
 
 
-def turn_derivatives(upright, u, q, turning):
+def rotation_derivatives(upright, u, q, turning):
     """First and second derivative of the factor's logarithm by the turn; fills in the turn's gradient.
 
     Args:
@@ -765,7 +765,7 @@ def turn_derivatives(upright, u, q, turning):
         share = upright.moments[v] * inverse
         turning[v] = complex(share.imag, share.real)
     cosine, half = moment.real / abs(moment), 0.5 * upright.weight
-    factor = turn_cost(upright.weight, cosine)
+    factor = rotation_cost(upright.weight, cosine)
     slope = half * moment.imag / abs(moment) / factor
     return q * slope, q * max(half * cosine / factor - slope * slope, 0.0)
 
@@ -848,10 +848,10 @@ def descend(system, objective, surface, u, tau, steps, tolerance):
             energy = assemble(rest, u, objective, matrix, gradient)
             energy += border_energy(border, tau)
         if upright.weight > 0:  # energy and derivatives are those of the product by its second factor
-            slope, curvature = turn_derivatives(upright, u, objective.q, turning)
+            slope, curvature = rotation_derivatives(upright, u, objective.q, turning)
             for v in range(u.size):
                 gradient[v] += energy * slope * turning[v]
-            factor = turn_factor(upright, u, objective.q)
+            factor = rotation_factor(upright, u, objective.q)
         moving = constrain(pattern, constraints, u, tau, space)
         regularise(pattern, matrix, REGULAR + damping)
         if system.factorised:
@@ -882,7 +882,7 @@ def descend(system, objective, surface, u, tau, steps, tolerance):
             new_energy = border_energy(border, space.new_tau)
             if new_energy < np.inf and not objective.quadratic:
                 new_energy += total(rest, space.new_u, objective)
-                new_energy *= turn_factor(upright, space.new_u, objective.q)
+                new_energy *= rotation_factor(upright, space.new_u, objective.q)
             most = GROWTH * energy if moving else energy + ARMIJO * t * decrease
             if new_energy <= most or objective.quadratic:
                 gained, accepted = energy - new_energy, True

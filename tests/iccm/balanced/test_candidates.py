@@ -7,6 +7,7 @@ import pytest
 
 from iccm.balanced.errors import Stuck
 from iccm.balanced.model.discrete_map import folds
+from iccm.balanced.model.energy import Energy
 from iccm.balanced.model.settings import SolveLog
 from iccm.balanced.search import candidates, initial_matches, multilevel
 from iccm.balanced.search.levels import Level, UnitProblem, initial_maps
@@ -21,7 +22,7 @@ def unit(z):
     return Curve(curve.z / np.sqrt(curve.area))
 
 
-PROBLEM = UnitProblem(unit(FLAG), unit(SHIELD), 1.0, multilevel.UPRIGHT)
+PROBLEM = UnitProblem(unit(FLAG), unit(SHIELD), Energy())
 LEVEL = Level.of(PROBLEM, 0.15, *multilevel.COARSE_EXACTNESS, multilevel.STEEPEST)
 
 
@@ -32,7 +33,7 @@ def screened():
 
 
 def test_maps_that_are_alike_run_once(screened):
-    nearly = [replace(state, energy=state.energy * (1 + 1e-5)) for state in screened]
+    nearly = [replace(state, value=state.value * (1 + 1e-5)) for state in screened]
     once = candidates.without_duplicates(screened)
     assert candidates.without_duplicates([*once, *nearly]) == once
 
@@ -45,9 +46,9 @@ def test_turned_maps_are_not_alike(screened):
 def test_the_winner_is_about_as_good_as_any_map_released_to_the_end(screened):
     won = candidates.best_of(LEVEL, screened)
     settled = (candidates.settle(LEVEL, state, candidates.ROUNDS) for state in screened)
-    ends = [candidates.release_corners(LEVEL, state).energy for state in settled]
+    ends = [candidates.release_corners(LEVEL, state).value for state in settled]
     assert not folds(won.faces, won.u)
-    assert won.energy <= 1.01 * min(ends)
+    assert won.value <= 1.01 * min(ends)
 
 
 def test_without_maps_there_is_no_winner():
@@ -59,5 +60,5 @@ def test_more_starts_are_tried_where_asked():
     level, problem = LEVEL, PROBLEM._replace(starts=3)
     few, many = (multilevel.correspondences(replace(level, problem=given)) for given in (PROBLEM, problem))
     assert len(many) >= len(few) + 2 * initial_matches.ARCLENGTHS
-    found = [multilevel.coarse_map(given, 0.15, SolveLog()).energy for given in (PROBLEM, problem)]
+    found = [multilevel.coarse_map(given, 0.15, SolveLog()).value for given in (PROBLEM, problem)]
     assert found[1] <= found[0]

@@ -14,6 +14,7 @@ from iccm.balanced.holes.given import Holes, which
 from iccm.balanced.holes.outlines import are_disjoint, outlines_of
 from iccm.balanced.meshing.mesh import Sizes, triangulate
 from iccm.balanced.minimise.energy import energy_of, geometry
+from iccm.balanced.model.energy import WITHOUT_ROTATION, Energy
 from iccm.balanced.model.frames import frames_of
 from iccm.balanced.model.outline import Outline
 from iccm.balanced.search.circle_domains import circle_domain, through_circles
@@ -174,7 +175,7 @@ def test_a_shape_with_a_hole_finds_its_way_around_a_ring():
     outer, (hole,) = OFF
     root = np.sqrt(outer.area + hole.area)
     unit = Curve(outer.z / root), Curve(hole.z / root)
-    level = Level.of(UnitProblem(unit[0], unit[0], 1.0, 0.0), 0.1, 0.0, 6e-3, 8.0)
+    level = Level.of(UnitProblem(unit[0], unit[0], WITHOUT_ROTATION), 0.1, 0.0, 6e-3, 8.0)
     match = onto_ring(*unit, level)
     assert match is not None and len(match.holes) == 1
     for curve, goal, found in ((unit[0], ring()[0], match), (unit[1], ring()[1], match.holes[0].match)):
@@ -259,7 +260,7 @@ def test_shapes_whose_outlines_give_no_start_go_by_way_of_a_circle_domain():
     frames = frames_of(spiral[0], face[0], 0.0, (spiral[1], face[1]))
     curves = [frame.curve(side[0]) for frame, side in zip(frames, (spiral, face))]
     holes = Holes(spiral[1], face[1]).unit(frames)
-    problem = UnitProblem(*curves, 1.0, 3.0, holes=holes.sides)
+    problem = UnitProblem(*curves, Energy(upright=3.0), holes=holes.sides)
     level = Level.of(problem, 0.05, 5e-4, 6e-3, 8.0)
     for pairs in ([(0, 0), (1, 1)], [(0, 1), (1, 0)]):
         state = through_circles(level, pairs)

@@ -92,7 +92,7 @@ def test_a_stroke_is_met():
 
 def test_another_balance_changes_it():
     _, live, pins = begun()
-    areas = [live.moved(pins, theta=theta).map for theta in (0.2, 4.0)]
+    areas = [live.moved(pins, balance=balance).map for balance in (0.2, 4.0)]
     scales = [np.ptp(np.log(np.abs(np.abs(p) ** 2 - np.abs(q) ** 2))) for p, q in
               (m.derivatives(np.array([0, 0.2, 0.3j, -0.3])) for m in areas)]  # fmt: skip
     assert scales[1] < scales[0]

@@ -97,7 +97,7 @@ def test_newton_finds_the_identity():
     u[start.border :] += 0.02 * np.random.default_rng(1).standard_normal(u.size - start.border)
     end = replace(start, u=u).forward(1.0, 30, 1e-14, corners=True)
     assert np.abs(end.u - end.z).max() < 1e-6
-    assert end.energy == pytest.approx(1 + 0.02 * 4, abs=1e-9)
+    assert end.value == pytest.approx(1 + 0.02 * 4, abs=1e-9)
 
 
 def test_newton_only_goes_down_and_never_folds():
@@ -105,7 +105,7 @@ def test_newton_only_goes_down_and_never_folds():
     energies = []
     for _ in range(12):
         state = state.forward(1.0, 1, 1e-9, corners=False)
-        energies.append(state.energy)
+        energies.append(state.value)
         assert folds(state.faces, state.u) == 0
         assert (np.diff(state.pairs.tau) > 0).all()
         assert np.abs(state.u[: state.border] - ELL.curve.at(state.pairs.tau)).max() < 1e-9
@@ -117,13 +117,13 @@ def test_a_wide_box_is_not_worse_than_the_affine_map():
     state = begun(SQUARE, WIDE, 0.0).unfolded().forward(1.0, 40, 1e-10, corners=False)
     affine = 0.5 * (4**2 + 1) / 4 * 1.0  # p/d of the singular values 2 and 1/2
     outline = 0.02 * 0.5 * 2 * (2 + 0.5 + 0.5 + 2)
-    assert state.energy <= affine + outline + 1e-9
+    assert state.value <= affine + outline + 1e-9
 
 
 def test_the_inverse_is_minimised_by_the_same_steps():
     state = begun(SQUARE, ELL, 0.3).unfolded().forward(1.0, 20, 1e-8, corners=False)
     better = state.backward(1.0, 8, 1e-9)
-    assert better.energy <= state.energy + 1e-12
+    assert better.value <= state.value + 1e-12
     assert np.array_equal(better.u, state.u) and folds(better.faces, better.z) == 0
 
 

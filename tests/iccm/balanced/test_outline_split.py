@@ -6,6 +6,7 @@ import pytest
 import iccm
 from iccm.balanced.model.boundary_pairs import Match
 from iccm.balanced.model.discrete_map import folds
+from iccm.balanced.model.energy import WITHOUT_ROTATION
 from iccm.balanced.model.outline import Outline
 from iccm.balanced.model.outline_split import split_at_vertices
 from iccm.balanced.search.levels import Level, UnitProblem
@@ -31,7 +32,7 @@ def unit(curve: Curve) -> Curve:
 
 
 def coarse_map(source: Curve, target: Curve):
-    level = Level.of(UnitProblem(source, target, 1.0, 0.0), 0.1, 0.0, 6e-4, 20.0, smooth=True)
+    level = Level.of(UnitProblem(source, target, WITHOUT_ROTATION), 0.1, 0.0, 6e-4, 20.0, smooth=True)
     even = np.linspace(0, 1, 9)
     return level.started(Match(even * source.length, even * target.length))
 

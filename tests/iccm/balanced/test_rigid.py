@@ -13,7 +13,7 @@ from iccm.balanced.meshing.mesh import Sizes, triangulate
 from iccm.balanced.minimise import energy
 from iccm.balanced.minimise.energy import Objective, RestShapes
 from iccm.balanced.model.boundary_pairs import Match
-from iccm.balanced.model.measures import energy_between
+from iccm.balanced.model.energy import WITHOUT_ROTATION, Energy
 from iccm.balanced.rigid.given import regions_of
 from iccm.balanced.rigid.room import room_for
 from iccm.balanced.rigid.solve import Placing, place_regions, strains
@@ -72,7 +72,7 @@ def test_a_free_size_is_the_one_that_bends_the_rest_least():
     def energy_with(size):
         fit = iccm.fit(SQUARE, STAR, rigid=[LETTER], rigid_size=size)
         assert fit.status.ok and fit.rigid[0].is_rigid
-        return energy_between(fit.map.source, fit.map.image, fit.map.faces, 1.0), fit.rigid[0].scale
+        return Energy().between(fit.map.source, fit.map.image, fit.map.faces), fit.rigid[0].scale
 
     least, scale = energy_with("free")
     assert least < min(energy_with(factor * scale)[0] for factor in (0.85, 1.15))
@@ -161,7 +161,7 @@ def test_the_density_of_regions_has_these_derivatives():
 @pytest.mark.parametrize("strain", [0.05, 5e-3, 1e-4])
 def test_no_descent_strains_firm_regions_by_more_than_they_may(strain):
     square, box = Curve(np.array([0, 1, 1 + 1j, 1j])), 0.2 * SQUARE / 2 + 0.5 + 0.5j
-    problem = UnitProblem(square, square, 1.0, 0.0, regions=((box,),))
+    problem = UnitProblem(square, square, WITHOUT_ROTATION, regions=((box,),))
     even = Match(np.arange(5.0), np.arange(5.0))
     begun = place_regions(
         Level.of(problem, 0.08, 0.0, 6e-4, 20.0).started(even),

@@ -7,7 +7,7 @@ import shapely
 import iccm
 from iccm.arrays import xy_of
 from iccm.balanced.fit import price_of
-from iccm.balanced.model.measures import energy_between
+from iccm.balanced.model.energy import Energy
 from iccm.balanced.model.settings import Settings
 from iccm.balanced.rings import THIN, best_seam, open_ring
 from iccm.curve import Curve
@@ -64,9 +64,7 @@ def test_a_ring_stays_closed_where_its_hole_costs_little():
     fit = iccm.fit(OUTER, OUTER, source_holes=[0.8 + HOLE.z])
     assert fit.voids.any() and not any("seam" in note for note in fit.notes)
     shown = fit.map.faces[~fit.voids]
-    energy = energy_between(
-        fit.map.source, fit.map.image, shown, 1.0
-    )  # what fills the hole has next to no area
+    energy = Energy().between(fit.map.source, fit.map.image, shown)  # what fills the hole has next to no area
     assert price_of(fit, Settings()) == pytest.approx(energy, rel=0.05) and energy < 1.5
 
 

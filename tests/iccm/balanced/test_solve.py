@@ -13,10 +13,10 @@ from iccm.balanced.injectivity import is_simple
 from iccm.balanced.meshing.transfer import interpolate
 from iccm.balanced.minimise.energy import energy_of
 from iccm.balanced.model.discrete_map import folds
+from iccm.balanced.model.energy import UPRIGHT, WITHOUT_ROTATION, Energy
 from iccm.balanced.model.measures import stretches
 from iccm.balanced.search import final_mesh, initial_matches, multilevel, via_disc
 from iccm.balanced.search.levels import Level, UnitProblem
-from iccm.balanced.search.multilevel import UPRIGHT
 from iccm.curve import Curve, hausdorff
 from iccm.maps import bounds, distortion
 from iccm.plane import orientation, triangle_areas
@@ -256,7 +256,7 @@ def spiral(laps):
 
 def test_a_spiral_onto_a_star_by_way_of_a_disc():
     curves = (Curve(c.z / np.sqrt(c.area)) for c in (spiral(3), STAR))
-    problem = UnitProblem(*curves, 1.0, 0.0)
+    problem = UnitProblem(*curves, WITHOUT_ROTATION)
     level = Level.of(problem, 0.06, *multilevel.COARSE_EXACTNESS, multilevel.STEEPEST)
     found = via_disc.through_disc(level)
     assert len(found) >= 6 and not any(folds(state.faces, state.u) for state in found)
@@ -265,7 +265,9 @@ def test_a_spiral_onto_a_star_by_way_of_a_disc():
 def test_a_block_onto_a_spiral_starts_from_the_inverse():
     """The harmonic map into a spiral folds beyond repair, that out of it does not."""
     curves = (Curve((c.z - c.z.mean()) / np.sqrt(c.area)) for c in (SQUARE, spiral(3)))
-    level = Level.of(UnitProblem(*curves, 1.0, 0.0), 0.06, *multilevel.COARSE_EXACTNESS, multilevel.STEEPEST)
+    level = Level.of(
+        UnitProblem(*curves, WITHOUT_ROTATION), 0.06, *multilevel.COARSE_EXACTNESS, multilevel.STEEPEST
+    )
     for match in initial_matches.arclength_matches(level.source.curve, level.target.curve)[:2]:
         with pytest.raises(Stuck):
             level.mapped(match).unfolded()
@@ -278,7 +280,7 @@ def test_a_spiral_onto_a_square():
 
 
 def test_more_balance_evens_the_areas():
-    even = [np.var(np.log(areas(solve(STAR, SHIELD, replace(SMALL, theta=t))))) for t in (0.25, 4.0)]
+    even = [np.var(np.log(areas(solve(STAR, SHIELD, replace(SMALL, energy=Energy(t)))))) for t in (0.25, 4.0)]
     assert even[1] < 0.6 * even[0]
 
 

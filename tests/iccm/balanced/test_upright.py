@@ -7,8 +7,9 @@ import pytest
 
 import iccm
 from iccm.balanced.minimise.energy import NO_SLOTS, RestShapes, geometry
-from iccm.balanced.minimise.upright import Upright, turn_derivatives, turn_factor
+from iccm.balanced.minimise.upright import Upright, rotation_derivatives, rotation_factor
 from iccm.balanced.model.boundary_pairs import Match
+from iccm.balanced.model.energy import WITHOUT_ROTATION, Energy
 from iccm.balanced.model.measures import turn_of
 from iccm.balanced.search.levels import Level, UnitProblem
 from iccm.curve import Curve
@@ -37,7 +38,7 @@ def test_a_similarity_costs_what_its_turn_does():
     for turn in (0.0, 0.4, np.pi):
         u = 1.7 * np.exp(1j * turn) * z + 2
         assert turn_of(z, u, faces) == pytest.approx(turn, abs=1e-12)
-        found = turn_factor(Upright.of(rest, z.size, 3.0), u, 2.0)
+        found = rotation_factor(Upright.of(rest, z.size, 3.0), u, 2.0)
         assert found == pytest.approx((1 + 1.5 * (1 - np.cos(turn))) ** 2)
 
 
@@ -53,8 +54,8 @@ def test_derivatives_by_differences():
     u = np.exp(0.5j) * z + 0.05 * z.conj()
     step = 1e-6 * (np.cos(7 * z.real) + 1j * np.sin(5 * z.imag))
     gradient = np.empty(z.size, np.complex128)
-    slope, _ = turn_derivatives(upright, u, q, gradient)
-    change = np.log(turn_factor(upright, u + step, q) / turn_factor(upright, u - step, q))
+    slope, _ = rotation_derivatives(upright, u, q, gradient)
+    change = np.log(rotation_factor(upright, u + step, q) / rotation_factor(upright, u - step, q))
     assert 2 * slope * (gradient.conj() * step).real.sum() == pytest.approx(change, rel=1e-6)
 
 
@@ -80,11 +81,11 @@ def test_newton_lowers_the_cost_of_the_turn():
     """Two blobs between which any turn costs nearly the same energy: the map turns back."""
     turned = []
     for upright in (0.0, 3.0):
-        level = Level.of(UnitProblem(PEAR, BLOB, 1.0, upright), 0.1, 0.0, 6e-4, 20.0, smooth=True)
+        level = Level.of(UnitProblem(PEAR, BLOB, Energy(upright=upright)), 0.1, 0.0, 6e-4, 20.0, smooth=True)
         even = np.linspace(0, 1, 9)
         match = Match(even * level.source.length, (even + 0.1) * level.target.length)
         state = level.started(match).forward(1.0, 60, 1e-9)
-        turned.append((abs(state.turn), replace(state, upright=0.0).forward(1.0, 1, 1e-9).energy))
+        turned.append((abs(state.turn), replace(state, energy=WITHOUT_ROTATION).forward(1.0, 1, 1e-9).value))
     assert turned[1][0] < np.radians(3) < np.radians(20) < turned[0][0]
     assert turned[0][1] < turned[1][1]
 
