@@ -18,7 +18,8 @@ def command(source: str, target: str, **given: Any) -> int:
     """Show SOURCE on its way to TARGET, frame by frame, with its texture.
 
     The first frame is the source, on the target's canvas, the last one the target. In between no frame folds or
-    overlaps itself, and sizes and angles change evenly. Pins and --turn say what goes where.
+    overlaps itself, and sizes and angles change evenly. All parts of both drawings are shown; what one of them lacks
+    fades. Pins and --turn say what goes where.
 
     \b
     iccm morph rose.svg leaf.svg -o rose-leaf.webp
@@ -28,15 +29,13 @@ def command(source: str, target: str, **given: Any) -> int:
     Exit code: 0 done, 1 the last frame is not the target, 2 an input is wrong.
     """
     from ..io.run.job import make
-    from ..io.run.morph import Way, run
+    from ..io.run.morph import MorphSettings, run
 
-    way = Way(*(given.pop(name) for name in ("frames", "target_texture", "fps")))
+    asked = MorphSettings(*(given.pop(name) for name in ("frames", "target_texture", "fps")))
     threads = given.pop("threads")
     with status.show_status() as listener:
-        job = make(
-            options.values({"source": source, "target": target, "fit": "whole", "parts": "largest", **given})
-        )
-        ok, message, written = run(job, way, threads=threads, tell=logs.tell, listener=listener)
+        job = make(options.values({"source": source, "target": target, **given}))
+        ok, message, written = run(job, asked, threads=threads, tell=logs.tell, listener=listener)
     logs.log.info(f"wrote {written[0]}" + (f" to {written[-1]}" if len(written) > 1 else ""))
     (logs.log.info if ok else logs.log.error)(message)
     return int(not ok)

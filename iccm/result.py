@@ -24,6 +24,7 @@ from .maps.boundary_image import outline
 from .maps.distortion import Distortion
 from .maps.extended_inverse import ExtendedInverse
 from .maps.injectivity import Certificate
+from .maps.moved_rings import move_rings
 from .maps.regions import Region, mean_scale, triangles_in
 from .maps.summary import CERTAIN_SHARE, SEEN_FOLDS, WELL_SEEN, in_short
 from .maps.triangulated.map import TriangulatedMap
@@ -46,8 +47,6 @@ SQUEEZED = 2e-3
 """Of a surface: by landmarks good maps have at most 1.1e-3 (cow), one with limbs lost 2.4e-3 (fox, 622 triangles)."""
 FLATNESS = 1e-4  # of the diameter: how far the drawn image of the boundary may be off a curved one
 ROUNDED = 1e-9  # of the diagonal: narrower pieces are not looked into
-RING_SPACING = 0.01
-"""Of the source's diagonal: longest edge of a ring that is drawn where the map takes it."""
 BACK = 1e-6  # of the source's diagonal: an inverse that errs by more is another point
 
 
@@ -458,14 +457,7 @@ class Fit:
     @property
     def moved_rings(self) -> list[Complex]:
         """The rings of the source drawing where the map takes them, edges subdivided so that they follow it."""
-        if self.drawings is None:
-            return []
-        longest = RING_SPACING * self.source.diagonal
-        outline = Curve(self.map.polygon)
-        rings = [
-            shapely.segmentize(shapely.LinearRing(xy_of(ring)), longest) for ring in self.drawings[0].rings
-        ]
-        return [self.map(outline.pulled_in(complex_of(shapely.get_coordinates(ring)[:-1]))) for ring in rings]
+        return [] if self.drawings is None else move_rings(self.map, self.drawings[0].rings)
 
     @property
     def shown(self) -> float | None:

@@ -491,7 +491,7 @@ class JobOptions:
         "How drawings of several parts are mapped. joined: each drawing as one thing, in a frame around all its parts; "
         "all: each part onto a partner of its own; auto: whichever of these costs less; each: the source onto every "
         "part of the target, such as the letters of a word; largest: the largest part of each alone.",
-        default="auto", commands=("map",), basic=True,
+        default="auto", commands=("map", "morph"), basic=True,
         brief="How drawings of several parts are mapped.", words="pieces components letters multiple all whole",
     )  # fmt: skip
     trace: Literal["auto", "dark", "light", "inside"] = _option(
@@ -583,7 +583,7 @@ class JobOptions:
         "outline, with all concavities; contain: all of the source is shown, and the target stays uncovered where "
         "concavities of the source open; cover: the target is covered, and what lies beyond its concavities is hidden; "
         "auto: the one that costs the least.  [default: auto; whole with pins, bounds or meshes]",
-        solver=True, commands=("map",), basic=True,
+        solver=True, commands=("map", "morph"), basic=True,
         brief="Whether parts may be left out where the shapes differ.", words="mode aspect crop contain cover frame",
     )  # fmt: skip
     max_left_out: float | None = _option(

@@ -34,7 +34,7 @@ def morph(
     """Maps of the source onto the shapes between it and the target, without folds, whose outlines do not overlap.
 
     Args:
-        fit: a balanced map of the whole outlines.
+        fit: a balanced map of whole outlines, or of the frames of two drawings (fit='frame').
         shares: of the way from the source (0) to the target (1), increasing.
         placed: (a, b) of the similarity a z + b that puts the source where the way begins.
 
@@ -51,7 +51,9 @@ def morph(
     if not isinstance(map, TriangulatedMap) or fit.target is None:
         raise InputError("morph: needs a balanced map between two shapes")
     if fit.is_partial:
-        raise InputError("morph: the map is partial; take one with fit='whole' of shapes with as many holes")
+        raise InputError(
+            "morph: the map is partial; take one with fit='frame', or fit='whole' of shapes with as many holes"
+        )
     return _between(map, placed[0] * map.source + placed[1], shares)
 
 

@@ -15,6 +15,7 @@ folds             which sheet of a folded map is seen
 approximation     harmonic maps as triangulated ones, to a stated error
 extended_inverse  preimages of points in the image and just outside
 boundary_image    the image of the boundary, as finely as asked
+moved_rings       closed polylines inside the source where a map takes them
 bounds            bounds on stretch and dilatation of triangulated maps
 fields            numbers over the plane, as pictures give them
 regions           rigid regions, and the figures that judge them

@@ -75,10 +75,12 @@ def carry_parts(
     each: bool = False,
     tolerance: float | None = None,
     painted: Sequence[Complex] = (),
+    opacity: float = 0.0,
 ) -> tuple[str, ...]:
     """The same of a drawing of which several shapes were read, each with its own map.
 
-    `painted` are the rings of what the target paints, if nothing else is to be shown, filled by the even-odd rule.
+    `painted` are the rings of what the target paints, if not all is to be shown, filled by the even-odd rule; what lies
+    outside of them is seen with an `opacity`.
 
     What lies in one of them goes with its map, the smallest if there are several; what reaches over more goes with each
     of them, cut off at their outlines. With `each` the whole drawing goes with each map, in a group of its own.
@@ -87,7 +89,7 @@ def carry_parts(
     mapping = PathMapping(parts, tolerance or TOLERANCE * target.curve.diagonal)
     mapping.carry(drawing.elements, drawing.effects)
     if painted:
-        drawing.cut_by(painted)
+        drawing.cut_by(painted, opacity)
     drawing.finish()
     for prefix, name in attributes.SPACES.items():
         ElementTree.register_namespace(prefix, name)

@@ -113,21 +113,40 @@ class MappedDocument:
             drawing._applied(node, place, drawing.shapes)
         return drawing
 
-    def cut_by(self, rings: Sequence[Complex]) -> None:
-        """Show the drawing only inside of rings of the target's core plane, filled by the even-odd rule."""
+    def cut_by(self, rings: Sequence[Complex], opacity: float = 0.0) -> None:
+        """Show the drawing only inside of rings of the target's core plane, filled by the even-odd rule, and outside
+        with an opacity."""
         content = [child for child in self.out if local(child) not in ("style", "defs")]
-        group = Element(f"{SVG}g", {"clip-path": self._painted_clip(rings)})
+        cut = (
+            {"mask": self._fading_mask(rings, opacity)}
+            if opacity
+            else {"clip-path": self._painted_clip(rings)}
+        )
+        group = Element(f"{SVG}g", cut)
         for child in content:
             self.out.remove(child)
             group.append(child)
         self.out.append(group)
 
     def _painted_clip(self, rings: Sequence[Complex]) -> str:
-        """Add the clip path of rings, whose y axis points up, and return the reference to it."""
-        lines = ("M" + "L".join(f"{z.real:.9g} {-z.imag:.9g}" for z in ring.tolist()) + "Z" for ring in rings)
+        """Add the clip path of rings, and return the reference to it."""
         clip = self.definitions.new("clipPath")
-        SubElement(clip, f"{SVG}path", {"d": "".join(lines), "clip-rule": "evenodd"})
+        SubElement(clip, f"{SVG}path", {"d": _path_of(rings), "clip-rule": "evenodd"})
         return f"url(#{clip.get('id')})"
+
+    def _fading_mask(self, rings: Sequence[Complex], opacity: float) -> str:
+        """Add the mask that leaves what lies in rings, and an opacity elsewhere; return the reference to it."""
+        mask = self.definitions.new("mask")
+        everywhere = dict(zip(("x", "y", "width", "height"), self._everywhere()))
+        mask.attrib |= {"maskUnits": "userSpaceOnUse", **everywhere}
+        SubElement(mask, f"{SVG}rect", {**everywhere, "fill": "white", "fill-opacity": f"{opacity:.4g}"})
+        SubElement(mask, f"{SVG}path", {"d": _path_of(rings), "fill": "white", "fill-rule": "evenodd"})
+        return f"url(#{mask.get('id')})"
+
+    def _everywhere(self) -> list[str]:
+        """Left, top, width and height of the canvas, three times as large to each side, since lines reach out of it."""
+        x, y, width, height = map(float, self.out.attrib["viewBox"].split())
+        return [f"{value:.9g}" for value in (x - width, y - height, 3 * width, 3 * height)]
 
     def finish(self) -> None:
         """After the map has carried the shapes: drops parts of pictures outside, and adds the definitions in use."""
@@ -377,3 +396,10 @@ def _cells(place: Rectangle, map: Affine, size: float) -> list[Rectangle]:
         for j in range(rows)
         for i in range(columns)
     ]
+
+
+def _path_of(rings: Sequence[Complex]) -> str:
+    """The path data of rings of the core plane, whose y axis points up."""
+    return "".join(
+        "M" + "L".join(f"{z.real:.9g} {-z.imag:.9g}" for z in ring.tolist()) + "Z" for ring in rings
+    )

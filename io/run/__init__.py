@@ -20,6 +20,7 @@ outputs/       what a run writes
 plots          what `--plot` draws
 report         the report
 morph          `iccm morph`
+between        drawings on the way from one to another
 flatten        `iccm flatten`
 flat_files     a flattening as a file
 relayout       `iccm relayout`

@@ -137,9 +137,10 @@ def by_names(
     if not before.any():
         return found
     with suppress(NoMapError, InputError):
-        pinned = fit(**given | {"pins": places, "fit": "whole"})
+        way = "frame" if given.get("fit") == "frame" else "whole"
+        pinned = fit(**given | {"pins": places, "fit": way})
         says = given.get("turn") is None and len(names) > 1  # as pins do
-        free = fit(**given | {"start": pinned.map, "fit": "whole"} | ({"turn": "any"} if says else {}))
+        free = fit(**given | {"start": pinned.map, "fit": way} | ({"turn": "any"} if says else {}))
         costs = [price(_cost(each), (each.left_out, each.uncovered), 1.0) for each in (found, free)]
         gained = [name for name, lost, is_lost in zip(names, before, missed(free)) if lost and not is_lost]
         if free.status.ok and missed(free).sum() < before.sum() and costs[1] <= MORE * costs[0]:

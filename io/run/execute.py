@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
@@ -88,8 +89,16 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases, dry: bool, a
     return Outcome(ok, message, figures, written, tuple(run.notes))
 
 
-def solve_pairs(run: Run) -> None:
+Settings = tuple[dict[str, Any], bool]
+"""Options of `iccm.fit` beside those of the job, and whether holes go onto holes."""
+
+
+def solve_pairs(run: Run, settings_of: Callable[[Pair], Settings] | None = None) -> None:
     """The map of each pair of shapes; of several those that have none are left out, and told.
+
+    Args:
+        run: the job.
+        settings_of: how the map of a pair is solved for, if not as the job has it.
 
     Raises:
         InputError: none has a map.
@@ -106,7 +115,8 @@ def solve_pairs(run: Run) -> None:
             within = progress.within("solve" if count == 1 else f"solve part {k + 1} of {count}")
             try:
                 with within, add_names(run.called):
-                    fit = _solved(run, pair, given)
+                    more, holed = settings_of(pair) if settings_of else ({}, job.holed)
+                    fit = _solved(run, pair, given | more, holed)
                     run.fits.append(fit)
                     solved.append(_framed(pair, fit))
             except InputError as error:
@@ -149,9 +159,9 @@ def _framed(pair: Pair, fit: Fit) -> Pair:
     return source.framed(fit.source), target.framed(fit.target)
 
 
-def _solved(run: Run, pair: Pair, given: dict[str, Any]) -> Fit:
+def _solved(run: Run, pair: Pair, given: dict[str, Any], holed: bool) -> Fit:
     (source, target), start = pair, run.start
-    aim, how = target if run.job.target else None, dict[str, Any](holed=run.job.holed, tell=run.note)
+    aim, how = target if run.job.target else None, dict[str, Any](holed=holed, tell=run.note)
     if aim is not None and source.drawing is not None:
         given = given | {"opaque": run.opaque, "free_gaps": run.free_gaps}
     return go_on(start, source, aim, given, **how) if start else solve(source, aim, given, **how)

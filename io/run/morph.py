@@ -1,4 +1,4 @@
-"""Frames of a shape on its way to another, as pictures, drawings and animations."""
+"""Frames of a drawing on its way to another, as pictures, drawings and animations."""
 
 from __future__ import annotations
 
@@ -12,29 +12,31 @@ from PIL import Image
 
 from ... import progress
 from ...arrays import Box, Real
-from ...curve import Curve
 from ...errors import InputError
-from ...flattening.interpolation import morph
-from ...maps.triangulated.map import TriangulatedMap
 from ...plane import bounding_box
 from ...progress import Listener
 from .. import files, formats, references
+from ..shapes.shape import Shape
+from ..spec import Spec
 from . import framing
-from .execute import solve_pairs
+from .between import SOURCE, TARGET, Way
+from .execute import Settings, solve_pairs
 from .inputs import Inputs
 from .job import Job
 from .outputs.artwork import Artwork
 from .outputs.output import Output
 from .outputs.picture import Picture, displayed
+from .parts import Pair
 from .phases import Phases
 from .state import Run, Tell
 
 NUMBER = "{number}"
 ANIMATED = {".webp": "WEBP", ".gif": "GIF", ".png": "PNG"}
+PARTIAL = ("contain", "cover")
 
 
 @dataclass(frozen=True)
-class Way:
+class MorphSettings:
     """What is asked of a morph beside the job.
 
     Attributes:
@@ -50,23 +52,29 @@ class Way:
 
 @dataclass(frozen=True)
 class Frame:
-    """A shape on the way.
+    """The drawings on the way.
 
     Attributes:
         share: of the way.
-        run: with the map from the source.
-        back: with that from the target, where the texture fades to another.
+        ahead: the source with what it shows, moved ahead; None at the end.
+        back: the target with what is to be seen there, moved back; None at the beginning, and where it would show
+            the same.
+        artwork: the source's drawing moved ahead, for artwork.
     """
 
     share: float
-    run: Run
+    ahead: Run | None
     back: Run | None
+    artwork: Run
 
     def pixels(self) -> np.ndarray:
         """(height, width, 4) what is seen, 8 bits in sRGB, alpha straight."""
-        seen = _seen(self.run)
-        if self.back is not None:
-            seen = (1 - self.share) * seen + self.share * _seen(self.back)
+        if self.ahead is None or self.back is None:
+            layer = self.ahead or self.back
+            assert layer is not None
+            seen = _seen(layer)
+        else:
+            seen = (1 - self.share) * _seen(self.ahead) + self.share * _seen(self.back)
         alpha = seen[..., 3:]
         colours = np.divide(seen[..., :3], alpha, out=np.zeros_like(seen[..., :3]), where=alpha > 0)
         return np.round(255 * np.concatenate([colours, alpha], axis=2)).astype(np.uint8)
@@ -74,7 +82,7 @@ class Frame:
 
 def run(
     job: Job,
-    way: Way,
+    asked: MorphSettings,
     *,
     threads: int | None = None,
     tell: Tell = lambda note: None,
@@ -87,35 +95,38 @@ def run(
     """
     from ...blas import one_thread
 
-    outputs = {name: _output(name, job, way) for name in job.output}
-    names = {name: _names(name, way.frames) for name in outputs}
+    outputs = {name: _output(name, job, asked) for name in job.output}
+    names = {name: _names(name, asked.frames) for name in outputs}
     written = [each for group in names.values() for each in group]
     if twice := [name for name in names if job.output.count(name) > 1]:
         raise InputError(f"{twice[0]}: is written twice")
+    if job.fit in PARTIAL:
+        raise InputError(
+            f"--fit {job.fit}: leaves parts of a shape out, and a morph shows all; use frame or whole"
+        )
     phases = Phases()
     with one_thread(), references.outside(job.allow_outside), progress.heard(listener):
         with phases.timed("read"):
             job = job.model_copy(update={"target_box": job.target_box, "output": tuple(written)})
-            textures = [way.target_texture] if way.target_texture else []
+            textures = [asked.target_texture] if asked.target_texture else []
             files.check_outputs(written, [*job.inputs, *textures], force=job.force)
-            begun = Run.read(job, Inputs(job), threads, tell, phases)
-            begun.job = job.model_copy(update={"holes": _holes(begun)})
-            _check(begun, list(outputs.values()), way.frames)
-        solve_pairs(begun)
+            begun = _with_own_pictures(Run.read(job, Inputs(job), threads, tell, phases))
+            _check(begun, list(outputs.values()), asked.frames)
+        solve_pairs(begun, lambda pair: _settings(begun, pair))
         with phases.timed("morph"):
-            frames = list(_frames(begun, way))
+            frames = list(_frames(begun, asked))
         with ExitStack() as stack:
             for name, output in outputs.items():
                 paths = [stack.enter_context(files.writing(each, force=job.force)) for each in names[name]]
                 with phases.timed("resample"):
                     if NUMBER not in name:
-                        _animate(frames, way.fps, paths[0], formats.suffix_of(name))
+                        _animate(frames, asked.fps, paths[0], formats.suffix_of(name))
                     for frame, path in zip(frames, paths if NUMBER in name else []):
-                        if output is not None:
-                            output.write(frame.run, path)
+                        if isinstance(output, Artwork):
+                            output.write_faded(frame.artwork, path, 1 - frame.share)
                         else:
                             Image.fromarray(frame.pixels()).save(path)
-    status = begun.fit.status
+    status = next((fit.status for fit in begun.fits if not fit.status.ok), begun.fit.status)
     return status.ok, status.value, written
 
 
@@ -125,14 +136,14 @@ def _names(name: str, frames: int) -> list[str]:
     return [name.replace(NUMBER, f"{k:0{len(str(frames))}d}") for k in range(1, frames + 1)]
 
 
-def _output(name: str, job: Job, way: Way) -> Output | None:
-    """What writes a frame; None for frames that are faded, and for animations.
+def _output(name: str, job: Job, asked: MorphSettings) -> Output | None:
+    """What writes a frame; None for animations.
 
     Raises:
         InputError: what the suffix does not hold.
     """
     suffix = formats.suffix_of(name)
-    if NUMBER not in name or way.target_texture:
+    if NUMBER not in name or asked.target_texture:
         if suffix not in ANIMATED:
             need = f"is no animation; use {' '.join(ANIMATED)}, or {NUMBER} in the name for a file a frame"
             fades = f"--target-texture fades pictures; use {' '.join(ANIMATED)}"
@@ -143,25 +154,44 @@ def _output(name: str, job: Job, way: Way) -> Output | None:
     return output
 
 
-def _holes(begun: Run) -> str:
-    """What becomes of holes: by default they are kept where both have as many.
+def _with_own_pictures(begun: Run) -> Run:
+    """The job with both drawings as their own pictures, where one of them has colours of its own and the other can be
+    rendered; a plain black drawing is then black, and not a checkerboard."""
+    job = begun.job
+    if job.texture or job.checkered or not (begun.source.coloured or begun.target.coloured):
+        return begun
+    if all(_can_be_rendered(shape) for shape in (begun.source, begun.target)):
+        begun.pairs = [
+            (replace(source, coloured=True), replace(target, coloured=True)) for source, target in begun.pairs
+        ]
+    return begun
+
+
+def _can_be_rendered(shape: Shape) -> bool:
+    """Whether the file of a shape is a picture, or becomes one."""
+    suffix = formats.suffix_of(shape.path)
+    return suffix in (".svg", ".svgz") or formats.of(shape.path).picture is not None
+
+
+def _settings(begun: Run, pair: Pair) -> Settings:
+    """How the map of a pair is solved for: holes go onto holes where both have as many, and otherwise appear and vanish
+    on the way; frames are chosen by their cost.
 
     Raises:
-        InputError: they are to be kept, and have no partners.
+        InputError: holes are to be kept, and have no partners.
     """
-    asked, (source, target) = begun.job.holes, begun.pairs[0]
+    job, (source, target) = begun.job, pair
     many = len(source.mappable_holes), len(target.mappable_holes)
-    if asked in ("cut", "fill") or many[0] == many[1]:
-        return "keep" if asked == "auto" else asked
-    text = f"{source.spec}, {target.spec}: {many[0]} and {many[1]} holes cannot go onto each other"
-    if asked == "keep":
-        raise InputError(f"{text}; --holes fill ignores them")
-    begun.note(f"{text}: they are filled")
-    return "fill"
+    if job.holes == "keep" and many[0] != many[1]:
+        text = f"{source.spec}, {target.spec}: {many[0]} and {many[1]} holes cannot go onto each other"
+        raise InputError(f"{text}; --holes auto lets them appear and vanish on the way")
+    if job.holed and many[0] == many[1] > 0 and job.fit != "frame":
+        return {"fit": "whole", "holes": "keep"}, True
+    return {"fit": "whole" if job.fit == "whole" else "frame"}, False
 
 
 def _check(begun: Run, outputs: Sequence[Output | None], frames: int) -> None:
-    """Refuse before the solving what cannot be morphed or written.
+    """Refuse before the solving what cannot be morphed or written, and note what is left out.
 
     Raises:
         InputError: a mesh, more pixels than an animation may have; as the outputs say.
@@ -176,35 +206,62 @@ def _check(begun: Run, outputs: Sequence[Output | None], frames: int) -> None:
     if None in outputs and frames * size[0] * size[1] > begun.job.max_pixels:
         text = f"{frames} pictures of about {size[0]}x{size[1]} are more than {begun.job.max_pixels} pixels"
         raise InputError(f"--frames: {text}; make --size smaller, or raise --max-pixels")
+    begun.note(*(f"{shape.spec}: {note}" for pair in begun.pairs for shape in pair for note in shape.notes))
 
 
-def _frames(begun: Run, way: Way) -> Iterator[Frame]:
-    """The shapes, the source on the target's canvas first, all in one box."""
-    fit, (source, target) = begun.fit, begun.pairs[0]
-    here, there = (framing.picture_box(begun.job, shape) for shape in (source, target))
+def _frames(begun: Run, asked: MorphSettings) -> Iterator[Frame]:
+    """The drawings, the source on the target's canvas first, all in one box."""
+    here, there = (framing.picture_box(begun.job, shape) for shape in (begun.source, begun.target))
     factor = min((_size(there).real / _size(here).real), (_size(there).imag / _size(here).imag))
     shift = sum(there) / 2 - factor * sum(here) / 2
-    shares = np.linspace(0, 1, way.frames)
-    maps = list(morph(fit, shares.tolist(), placed=(factor, shift)))
-    corners = [np.array([factor * w + shift for w in here] + list(there)), *(map.image for map in maps)]
+    shares = np.linspace(0, 1, asked.frames).tolist()
+    filled = begun.job.holes == "fill"
+    ways = [
+        Way.of(pair, fit, shares, (factor, shift), filled=filled)
+        for pair, fit in zip(begun.pairs, begun.fits)
+    ]
+    corners = [np.array([factor * w + shift for w in here] + list(there))]
+    corners += [map.image for way in ways for map in way.maps]
     box = bounding_box(np.concatenate(corners))
     job = begun.job.model_copy(update={"target_box": "viewbox"})
-    ahead = replace(begun, job=job)
-    back = None
-    if way.target_texture:
-        job = job.model_copy(update={"source": job.target, "texture": way.target_texture})
-        back = replace(begun, job=job, pairs=[(target, target)])
-    for share, map in zip(shares.tolist(), maps):
-        rings = [map.image[loop] for loop in map.loops]
-        curve, holes = Curve(rings[0]), tuple(Curve(ring) for ring in rings[1:])
-        shape = replace(target, curve=curve, box=box, holes=tuple(rings[1:]), extent=None)
-        found = replace(fit, map=map, target=curve, target_holes=holes)
-        returned = None
-        if back is not None:
-            onward = TriangulatedMap(maps[-1].image, map.image, map.faces, map.loops)
-            on = replace(found, map=onward, source=target.curve, source_holes=fit.target_holes)
-            returned = back.towards(shape, on)
-        yield Frame(share, ahead.towards(shape, found), returned)
+    source = replace(begun, job=job)
+    target = _of_target(source, asked, ways, box)
+    plain = all(way.is_plain for way in ways)
+    for number, share in enumerate(shares):
+
+        def layer(of: Run, picture: int, painted: int, *, cut: bool = not plain, number: int = number) -> Run:
+            side = painted if cut else None
+            found = [way.layer(number, box, picture=picture, painted=side) for way in ways]
+            return of.with_maps([pair for pair, _ in found], [fit for _, fit in found])
+
+        artwork = layer(source, SOURCE, TARGET)
+        ahead = back = None
+        if share < 1:
+            ahead = layer(source, SOURCE, SOURCE, cut=not plain and not _paints_nothing_else(source))
+        if share > 0 and target is not None:
+            back = layer(target, TARGET, TARGET, cut=not plain and not _paints_nothing_else(target))
+        elif share == 1 or (share > 0 and not plain):
+            back = artwork
+        yield Frame(share, ahead, back, artwork)
+
+
+def _of_target(source: Run, asked: MorphSettings, ways: Sequence[Way], box: Box) -> Run | None:
+    """The job with what the target shows as the texture, which fades in; None where the source's stays.
+
+    What the target shows is --target-texture, or its own picture where the source shows its own."""
+    job = source.job
+    if asked.target_texture:
+        job = job.model_copy(update={"texture": asked.target_texture})
+    elif not (source.shows_own_picture and source.target.coloured):
+        return None
+    job = job.model_copy(update={"source": job.target})
+    pairs, fits = zip(*(way.layer(-1, box, picture=TARGET, painted=TARGET) for way in ways))
+    return replace(source, job=job, pairs=list(pairs), fits=list(fits))
+
+
+def _paints_nothing_else(run: Run) -> bool:
+    """Whether the texture is the whole drawing itself, whose alpha says what it paints."""
+    return run.shows_own_picture and len(run.pairs) == 1 and not Spec.of(run.source.spec).chosen
 
 
 def _size(box: Box) -> complex:

@@ -102,7 +102,7 @@ class Run:
         ]
         room = within(job.memory, next(iter(job.outputs), None))
         run = cls(job, inputs, pairs, room, tell, phases, threads, figures=figures)
-        if run._is_own_picture:
+        if run.shows_own_picture and run.source.ink is not None:
             run.pairs = [(as_drawn(source), target) for source, target in pairs]
         run.note(*notes)
         if not job.several:
@@ -124,9 +124,9 @@ class Run:
             self._other[map] = replace(self, job=job, _begun={}, _other={})
         return self._other[map]
 
-    def towards(self, target: Shape, fit: Fit) -> Run:
-        """The same source and texture, mapped onto another target."""
-        made = replace(self, pairs=[(self.source, target)], fits=[fit], _begun={}, _other={})
+    def with_maps(self, pairs: Pairs, fits: list[Fit]) -> Run:
+        """The same texture on the same plane, carried by other maps."""
+        made = replace(self, pairs=pairs, fits=fits, _begun={}, _other={})
         vars(made).update({name: getattr(self, name) for name in ("image", "box", "sampler")})
         return made
 
@@ -195,9 +195,9 @@ class Run:
         return [unmapped(target, fit.target_holes) for (_, target), fit in zip(self.pairs, self.fits)]
 
     @property
-    def _is_own_picture(self) -> bool:
-        """Whether the drawing itself is the texture: where lines enclose an area, nothing is seen there."""
-        return self.source.coloured and not self.job.texture and self.source.ink is not None
+    def shows_own_picture(self) -> bool:
+        """Whether the texture is the source itself, which has colours of its own."""
+        return not self.job.texture and bool(texture.own_pictures(self.job, self.source))
 
     @property
     def opaque(self) -> bool:

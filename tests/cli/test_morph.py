@@ -50,9 +50,78 @@ def test_holes_go_along_where_both_have_as_many(shapes, iccm):
     (shapes / "other.svg").write_text(ring.format("M5 20H95V80H5ZM40 35H65V60H40Z"))
     assert iccm("morph", "ring.svg", "other.svg", *QUICK, "-o", "m-{number}.png").code == 0
     assert [pixels(f"m-{k}.png")[24, 24, 3] for k in (1, 2, 3)] == [0, 0, 0]
-    done = iccm("morph", "square.svg", "other.svg", *QUICK, "-o", "f-{number}.png")
-    assert done.code == 0 and "0 and 1 holes cannot go onto each other: they are filled" in done.err
-    assert [pixels(f"f-{k}.png")[24, 24, 3] for k in (1, 2, 3)] == [255, 255, 255]
+    assert iccm("morph", "square.svg", "other.svg", *QUICK, "-o", "f-{number}.png").code == 0
+    assert [int(pixels(f"f-{k}.png")[24, 24, 3]) for k in (1, 2, 3)] == pytest.approx([255, 128, 0], abs=1)
+    given = ("--holes", "fill", "-o", "g-{number}.png")
+    assert iccm("morph", "square.svg", "other.svg", *QUICK, *given).code == 0
+    assert [pixels(f"g-{k}.png")[24, 24, 3] for k in (1, 2, 3)] == [255, 255, 255]
+
+
+SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">{}</svg>'
+BARS = '<path d="M10 10H30V90H10Z" {0}/><path d="M40 30H60V90H40Z" {0}/><path d="M70 60H90V90H70Z" {0}/>'
+
+
+def test_all_parts_of_both_drawings_are_seen_and_what_one_lacks_fades(shapes, iccm):
+    (shapes / "bars.svg").write_text(SVG.format(BARS.format("")))
+    (shapes / "panes.svg").write_text(SVG.format('<path d="M5 5H95V40H5Z"/><path d="M5 50H95V95H5Z"/>'))
+    done = iccm("morph", "bars.svg", "panes.svg", *QUICK, "--size", "100", "-o", "m-{number}.png")
+    assert done.code == 0, done.err
+    bars = [[20, 50, 80], [70, 70, 70]]  # columns and rows of points of each bar
+    first, middle, last = (pixels(f"m-{k}.png")[..., 3].astype(int) for k in (1, 2, 3))
+    assert first[bars[1], bars[0]].tolist() == [255] * 3 and first[20, 50] == 0 == first[70, 35]
+    assert last[[20, 70], [50, 35]].tolist() == [255, 255] and last[45, 50] == 0
+    for seen, painted in ((first, 20 * (80 + 60 + 30)), (last, 90 * (35 + 45))):
+        assert seen.sum() / 255 == pytest.approx(painted, rel=0.01)
+    seen = middle[middle > 0]
+    # half way everything is there: opaque where both paint, half where one does
+    assert (
+        np.isin(seen, (255, 127, 128)).mean() > 0.8
+        and (middle == 255).any()
+        and (np.abs(middle - 128) < 2).any()
+    )
+
+
+def test_parts_that_match_go_onto_each_other_unless_they_are_joined(shapes, iccm):
+    squares = ("M8 8H34V34H8Z", "M66 12H94V38H66Z", "M36 66H62V96H36Z")
+    discs = ((22, 24, 15), (80, 20, 12), (50, 82, 14))
+    (shapes / "bars.svg").write_text(SVG.format("".join(f'<path d="{d}"/>' for d in squares)))
+    (shapes / "discs.svg").write_text(
+        SVG.format("".join(f'<circle cx="{x}" cy="{y}" r="{r}"/>' for x, y, r in discs))
+    )
+    done = iccm("morph", "bars.svg", "discs.svg", *QUICK, "-o", "m-{number}.png")
+    assert done.code == 0 and "one by one" in done.err and "--parts joined" in done.err
+    alpha = pixels("m-2.png")[..., 3]
+    assert np.isin(alpha, (0, 255)).mean() > 0.85  # nothing fades but for edges
+    done = iccm("morph", "bars.svg", "discs.svg", "--parts", "joined", *QUICK, "-o", "j-{number}.png")
+    assert done.code == 0 and "one by one" not in done.err
+    largest = iccm("morph", "bars.svg", "discs.svg", "--parts", "largest", *QUICK, "-o", "l-{number}.png")
+    assert largest.code == 0 and "left out 2 other outlines" in largest.err
+
+
+def test_drawings_with_colours_of_their_own_fade_into_each_other(shapes, iccm):
+    red = '<circle cx="50" cy="50" r="40" fill="red"/><circle cx="50" cy="30" r="10" fill="lime"/>'
+    (shapes / "red.svg").write_text(SVG.format(red))
+    (shapes / "blue.svg").write_text(SVG.format('<path d="M10 20H90V80H10Z" fill="blue"/>'))
+    done = iccm("morph", "red.svg", "blue.svg", *QUICK, "-o", "m-{number}.png", "-o", "m-{number}.svg")
+    assert done.code == 0, done.err
+    middles = [pixels(f"m-{k}.png")[30, 24].tolist() for k in (1, 2, 3)]
+    assert middles[0] == [255, 0, 0, 255] and middles[2] == [0, 0, 255, 255]
+    assert middles[1] == pytest.approx([128, 0, 128, 255], abs=2)
+    assert pixels("m-1.png")[14, 24].tolist() == [0, 255, 0, 255]
+    assert (
+        iccm("morph", "red.svg", "blue.svg", "--texture", "checker", *QUICK, "-o", "c-{number}.png").code == 0
+    )
+    assert len(np.unique(pixels("c-3.png")[..., :3].reshape(-1, 3), axis=0)) > 10
+
+
+def test_artwork_is_cut_to_the_target_by_and_by(shapes, iccm):
+    (shapes / "bars.svg").write_text(SVG.format(BARS.format('fill="red"')))
+    (shapes / "panes.svg").write_text(SVG.format('<path d="M5 5H95V40H5Z"/><path d="M5 50H95V95H5Z"/>'))
+    assert iccm("morph", "bars.svg", "panes.svg", *QUICK, "-o", "m-{number}.svg").code == 0
+    first, middle, last = ((shapes / f"m-{k}.svg").read_text() for k in (1, 2, 3))
+    assert "clipPath" not in first and "mask" not in first
+    assert 'fill-opacity="0.5"' in middle and 'mask="url(#' in middle
+    assert 'clip-path="url(#' in last and "mask" not in last
 
 
 @pytest.mark.parametrize(
@@ -69,6 +138,7 @@ def test_holes_go_along_where_both_have_as_many(shapes, iccm):
         (("square.svg", "sheet.obj", "-o", "m.webp"), "a morph is between shapes of the plane"),
         (("square.svg", "blob.svg", "-o", "square.svg"), "is no animation"),
         (("square.svg", "blob.svg", "-o", "old.webp"), "old.webp"),
+        (("square.svg", "blob.svg", "--fit", "cover", "-o", "m.webp"), "--fit cover"),
         (
             ("square.svg", "blob.svg", "--frames", "9999", "-o", "m.webp"),
             "--frames: 9999 pictures of about 1024x1024",

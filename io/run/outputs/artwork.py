@@ -55,11 +55,17 @@ class Artwork(Output):
 
     def write(self, run: Run, path: Path) -> None:
         """All of it, and notes on what was cut off or left out."""
+        self.write_faded(run, path, 0.0)
+
+    def write_faded(self, run: Run, path: Path, opacity: float) -> None:
+        """The same, of which what the target does not paint is seen with an opacity."""
         with run.phases.timed("artwork"):
             carried = [(source, fit.map) for (source, _), fit in zip(run.pairs, run.fits)]
             target = replace(run.target, box=framing.picture_box(run.job, run.target))
-            painted = [ring for fit in run.fits for ring in painted_rings(fit)]
-            run.note(*carry_parts(carried, target, path, each=run.job.parts == "each", painted=painted))
+            painted = [ring for fit in run.fits for ring in painted_rings(fit)] if opacity < 1 else []
+            each = run.job.parts == "each"
+            notes = carry_parts(carried, target, path, each=each, painted=painted, opacity=opacity)
+            run.note(*notes)
 
 
 def painted_rings(fit: Fit) -> list[Complex]:

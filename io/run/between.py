@@ -1,0 +1,105 @@
+"""Drawings on the way from one to another: where the plane is, and what of both drawings is painted there.
+
+The map of two drawings says how the plane moves; `iccm.morph` gives the maps of the source's frame onto those between.
+What is painted changes, too: a part or hole of one drawing may lie in a gap of the other. A picture therefore mixes two
+layers, the source moved ahead and the target moved back, the one fading while the other appears (Beier and Neely,
+*Feature-based image metamorphosis*, SIGGRAPH 1992). Where both paint the same nothing fades.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from ...arrays import Box
+from ...curve import Curve, polygon_of
+from ...drawings.drawing import Drawing
+from ...flattening.interpolation import morph
+from ...maps.moved_rings import move_rings
+from ...maps.triangulated.map import TriangulatedMap
+from ...result import Fit
+from ..shapes.shape import Shape
+from .parts import Pair
+
+SOURCE, TARGET = 0, 1
+SAME_AREA = 1e-6
+"""Of the area that a map's outlines enclose: what a drawing paints less than that is rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """A drawing, or a part of one, on its way to another.
+
+    Attributes:
+        pair: the shapes.
+        fit: the map from the one to the other.
+        drawings: what they paint.
+        maps: of the source onto each shape between, the first and the last one included.
+    """
+
+    pair: Pair
+    fit: Fit
+    drawings: tuple[Drawing, Drawing]
+    maps: list[TriangulatedMap]
+
+    @classmethod
+    def of(
+        cls, pair: Pair, fit: Fit, shares: Sequence[float], placed: tuple[complex, complex], *, filled: bool
+    ) -> Way:
+        """Return the way along the map of a pair.
+
+        Args:
+            pair: the shapes.
+            fit: the map of the one onto the other.
+            shares: of the way, from 0 to 1.
+            placed: (a, b) of the similarity a z + b that puts the source where the way begins.
+            filled: whether the holes of shapes are painted over.
+        """
+        drawings = fit.drawings or (_enclosed(pair[SOURCE], filled), _enclosed(pair[TARGET], filled))
+        return cls(pair, fit, drawings, list(morph(fit, shares, placed=placed)))
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether both drawings paint all that the map's outlines enclose, so that nothing appears or vanishes."""
+        outlines = (self.fit.source, self.fit.source_holes), (self.fit.target, self.fit.target_holes)
+        return all(
+            outline is not None
+            and abs(outline.area - sum(abs(hole.area) for hole in holes) - drawing.region.area)
+            <= SAME_AREA * outline.area
+            for (outline, holes), drawing in zip(outlines, self.drawings)
+        )
+
+    def layer(self, number: int, box: Box, *, picture: int, painted: int | None) -> tuple[Pair, Fit]:
+        """Return a layer of a frame: a shape, the frame as another, and the map between.
+
+        Args:
+            number: of the frame, from 0.
+            box: the canvas of all frames.
+            picture: the side whose picture it shows.
+            painted: the side whose drawing is all that is seen of it; None: all that the map's outline encloses.
+        """
+        at = self.maps[number]
+        maps = at, TriangulatedMap(self.maps[-1].image, at.image, at.faces, at.loops)
+        outline, *holes = [at.image[loop] for loop in at.loops]
+        shape = replace(self.pair[TARGET], curve=Curve(outline), box=box, holes=tuple(holes), extent=None)
+        drawings = None
+        if painted is not None:
+            moved = Drawing.of_rings(move_rings(maps[painted], self.drawings[painted].rings))
+            drawings = self.drawings[picture], moved
+        fit = self.fit
+        assert fit.target is not None
+        found = replace(
+            fit,
+            map=maps[picture],
+            source=fit.target if picture else fit.source,
+            source_holes=fit.target_holes if picture else fit.source_holes,
+            target=shape.curve,
+            target_holes=tuple(Curve(hole) for hole in holes),
+            drawings=drawings,
+        )
+        return (self.pair[picture], shape), found
+
+
+def _enclosed(shape: Shape, filled: bool) -> Drawing:
+    """Return what a single outline encloses as a drawing."""
+    return Drawing(polygon_of(shape.curve.z, *(() if filled else shape.holes)))
