@@ -1,4 +1,4 @@
-"""The part of the build that pyproject.toml cannot say: libraries of the core, in a wheel for every Python 3."""
+"""What pyproject.toml cannot say of the build: libraries of the core, in a wheel for every Python 3, and packages."""
 
 import sys
 from pathlib import Path
@@ -11,6 +11,7 @@ ROOT = Path(__file__).resolve().parent
 sys.path.insert(0, str(ROOT / "core"))
 
 from compile import compile_core, find_compiler, library_names, sources  # noqa: E402
+from package_folders import package_folders  # noqa: E402
 
 
 class BuildCore(build_ext):
@@ -46,7 +47,10 @@ class CoreWheel(bdist_wheel):
 
 FILES = {name.partition(".")[0].replace("-", "_"): name for name in library_names()}
 SOURCES = [str(path.relative_to(ROOT)) for path in sources()]
+FOLDERS = package_folders(ROOT)
 setup(
+    packages=list(FOLDERS),
+    package_dir=FOLDERS,
     ext_modules=[Extension(f"iccm.native.lib.{name}", SOURCES) for name in FILES],
     cmdclass={"build_ext": BuildCore, "bdist_wheel": CoreWheel},
 )

@@ -136,19 +136,18 @@ def test_the_lint_target_checks_the_staged_tree():
         assert part in recipe
 
 
-def test_packages_are_mapped_to_the_folders():
-    given = PROJECT["tool"]["setuptools"]["package-dir"]
-    assert {given[name] for name in ("iccm", "iccm.cli", "iccm.io")} == {"iccm", "cli", "io"}
+def test_every_folder_of_code_is_a_package(monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "core"))
+    finder = importlib.import_module("package_folders")
+    found = finder.package_folders(ROOT)
     code = [path for folder in ("iccm", "io", "cli") for path in (ROOT / folder).rglob("*.py")]
     folders = {path.parent.relative_to(ROOT).as_posix() for path in code}
-    mapping = {"iccm." + f.replace("/", ".").removeprefix("iccm.") if f != "iccm" else f: f for f in folders}
-    packages = PROJECT["tool"]["setuptools"]["packages"]
-    assert sorted(
-        name for name in packages if not name.startswith(("iccm.samples.", "iccm.plugins"))
-    ) == sorted(mapping)
-    for name, folder in mapping.items():
-        module = __import__(name, fromlist=["x"])
-        assert Path(module.__file__).parent == ROOT / folder
+    assert {folder for name, folder in found.items() if name not in finder.DATA} == folders
+    for name, folder in found.items():
+        assert (ROOT / folder).is_dir()
+        if name not in finder.DATA:
+            module = __import__(name, fromlist=["x"])
+            assert Path(module.__file__).parent == ROOT / folder
     assert re.fullmatch(r"\d+\.\d+\.\d+", iccm.__version__)
 
 
