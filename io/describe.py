@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import InputError
 from . import files, formats, limits
-from .meshes import size_limits
+from .meshes import mesh_files
 from .outlines import polygons
 from .shapes import shape as shapes
 from .spec import Spec
@@ -127,15 +127,11 @@ def _picture(path: Path) -> dict[str, Any]:
 
 
 def _mesh(path: Path, max_faces: int) -> dict[str, Any]:
-    from .meshes import mesh_files
-    from .meshes.obj_source import ObjSource
-
-    source = ObjSource(path, max_faces) if formats.suffix_of(path) == ".obj" else None
-    if source is None:
-        size_limits.faces(path, max_faces)
-    elif size_limits.refuse(path, source.faces, max_faces) <= 1:
+    opened = mesh_files.open_mesh(path, max_faces)
+    opened.check_size(max_faces)
+    if not opened.is_mesh():
         return _shape(path)
-    file = mesh_files.read(str(path), source.obj if source else None)
+    file = mesh_files.read(str(path), opened)
     mesh = file.mesh
     counts = np.bincount(mesh.sizes)
     return {
@@ -145,9 +141,7 @@ def _mesh(path: Path, max_faces: int) -> dict[str, Any]:
         "sides": {str(size): int(counts[size]) for size in np.flatnonzero(counts)},
         "parts": list(file.names)[:MOST],
         "parts_in_all": len(file.names),
-        "textures": ["in the file"]
-        if file.picture is not None
-        else list(map(str, mesh_files.textures_of(file))),
+        "textures": ["in the file"] if file.picture is not None else list(map(str, file.textures())),
         **_charts(mesh),
         **_surface(file),
         "notes": list(file.notes)[:MOST],

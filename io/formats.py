@@ -42,7 +42,7 @@ class Format:
     Attributes:
         picture: how they hold pixels, if they do.
         drawing: outlines and artwork.
-        mesh: a mesh.
+        mesh: a mesh: module and class of `io.meshes` that read and write the format.
         uv: a mesh that iccm writes with texture coordinates.
         flat: a flattening.
         plot: a figure.
@@ -55,7 +55,7 @@ class Format:
 
     picture: PictureFormat | None = None
     drawing: bool = False
-    mesh: bool = False
+    mesh: str = ""
     uv: bool = False
     flat: bool = False
     plot: bool = False
@@ -85,12 +85,12 @@ FORMATS = {
     ".svg": Format(drawing=True, flat=True, plot=True),
     ".svgz": Format(drawing=True),
     ".pdf": Format(plot=True),
-    ".obj": Format(drawing=True, mesh=True, uv=True, flat=True),
-    ".glb": Format(mesh=True, uv=True),
-    ".ply": Format(mesh=True, uv=True),
-    ".gltf": Format(mesh=True),
-    ".off": Format(mesh=True),
-    ".stl": Format(mesh=True),
+    ".obj": Format(drawing=True, mesh="obj_format.ObjFormat", uv=True, flat=True),
+    ".glb": Format(mesh="gltf_format.GltfFormat", uv=True),
+    ".ply": Format(mesh="ply_format.PlyFormat", uv=True),
+    ".gltf": Format(mesh="gltf_format.GltfFormat"),
+    ".off": Format(mesh="off_stl_formats.OffFormat"),
+    ".stl": Format(mesh="off_stl_formats.StlFormat"),
     ".toml": Format(manifest=True),
     ".jsonl": Format(manifest=True),
     ".ndjson": Format(manifest=True),

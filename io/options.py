@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, get_type_hints
 
 from ..deadline import DEFAULT
-from . import limits
+from . import formats, limits
 
 LARGEST = 1e6  # factor of a texture's size
 DIGITS = 15  # of a number of bytes, K, M, G or T
@@ -232,6 +232,10 @@ def _pins() -> Any:
     return tuple[Pin, ...]
 
 
+MESHES = " ".join(formats.holding("uv"))
+"""The suffixes of meshes that are written with texture coordinates."""
+MESHES_ALONE = " ".join(suffix for suffix in formats.holding("uv") if not formats.FORMATS[suffix].flat)
+"""Likewise, of those that hold no flattening."""
 OUTPUT = "-o"
 """The name of an STMap that stands for the file that --output names."""
 EVERY = ("map", "deform", "apply")
@@ -271,13 +275,14 @@ class FlattenOptions:
     """Those of `iccm flatten`."""
 
     output: tuple[str, ...] = _option(
-        "The outline (.svg), the flat mesh (.obj), or the mesh with its flattening as texture coordinates (.glb .ply).",
+        "The outline (.svg), the flat mesh (.obj), or the mesh with its flattening as texture coordinates "
+        f"({MESHES_ALONE}).",
         "FILE",
         default=(),
         parse=many,
         short="-o",
     )
-    uv: str | None = _option("The mesh with its flattening as texture coordinates (.obj .glb .ply).", "FILE")
+    uv: str | None = _option(f"The mesh with its flattening as texture coordinates ({MESHES}).", "FILE")
     method: str = _option(
         "conformal: angles kept, one-to-one; lscm: least squares, whether it folds or not; balanced: angles and areas.",
         "[conformal|lscm|balanced]", default="conformal",

@@ -22,7 +22,7 @@ from ..meshes.disk_patch import Joined
 from ..pixels.sampler import Sampler
 from ..pixels.texture import Texture
 from . import formats, limits
-from .meshes import mesh_files, size_limits
+from .meshes import mesh_files
 from .run.plots import save
 from .shapes import shape as shapes
 from .spec import Spec
@@ -46,10 +46,11 @@ def draw(path: Path, to: Path, *, max_faces: int = limits.FACES) -> None:
     form = formats.of(path)
     if not (form.mesh or form.drawing or form.picture):
         raise InputError(f"{path}: --plot: no drawing, picture or mesh: it has no parts to number")
-    planar = formats.suffix_of(path) == ".obj" and size_limits.faces(path, max_faces) <= 1
-    if form.mesh and not planar:
-        size_limits.faces(path, max_faces)
-        figure = _mesh(mesh_files.read(str(path)).mesh)
+    opened = mesh_files.open_mesh(path, max_faces) if form.mesh else None
+    if opened is not None:
+        opened.check_size(max_faces)
+    if opened is not None and opened.is_mesh():
+        figure = _mesh(mesh_files.read(str(path), opened).mesh)
     else:
         figure = _outlines(shapes.drawn(Spec(path)))
     figure.suptitle(path.name, fontsize=11, color=INK)

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, ValidationError
 
 from ...errors import InputError
@@ -136,7 +135,7 @@ def compare(name: str, run: Path, baseline: Path, allowed: Tolerances) -> Verdic
         _reports(name, run, baseline, allowed, verdict)
     elif files.sha256(run) == files.sha256(baseline):
         pass
-    elif baseline.suffix.lower() in UNLAID:
+    elif formats.of(baseline).uv:
         _meshes(run, baseline, allowed.meshes, verdict)
     else:
         verdict.problems.append("the bytes differ")
@@ -204,50 +203,20 @@ def similarity(x: np.ndarray, y: np.ndarray) -> float:
 
 def _meshes(run: Path, baseline: Path, allowed: Meshes, verdict: Verdict) -> None:
     """Texture coordinates by a limit, the rest exactly."""
-    (uv, rest), (goal, own) = (UNLAID[baseline.suffix.lower()](path) for path in (run, baseline))
+    from ..meshes import mesh_files
+
+    split_uv = mesh_files.format_of(baseline).split_uv
+    made, wanted = split_uv(run), split_uv(baseline)
+    if made is None or wanted is None:
+        verdict.problems.append("the bytes differ")
+        return
+    (uv, rest), (goal, own) = made, wanted
     if rest != own or uv.shape != goal.shape:
         verdict.problems.append("the bytes differ, and not in texture coordinates alone")
         return
     gap = verdict.figures["uv"] = float(np.abs(uv - goal).max(initial=0.0))
     if not gap <= allowed.uv:
         verdict.fail("uv difference", f"{gap:.4g}", f"{allowed.uv:.4g}")
-
-
-def _obj(path: Path) -> tuple[NDArray[np.float64], Any]:
-    """(t, 2) texture coordinates of an OBJ, and its other lines."""
-    lines = files.read_bytes(path, max_bytes=limits.COMPARED_BYTES).splitlines()
-    try:
-        uv = np.array([line.split()[1:3] for line in lines if line.startswith(b"vt ")], float)
-    except ValueError:
-        return np.zeros((0, 2)), lines
-    return uv, [line for line in lines if not line.startswith(b"vt ")]
-
-
-def _glb(path: Path) -> tuple[NDArray[np.float64], Any]:
-    """(t, 2) texture coordinates of a GLB file, and its tree and other bytes."""
-    from ..meshes import gltf
-
-    try:
-        file = gltf.read(path)
-    except InputError:
-        raise
-    except Exception as error:  # whatever a parser stumbles over: the file is at fault
-        raise InputError(f"{path}: is no readable GLB file: {error}") from None
-    names = [p["attributes"] for mesh in file.tree.get("meshes", []) for p in mesh["primitives"]]
-    found = {number for each in names for name, number in each.items() if name.startswith("TEXCOORD_")}
-    accessors, views = file.tree.get("accessors", []), list(file.views)
-    shared = {said.get("bufferView") for n, said in enumerate(accessors) if n not in found} | {None}
-    alone = [n for n in sorted(found) if accessors[n].get("bufferView") not in shared]
-    uv = np.concatenate([file.floats(n)[:, :2] for n in alone] or [np.zeros((0, 2))])
-    for number in alone:
-        views[accessors[number]["bufferView"]] = b""
-        accessors[number] = {
-            key: value for key, value in accessors[number].items() if key not in ("min", "max")
-        }
-    return uv, (file.tree, views)
-
-
-UNLAID = {".obj": _obj, ".glb": _glb}
 
 
 def _reports(name: str, run: Path, baseline: Path, allowed: Tolerances, verdict: Verdict) -> None:

@@ -1,111 +1,124 @@
 """The other maps of a mesh's materials, carried from the coordinates that they have to new ones (--carry-maps)."""
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
-from ...arrays import Flags, Index, Real
+from ...arrays import Flags, Index
 from ...errors import InputError
 from ...meshes.mesh import triangulate
-from ..meshes import gltf_materials, material_library
-from ..meshes.mesh_files import MeshFile
+from .. import formats
+from ..meshes import gltf_materials, material_library, mesh_files
+from ..meshes.gltf_format import primitives_of
+from ..meshes.mesh_format import MeshFile, NewCoordinates
 from ..pictures.image_files import as_png
 from . import of_gltf, of_mtl
 from .carried import Carrier, How
 from .material_set import MaterialSet, part
 
-SHOWN = (gltf_materials.BASE, gltf_materials.DIFFUSE, "map_kd")  # where a texture that is mapped goes
+TEXTURE_SLOTS = (gltf_materials.BASE, gltf_materials.DIFFUSE, "map_kd")  # where a texture that is mapped goes
 
 
-def check(file: MeshFile, name: str | Path) -> None:
-    """Refuse what has no maps to carry, or cannot hold them.
+@dataclass(frozen=True, eq=False)
+class CarriedMaps:
+    """The maps of a mesh's materials, read once for all that a job asks of them.
 
-    Raises:
-        InputError: the mesh, or the output, is neither a glTF file nor an OBJ, or not of the other's kind.
+    Attributes:
+        file: the mesh as it was read.
+        kinds: see `of_mtl.Kinds`.
     """
-    if not file.primitives and file.obj is None:
-        raise InputError(
-            f"{file.path}: --carry-maps is for materials of GLB, glTF and OBJ files; it names none"
-        )
-    wanted = ".glb" if file.primitives else ".obj"
-    if Path(name).suffix.lower() != wanted:
-        raise InputError(f"{name}: --carry-maps keeps the materials of {file.path}; use {wanted}")
 
+    file: MeshFile
+    kinds: of_mtl.Kinds = field(default_factory=dict)
 
-def beside(file: MeshFile, name: str | Path, *, shown: bool) -> list[str]:
-    """The pictures that come beside an OBJ, and its library; `shown` as for `carry`.
+    def check(self, name: str | Path) -> None:
+        """Refuse a mesh without maps to carry, and an output that cannot hold them.
 
-    Raises:
-        InputError: old coordinates that are none.
-    """
-    if file.primitives:
-        return []
-    material_set = _material_set(file)
-    found = {
-        str(
-            material_library.picture_of(
-                Path(name), material.name if len(material_set.materials) > 1 else None, word
+        Raises:
+            InputError: the mesh has no materials, or the output holds none of their kind; a picture that cannot be
+                read, coordinates that are missing.
+        """
+        dialect, path = self.file.content.dialect, self.file.path
+        if not dialect:
+            raise InputError(
+                f"{path}: --carry-maps is for materials of GLB, glTF and OBJ files; it names none"
             )
-        )
-        for material in material_set.materials
-        for word in material.maps
-        if not (shown and word in SHOWN)
-    }
-    return [str(Path(name).with_suffix(".mtl")), *sorted(found)] if found else []
+        able = mesh_files.suffixes_with_materials(dialect)
+        if formats.suffix_of(name) not in able:
+            raise InputError(f"{name}: --carry-maps keeps the materials of {path}; use {' or '.join(able)}")
+        _ = self.material_set
 
+    @cached_property
+    def material_set(self) -> MaterialSet:
+        """What the triangles of the mesh show.
 
-def carry(
-    file: MeshFile, uv: Real, uv_corners: Index, *, shown: bool = False, threads: int | None = None
-) -> dict[str, dict[str, bytes]]:
-    """The pictures of materials for new coordinates, as PNG files, those of normals turned.
+        Raises:
+            InputError: they have no coordinates, or a picture cannot be read.
+        """
+        return _material_set(self.file, self.kinds)
 
-    Args:
-        file: a mesh from a glTF file or an OBJ.
-        uv: (t, 2) new coordinates, v up.
-        uv_corners: (c,) coordinate of each corner of the mesh.
-        shown: whether a new texture takes the place of the colours.
-        threads: never change the result.
+    def companions(self, name: str | Path, *, shown: bool) -> list[str]:
+        """List the pictures that come beside an OBJ, and its library; `shown` as for `carry`."""
+        if primitives_of(self.file):
+            return []
+        materials = self.material_set.materials
+        found = {
+            str(material_library.picture_of(Path(name), material.name if len(materials) > 1 else None, word))
+            for material in materials
+            for word in material.maps
+            if not (shown and word in TEXTURE_SLOTS)
+        }
+        return [str(Path(name).with_suffix(".mtl")), *sorted(found)] if found else []
 
-    Returns:
-        The content of the files, see `obj_materials.Pictures`.
+    def carry(
+        self, file: MeshFile, new: NewCoordinates, *, shown: bool = False, threads: int | None = None
+    ) -> dict[str, dict[str, bytes]]:
+        """Make the pictures of materials for new coordinates, as PNG files, those of normals turned.
 
-    Raises:
-        InputError: a picture that cannot be read, or old coordinates that are none.
-    """
-    material_set, corner = _material_set(file), _corners(file)
-    new = replace(material_set.sheet, uv=uv, uv_faces=uv_corners[corner], stated=None)
-    made = dict[str, dict[str, bytes]]()
-    for k, material in enumerate(material_set.materials):
-        own = np.flatnonzero(material_set.owner == k)
-        same = own, np.tile(np.arange(3), (own.size, 1))
-        carrier = Carrier(material_set, part(new, own), same, How(threads=threads))
-        slots = [slot for slot in material.maps if own.size and not (shown and slot in SHOWN)]
-        made[material.key] = {slot: as_png(carrier.image(slot)) for slot in slots}
-    return made
+        Args:
+            file: the mesh, perhaps with smaller triangles than when it was read.
+            new: its new coordinates.
+            shown: whether a new texture takes the place of the colours.
+            threads: never change the result.
+
+        Returns:
+            The content of the files, see `mesh_format.Pictures`.
+
+        Raises:
+            InputError: a picture that cannot be read.
+        """
+        same_file = file.content is self.file.content
+        material_set = self.material_set if same_file else _material_set(file, self.kinds)
+        sheet = replace(material_set.sheet, uv=new.uv, uv_faces=new.corners[_corners(file)], stated=None)
+        made = dict[str, dict[str, bytes]]()
+        for k, material in enumerate(material_set.materials):
+            own = np.flatnonzero(material_set.owner == k)
+            same = own, np.tile(np.arange(3), (own.size, 1))
+            carrier = Carrier(material_set, part(sheet, own), same, How(threads=threads))
+            slots = [slot for slot in material.maps if own.size and not (shown and slot in TEXTURE_SLOTS)]
+            made[material.key] = {slot: as_png(carrier.image(slot)) for slot in slots}
+        return made
 
 
 def _corners(file: MeshFile) -> Index:
     """(m, 3) the corners of the mesh that its set's triangles have."""
-    if not file.primitives:
+    if not primitives_of(file):
         return triangulate(file.mesh)
     return np.arange(file.mesh.corners.size).reshape(-1, 3)[_shows(file)[file.faces]]
 
 
 def _shows(file: MeshFile) -> Flags:
     """(f,) which triangles of a glTF file's primitives have coordinates."""
-    counts = [len(part.faces) for part in file.primitives]
-    return np.repeat([of_gltf.has_layout(part) for part in file.primitives], counts)
+    parts = primitives_of(file)
+    counts = [len(part.faces) for part in parts]
+    return np.repeat([of_gltf.has_layout(part) for part in parts], counts)
 
 
-def _material_set(file: MeshFile) -> MaterialSet:
-    """What the triangles of a mesh show.
-
-    Raises:
-        InputError: they have no coordinates.
-    """
-    if not file.primitives:
-        return of_mtl.material_set(file)
-    whole = of_gltf.material_set(str(file.path), file.primitives)
+def _material_set(file: MeshFile, kinds: of_mtl.Kinds) -> MaterialSet:
+    if not primitives_of(file):
+        return of_mtl.material_set(file, kinds=kinds)
+    whole = of_gltf.material_set(str(file.path), primitives_of(file))
     own = np.flatnonzero(file.faces[_shows(file)])
     return replace(whole, sheet=part(whole.sheet, own), owner=whole.owner[own])

@@ -33,9 +33,7 @@ def material_set(
     Raises:
         InputError: none of them has coordinates.
     """
-    shown, every = [part for part in parts if has_layout(part)], len(parts)
-    if not shown:
-        raise InputError(f"{name}: has no texture coordinates; make them with iccm flatten --uv")
+    shown, every = with_layout(name, parts), len(parts)
     parts = parts if plain else shown
     left = every - len(parts)
     notes = (f"{name}: {left} of its {every} geometries have no texture coordinates: left out",)
@@ -46,6 +44,18 @@ def material_set(
     owner = np.repeat([keys.index((part.key, has_layout(part))) for part in parts], counts)
     materials = [_material(name, parts, own) for own in alike.values()]
     return MaterialSet(sheet(name, parts, bare), tuple(materials), owner, "gltf", notes if left else ())
+
+
+def with_layout(name: str, parts: Sequence[Primitive]) -> list[Primitive]:
+    """The primitives that have coordinates.
+
+    Raises:
+        InputError: none has any.
+    """
+    shown = [part for part in parts if has_layout(part)]
+    if not shown:
+        raise InputError(f"{name}: has no texture coordinates; make them with iccm flatten --uv")
+    return shown
 
 
 def sheet(name: str, parts: Sequence[Primitive], bare: bool) -> Charted:

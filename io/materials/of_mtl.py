@@ -10,8 +10,9 @@ from ...errors import InputError
 from ...meshes.charted import Charted
 from ...meshes.mesh import triangulate
 from .. import limits
-from ..meshes import material_library, obj_materials
-from ..meshes.mesh_files import MeshFile
+from ..meshes import material_library
+from ..meshes.mesh_format import MeshFile
+from ..meshes.obj_format import obj_content
 from ..pictures import image_files
 from ..pictures.tiles import is_pattern
 from .material_set import Material, MaterialMap, MaterialSet
@@ -24,14 +25,26 @@ BLUE, LEAN = 0.7, 0.15
 """Of the mean of a normal map: at least so blue, so far from grey in red and green (by hand)."""
 
 
-def material_set(file: MeshFile, max_pixels: int = limits.READ_PIXELS) -> MaterialSet:
+Kinds = dict[tuple[str, Path], str]
+"""What the channels of pictures are, by statement and file: to tell heights from normals a picture is read."""
+
+
+def material_set(
+    file: MeshFile, max_pixels: int = limits.READ_PIXELS, kinds: Kinds | None = None
+) -> MaterialSet:
     """The material set of an OBJ, or of another mesh with one picture.
+
+    Args:
+        file: the mesh.
+        max_pixels: of a picture that is read.
+        kinds: what is known of pictures; what is found out is added.
 
     Raises:
         InputError: faces without coordinates, or a picture that cannot be read.
     """
     sheet = sheet_of(file)
-    if file.obj is None:
+    content = obj_content(file)
+    if content is None:
         maps = (
             {"map_kd": MaterialMap(file.picture, "colour", f"{file.path}: its texture")}
             if file.picture
@@ -40,13 +53,13 @@ def material_set(file: MeshFile, max_pixels: int = limits.READ_PIXELS) -> Materi
         return MaterialSet(sheet, (Material("", "", maps),), np.zeros(len(sheet.faces), np.int64), "mtl")
     first = triangulate(file.mesh)[:, 0]
     face = np.searchsorted(file.mesh.starts, first, side="right") - 1
-    which, uses = file.obj.current("usemtl")
+    which, uses = content.obj.current("usemtl")
     names = [use.text for use in uses] + [""]
     used = list(dict.fromkeys(names[k] for k in which[file.faces]))
     number = np.array([used.index(name) if name in used else -1 for name in names])
-    library = obj_materials.library_of(file.obj)
+    library, kinds = content.library, {} if kinds is None else kinds
     notes = [*library.missing, *(f"{file.path}: {note}" for note in library.outside)]
-    materials = [_material(file.path, library, name, sheet, notes, max_pixels) for name in used]
+    materials = [_material(file.path, library, name, sheet, notes, max_pixels, kinds) for name in used]
     return MaterialSet(sheet, tuple(materials), number[which[file.faces]][face], "mtl", tuple(notes))
 
 
@@ -59,7 +72,13 @@ def sheet_of(file: MeshFile) -> Charted:
 
 
 def _material(
-    path: Path, library: material_library.Library, name: str, sheet: Charted, notes: list[str], most: int
+    path: Path,
+    library: material_library.Library,
+    name: str,
+    sheet: Charted,
+    notes: list[str],
+    most: int,
+    kinds: Kinds,
 ) -> Material:
     lines = library.materials().get(name, [])
     maps = dict[str, MaterialMap]()
@@ -72,9 +91,10 @@ def _material(
         if not picture.is_file() or is_pattern(picture):
             notes.append(f"{path}: {word} of {name} names {named}, which is no file; left out")
             continue
-        kind = _kind(word, picture, most)
+        if (word, picture) not in kinds:
+            kinds[word, picture] = _kind(word, picture, most)
         wrap = material_library.wrap(rest)
-        maps[word] = MaterialMap(picture, kind, str(picture), _place(sheet.uv, rest), wrap)
+        maps[word] = MaterialMap(picture, kinds[word, picture], str(picture), _place(sheet.uv, rest), wrap)
     return Material(name, name, maps, lines, kind=f"d {cover(lines):g}")
 
 

@@ -13,8 +13,9 @@ from ...meshes.charted import Charted
 from ...meshes.relayout import Origin, nearest, partners
 from ...surfaces.matching import matched
 from .. import formats
-from ..meshes import gltf_materials
-from ..meshes.mesh_files import MeshFile
+from ..meshes import gltf_materials, mesh_files
+from ..meshes.gltf_format import primitives_of
+from ..meshes.mesh_format import MeshFile
 from ..pictures.image import Image
 from . import of_gltf, of_mtl
 from .carried import Carrier, How
@@ -32,15 +33,16 @@ def material_set_of(meshes: Sequence[MeshFile], *, bare: bool = False, plain: bo
     Raises:
         InputError: no coordinates, or a picture that cannot be read.
     """
-    if parts := meshes[0].primitives:
+    if parts := primitives_of(meshes[0]):
         return of_gltf.material_set(_name(meshes), parts, bare=bare, plain=plain)
     return of_mtl.material_set(meshes[0])
 
 
 def sheet_of(meshes: Sequence[MeshFile]) -> Charted:
     """The triangles of all that was read of a file, with the coordinates that colours are shown by; errors likewise."""
-    parts = meshes[0].primitives
-    return of_gltf.material_set(_name(meshes), parts).sheet if parts else of_mtl.sheet_of(meshes[0])
+    if parts := primitives_of(meshes[0]):
+        return of_gltf.sheet(_name(meshes), of_gltf.with_layout(_name(meshes), parts), bare=False)
+    return of_mtl.sheet_of(meshes[0])
 
 
 def _name(meshes: Sequence[MeshFile]) -> str:
@@ -91,7 +93,7 @@ class Relaid:
     @property
     def dialect(self) -> str:
         """Of the new file's materials."""
-        return "gltf" if self.name.suffix.lower() == ".glb" else "mtl"
+        return mesh_files.format_of(self.name).dialect
 
     def check(self) -> None:
         """Refuse what cannot be written or carried.
@@ -100,11 +102,16 @@ class Relaid:
             InputError: a suffix that holds no materials, or not all of the new mesh; no pictures.
         """
         check_pictures(self.before, self.before.sheet.name)
-        own = formats.suffix_of(self.meshes[0].path)
-        if own in (".glb", ".gltf") and self.dialect != "gltf":
+        own = self.meshes[0].content.dialect
+        if own == "gltf" and self.dialect != own:
             raise InputError(f"{self.name}: would lose what {self.meshes[0].path} holds; use .glb")
-        if self.name.suffix.lower() not in (".glb", ".obj"):
-            raise InputError(f"{self.name}: materials are written to .glb and .obj")
+        if not formats.of(self.name).uv or not self.dialect:
+            able = " and ".join(mesh_files.suffixes_with_materials())
+            raise InputError(f"{self.name}: materials are written to {able}")
+        if self.dialect == "mtl" and own != "mtl":
+            raise InputError(
+                f"{self.name}: is written of an OBJ, and {self.meshes[0].path} is none; use .glb"
+            )
 
     @cached_property
     def _pairs(self) -> tuple[Charted, Index, Index]:

@@ -6,7 +6,9 @@ from pathlib import Path
 
 from .. import files
 from ..meshes import gltf, gltf_write, material_library, obj_materials, obj_write
+from ..meshes.gltf_format import primitives_of
 from ..meshes.material_library import Library
+from ..meshes.obj_format import obj_content
 from ..pictures.image_files import as_png
 from . import gltf_dressed, of_gltf, translate
 from .carried import Carrier, Pictures, without_profile
@@ -41,7 +43,7 @@ def beside(relaid: Relaid) -> list[Path]:
 
 
 def _glb(relaid: Relaid) -> bytes:
-    primitives = relaid.meshes[0].primitives
+    primitives = primitives_of(relaid.meshes[0])
     if primitives:
         shown = [primitive for primitive in primitives if of_gltf.has_layout(primitive)]
         document, groups = gltf_write.parted(shown, relaid.owner)
@@ -69,10 +71,14 @@ def _clothes(relaid: Relaid, carrier: Carrier, images: Pictures, group: list[glt
 
 
 def _obj(relaid: Relaid, out: Path, force: bool) -> list[str]:
-    whole, faces, library = relaid.meshes[0].obj, relaid.meshes[0].faces, relaid.name.with_suffix(".mtl")
-    assert whole is not None
+    content, faces, library = (
+        obj_content(relaid.meshes[0]),
+        relaid.meshes[0].faces,
+        relaid.name.with_suffix(".mtl"),
+    )
+    assert content is not None  # see Relaid.check
+    whole, materials = content.obj, content.library
     rename, unclothed = obj_materials.rename(whole, faces)
-    materials = obj_materials.library_of(whole)
     relaid.notes += materials.missing
     made, contents = dict[str, list[str]](), dict[Path, bytes]()
     for carrier, images, old in zip(relaid.carriers, relaid.pictures, relaid.after.materials):

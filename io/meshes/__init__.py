@@ -1,8 +1,12 @@
-"""Meshes in files: every format read into arrays, OBJ kept line by line.
+"""Meshes in files: every format read into arrays, OBJ, PLY and glTF kept as they are but for what changes.
 
 mesh_files        meshes from files of every format, and back
-size_limits       how large a mesh is, before memory is taken for it
-obj_source        an OBJ file opened once
+mesh_format       what a format is asked
+obj_format        OBJ, with its material libraries
+ply_format        PLY
+gltf_format       glTF and GLB
+off_stl_formats   OFF and STL
+embedding         pictures as meshes hold them
 obj               OBJ files that keep their bytes
 obj_scan          the compiled loops that read them
 obj_write         new texture coordinates for one

@@ -24,9 +24,8 @@ from ...pixels.texture import REPEAT, Wrap
 from .. import files, limits, references
 from . import gltf_compressed, gltf_schema
 from .gltf_materials import base, set_of
-from .gltf_schema import DTYPES, TRIANGLES
+from .gltf_schema import COMPONENTS, DTYPES, TRIANGLES
 from .odd_forms import strip
-from .size_limits import ITEMS
 
 LINES, STRIP, FAN = 1, 5, 6
 WRAPS = {33071: "clamp", 33648: "mirror"}
@@ -50,7 +49,7 @@ class Gltf:
     def values(self, accessor: int) -> NDArray:
         """(n, k) the items of an accessor, as they are stored."""
         said = self.tree["accessors"][accessor]
-        dtype, width, count = np.dtype(DTYPES[said["componentType"]]), ITEMS[said["type"]], said["count"]
+        dtype, width, count = np.dtype(DTYPES[said["componentType"]]), COMPONENTS[said["type"]], said["count"]
         if "bufferView" in said:
             at, offset = said["bufferView"], said.get("byteOffset", 0)
             stride = self.tree["bufferViews"][at].get("byteStride", width * dtype.itemsize)

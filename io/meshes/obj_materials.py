@@ -1,27 +1,26 @@
 """The materials of OBJ files: which of them faces have, the libraries they stand in, names for new ones."""
 
-from collections.abc import Container, Mapping
+from collections.abc import Container
 from pathlib import Path
 
 import numpy as np
 
-from ...arrays import Flags, Index, Real
+from ...arrays import Flags
 from ...pixels.texture import Wrap
 from .. import files, formats
 from . import material_library, obj_write
+from .material_library import Library
+from .mesh_format import NewCoordinates, ShownPictures, Written
 from .obj import Obj
 
 NEW = "iccm"  # a material of ours
 NORMALS = "norm"  # the statement that shows a normal map
-Pictures = Mapping[str, Mapping[str, bytes]]
-"""Picture files by material and slot: its name and MTL's statements in lower case, or its number and glTF's slots."""
 
 
-def textures_of(whole: Obj, faces: Flags) -> dict[Path, Wrap]:
+def textures_of(whole: Obj, library: Library, faces: Flags) -> dict[Path, Wrap]:
     """The different picture files that the materials of an OBJ's faces name, in the order of the faces, and what lies
     beyond each."""
     which, uses = whole.current("usemtl")
-    library = library_of(whole)
     used = dict.fromkeys(which[np.flatnonzero(faces)].tolist())
     found = dict[Path, Wrap]()
     for k in used:
@@ -30,10 +29,9 @@ def textures_of(whole: Obj, faces: Flags) -> dict[Path, Wrap]:
     return found
 
 
-def staying(whole: Obj, faces: Flags, name: Path, but: Container[str]) -> list[str]:
+def staying(whole: Obj, library: Library, faces: Flags, name: Path, but: Container[str]) -> list[str]:
     """A note on the pictures of materials that are shown by new coordinates, but were made for the old ones."""
     which, uses = whole.current("usemtl")
-    library = library_of(whole)
     used = [uses[k].text for k in np.unique(which[faces]) if k >= 0]
     maps = dict.fromkeys(
         word for material in used for word in library.maps(material) if word.lower() not in but
@@ -46,8 +44,8 @@ def staying(whole: Obj, faces: Flags, name: Path, but: Container[str]) -> list[s
     )
 
 
-def library_of(whole: Obj) -> material_library.Library:
-    """The libraries that a file names."""
+def library_of(whole: Obj) -> Library:
+    """Read the libraries that a file names."""
     names = [said.text for said in whole.statements if said.keyword == "mtllib"]
     return material_library.read(whole.path.parent, names)
 
@@ -56,7 +54,7 @@ def rename(whole: Obj, faces: Flags) -> tuple[dict[str | None, str], str]:
     """New material names of the faces that change: their own where no other face uses it. And one for faces without."""
     which, uses = whole.current("usemtl")
     names: list[str | None] = [s.text for s in uses] + [None]
-    inside = {names[k] for k in np.unique(which[faces])}
+    inside = dict.fromkeys(names[k] for k in np.unique(which[faces]))  # in this order they are written
     outside = {names[k] for k in np.unique(which[~faces])}
     taken = {n for n in names if n}
 
@@ -70,45 +68,52 @@ def rename(whole: Obj, faces: Flags) -> tuple[dict[str | None, str], str]:
     return renames, fresh(f"{NEW}_plain") if None in outside else ""
 
 
-def written_beside(name: Path, texture: Path | bytes | None, normals: Path | None = None) -> list[str]:
-    """The files that `write` puts beside an output: an OBJ's material library, and a picture that is no file yet."""
-    if (texture is None and normals is None) or name.suffix.lower() != ".obj":
+def companions(name: Path, shown: ShownPictures) -> list[str]:
+    """List the files that `write` puts beside an OBJ: its material library, and a picture that is no file yet."""
+    if shown.texture is None and shown.normals is None:
         return []
     library = str(name.with_suffix(".mtl"))
-    if not isinstance(texture, bytes):
-        return [library]
-    suffix = ".jpg" if formats.suffix_of_content(texture) == ".jpg" else ".png"
-    return [library, str(name.with_name(f"{name.stem}-texture{suffix}"))]
+    return (
+        [library, str(_embedded_name(name, shown.texture))] if isinstance(shown.texture, bytes) else [library]
+    )
+
+
+def _embedded_name(name: Path, picture: bytes) -> Path:
+    """The file of a picture that was inside another mesh."""
+    suffix = ".jpg" if formats.suffix_of_content(picture) == ".jpg" else ".png"
+    return name.with_name(f"{name.stem}-texture{suffix}")
 
 
 def write(
     whole: Obj,
+    materials: Library,
     faces: Flags,
-    uv: Real,
-    uv_corners: Index,
+    new: NewCoordinates,
+    shown: ShownPictures,
     out: Path,
     name: Path,
-    texture: Path | bytes | None,
-    normals: Path | None,
-    pictures: Pictures,
     *,
     force: bool,
-) -> tuple[list[str], list[str]]:
-    """Write an OBJ with new texture coordinates; arguments as for `mesh_files.write`, whose answer this is."""
+) -> Written:
+    """Write an OBJ with new texture coordinates for some faces (f,); other arguments as for `MeshFormat.write`."""
+    pictures, texture, normals = shown.pictures, shown.texture, shown.normals
     words = {word for made in pictures.values() for word in made} | ({"map_kd"} if texture else set())
     words |= {NORMALS} if normals else set()
-    notes = staying(whole, faces, name, words)
+    notes = staying(whole, materials, faces, name, words)
     if not words:
-        out.write_bytes(obj_write.retexture(whole, faces, uv, uv_corners))
-        return [], notes
+        out.write_bytes(obj_write.retexture(whole, faces, new.uv, new.corners))
+        return Written(notes=notes)
     library, contents = name.with_suffix(".mtl"), dict[Path, bytes]()
     own = dict[str, Path]()
-    if texture is not None:
-        own["map_kd"] = texture if isinstance(texture, Path) else Path(written_beside(name, texture)[1])
-        contents |= {own["map_kd"]: texture} if isinstance(texture, bytes) else {}
-    own |= {NORMALS: normals} if normals is not None else {}
+    if isinstance(texture, bytes):
+        own["map_kd"] = _embedded_name(name, texture)
+        contents[own["map_kd"]] = texture
+    elif texture is not None:
+        own["map_kd"] = texture
+    if normals is not None:
+        own[NORMALS] = normals
     renames, plain = rename(whole, faces)
-    shown = dict[str | None, dict[str, str]]()
+    named = dict[str | None, dict[str, str]]()
     for material in renames:
         made, several = pictures.get(material or "", {}), len(pictures) > 1
         paths = {
@@ -116,14 +121,13 @@ def write(
             for word in made
         }
         contents |= {paths[word]: made[word] for word in made}
-        shown[material] = {
+        named[material] = {
             word: material_library.name_of(path, library.parent) for word, path in (own | paths).items()
         }
-    materials = library_of(whole)
-    text = material_library.bind(materials, renames, plain, shown, library)
+    text = material_library.bind(materials, renames, plain, named, library)
     binding = obj_write.Binding(library.name, renames, plain)
-    out.write_bytes(obj_write.retexture(whole, faces, uv, uv_corners, binding))
+    out.write_bytes(obj_write.retexture(whole, faces, new.uv, new.corners, binding))
     contents = {library: text.encode("utf-8", "surrogateescape")} | contents
     for path, data in contents.items():
         files.write_bytes(path, data, force=force)
-    return [str(path) for path in contents], [*materials.missing, *notes]
+    return Written([str(path) for path in contents], [*materials.missing, *notes])

@@ -8,8 +8,9 @@ from ...arrays import Index, Real, xy_of
 from ...errors import InputError
 from ...plane import longer_side
 from .. import formats
-from ..materials import carried_maps
+from ..materials.carried_maps import CarriedMaps
 from ..meshes import mesh_files
+from ..meshes.mesh_format import NewCoordinates, ShownPictures, Written
 from ..shapes.mesh_shape import MeshShape
 
 PER_LINE = 8
@@ -70,18 +71,23 @@ def unit_uvs(shape: MeshShape) -> Real:
 
 
 def write_uvs(
-    shape: MeshShape, out: Path, name: Path, carry_maps: bool = False, force: bool = False
-) -> tuple[list[str], list[str]]:
-    """Write the mesh with its flattening as texture coordinates; what is written beside it, and notes.
+    shape: MeshShape, out: Path, name: Path, maps: CarriedMaps | None = None, *, force: bool = False
+) -> Written:
+    """Write the mesh with its flattening as texture coordinates.
+
+    Args:
+        shape: the mesh.
+        out: where to write now.
+        name: what it will be called.
+        maps: those of its materials that are carried to the new coordinates.
+        force: whether the files beside it may be replaced.
 
     Raises:
-        InputError: the format holds none.
+        InputError: the format holds no texture coordinates.
     """
-    uv, (corners, triangles) = unit_uvs(shape), shape.corners
-    pictures = carried_maps.carry(shape.file, uv, corners) if carry_maps else None
-    return mesh_files.write(
-        shape.file, uv, corners, triangles, out, name=name, pictures=pictures, force=force
-    )
+    new = NewCoordinates(unit_uvs(shape), *shape.corners)
+    shown = ShownPictures(pictures=maps.carry(shape.file, new) if maps else {})
+    return mesh_files.write(shape.file, new, shown, out, name, force=force)
 
 
 def _path(z) -> str:

@@ -17,8 +17,8 @@ from ...plane import longer_side
 from ...problem import Options
 from ...surfaces.as_written import Written
 from .. import files, formats, references
-from ..materials import carried_maps
-from ..meshes import mesh_files, size_limits
+from ..materials.carried_maps import CarriedMaps
+from ..meshes import mesh_files
 from ..shapes import mesh_reading, onto_outline
 from ..shapes import shape as planar
 from ..shapes.mesh_shape import MeshShape
@@ -83,7 +83,7 @@ def run(job: FlattenJob, *, tell: Callable[[str], None] = lambda note: None) -> 
 
     with one_thread(), references.outside(job.allow_outside), files.together(), ExitStack() as stack:
         check(job)
-        size_limits.faces(Spec.of(job.mesh).path, job.max_faces)
+        mesh_files.check_size(Spec.of(job.mesh).path, job.max_faces)
         laid = lay_out(
             job.mesh,
             goal_of(job),
@@ -186,17 +186,20 @@ def write_all(laid: Layout, job: FlattenJob, stack: ExitStack) -> dict[str, Any]
     """Write every output; the files appear when the stack is left. What is returned are the figures."""
     uv, force = job.uv, job.force
     shape = laid.shape
-    if job.carry_maps:
-        carried_maps.check(shape.file, uv or "--uv")
-        for name in carried_maps.beside(shape.file, uv or "", shown=False):
+    maps = CarriedMaps(shape.file) if job.carry_maps else None
+    if maps:
+        maps.check(uv or "--uv")
+        for name in maps.companions(uv or "", shown=False):
             files.check_output(name, force=force)
     found = figures(laid, uv)
     for name in job.output:
         flat_files.write(shape, stack.enter_context(files.replacing(name, force=force)))
     if uv:
         path = stack.enter_context(files.replacing(uv, force=force))
-        beside, notes = flat_files.write_uvs(shape, path, Path(uv), job.carry_maps, force)
-        found |= {"notes": found["notes"] + notes} | ({"also_written": beside} if beside else {})
+        written = flat_files.write_uvs(shape, path, Path(uv), maps, force=force)
+        found["notes"] = found["notes"] + written.notes
+        if written.files:
+            found["also_written"] = written.files
     if job.plot:
         from . import plots
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Iterable, Sequence
 from functools import cached_property
@@ -10,10 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...errors import InputError
-from .. import files, formats, limits, references
-from ..meshes import material_library, size_limits
-from ..meshes.obj import Obj
-from ..meshes.obj_source import ObjSource
+from .. import files, formats, references
+from ..meshes import mesh_files
+from ..meshes.mesh_format import MeshFormat
 from ..options import FREE
 from ..point_syntax import Place, vertex_of
 from ..shapes import shape
@@ -32,13 +30,14 @@ class Files:
     def __init__(self, job: Described, *, keep: bool = True) -> None:
         """Nothing is opened yet; `keep` says whether shapes will be made of what is read."""
         self.job = job
-        self._keep = job.max_faces if keep else -1
-        self._objs: dict[Path, ObjSource] = {}
+        self._most_kept = job.max_faces if keep else -1
+        self._meshes: dict[Path, MeshFormat] = {}
 
-    def _obj(self, path: Path) -> ObjSource:
-        if path not in self._objs:
-            self._objs[path] = ObjSource(path, self._keep)
-        return self._objs[path]
+    def _mesh(self, path: Path) -> MeshFormat:
+        """A mesh file, opened once."""
+        if path not in self._meshes:
+            self._meshes[path] = mesh_files.open_mesh(path, self._most_kept)
+        return self._meshes[path]
 
     @cached_property
     def named(self) -> tuple[str, ...]:
@@ -54,33 +53,28 @@ class Files:
         return tuple(dict.fromkeys(found))
 
     def _named(self, path: Path) -> list[str]:
-        suffix = formats.suffix_of(path)
         try:
-            if suffix == ".obj":
-                libraries = [_path_beside(path, line) for line in self._obj(path).libraries]
-                libraries = [name for name in libraries if references.may_be_read(Path(name), path.parent)]
-                return [name for library in libraries for name in (library, *_pictures(Path(library)))]
-            return _of_gltf(path) if suffix == ".gltf" else []
-        except (OSError, files.InputError):
+            return self._mesh(path).files_named() if formats.of(path).mesh else []
+        except (OSError, InputError):
             return []
 
 
 class Inputs(Files):
-    """What a job reads; an OBJ file is opened once, whatever is asked of it."""
+    """What a job reads; a mesh file is opened once, whatever is asked of it."""
 
     job: Job
 
     def is_mesh(self, text: str) -> bool:
-        """Whether a spec names a mesh: by its suffix; an OBJ of one face as a target whose coordinates are wanted.
+        """Whether a spec names a mesh: by its suffix, and by what is to become of it (`MeshFormat.is_mesh`).
 
         Raises:
             InputError: the file is missing.
         """
         path = Spec.of(text).path
-        if formats.suffix_of(path) != ".obj":
-            return formats.of(path).mesh
-        wanted = text == self.job.target and (self.job.bake or any(map(is_mesh, self.job.output)))
-        return self._obj(path).faces > (0 if wanted else 1)
+        if not formats.of(path).mesh:
+            return False
+        gets_uv = text == self.job.target and (self.job.bake or any(map(is_mesh, self.job.output)))
+        return self._mesh(path).is_mesh(gets_uv=gets_uv)
 
     @cached_property
     def listed(self) -> Listed | None:
@@ -119,7 +113,7 @@ class Inputs(Files):
             return []
         from ..shapes.seam_order import same_vertices
 
-        return same_vertices(pair, (self._whole(pair[0]), self._whole(pair[1])))
+        return same_vertices(pair, (self._sound_mesh(pair[0]), self._sound_mesh(pair[1])))
 
     @cached_property
     def _seams(self) -> tuple[list[tuple[Place, Place]], Opening | None]:
@@ -135,7 +129,7 @@ class Inputs(Files):
             return [], None
         from ..shapes.seam_order import seam_order
 
-        order, opening = seam_order(pair, (self._whole(pair[0]), self._whole(pair[1])), pins)
+        order, opening = seam_order(pair, (self._sound_mesh(pair[0]), self._sound_mesh(pair[1])), pins)
         return [pins[k] for k in order], opening
 
     def check_trace(self) -> None:
@@ -181,7 +175,7 @@ class Inputs(Files):
 
         return mesh_reading.read(
             text,
-            whole=self._whole(text),
+            opened=self._sound_mesh(text),
             pins=self._seam(target),
             split=not target,
             opening=None if target else self._seams[1],
@@ -215,23 +209,20 @@ class Inputs(Files):
             from ..shapes import mesh_reading
 
             found, beyond = mesh_reading.read_all(
-                text, most, whole=self._whole(text), **self._lying(target, source)
+                text, most, opened=self._sound_mesh(text), **self._lying(target, source)
             )
         notes = [f"{text}: left out {beyond} shapes beyond the {most} largest"] if beyond else []
         return found[:most], notes
 
-    def _whole(self, text: str) -> Obj | None:
-        """The content of an OBJ.
+    def _sound_mesh(self, text: str) -> MeshFormat:
+        """The file of a mesh.
 
         Raises:
-            InputError: it cannot be read, or a mesh is larger than --max-faces allows.
+            InputError: it cannot be read, or the mesh is larger than --max-faces allows.
         """
-        path = Spec.of(text).path
-        if formats.suffix_of(path) != ".obj":
-            size_limits.faces(path, self.job.max_faces)
-            return None
-        size_limits.refuse(path, self._obj(path).faces, self.job.max_faces)
-        return self._obj(path).obj
+        opened = self._mesh(Spec.of(text).path)
+        opened.check_size(self.job.max_faces)
+        return opened
 
     def _lying(self, target: bool, source: Shape | None) -> dict[str, Any]:
         """How meshes are laid out: cut or not, flat or by their coordinates, and the proportions of pictures there."""
@@ -247,9 +238,9 @@ class Inputs(Files):
         return {"cut": job.cut_open, "layout": job.plane == "uv", "aspect": aspect, "joins": joins}
 
     def sha256(self, name: str) -> str:
-        """The hash of an input: of an OBJ that was read, as it was then."""
-        source = self._objs.get(Path(name))
-        return source.sha256 if source else files.sha256(name)
+        """The hash of an input; of a mesh as it was read."""
+        opened = self._meshes.get(Path(name))
+        return opened.sha256 if opened else files.sha256(name)
 
 
 def _first_proportions(pictures: Sequence[Path | bytes]) -> float | None:
@@ -264,28 +255,3 @@ def expand_tiles(names: Iterable[Path | bytes | str]) -> list[Any]:
     from ..pictures.tiles import files_of, is_pattern
 
     return [each for name in names for each in (files_of(str(name)) if is_pattern(name) else [name])]
-
-
-def _pictures(library: Path) -> list[str]:
-    """The pictures that a material library names."""
-    if not os.path.isfile(library) or library.stat().st_size > limits.LIBRARY_BYTES:
-        return []
-    lines = library.read_bytes().decode("utf-8", "surrogateescape").splitlines()
-    return [str(library.parent / name) for name in map(material_library.picture_named, lines) if name]
-
-
-def _of_gltf(path: Path) -> list[str]:
-    if path.stat().st_size > limits.SCENE_BYTES:
-        return []
-    try:
-        scene = json.loads(path.read_bytes())
-        names = [item["uri"] for key in ("buffers", "images") for item in scene.get(key, []) if "uri" in item]
-    except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
-        return []
-    return [
-        str(path.parent / name) for name in names if isinstance(name, str) and not name.startswith("data:")
-    ]
-
-
-def _path_beside(path: Path, name: bytes) -> str:
-    return str(path.parent / name.strip().replace(b"\0", b"").decode("utf-8", "surrogateescape"))

@@ -30,8 +30,8 @@ from ...surfaces.matching import cut_alike, matched
 from .. import files, formats, references
 from ..materials import relaid, written
 from ..materials.carried import How
-from ..meshes import mesh_files, size_limits
-from ..meshes.mesh_files import MeshFile
+from ..meshes import mesh_files
+from ..meshes.mesh_format import MeshFile
 from ..pictures import image_files, tiles
 from ..spec import Spec
 from . import report
@@ -203,7 +203,7 @@ def run(job: RelayoutJob, *, threads: int | None = None) -> Outcome:
     with one_thread(), references.outside(job.allow_outside), files.together(), ExitStack() as stack:
         wanted = plan(job)
         for name in (job.old, job.new):
-            size_limits.faces(Spec.of(name).path, job.max_faces)
+            mesh_files.check_size(Spec.of(name).path, job.max_faces)
         found = write_all(job, wanted, threads, stack)
         if job.report:
             report.write(found, job.report, stack, force=job.force)

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from ...pixels.texture import Placing, Texture
     from ...pixels.warp import Canvas, Sampler
     from ...solve import Fit
+    from ..materials.carried_maps import CarriedMaps
     from ..pictures.image_files import Image
     from ..pictures.tiles import TiledImage
     from ..shapes.shape import Shape
@@ -129,6 +130,18 @@ class Run:
         made = replace(self, pairs=pairs, fits=fits, _begun={}, _other={})
         vars(made).update({name: getattr(self, name) for name in ("image", "box", "sampler")})
         return made
+
+    @cached_property
+    def carried_maps(self) -> CarriedMaps:
+        """The maps of the target's materials, for --carry-maps: read once, for all meshes that are written.
+
+        Raises:
+            InputError: the target is not a mesh.
+        """
+        from ..materials.carried_maps import CarriedMaps
+        from ..shapes.mesh_shape import as_mesh
+
+        return CarriedMaps(as_mesh(self.whole(1)).file)
 
     @property
     def source(self) -> Shape:

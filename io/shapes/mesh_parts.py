@@ -11,7 +11,7 @@ from ...meshes.flatten import Flattening
 from ...meshes.mesh import Mesh
 from ...meshes.patch import Patch
 from ...meshes.topology import Triangles
-from ..meshes import mesh_files
+from ..meshes.mesh_format import MeshFile
 from .mesh_shape import MeshShape
 
 GAP = 0.02  # of the larger side, between pieces that are laid side by side (by hand)
@@ -67,7 +67,7 @@ def join(shapes: Sequence[MeshShape]) -> MeshShape:
     return replace(first, file=replace(first.file, mesh=mesh, faces=faces), flattening=laid)
 
 
-def _unite(files: Sequence[mesh_files.MeshFile]) -> tuple[Mesh, Flags, list[Index]]:
+def _unite(files: Sequence[MeshFile]) -> tuple[Mesh, Flags, list[Index]]:
     """The faces of several parts of a file as one mesh, which these are, and the numbers of each part's corners."""
     own = [np.flatnonzero(file.faces) for file in files]
     faces, first = np.unique(np.concatenate(own), return_index=True)

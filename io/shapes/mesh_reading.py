@@ -22,7 +22,7 @@ from ...pixels.composed import reflected
 from ...plane import bounding_box
 from ...surfaces.inserted import Opening, with_vertices
 from ..meshes import mesh_files
-from ..meshes.obj import Obj
+from ..meshes.mesh_format import MeshFile, MeshFormat
 from ..point_syntax import Place, vertex_of
 from .mesh_parts import side_by_side
 from .mesh_shape import MeshShape, row_of
@@ -38,7 +38,7 @@ def read(
     spec: str,
     *,
     cut: bool = False,
-    whole: Obj | None = None,
+    opened: MeshFormat | None = None,
     method: str = "conformal",
     layout: bool = False,
     aspect: Aspect | None = None,
@@ -55,7 +55,7 @@ def read(
         spec: a part is an OBJ object, group or material, `piece-2` or `uv-2` (see `mesh_files.read`); a loop a number,
             1 being the longest boundary.
         cut: whether a closed surface, or one with handles, may be cut open.
-        whole: the content of the file, if it is an OBJ that was read.
+        opened: the file, if it was opened already.
         method: of flattening; see `flattening.flatten`.
         layout: whether the plane is that of the texture coordinates, where `spec` does not say which.
         aspect: width by height of the pictures that lie on them, or what tells it by the pictures that the file names;
@@ -66,12 +66,12 @@ def read(
         chart: whether the plane is only to carry textures; see `flattening.flatten`.
         joins: whether a cut may run into holes; likewise.
         opening: split where the mesh is cut, in the place of the ways between pins.
-        united: whether all primitives of a glTF mesh are meant.
+        united: whether all geometries of one mesh are meant, as glTF has one for each material.
 
     Raises:
         InputError: in one line, naming the first element at fault.
     """
-    file = mesh_files.read(spec, whole, united=united)
+    file = mesh_files.read(spec, opened, united=united)
     if file.chart or (layout and not file.piece):
         atlas = Atlas.of(file.mesh)
         return read_chart(spec, file, atlas, file.chart or 1, aspect_of(file, aspect))
@@ -87,7 +87,7 @@ def read(
 
 def flatten_patch(
     spec: str,
-    file: mesh_files.MeshFile,
+    file: MeshFile,
     piece: Patch,
     grow: bool,
     method: str,
@@ -116,7 +116,7 @@ def flatten_patch(
 
 def _lay_out(
     spec: str,
-    file: mesh_files.MeshFile,
+    file: MeshFile,
     flat: Flattening,
     curve: Curve,
     box: Box,
@@ -140,14 +140,14 @@ def _lay_out(
     )
 
 
-def split_at(file: mesh_files.MeshFile, points: Real) -> mesh_files.MeshFile:
+def split_at(file: MeshFile, points: Real) -> MeshFile:
     """With vertices at points (k, 3), if it is one closed surface."""
     joined = Joined.of(file.mesh)
     whole = sound_piece(joined) if len(joined.sizes) == 1 else None
     return file if whole is None or whole.loops else replace(file, mesh=with_vertices(whole, points))
 
 
-def point_of(file: mesh_files.MeshFile, spec: str, place: Place) -> Real:
+def point_of(file: MeshFile, spec: str, place: Place) -> Real:
     """A vertex, or a point in space.
 
     Raises:
@@ -168,7 +168,7 @@ def _start_of(piece: Patch, through: Real | None) -> int:
     return int(first) if alone and piece.vertex[near] == piece.vertex[first] else -1
 
 
-def read_chart(spec: str, file: mesh_files.MeshFile, atlas: Atlas, number: int, aspect: float) -> MeshShape:
+def read_chart(spec: str, file: MeshFile, atlas: Atlas, number: int, aspect: float) -> MeshShape:
     """A chart of a mesh in the plane of its texture coordinates; errors as for `read`."""
     if file.loop != 1:
         raise InputError(
@@ -188,14 +188,15 @@ def read_chart(spec: str, file: mesh_files.MeshFile, atlas: Atlas, number: int, 
     return _lay_out(spec, file, flat, flat.boundary, box, notes, chart=chart, aspect=aspect)
 
 
-def aspect_of(file: mesh_files.MeshFile, given: Aspect | None) -> float:
+def aspect_of(file: MeshFile, given: Aspect | None) -> float:
     """Width by height of the pictures that lie on a mesh's texture coordinates."""
     if not callable(given):
         return given or 1.0
-    return given([file.picture] if file.picture else list(mesh_files.textures_of(file))) or 1.0
+    pictures: list[Path | bytes] = [file.picture] if file.picture else [*file.textures()]
+    return given(pictures) or 1.0
 
 
-def _of_patch(file: mesh_files.MeshFile, patch: Patch) -> tuple[mesh_files.MeshFile, Patch]:
+def _of_patch(file: MeshFile, patch: Patch) -> tuple[MeshFile, Patch]:
     """The patch, and the file with no other faces than its own: those of other pieces stay as they are."""
     mesh = file.mesh
     own = np.zeros(mesh.sizes.size, bool)
@@ -208,22 +209,20 @@ def _of_patch(file: mesh_files.MeshFile, patch: Patch) -> tuple[mesh_files.MeshF
     return replace(file, mesh=part, faces=faces), replace(patch, mesh=part, corner=number[patch.corner])
 
 
-def _holes(file: mesh_files.MeshFile, flat: Flattening) -> dict[str, Any]:
+def _holes(file: MeshFile, flat: Flattening) -> dict[str, Any]:
     """The outlines of holes in the plane, and the objects, groups and materials around each."""
     loops = [loop for loop in flat.patch.loops if not np.array_equal(loop, flat.loop)]
     names = [names_around(file, flat.patch, loop) for loop in loops]
     return {"holes": tuple(flat.flat[loop] for loop in loops), "hole_names": tuple(names)}
 
 
-def names_around(file: mesh_files.MeshFile, patch: Patch, loop: Index) -> tuple[str, ...]:
-    """The objects, groups and materials of the faces of an OBJ that touch a boundary loop of a patch of it."""
-    if file.obj is None:
-        return ()
+def names_around(file: MeshFile, patch: Patch, loop: Index) -> tuple[str, ...]:
+    """The objects, groups and materials of the faces that touch a boundary loop of a patch, where there are any."""
     beside = np.zeros(len(patch.points), bool)
     beside[loop] = True
     touching = beside[patch.faces].any(axis=1)
     face = np.searchsorted(file.mesh.starts, patch.corner[touching, 0], side="right") - 1
-    return tuple(sorted(file.obj.names_at(np.flatnonzero(file.faces)[np.unique(face)])))
+    return tuple(sorted(file.content.names_at(np.flatnonzero(file.faces)[np.unique(face)])))
 
 
 def read_all(
@@ -231,7 +230,7 @@ def read_all(
     most: int,
     *,
     cut: bool = False,
-    whole: Obj | None = None,
+    opened: MeshFormat | None = None,
     layout: bool = False,
     aspect: Aspect | None = None,
     joins: bool = False,
@@ -244,9 +243,9 @@ def read_all(
     Raises:
         InputError: there is none that is a domain, or as for `mesh_shape.read`.
     """
-    parts = mesh_files.read_all(spec, whole)
+    parts = mesh_files.read_all(spec, opened)
     if parts[0].numbered:
-        return [read(spec, cut=cut, whole=whole, layout=layout, aspect=aspect, joins=joins)], 0
+        return [read(spec, cut=cut, opened=opened, layout=layout, aspect=aspect, joins=joins)], 0
     charts = bool(parts[0].chart) or layout
     found = _charts(spec, parts, aspect) if charts else _pieces(spec, parts, cut, joins)
     found = sorted(found, key=lambda each: -each.area)
@@ -284,7 +283,7 @@ class _Found(NamedTuple):
     make: Callable[[], MeshShape]
 
 
-def _charts(spec: str, parts: Sequence[mesh_files.MeshFile], aspect: Aspect | None) -> list[_Found]:
+def _charts(spec: str, parts: Sequence[MeshFile], aspect: Aspect | None) -> list[_Found]:
     """The charts of all geometries.
 
     Raises:
@@ -307,10 +306,10 @@ def _charts(spec: str, parts: Sequence[mesh_files.MeshFile], aspect: Aspect | No
     return found
 
 
-def _pieces(spec: str, parts: Sequence[mesh_files.MeshFile], cut: bool, joins: bool) -> list[_Found]:
+def _pieces(spec: str, parts: Sequence[MeshFile], cut: bool, joins: bool) -> list[_Found]:
     """The pieces of all geometries; errors as for `_charts`."""
 
-    def made(file: mesh_files.MeshFile, connected: Joined, number: int) -> MeshShape:
+    def made(file: MeshFile, connected: Joined, number: int) -> MeshShape:
         return flatten_patch(
             spec, file, disk_patch(connected, cut=cut, piece=number), cut, "conformal", joins=joins
         )
@@ -326,7 +325,7 @@ def _pieces(spec: str, parts: Sequence[mesh_files.MeshFile], cut: bool, joins: b
     return found
 
 
-def _named(file: mesh_files.MeshFile, word: str, number: int) -> str:
+def _named(file: MeshFile, word: str, number: int) -> str:
     return "#".join([*filter(None, [file.part]), f"{word}-{number}"])
 
 

@@ -20,7 +20,7 @@ from ...meshes.locate import Locator, barycentric
 from ...meshes.mesh import face_areas
 from ...meshes.surface import Surface
 from ...pixels.texture import Placing, Texture, Wrap
-from ..meshes import mesh_files
+from ..meshes.mesh_format import MeshFile
 from ..point_syntax import Place, vertex_of
 from .shape import Shape
 
@@ -37,7 +37,7 @@ class MeshShape(Shape):
     """
 
     is_mesh = True
-    file: mesh_files.MeshFile
+    file: MeshFile
     flattening: Flattening
     start: int = -1
     chart: LaidOut | None = None
@@ -155,8 +155,8 @@ class MeshShape(Shape):
 
     @property
     def around(self) -> tuple[str, ...]:
-        """The objects, groups and materials of an OBJ that its faces belong to."""
-        return tuple(sorted(self.file.obj.names_at(np.flatnonzero(self.file.faces)))) if self.file.obj else ()
+        """The objects, groups and materials that its faces belong to, where the format names any."""
+        return tuple(sorted(self.file.content.names_at(np.flatnonzero(self.file.faces))))
 
     def spread(self, spatial: bool) -> tuple[Real, Real, Real]:
         """Those in space, seen from the front (x right, y up), unless the plane is that of texture coordinates."""
@@ -177,7 +177,7 @@ class MeshShape(Shape):
     @property
     def pictures(self) -> tuple[Path | bytes, ...]:
         """The textures that an OBJ's materials name, or the content of the one that another format holds."""
-        return (self.file.picture,) if self.file.picture else tuple(mesh_files.textures_of(self.file))
+        return (self.file.picture,) if self.file.picture else tuple(self.file.textures())
 
     def placing(self, texture: Texture, tiles: Box | None = None) -> Placing:
         """Where points of the flattening lie in a texture: by the mesh's own texture coordinates.
@@ -192,7 +192,7 @@ class MeshShape(Shape):
     @property
     def wrap(self) -> Wrap:
         """What its material says."""
-        return mesh_files.wrap_of(self.file)
+        return self.file.wrap
 
     @property
     def tiles(self) -> set[complex]:
@@ -286,7 +286,7 @@ def as_mesh(shape: Shape) -> MeshShape:
     return shape
 
 
-def row_of(file: mesh_files.MeshFile, spec: str, number: int) -> int:
+def row_of(file: MeshFile, spec: str, number: int) -> int:
     """Where a vertex stands in the mesh, by its number in the file (from 1 in OBJ, from 0 elsewhere).
 
     Raises:

@@ -117,7 +117,7 @@ def _triangles(shape: MeshShape, name: str, option: str) -> list[Complex]:
     """The outlines of what a named part of a mesh's file covers of its layout."""
     file, patch = shape.file, shape.flattening.patch
     with naming(f"{option} {name}"):
-        named = file.called(name[len(MARK) :])
+        named = file.faces_called(name[len(MARK) :])
     own = named[np.searchsorted(file.mesh.starts, patch.corner[:, 0], side="right") - 1]
     if not own.any():
         raise InputError(f"{option} {name}: none of its faces is in the part that is mapped, {shape.spec}")

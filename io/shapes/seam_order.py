@@ -16,7 +16,7 @@ from ...surfaces.inserted import Opening
 from ...surfaces.isomorphism import Polygons, isomorphism
 from ...surfaces.seams import COARSE, Opened, agreed_orders, same_seam
 from ..meshes import mesh_files
-from ..meshes.obj import Obj
+from ..meshes.mesh_format import MeshFormat
 from ..point_syntax import Place
 from .mesh_reading import point_of, split_at
 
@@ -24,17 +24,17 @@ MAPS = 3  # of meshes of few triangles that are looked at for one that is not tw
 MARKS = 5  # vertices of meshes of the same connectivity that are pins: of a body, its head, hands and feet
 
 
-def same_vertices(specs: tuple[str, str], wholes: tuple[Obj | None, Obj | None]) -> list[tuple[Place, Place]]:
+def same_vertices(specs: tuple[str, str], opened: tuple[MeshFormat, MeshFormat]) -> list[tuple[Place, Place]]:
     """Vertices far apart of two closed meshes of the same connectivity, as pins; none where it is another.
 
     Args:
         specs: of source and target.
-        wholes: what is known of them, as for `mesh_shape.read`.
+        opened: their files.
 
     Raises:
         InputError: a mesh cannot be read.
     """
-    found = [mesh_files.read(spec, whole) for spec, whole in zip(specs, wholes)]
+    found = [mesh_files.read(spec, file) for spec, file in zip(specs, opened)]
     if any(file.chart for file in found) or found[0].mesh.corners.size != found[1].mesh.corners.size:
         return []
     source, target = (sound_piece(file.mesh, file.piece or 1) for file in found)
@@ -55,21 +55,21 @@ def same_vertices(specs: tuple[str, str], wholes: tuple[Obj | None, Obj | None])
 
 
 def seam_order(
-    specs: tuple[str, str], wholes: tuple[Obj | None, Obj | None], pins: Sequence[tuple[Place, Place]]
+    specs: tuple[str, str], opened: tuple[MeshFormat, MeshFormat], pins: Sequence[tuple[Place, Place]]
 ) -> tuple[list[int], Opening | None]:
     """Numbers of the pins in the order in which both meshes are best cut through them, if both are closed, and where
     the source is best cut, if not along geodesics.
 
     Args:
         specs: of source and target.
-        wholes: what is known of them, as for `mesh_shape.read`.
+        opened: their files.
         pins: on source and target.
 
     Raises:
         InputError: a mesh cannot be read, or has no such vertex.
     """
     given = list(range(len(pins)))
-    found = [mesh_files.read(spec, whole) for spec, whole in zip(specs, wholes)]
+    found = [mesh_files.read(spec, file) for spec, file in zip(specs, opened)]
     if any(file.chart for file in found):
         return given, None
     points = [

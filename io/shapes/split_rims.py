@@ -12,7 +12,7 @@ from ...meshes.mesh import Mesh
 from ...meshes.patch import Patch
 from ...meshes.topology import Triangles
 from ...surfaces.subdivided import RimSplits, SplitLayout, Subdivision, least_heights, subdivision
-from ..meshes import mesh_files
+from ..meshes.mesh_format import MeshFile
 from .mesh_parts import join
 from .mesh_shape import MeshShape
 
@@ -73,24 +73,24 @@ def _subdivided(parts: Sequence[MeshShape], splits: Sequence[SplitLayout]) -> li
     """Parts of one file with their layouts split."""
     found = [subdivision(part.flattening, split.surface) for part, split in zip(parts, splits)]
     united = join(parts).file
-    held = mesh_files.held(united)
-    chosen = [mesh_files.marked(part.file, united) for part in parts]
+    polygons = united.content.polygons
+    chosen = [part.file.faces for part in parts]
     plans = []
     for (plan, _, _), part, own in zip(found, parts, chosen):
         faces = np.flatnonzero(own)
-        shift = (held.starts[faces] - part.file.mesh.starts[:-1])[plan.faces]
+        shift = (polygons.starts[faces] - part.file.mesh.starts[:-1])[plan.faces]
         plans.append(Subdivision(faces[plan.faces], plan.corners + shift[:, None], plan.weights))
     whole = Subdivision.joined(plans)
-    made = mesh_files.subdivided(united, whole)
-    times = whole.sizes(held.sizes)
+    content = united.content.subdivide(whole)
+    times = whole.sizes(polygons.sizes)
     return [
-        _with(part, split, how, mesh_files.part_of(made, np.repeat(own, times), part.file))
+        _with(part, split, how, part.file.part_of(content, np.repeat(own, times)))
         for part, split, how, own in zip(parts, splits, found, chosen)
     ]
 
 
 def _with(
-    part: MeshShape, split: SplitLayout, how: tuple[Subdivision, Index, Index], file: mesh_files.MeshFile
+    part: MeshShape, split: SplitLayout, how: tuple[Subdivision, Index, Index], file: MeshFile
 ) -> MeshShape:
     """The part on the new file's mesh."""
     before, surface = part.flattening, split.surface

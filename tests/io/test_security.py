@@ -7,7 +7,8 @@ import zlib
 import pytest
 
 from iccm import InputError
-from iccm.io.meshes import size_limits
+from iccm.io import formats
+from iccm.io.meshes import mesh_files
 
 HUGE = 60_000
 
@@ -82,24 +83,25 @@ FACES = {
 def test_faces_are_counted_without_reading_the_mesh(tmp_path, name):
     path = tmp_path / name
     path.write_bytes(FACES[name])
-    assert size_limits.faces(path, 71) == 71
+    assert mesh_files.open_mesh(path).count_faces(71) == 71
+    mesh_files.check_size(path, 71)
     with pytest.raises(InputError, match="71 faces are more than 70; raise --max-faces"):
-        size_limits.faces(path, 70)
+        mesh_files.check_size(path, 70)
 
 
 def test_a_binary_gltf_is_counted(tmp_path):
     text = FACES["a.gltf"].ljust(256)
     head = struct.pack("<4sIII4s", b"glTF", 2, 20 + len(text), len(text), b"JSON")
     (tmp_path / "a.glb").write_bytes(head + text)
-    assert size_limits.faces(tmp_path / "a.glb", 71) == 71
+    assert mesh_files.open_mesh(tmp_path / "a.glb").count_faces(71) == 71
 
 
-@pytest.mark.parametrize("suffix", size_limits.COUNTS)
+@pytest.mark.parametrize("suffix", formats.holding("mesh"))
 def test_nonsense_has_no_faces(tmp_path, suffix):
     path = tmp_path / f"a{suffix}"
     for content in (b"", b"\xff" * 30, b"{" * 40, b'{"meshes": [3]}', b"glTF" + b"\xff" * 30):
         path.write_bytes(content)
-        assert size_limits.faces(path, 5) == 0
+        assert mesh_files.open_mesh(path).count_faces(5) == 0
 
 
 def test_too_many_faces_from_the_command_line(shapes, iccm):

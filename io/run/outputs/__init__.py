@@ -38,7 +38,8 @@ def of(job: Job, inputs: Inputs) -> list[Output]:
         raise InputError(f"{job.target or job.source}: --bake needs a mesh as target")
     found = [_load(_kind(name, job), name) for name in job.output]
     if job.subdivide_rim and not any(formats.of(name).mesh for name in job.output):
-        raise InputError("--subdivide-rim: needs a mesh as output (-o FILE.obj, .glb or .ply)")
+        able = ", ".join(formats.holding("uv"))
+        raise InputError(f"--subdivide-rim: needs a mesh as output; name one with -o FILE ({able})")
     for output, map in zip((each for each in found if is_picture(each.name)), job.maps):
         output.map = map
     found += [_load("plot.Plot", job.plot)] if job.plot else []

@@ -25,8 +25,9 @@ from ....result import Status
 from ....surfaces.as_written import Written
 from ....surfaces.boundary_slivers import with_room
 from ... import formats
-from ...materials import carried_maps
-from ...meshes import mesh_files, obj_materials
+from ...materials.carried_maps import CarriedMaps
+from ...meshes import mesh_files
+from ...meshes.mesh_format import NewCoordinates, ShownPictures
 from ...shapes.mesh_parts import join
 from ...shapes.mesh_shape import MeshShape, as_mesh
 from ...shapes.shape import Shape
@@ -65,8 +66,9 @@ class TexturedMesh(Output):
             raise InputError(f"{self.name}: meshes show textures that repeat; use --edge repeat, or --bake")
         if _normal_map(job) is None:
             return
-        if self.name.lower().endswith(".ply"):
-            raise InputError(f"{self.name}: PLY has no place for a normal map; use .glb or .obj")
+        if not mesh_files.format_of(self.name).shows_normals:
+            suffix, able = formats.suffix_of(self.name), " or ".join(mesh_files.suffixes_with_materials())
+            raise InputError(f"{self.name}: {suffix[1:].upper()} has no place for a normal map; use {able}")
         if job.carry_maps:
             raise InputError(
                 f"{self.name}: --normal takes the place of the normals that --carry-maps carries; leave one out"
@@ -80,17 +82,17 @@ class TexturedMesh(Output):
         for path in _textures_not_shown(run.job):
             run.note(f"{self.name}: does not show {path}; a mesh shows a --texture of colours and a --normal")
         for texture in (_shown_texture(run), _normal_map(run.job)):
-            mesh_files.check_texture(Path(self.name), texture)
+            mesh_files.format_of(self.name).check_texture(Path(self.name), texture)
         if run.job.carry_maps:
-            carried_maps.check(as_mesh(run.target).file, self.name)
+            run.carried_maps.check(self.name)
 
     def beside(self, run: Run) -> list[str]:
         """Material library and picture."""
-        found = obj_materials.written_beside(Path(self.name), _shown_texture(run), _normal_map(run.job))
+        shown = ShownPictures(_shown_texture(run), _normal_map(run.job))
+        found = mesh_files.format_of(self.name).companions(Path(self.name), shown)
         if run.job.carry_maps:
-            file, shown = as_mesh(run.whole(1)).file, _shown_texture(run) is not None
-            found += [name for name in carried_maps.beside(file, self.name, shown=shown) if name not in found]
-        return found
+            found += run.carried_maps.companions(self.name, shown=shown.texture is not None)
+        return list(dict.fromkeys(found))
 
     def write(self, run: Run, path: Path) -> None:
         """The mesh, and what stands beside it."""
@@ -100,7 +102,10 @@ class TexturedMesh(Output):
             "force": run.job.force,
             "threads": run.threads,
         }
-        options |= {"carry_maps": run.job.carry_maps, "normals": _normal_map(run.job)}
+        options |= {
+            "carried_maps": run.carried_maps if run.job.carry_maps else None,
+            "normals": _normal_map(run.job),
+        }
         options |= {"tolerance": run.job.tolerance if run.job.subdivide_rim else None}
         with run.phases.timed("write"):
             figures = new_uvs(parts_of(run), lying, path, name=name, **options)
@@ -161,7 +166,7 @@ def new_uvs(
     normals: Path | None = None,
     force: bool = False,
     threads: int | None = None,
-    carry_maps: bool = False,
+    carried_maps: CarriedMaps | None = None,
     tolerance: float | None = None,
 ) -> dict[str, Any]:
     """Write the target with texture coordinates that show the source's texture.
@@ -171,12 +176,12 @@ def new_uvs(
             its own texture coordinates.
         lying: a texture of one texel, as the texture lies in the source's plane (not used with a mesh).
         out: temporary file to write.
-        name: its final name: .obj, .glb or .ply.
+        name: its final name.
         texture: picture file to bind to the mesh, or its content; None writes coordinates only.
-        normals: a normal map to bind to it, y up, for OBJ and GLB.
-        force: whether the files beside it may be replaced (see `obj_materials.written_beside`).
+        normals: a normal map to bind to it, y up, where the format shows one.
+        force: whether the files beside it may be replaced (see `MeshFormat.companions`).
         threads: as many as there are processors by default.
-        carry_maps: whether the other maps of its material are carried to the new coordinates.
+        carried_maps: the other maps of its materials, if they are carried to the new coordinates.
         tolerance: relative to the source's diagonal: triangles at the rim are split until the chords of coordinates are
             off its outline by no more; None splits none.
 
@@ -210,21 +215,13 @@ def new_uvs(
     corners, triangles = target.corners
     uv, faces = _joined(found)
     corners[target.flattening.patch.corner] = faces
-    pictures = None
-    if carry_maps:
-        pictures = carried_maps.carry(target.file, uv, corners, shown=texture is not None, threads=threads)
-    written, missing = mesh_files.write(
-        target.file,
-        uv,
-        corners,
-        triangles,
-        out,
-        name=name,
-        texture=texture,
-        normals=normals,
-        pictures=pictures,
-        force=force,
-    )
+    new = NewCoordinates(uv, corners, triangles)
+    pictures = {}
+    if carried_maps is not None:
+        pictures = carried_maps.carry(target.file, new, shown=texture is not None, threads=threads)
+    shown = ShownPictures(texture, normals, pictures)
+    written = mesh_files.write(target.file, new, shown, out, name, force=force)
+    missing = written.notes
     if parts[0][2].is_mesh:
         figures["torn_triangles"] = torn = sum(each.torn for each in found)
         if torn:
@@ -245,7 +242,7 @@ def new_uvs(
         "flattening": parts[0][0].flattening.report(),
         "outside_points": sum(pull.outside for pull in pulls),
         "outside_distance": max(pull.away / part.curve.diagonal for (part, _, _), pull in zip(parts, pulls)),
-        "also_written": written,
+        "also_written": written.files,
         "material_notes": [*missing, *(f"{name}: {note}" for note in told)],
     }
 

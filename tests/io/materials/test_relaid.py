@@ -165,7 +165,7 @@ def test_an_obj_gets_materials(there, iccm, old, out):
     else:
         written = (there / out).read_text().splitlines()
         assert [line for line in written if line not in ("mtllib out.mtl", "usemtl iccm")] == lines
-        made = pixels(next(map(lambda p: p.read_bytes(), mesh_files.textures_of(mesh_files.read(out)))))
+        made = pixels(next(map(lambda p: p.read_bytes(), mesh_files.read(out).textures())))
         library = (there / "out.mtl").read_text()
         assert ("map_Bump -bm 0.7 out-bump.png" if old == "old.obj" else "map_Pm out-pm.png") in library
         for line in library.splitlines():
@@ -383,7 +383,7 @@ def test_an_objs_materials_stay_as_opaque_as_they_are(there, iccm):
         (("old.glb", "new.glb", "-o", "new.glb", "--force"), "is also an input"),
         (("new.obj", "new.glb", "-o", "out.glb", "--size", N), "new.obj: its materials show no pictures"),
         (("old.glb", "new.glb", "--data", "kd.png", "-o", "out.glb", "--size", N), "no one place for --data"),
-        (("old.obj", "new.obj", "-o", "out.gltf"), "written to .glb and .obj"),
+        (("old.obj", "new.obj", "-o", "out.gltf"), "written to .obj and .glb"),
     ],
 )
 def test_wrong_words_are_told_in_a_line(there, iccm, words, message):

@@ -325,7 +325,7 @@ def test_sparse_and_normalised_accessors_and_placed_textures(tmp_path):
         ({"buffers": [{"uri": "../secret.bin", "byteLength": 4}]}, "which is not in its folder"),
         ({"buffers": [{"uri": "https://x.org/a.bin", "byteLength": 4}]}, "which is not in its folder"),
         ({"buffers": [{"uri": "gone.bin", "byteLength": 4}]}, "gone.bin: no such file"),
-        ({"meshes": [{"primitives": [{"attributes": {"POSITION": 9}}]}]}, "is no readable GLTF file"),
+        ({"meshes": [{"primitives": [{"attributes": {"POSITION": 9}}]}]}, "cannot be read as GLTF"),
     ],
 )
 def test_what_cannot_be_read_is_told_in_a_line(shapes, iccm, change, message):
@@ -388,8 +388,8 @@ def test_what_draco_compressed_is_the_mesh_it_was(tmp_path, iccm):
 @pytest.mark.parametrize(
     ("how", "message"),
     [
-        ({"damage": lambda data: data[: len(data) // 2]}, "is no readable GLB file"),
-        ({"damage": lambda data: b"DRACO" + bytes(40)}, "is no readable GLB file"),
+        ({"damage": lambda data: data[: len(data) // 2]}, "cannot be read as GLB"),
+        ({"damage": lambda data: b"DRACO" + bytes(40)}, "cannot be read as GLB"),
         ({"number": 9}, "has no attribute 9 for NORMAL"),
         (None, "pip install 'iccm[draco]' reads it"),
     ],
@@ -450,9 +450,9 @@ def test_what_meshopt_compressed_is_the_mesh_it_was(tmp_path, iccm, name):
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        ({"byteLength": 7}, "is no readable GLTF file"),
-        ({"mode": "PHOTONS"}, "is no readable GLTF file"),
-        ({"count": 12}, "is no readable GLTF file"),
+        ({"byteLength": 7}, "cannot be read as GLTF"),
+        ({"mode": "PHOTONS"}, "cannot be read as GLTF"),
+        ({"count": 12}, "cannot be read as GLTF"),
         ({"count": 10**12}, "items of 12 bytes"),
         (None, "pip install 'iccm[meshopt]' reads it"),
     ],

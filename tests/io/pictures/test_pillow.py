@@ -12,7 +12,7 @@ import pytest
 from PIL import Image as Pillow
 
 from iccm import InputError
-from iccm.io.meshes import mesh_files
+from iccm.io.meshes.embedding import picture_file
 from iccm.io.pictures import image_files, pillow
 
 ROOT = Path(__file__).parents[3]
@@ -44,13 +44,13 @@ def test_a_picture_that_holds_eps_starts_no_program(tmp_path, monkeypatch, no_pr
     for name in ("a.png", "a.jpg", "a.tif", "a.eps"):
         Path(name).write_bytes(EPS)
         with pytest.raises(InputError, match=name):
-            mesh_files._embeddable(Path(name))
+            picture_file(Path(name))
         with pytest.raises(InputError, match=name), pillow.opened(Path(name), name) as image:
             image.load()
         assert image_files.proportions(Path(name)) is None
     assert image_files.proportions(EPS) is None
     with pytest.raises(InputError):
-        mesh_files._embeddable(EPS)
+        picture_file(EPS)
 
 
 def test_formats_outside_the_list_cannot_be_asked_for():
@@ -77,11 +77,11 @@ def test_pictures_in_glb_files_keep_their_pixels(tmp_path):
     pixels = np.random.default_rng(3).integers(0, 256, (7, 5, 3), np.uint8)
     for suffix in ("tif", "bmp", "webp"):
         image_files.write(tmp_path / f"a.{suffix}", image_files.Image(pixels))
-        made = mesh_files._embeddable(tmp_path / f"a.{suffix}")
+        made = picture_file(tmp_path / f"a.{suffix}")
         assert np.array_equal(np.asarray(Pillow.open(io.BytesIO(made))), pixels)
     image_files.write(tmp_path / "a.exr", image_files.Image(pixels.astype(np.float32)))
     with pytest.raises(InputError, match=r"a\.exr.*PNG"):
-        mesh_files._embeddable(tmp_path / "a.exr")
+        picture_file(tmp_path / "a.exr")
 
 
 def test_pictures_are_opened_with_pillow_in_one_place():

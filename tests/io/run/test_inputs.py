@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from iccm.io.meshes import obj_source
+from iccm.io.meshes import obj_format
 from iccm.io.run.inputs import Inputs
 from iccm.io.run.job import Job
 
@@ -37,14 +37,15 @@ def test_a_run_opens_its_mesh_once(shapes, more):
 
 
 def test_long_lines_and_blocks(shapes, monkeypatch):
-    monkeypatch.setattr(obj_source, "BLOCK", 7)
-    monkeypatch.setattr(obj_source, "LONGEST", 20)
+    monkeypatch.setattr(obj_format, "BLOCK_BYTES", 7)
+    monkeypatch.setattr(obj_format, "LONGEST_LINE", 20)
     text = "# " + "x" * 90 + " f 1\n" + MESH.replace("mtllib", "  mtllib") + "f 1 2 4"
     (shapes / "m.obj").write_text(text)
-    found = obj_source.ObjSource(shapes / "m.obj")
-    assert (found.faces, found.libraries) == (3, [b"m.mtl"])
+    (shapes / "m.mtl").write_text("")
+    found = obj_format.ObjFormat(shapes / "m.obj")
+    assert (found.count_faces(9), found.files_named()) == (3, [str(shapes / "m.mtl")])
     (shapes / "m.obj").write_text("")
-    assert obj_source.ObjSource(shapes / "m.obj").faces == 0
+    assert obj_format.ObjFormat(shapes / "m.obj").count_faces(9) == 0
 
 
 def test_what_an_obj_names_is_an_input_and_its_hash_that_of_what_was_read(shapes):

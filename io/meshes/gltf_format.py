@@ -1,0 +1,212 @@
+"""The glTF formats: .glb, and .gltf with its buffers and pictures beside it, which is read alone."""
+
+import json
+import struct
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...arrays import Flags, Real
+from ...errors import InputError
+from ...meshes.mesh import merge
+from ...pixels.texture import Wrap
+from ...surfaces.subdivided import Subdivision
+from .. import files, formats, limits
+from . import gltf, gltf_materials, gltf_write
+from .embedding import picture_file
+from .gltf import Primitive
+from .gltf_schema import COMPONENTS, DTYPES
+from .mesh_format import MeshContent, MeshFile, MeshFormat, NewCoordinates, Pictures, ShownPictures, Written
+
+
+@dataclass(frozen=True, eq=False)
+class GltfContent(MeshContent):
+    """Primitives of a glTF file, which they keep.
+
+    Attributes:
+        primitives: the parts of its meshes that are mapped; `polygons` are their triangles, one after the other.
+    """
+
+    primitives: tuple[Primitive, ...]
+    dialect = "gltf"
+
+    @classmethod
+    def of(cls, primitives: Sequence[Primitive]) -> "GltfContent":
+        """Keep primitives of one file."""
+        meshes = [part.triangles() for part in primitives]
+        mesh = meshes[0] if len(meshes) == 1 else merge(meshes, str(primitives[0].document.path))
+        return cls(mesh, tuple(primitives))
+
+    @classmethod
+    def join(cls, contents: Sequence["GltfContent"], name: str) -> "GltfContent":
+        """Join the primitives of several contents."""
+        mesh = merge([content.polygons for content in contents], name)
+        return cls(mesh, tuple(part for content in contents for part in content.primitives))
+
+    def subdivide(self, plan: Subdivision) -> "GltfContent":
+        """Put smaller triangles in the place of some, with all that their vertices have."""
+        return GltfContent.of(gltf_write.subdivided(self.primitives, plan))
+
+    def faces_called(self, name: str) -> Flags:
+        """Mark the triangles (f,) of a geometry or material."""
+        own = {(part.mesh, part.number) for part in self.primitives}
+        names = [
+            {called, part.material.get("name", called)}
+            for called, part in gltf.primitives(self.primitives[0].document).items()
+            if (part.mesh, part.number) in own
+        ]
+        if not any(name in each for each in names):
+            there = ", ".join(f"'{each}'" for each in sorted(set().union(*names)))
+            raise InputError(f"no geometry or material of the mesh is called '{name}'; there is {there}")
+        counts = [len(part.faces) for part in self.primitives]
+        return np.repeat([name in each for each in names], counts)
+
+    def wrap(self, faces: Flags) -> Wrap:
+        """Tell what lies beyond the picture of the first primitive."""
+        return self.primitives[0].wrap
+
+
+def primitives_of(file: MeshFile) -> tuple[Primitive, ...]:
+    """The primitives that a mesh is of; none where it is of another format."""
+    return file.content.primitives if isinstance(file.content, GltfContent) else ()
+
+
+class GltfFormat(MeshFormat):
+    """Khronos glTF 2.0."""
+
+    dialect = "gltf"
+    shows_normals = True
+
+    def count_faces(self, most: int) -> int:
+        """Count the triangles of all primitives; 0 where the JSON makes no sense, which `read` will say.
+
+        Raises:
+            InputError: an accessor claims more than the file has data for: readers take the memory before they look.
+        """
+        try:
+            scene: Any = json.loads(_json_of(self.path))
+            excessive = next(_unbacked(scene, most), None)
+            primitives = [p for mesh in scene.get("meshes", []) for p in mesh["primitives"]]
+            count = sum(scene["accessors"][p["indices"]]["count"] // 3 for p in primitives if "indices" in p)
+        except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
+            return 0
+        if excessive:
+            number, items = excessive
+            raise InputError(
+                f"{self.path}: accessor {number} claims {items} items, more than there are data for"
+            )
+        return count
+
+    def files_named(self) -> list[str]:
+        """List the buffers and pictures beside a .gltf file."""
+        if formats.suffix_of(self.path) != ".gltf" or self.path.stat().st_size > limits.SCENE_BYTES:
+            return []
+        try:
+            scene = json.loads(self.path.read_bytes())
+            items = [item for key in ("buffers", "images") for item in scene.get(key, [])]
+            names = [item["uri"] for item in items if "uri" in item]
+        except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
+            return []
+        beside = [name for name in names if isinstance(name, str) and not name.startswith("data:")]
+        return [str(self.path.parent / name) for name in beside]
+
+    def read(self) -> dict[str, MeshFile]:
+        """Read each primitive that has triangles."""
+        parts = gltf.primitives(gltf.read(self.path))
+        return {
+            name: MeshFile.whole(self.path, GltfContent.of([part]), part.picture)
+            for name, part in parts.items()
+        }
+
+    def same_mesh(self, file: MeshFile) -> list[str]:
+        """The names of the primitives of a mesh, which has one for each material."""
+        own = primitives_of(file)[0]
+        return [name for name, part in gltf.primitives(own.document).items() if part.mesh == own.mesh]
+
+    @classmethod
+    def write(
+        cls, file: MeshFile, new: NewCoordinates, shown: ShownPictures, out: Path, name: Path, *, force: bool
+    ) -> Written:
+        """Write the glTF file that it was, or another mesh as one, with other texture coordinates, as GLB."""
+        given = {gltf_materials.BASE: shown.texture, gltf_materials.NORMALS: shown.normals}
+        held = {slot: picture_file(picture) for slot, picture in given.items() if picture is not None}
+        keys = {part.key for part in primitives_of(file)} or {""}
+        pictures = {key: held | dict(shown.pictures.get(key, {})) for key in keys}
+        made, notes = _with_coordinates(file, new, pictures)
+        out.write_bytes(made)
+        return Written(notes=[f"{name}: {note}" for note in notes])
+
+    @classmethod
+    def round_uv(cls, uv: Real) -> Real:
+        """Round texture coordinates (t, 2) to single precision, with v down."""
+        single = np.column_stack([uv[:, 0], 1 - uv[:, 1]]).astype(np.float32)
+        return np.column_stack([single[:, 0], 1.0 - single[:, 1].astype(float)])
+
+    @classmethod
+    def check_texture(cls, name: Path, texture: Path | bytes | None) -> None:
+        """Refuse a picture that cannot be embedded."""
+        if texture is not None:
+            picture_file(texture)
+
+    @classmethod
+    def split_uv(cls, path: Path) -> tuple[Real, Any]:
+        """What the accessors of texture coordinates alone hold, and the tree and the other bytes."""
+        try:
+            file = gltf.read(path)
+        except InputError:
+            raise
+        except Exception as error:  # whatever a parser stumbles over: the file is at fault
+            raise InputError(f"{path}: cannot be read as GLB: {error}") from None
+        named = [p["attributes"] for mesh in file.tree.get("meshes", []) for p in mesh["primitives"]]
+        found = {at for each in named for name, at in each.items() if name.startswith("TEXCOORD_")}
+        accessors, views = file.tree.get("accessors", []), list(file.views)
+        shared = {said.get("bufferView") for n, said in enumerate(accessors) if n not in found} | {None}
+        alone = [n for n in sorted(found) if accessors[n].get("bufferView") not in shared]
+        uv = np.concatenate([file.floats(n)[:, :2] for n in alone] or [np.zeros((0, 2))])
+        for number in alone:
+            views[accessors[number]["bufferView"]] = b""
+            kept = {key: value for key, value in accessors[number].items() if key not in ("min", "max")}
+            accessors[number] = kept
+        return uv, (file.tree, views)
+
+
+def _with_coordinates(file: MeshFile, new: NewCoordinates, pictures: Pictures) -> tuple[bytes, list[str]]:
+    """The bytes of a GLB file, and notes; see `gltf_write.with_coordinates`."""
+    if parts := primitives_of(file):
+        return gltf_write.with_coordinates(parts, file.faces, new.uv, new.corners, pictures)
+    mesh, triangles = file.mesh, new.triangles
+    normals = None
+    if mesh.normals is not None and mesh.normal_corners is not None:
+        normals = mesh.normals, mesh.normal_corners[triangles]
+    whole = gltf_write.plain(file.path.stem, (mesh.points, mesh.corners[triangles]), normals)
+    every = np.ones(len(triangles), bool)
+    part = Primitive(whole, 0, 0)
+    return gltf_write.with_coordinates([part], every, new.uv, new.corners[triangles].ravel(), pictures)
+
+
+def _json_of(path: Path) -> bytes:
+    """The JSON of a glTF file, by itself or in a GLB."""
+    with files.opened(path) as file:
+        if formats.suffix_of(path) == ".gltf":
+            return file.read(limits.SCENE_BYTES)
+        start = file.read(20)
+        if len(start) < 20 or start[:4] != b"glTF":
+            return b""
+        return file.read(min(struct.unpack_from("<I", start, 12)[0], limits.SCENE_BYTES))
+
+
+def _unbacked(scene: Any, most: int) -> Iterator[tuple[int, int]]:
+    """Number and count of each accessor that claims more items than it has data for."""
+    views = scene.get("bufferViews", [])
+    for number, accessor in enumerate(scene.get("accessors", [])):
+        count, view = accessor.get("count", 0), accessor.get("bufferView")
+        held, size = limits.ITEMS_PER_FACE * most, 0
+        if view is not None:
+            size = views[view]["byteLength"]
+            item_bytes = int(DTYPES[accessor["componentType"]][2]) * COMPONENTS[accessor["type"]]
+            held = size // item_bytes
+        if not 0 <= count <= held or size > limits.BUFFER_BYTES:
+            yield number, count

@@ -1,0 +1,248 @@
+"""The OBJ format: files that keep their bytes, with material libraries and pictures beside them."""
+
+import hashlib
+import os
+import re
+from dataclasses import dataclass
+from functools import cached_property
+from io import BufferedReader
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...arrays import Flags, Index, Real
+from ...errors import InputError
+from ...meshes.mesh import Mesh
+from ...pixels.texture import Wrap
+from ...surfaces.subdivided import Subdivision
+from .. import files, limits, references
+from . import material_library, obj, obj_materials, obj_write
+from .embedding import picture_file
+from .material_library import Library
+from .mesh_format import MeshContent, MeshFile, MeshFormat, NewCoordinates, ShownPictures, Written
+from .obj import Obj
+
+BLOCK_BYTES = 1 << 20
+LONGEST_LINE = 1 << 16  # bytes of a line that are looked at, so that a file without line ends takes no memory
+_INDENTED_FACE = re.compile(rb"^[ \t]+f[ \t]", re.MULTILINE)
+_LIBRARY = re.compile(rb"^[ \t]*mtllib[ \t]+([^\r\n]+)", re.MULTILINE)
+
+
+@dataclass(frozen=True, eq=False)
+class ObjContent(MeshContent):
+    """An OBJ file: its objects, groups and materials overlap, so that parts of it are flags of its faces.
+
+    Attributes:
+        obj: its bytes, and what they say.
+        library: the material libraries that it names.
+    """
+
+    obj: Obj
+    library: Library
+    dialect = "mtl"
+
+    @classmethod
+    def of(cls, whole: Obj, library: Library | None = None) -> "ObjContent":
+        """Keep a file; its libraries are read, unless they are given."""
+        return cls(whole.mesh(), whole, library or obj_materials.library_of(whole))
+
+    def part(self, faces: Flags, name: str) -> Mesh:
+        """Return the polygons marked in (f,) as a mesh of this name, with normals if all of these have some."""
+        return self.obj.mesh_of(faces, name)
+
+    def subdivide(self, plan: Subdivision) -> "ObjContent":
+        """Put triangles in the place of some faces; every other line stays."""
+        return ObjContent.of(obj.parse(obj_write.subdivided(self.obj, plan), self.obj.path), self.library)
+
+    def faces_called(self, name: str) -> Flags:
+        """Mark the faces (f,) of an object, group or material."""
+        return self.obj.faces_of(name)
+
+    def names_at(self, faces: Index) -> set[str]:
+        """Collect the objects, groups and materials that faces (k,) belong to."""
+        return self.obj.names_at(faces)
+
+    def textures(self, faces: Flags) -> dict[Path, Wrap]:
+        """List the pictures of colours that the materials of faces (f,) name, each with what lies beyond it."""
+        return obj_materials.textures_of(self.obj, self.library, faces)
+
+
+def obj_content(file: MeshFile) -> ObjContent | None:
+    """The OBJ file that a mesh is of, with its materials; None where it is of another format."""
+    return file.content if isinstance(file.content, ObjContent) else None
+
+
+class ObjFormat(MeshFormat):
+    """Wavefront OBJ; its size, whether it is a mesh, what it names and its hash all come from opening it once.
+
+    A file of one face, or of lines alone, is an outline: that is how drawing programs write one.
+    """
+
+    dialect = "mtl"
+    shows_normals = True
+
+    def count_faces(self, most: int) -> int:
+        """Count the `f` lines."""
+        return self._scan.faces
+
+    def is_mesh(self, *, gets_uv: bool = False) -> bool:
+        """Whether it has several faces, or one that is to be given texture coordinates."""
+        return self._scan.faces > (0 if gets_uv else 1)
+
+    def files_named(self) -> list[str]:
+        """List its material libraries that may be read, and the pictures that these name."""
+        folder = self.path.parent
+        named = list[str]()
+        for line in self._scan.libraries:
+            name = line.strip().replace(b"\0", b"").decode("utf-8", "surrogateescape")
+            if references.may_be_read(folder / name, folder):
+                named += [str(folder / name), *_pictures_named(folder / name)]
+        return named
+
+    @cached_property
+    def sha256(self) -> str:
+        """The hash of the content as it was read."""
+        content = self._scan.content
+        return files.sha256(self.path) if content is None else hashlib.sha256(content).hexdigest()
+
+    def read(self) -> dict[str, MeshFile]:
+        """Read all of the file."""
+        return {self.path.name: self.pick()}
+
+    @property
+    def names(self) -> list[str]:
+        """Of objects, groups and materials, in the order of the file."""
+        return self.content.obj.parts()
+
+    @property
+    def geometries(self) -> list[str]:
+        """None: parts have faces in common."""
+        return []
+
+    def pick(self, part: str | None = None) -> MeshFile:
+        """Return the faces of an object, group or material, or all."""
+        whole = self.content.obj
+        faces = whole.faces_of(part) if part else np.ones(len(whole.face_at), bool)
+        mesh = whole.mesh(part) if part else self.content.polygons
+        return MeshFile(self.path, mesh, faces, self.content, notes=self.content.library.outside)
+
+    @cached_property
+    def content(self) -> ObjContent:
+        """All that the file says.
+
+        Raises:
+            InputError: it is empty, or as `obj.parse`.
+        """
+        if self._keep < 0:
+            return ObjContent.of(obj.read(self.path))
+        if not self._scan.content:
+            raise InputError(f"{self.path}: the file is empty")
+        return ObjContent.of(obj.parse(self._scan.content, self.path))
+
+    @cached_property
+    def _scan(self) -> "_Scan":
+        return _scan(self.path, self._keep)
+
+    @classmethod
+    def write(
+        cls, file: MeshFile, new: NewCoordinates, shown: ShownPictures, out: Path, name: Path, *, force: bool
+    ) -> Written:
+        """Write the OBJ file that it was, or another mesh as one, with other texture coordinates."""
+        content, faces = obj_content(file), file.faces
+        if content is None:
+            content = ObjContent.of(obj.parse(_as_obj(file.mesh), name))
+            faces = np.ones(file.mesh.sizes.size, bool)
+        texture = picture_file(shown.texture) if isinstance(shown.texture, bytes) else shown.texture
+        shown = ShownPictures(texture, shown.normals, shown.pictures)
+        return obj_materials.write(content.obj, content.library, faces, new, shown, out, name, force=force)
+
+    @classmethod
+    def round_uv(cls, uv: Real) -> Real:
+        """Round texture coordinates (t, 2) to the digits of `vt` lines."""
+        return np.array(obj_write.vt_text(uv, "\n").replace("vt", "").split(), float).reshape(-1, 2)
+
+    @classmethod
+    def check_texture(cls, name: Path, texture: Path | bytes | None) -> None:
+        """Refuse a file that a material library cannot name."""
+        if isinstance(texture, Path):
+            material_library.name_of(texture, name.parent)
+
+    @classmethod
+    def companions(cls, name: Path, shown: ShownPictures) -> list[str]:
+        """The material library, and a picture that is no file yet."""
+        return obj_materials.companions(name, shown)
+
+    @classmethod
+    def split_uv(cls, path: Path) -> tuple[Real, Any]:
+        """The numbers of `vt` lines, and the other lines."""
+        lines = files.read_bytes(path, max_bytes=limits.COMPARED_BYTES).splitlines()
+        try:
+            uv = np.array([line.split()[1:3] for line in lines if line.startswith(b"vt ")], float)
+        except ValueError:
+            return np.zeros((0, 2)), lines
+        return uv, [line for line in lines if not line.startswith(b"vt ")]
+
+
+class _Scan(NamedTuple):
+    """What is known of a file after one pass.
+
+    Attributes:
+        faces: how many it has.
+        libraries: what its `mtllib` lines name.
+        content: its bytes, if it has no more faces than are kept.
+    """
+
+    faces: int
+    libraries: list[bytes]
+    content: bytes | None
+
+
+def _scan(path: Path, keep: int) -> _Scan:
+    """Look through a file, and keep its content if it has at most `keep` faces.
+
+    Raises:
+        InputError: it is missing or cannot be read.
+    """
+    with files.opened(path, max_bytes=limits.MESH_BYTES) as file:
+        faces, libraries = _scan_lines(file)
+        file.seek(0)
+        return _Scan(faces, libraries, file.read() if faces <= keep else None)
+
+
+def _scan_lines(file: BufferedReader) -> tuple[int, list[bytes]]:
+    """Count the faces and list the libraries, a block of whole lines at a time."""
+    faces, libraries, rest = 0, list[bytes](), b"\n"
+    while block := file.read(BLOCK_BYTES):
+        block = rest + block.replace(b"\r", b"\n")  # old files end lines so
+        end = block.rfind(b"\n")
+        lines, rest = block[:end], block[end:][:LONGEST_LINE]
+        faces += _count_faces(lines)
+        libraries += _libraries(lines)
+    return faces + _count_faces(rest), libraries + _libraries(rest)
+
+
+def _count_faces(lines: bytes) -> int:
+    """How many lines are faces, where each begins with a line end; the search for those with blanks is slow."""
+    found = lines.count(b"\nf ") + lines.count(b"\nf\t")
+    return found + len(_INDENTED_FACE.findall(lines)) if b"\n " in lines or b"\n\t" in lines else found
+
+
+def _libraries(lines: bytes) -> list[bytes]:
+    return _LIBRARY.findall(lines) if b"mtllib" in lines else []
+
+
+def _pictures_named(library: Path) -> list[str]:
+    """The pictures that a material library names."""
+    if not os.path.isfile(library) or library.stat().st_size > limits.LIBRARY_BYTES:
+        return []
+    lines = library.read_bytes().decode("utf-8", "surrogateescape").splitlines()
+    return [str(library.parent / name) for name in map(material_library.picture_named, lines) if name]
+
+
+def _as_obj(mesh: Mesh) -> bytes:
+    """A mesh of another format as an OBJ file."""
+    points = ("v %.10g %.10g %.10g\n" * len(mesh.points)) % tuple(mesh.points.ravel().tolist())
+    lines = {int(size): "f" + " %d" * size + "\n" for size in np.unique(mesh.sizes)}
+    faces = "".join([lines[size] for size in mesh.sizes.tolist()]) % tuple((mesh.corners + 1).tolist())
+    return (points + faces).encode()

@@ -1,0 +1,92 @@
+"""The OFF and STL formats, which hold no texture coordinates: read by trimesh, and by `odd_forms` where it fails."""
+
+import logging
+import re
+import struct
+import warnings
+from io import BytesIO
+from pathlib import Path
+
+from ...meshes.mesh import Mesh
+from .. import files, limits
+from . import odd_forms
+from .mesh_format import MeshContent, MeshFile, MeshFormat
+
+HEAD_BYTES = 1 << 16  # in which the header of an OFF file ends, comments included
+STL_HEAD, STL_FACE = 84, 50
+"""Bytes of a binary STL file before its faces, a count of these at the end, and of each face; text takes more."""
+
+
+class OffFormat(MeshFormat):
+    """Geomview OFF, as text or binary."""
+
+    def count_faces(self, most: int) -> int:
+        """Read the number of faces in the header."""
+        with files.opened(self.path) as file:
+            text = re.sub(rb"#[^\n]*", b"", file.read(HEAD_BYTES))
+        found = re.match(rb"\s*[A-Za-z]*\s*\d+\s+(\d{1,18})\s", text)
+        return int(found[1]) if found else 0
+
+    def read(self) -> dict[str, MeshFile]:
+        """Read the file; one whose numbers ignore lines is read number by number."""
+        data = files.read_bytes(self.path, max_bytes=limits.MESH_BYTES)
+        if odd_forms.is_binary_off(data):
+            return _one(Mesh(str(self.path), *odd_forms.binary_off(data)), self.path)
+        data = _as_utf8(data)
+        try:
+            found = _by_trimesh(self.path, data)
+        except Exception:
+            free = odd_forms.free_off(data.decode())
+            if free is None:
+                raise
+        else:
+            free = None if found else odd_forms.free_off(data.decode())
+        return found if free is None else _one(Mesh(str(self.path), *free), self.path)
+
+
+class StlFormat(MeshFormat):
+    """STL, as text or binary."""
+
+    def count_faces(self, most: int) -> int:
+        """Read the count of a binary file; as text every face has its own `facet`, of at least as many bytes."""
+        with files.opened(self.path) as file:
+            head = file.read(STL_HEAD)
+        size = self.path.stat().st_size
+        if len(head) == STL_HEAD:
+            count = struct.unpack_from("<I", head, STL_HEAD - 4)[0]
+            if STL_HEAD + STL_FACE * count == size:
+                return count
+        return size // STL_FACE
+
+    def read(self) -> dict[str, MeshFile]:
+        """Read the file."""
+        data = files.read_bytes(self.path, max_bytes=limits.MESH_BYTES)
+        binary = odd_forms.is_binary_stl(data)
+        return _by_trimesh(self.path, data if binary else _as_utf8(data))
+
+
+def _as_utf8(data: bytes) -> bytes:
+    """Text with odd bytes replaced: trimesh would need a further package to guess what they are."""
+    return data.decode("utf-8", "replace").encode()
+
+
+def _by_trimesh(path: Path, data: bytes) -> dict[str, MeshFile]:
+    """The geometries with faces that trimesh finds."""
+    import trimesh
+
+    logging.getLogger("trimesh").addHandler(logging.NullHandler())
+    with warnings.catch_warnings():
+        # what numbers of a broken file come to is told by what checks them
+        warnings.simplefilter("ignore")
+        scene = trimesh.load_scene(BytesIO(data), file_type=path.suffix[1:].lower(), process=False)
+    found = dict[str, MeshFile]()
+    for given, piece in scene.geometry.items():
+        if isinstance(piece, trimesh.Trimesh) and len(piece.faces):
+            name = path.name if given == "geometry_0" else given
+            mesh = Mesh.triangles(str(path), piece.vertices, piece.faces)
+            found[name] = MeshFile.whole(path, MeshContent(mesh))
+    return found
+
+
+def _one(mesh: Mesh, path: Path) -> dict[str, MeshFile]:
+    return {path.name: MeshFile.whole(path, MeshContent(mesh))}

@@ -1,0 +1,79 @@
+"""The PLY format: files that keep every property of every element, and name one picture."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ...arrays import Real
+from ...surfaces.subdivided import Subdivision
+from .. import files, limits, references
+from . import material_library, ply, ply_write
+from .mesh_format import MeshContent, MeshFile, MeshFormat, NewCoordinates, ShownPictures, Written
+from .ply import Ply
+
+HEAD_BYTES = 1 << 16  # in which the header of a file ends
+
+
+@dataclass(frozen=True, eq=False)
+class PlyContent(MeshContent):
+    """A PLY file.
+
+    Attributes:
+        ply: its header and tables.
+    """
+
+    ply: Ply
+
+    def subdivide(self, plan: Subdivision) -> "PlyContent":
+        """Put triangles in the place of some faces, which get what these have."""
+        made = ply_write.subdivided(self.ply, plan)
+        return PlyContent(made.mesh, made)
+
+
+class PlyFormat(MeshFormat):
+    """Stanford PLY, ASCII or binary."""
+
+    def count_faces(self, most: int) -> int:
+        """Read the number of faces in the header."""
+        with files.opened(self.path) as file:
+            found = re.search(rb"element[ \t]+face[ \t]+(\d{1,18})", file.read(HEAD_BYTES))
+        return int(found[1]) if found else 0
+
+    def read(self) -> dict[str, MeshFile]:
+        """Read the file, and the picture that a comment names."""
+        whole = ply.read(self.path)
+        content = PlyContent(whole.mesh, whole)
+        texture, picture, notes = whole.texture, None, list[str]()
+        if texture is not None and not references.may_be_read(texture, self.path.parent):
+            shown = material_library.relative(texture, self.path.parent)
+            notes.append(f"names {shown}, {references.OUTSIDE}")
+        elif texture is not None:
+            picture = files.read_bytes(texture, max_bytes=limits.MESH_BYTES)
+        if not content.polygons.sizes.size:
+            return {}
+        return {self.path.name: MeshFile.whole(self.path, content, picture, *notes)}
+
+    @classmethod
+    def write(
+        cls, file: MeshFile, new: NewCoordinates, shown: ShownPictures, out: Path, name: Path, *, force: bool
+    ) -> Written:
+        """Write the PLY file that it was, or another mesh as one, with other texture coordinates."""
+        kept = file.content.ply if isinstance(file.content, PlyContent) else None
+        whole = kept or ply_write.plain(file.mesh, name)
+        faces = file.faces if kept else np.ones(file.mesh.sizes.size, bool)
+        texture = shown.texture
+        named = material_library.relative(texture, name.parent) if isinstance(texture, Path) else None
+        made, notes = ply_write.with_coordinates(whole, faces, new.uv, new.corners, named)
+        if isinstance(texture, bytes):
+            notes.append("PLY holds no texture; its coordinates are for the one given")
+        elif texture is None and whole.texture is not None:
+            notes.append(f"{whole.texture.name}, which it names, is for the old coordinates")
+        out.write_bytes(made)
+        return Written(notes=[f"{name}: {note}" for note in notes])
+
+    @classmethod
+    def round_uv(cls, uv: Real) -> Real:
+        """Round texture coordinates (t, 2) to single precision."""
+        return uv.astype(np.float32)
