@@ -17,6 +17,7 @@ from ...errors import InputError
 from ...meshes.mesh import Mesh
 from .. import files, limits
 from . import obj_scan
+from .obj_scan import Elements
 
 NUMBER_WIDTH = 32  # bytes of a number that numpy may convert many at a time
 WRONG = {
@@ -37,37 +38,17 @@ class Statement:
 
 
 @dataclass(frozen=True, eq=False)
-class Obj:
-    """The bytes of an OBJ file and what they say. Indices are zero-based; -1 means absent.
+class Obj(Elements):
+    """The bytes of an OBJ file and what they say.
 
     Attributes:
         path: the file.
         data: its bytes.
-        v: (n, 3) positions.
-        vt: (t, 2) texture coordinates.
-        vn: (k, 3) normals, of any length.
-        vt_at: (t,) first byte of each `vt` line.
-        face_at: (f,) first byte of each `f` line.
-        starts: (f + 1,) first corner of each face.
-        corner_at: (c,) first byte of each corner.
-        corners: (c, 2) vertex and texture coordinate of each corner.
-        normals: (c,) normal of each corner.
-        relative: (c,) whether the texture index is written as a negative number.
         statements: `o`, `g`, `usemtl` and `mtllib` lines in file order.
     """
 
     path: Path
     data: bytes
-    v: Real
-    vt: Real
-    vn: Real
-    vt_at: Index
-    face_at: Index
-    starts: Index
-    corner_at: Index
-    corners: Index
-    normals: Index
-    relative: NDArray[np.bool_]
     statements: tuple[Statement, ...]
 
     @cached_property
@@ -190,29 +171,15 @@ def parse(data: bytes, path: Path) -> Obj:
     Raises:
         InputError: as `read`.
     """
-    raw = np.frombuffer(data, np.uint8)
-    lines, c = obj_scan.count(raw)
-    v, vt, vn = (
-        np.zeros((lines[kind], width))
-        for kind, width in ((obj_scan.VERTEX, 3), (obj_scan.TEXTURE, 2), (obj_scan.NORMAL, 3))
-    )
-    vt_at, face_at, starts, corner_at, normals, statement_at = (
-        np.zeros(k, np.int64)
-        for k in (len(vt), lines[obj_scan.FACE], lines[obj_scan.FACE] + 1, c, c, lines[obj_scan.STATEMENT])
-    )
-    corners, relative = np.zeros((c, 2), np.int64), np.zeros(c, bool)
-    slow = [np.zeros((a.size, 2), np.int64) for a in (v, vt, vn)]
-    arrays = obj_scan.Arrays(
-        v, vt, vn, vt_at, face_at, starts, corner_at, corners, normals, relative, statement_at, *slow
-    )
-    code, at, found = obj_scan.fill(raw, arrays)
-    if code:
-        raise InputError(f"{path}: {_place(data, at)}: {WRONG[code]}")
-    for values, listed, k in zip((v, vt), slow, found):
-        _convert(data, path, values, listed[:k])
-    _convert_normals(data, path, vn, slow[2][: found[2]])
-    said = tuple(_statement(data, int(k)) for k in statement_at)
-    return Obj(path, data, v, vt, vn, vt_at, face_at, starts, corner_at, corners, normals, relative, said)
+    scan = obj_scan.scan(np.frombuffer(data, np.uint8))
+    if scan.fault:
+        raise InputError(f"{path}: {_place(data, scan.fault_at)}: {WRONG[scan.fault]}")
+    elements, (left_v, left_vt, left_vn) = scan.elements, scan.unconverted
+    _convert(data, path, elements.v, left_v)
+    _convert(data, path, elements.vt, left_vt)
+    _convert_normals(data, path, elements.vn, left_vn)
+    statements = tuple(_statement(data, int(at)) for at in scan.statement_at)
+    return Obj(**vars(elements), path=path, data=data, statements=statements)
 
 
 def _convert_normals(data: bytes, path: Path, vn: Real, listed: Index) -> None:

@@ -4,6 +4,7 @@ They walk the bytes of the file, so a half-million faces take a fraction of a se
 converted exactly there (Clinger's fast path); the others are only listed.
 """
 
+from dataclasses import dataclass, fields
 from typing import NamedTuple
 
 import numpy as np
@@ -32,11 +33,21 @@ _rewrite = function(
 )
 
 
-class Arrays(NamedTuple):
-    """What the scanner fills in, sized by `count`: see `obj.Obj`, and the numbers that are left to convert.
+@dataclass(frozen=True, eq=False)
+class Elements:
+    """The numbers of an OBJ file, and where they are in it. Indices are zero-based; -1 means absent.
 
     Attributes:
-        slow_v, slow_vt, slow_vn: (k, 2) the place of each such number among all, and its byte.
+        v: (n, 3) positions.
+        vt: (t, 2) texture coordinates.
+        vn: (k, 3) normals, of any length.
+        vt_at: (t,) first byte of each `vt` line.
+        face_at: (f,) first byte of each `f` line.
+        starts: (f + 1,) first corner of each face.
+        corner_at: (c,) first byte of each corner.
+        corners: (c, 2) vertex and texture coordinate of each corner.
+        normals: (c,) normal of each corner.
+        relative: (c,) whether the texture index is written as a negative number.
     """
 
     v: Real
@@ -49,10 +60,25 @@ class Arrays(NamedTuple):
     corners: Index
     normals: Index
     relative: Flags
+
+
+class Scan(NamedTuple):
+    """What a pass over an OBJ file finds.
+
+    Attributes:
+        elements: its numbers.
+        statement_at: first byte of each `o`, `g`, `usemtl` and `mtllib` line.
+        unconverted: (k, 2) of v, vt and vn each: the numbers that are left to convert, by their place among all and
+            their first byte.
+        fault: 0, or what is wrong with a line, which ends the pass.
+        fault_at: the byte at which that begins.
+    """
+
+    elements: Elements
     statement_at: Index
-    slow_v: Index
-    slow_vt: Index
-    slow_vn: Index
+    unconverted: list[Index]
+    fault: int
+    fault_at: int
 
 
 def count(data: Bytes) -> tuple[Index, int]:
@@ -62,17 +88,31 @@ def count(data: Bytes) -> tuple[Index, int]:
     return lines, corners
 
 
-def fill(data: Bytes, arrays: Arrays) -> tuple[int, int, list[int]]:
-    """Fill the arrays of one OBJ file, which hold zeros.
-
-    Returns:
-        0, or what is wrong with a line; the byte at which that begins; how many numbers of v, vt and vn are left to
-        convert.
-    """
+def scan(data: Bytes) -> Scan:
+    """Read the numbers of an OBJ file."""
+    lines, corner_count = count(data)
+    vertices, coordinates, normals = (int(lines[kind]) for kind in (VERTEX, TEXTURE, NORMAL))
+    faces = int(lines[FACE])
+    elements = Elements(
+        v=np.zeros((vertices, 3)),
+        vt=np.zeros((coordinates, 2)),
+        vn=np.zeros((normals, 3)),
+        vt_at=np.zeros(coordinates, np.int64),
+        face_at=np.zeros(faces, np.int64),
+        starts=np.zeros(faces + 1, np.int64),
+        corner_at=np.zeros(corner_count, np.int64),
+        corners=np.zeros((corner_count, 2), np.int64),
+        normals=np.zeros(corner_count, np.int64),
+        relative=np.zeros(corner_count, bool),
+    )
+    statement_at = np.zeros(lines[STATEMENT], np.int64)
+    unconverted = [np.zeros((values.size, 2), np.int64) for values in (elements.v, elements.vt, elements.vn)]
     found = np.empty(4, np.int64)
-    fault = _fill(data, data.size, *arrays, found)
-    *slow, place = found.tolist()
-    return fault, place, slow
+    arrays = [getattr(elements, each.name) for each in fields(elements)]  # in the order of the core
+    fault = _fill(data, data.size, *arrays, statement_at, *unconverted, found)
+    *counts, fault_at = found.tolist()
+    left = [rows[:count] for rows, count in zip(unconverted, counts)]
+    return Scan(elements, statement_at, left, fault, fault_at)
 
 
 def rewrite(data: Bytes, start: int, stop: int, corner_at: Index, new_vt: Index, out: Bytes) -> int:
