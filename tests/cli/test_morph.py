@@ -25,6 +25,21 @@ def test_frames_begin_and_end_with_the_shapes(shapes, iccm):
     assert ends[0] and ends == ends[:1] * 3
 
 
+def test_the_source_begins_amid_the_targets_canvas(shapes, iccm):
+    """A canvas of 100 by 100 in the middle of one of 40 by 30 that begins elsewhere: 24 of 40 across, 24 of 30 down."""
+    (shapes / "small.svg").write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="10 20 40 30"><path d="M12 22h36v26h-30z"/></svg>'
+    )
+    assert iccm("morph", "square.svg", "small.svg", *QUICK, "-o", "m-{number}.png").code == 0
+    alpha = pixels("m-1.png")[..., 3]
+    assert alpha.shape == (36, 48)
+    for axis, share in ((0, 0.6), (1, 0.8)):
+        at = np.flatnonzero(alpha.max(axis=axis) > 127)
+        size = alpha.shape[1 - axis]
+        assert at.size / size == pytest.approx(share, abs=0.04)
+        assert (at[0] + at[-1] + 1) / 2 / size == pytest.approx(0.5, abs=0.02)
+
+
 def test_animations_hold_every_frame_and_textures_fade(shapes, iccm):
     for name, colour in (("red.png", (255, 0, 0)), ("blue.png", (0, 0, 255))):
         Image.new("RGB", (8, 8), colour).save(name)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from iccm.curve import Curve
+from iccm.curve import Curve, hausdorff
 from iccm.errors import InputError
 from tests.shapes import arrow, circle, ell, inside, pear, square
 
@@ -114,6 +114,14 @@ def test_the_diameter_is_the_largest_distance_of_two_vertices(points, turn, clos
 @pytest.mark.parametrize("shape", [circle(41), circle(40), arrow(), ell(), pear(), np.repeat(square(), 2)])
 def test_the_diameter_of_a_domain(shape):
     assert Curve(shape).diameter == np.abs(shape[:, None] - shape).max()
+
+
+def test_the_distance_of_outlines_is_that_of_the_farthest_point_of_either():
+    """The tip of a limb that only one of them has, whichever comes first."""
+    plain = Curve(ell())
+    limb = Curve(np.insert(ell(), 1, [1.2, 1.2 - 0.7j, 1.3 - 0.7j, 1.3]))
+    for a, b in ((plain, limb), (limb, plain)):
+        assert hausdorff(a, b) == pytest.approx(0.7, rel=0.011)
 
 
 def test_points_outside_are_pulled_to_the_boundary_and_others_stay():

@@ -8,7 +8,8 @@ import iccm
 from iccm.curve import Curve
 from iccm.drawings.cost import LOST, price
 from iccm.drawings.drawing import Drawing
-from iccm.drawings.frame import close_hairlines, frames_of
+from iccm.drawings.frame import Frame, close_hairlines, frames_of
+from iccm.drawings.mappable_holes import mappable
 from iccm.drawings.pairing import pair_by_place
 from iccm.drawings.region import Region
 from iccm.drawings.seen import middles, seen
@@ -67,6 +68,34 @@ def test_hairlines_are_filled_and_other_gaps_stay():
     assert close_hairlines(BARS) is BARS and close_hairlines(RING) is RING
 
 
+@pytest.mark.parametrize("size", [1e-3, 1e4])
+def test_what_counts_as_a_hairline_does_not_depend_on_the_unit(size):
+    halves = shapely.union(shapely.box(0, 0, 10, 3), shapely.box(0, 3.002, 10, 7))
+    apart = shapely.union(shapely.box(0, 0, 10, 3), shapely.box(0, 3.1, 10, 7))
+    halves, apart = (shapely.transform(each, lambda xy: size * xy) for each in (halves, apart))
+    assert close_hairlines(halves).geom_type == "Polygon" and close_hairlines(apart) is apart
+
+
+def test_a_frame_is_named_by_the_width_of_the_gaps_that_it_closes():
+    outline = Curve.domain([0, 3, 3 + 2j, 2j])
+    names = [Frame(outline, radius).name for radius in (0.0, 0.04, np.inf)]
+    assert names[0] == "outline" and "8%" in names[1] and names[2] == "hull"
+
+
+def test_of_holes_that_leave_no_room_the_largest_are_mapped():
+    def square(x, y, side):
+        return complex(x, y) + side * np.array([0, 1, 1 + 1j, 1j])
+
+    holes = [
+        square(5, 40, 2),
+        square(7.01, 30, 20),
+        square(80, 60, 0.2),
+        square(60, 10, 10),
+        square(99.99, 50, 0.005),
+    ]
+    assert mappable(Curve.domain(square(0, 0, 100)), holes) == [1, 3]
+
+
 def test_rings_are_the_drawing_again():
     drawing = Drawing(shapely.union(RING, BARS.buffer(0.2).intersection(shapely.box(-9, 4.5, 9, 9))))
     again = Drawing.of_rings(drawing.rings)
@@ -103,6 +132,23 @@ def test_the_energy_of_what_is_seen_is_that_of_a_stretch():
     assert found.energy == pytest.approx((3 + 1 / 3) / 2)  # areas are even: (K + 1/K) / 2
 
 
+def test_the_energy_weighs_both_drawings_areas_alike():
+    """Half of the source is kept as it is, half becomes three times as large."""
+    z, faces = two_triangles([0, 4, 4 + 2j, 2j])
+    u = np.array([0, 4, 4 + 2j, 6j])
+    quadrangle = shapely.Polygon([(0, 0), (4, 0), (4, 2), (0, 6)])
+    found = seen(z, u, faces, Region(shapely.box(0, 0, 4, 2)), Region(quadrangle), covering=None)
+    large, small = np.linalg.svd([[1, 0], [-1, 3]], compute_uv=False)
+    energies = [
+        1.25,
+        (large / small + small / large) / 2 * (1.5 + 1 / 1.5) / 2,
+    ]  # the mean scale of areas is 2
+    assert found.energy == pytest.approx(
+        np.average(energies, weights=[0.5 / 2 + 0.25 / 2, 0.5 / 2 + 0.75 / 2])
+    )
+    assert (found.hidden, found.bare) == (pytest.approx(0, abs=1e-9), pytest.approx(0, abs=1e-9))
+
+
 def test_the_price_lies_between_the_energy_and_that_of_a_lost_point():
     assert price(1.5, (0, 0), 1) == 1.5
     assert price(1.5, (0.2, 0.4), 2) == pytest.approx(2 * (0.7 * 1.5 + 0.3 * LOST))
@@ -115,6 +161,18 @@ def test_parts_are_paired_by_place():
         shapely.transform(part, lambda xy: xy * [2, 1.5] + [7, 9]) for part in (parts[2], parts[0], parts[1])
     ]
     assert sorted(pair_by_place(parts, moved)) == [(0, 1), (1, 2), (2, 0)]
+
+
+def test_a_part_goes_to_the_place_of_its_own_unless_sizes_differ_too_much():
+    """Where the areas of parts on the same side differ by seven, place decides: in half diagonals of each drawing."""
+    large, small = shapely.box(0, 0, 2.72, 2.72), shapely.box(4.5, 0.86, 5.5, 1.86)
+    mirrored = [shapely.transform(part, lambda xy: [5.5, 0] + xy * [-1, 1]) for part in (large, small)]
+    assert pair_by_place([large, small], mirrored) == [(0, 1), (1, 0)]
+
+
+def test_places_are_relative_to_the_middles_of_both_drawings():
+    tower = [shapely.box(0, y, 1, y + 1) for y in (0, 3.5, 5, 10)]
+    assert pair_by_place([shapely.box(7, 7, 8, 8)], tower) == [(0, 2)]
 
 
 def test_a_picture_is_cut_by_what_is_painted():

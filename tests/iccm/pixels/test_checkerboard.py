@@ -43,6 +43,15 @@ def test_numbers_stand_in_the_middle_of_their_cells(size, cells):
         assert np.abs(middle - (np.array(cell.shape[:2]) - 1) / 2).max() <= 2 + 0.05 * size / cells
 
 
+def test_cells_are_numbered_row_by_row():
+    """The first row of ten by ten shows 0 to 9: each cell has the ink of its digit."""
+    picture = checkerboard(1000, 10).astype(float)
+    for k in range(10):
+        cell = picture[:100, 100 * k : 100 * k + 100].sum(axis=2)
+        ink = np.abs(cell - cell[0, 0])
+        assert ink.sum() / ink.max() == pytest.approx(_drawn(str(k), 27.0).sum(), rel=0.02)
+
+
 def test_it_is_made_without_opencv():
     script = (
         "import sys; from iccm.pixels.checkerboard import checkerboard as c; c(); print('cv2' in sys.modules)"

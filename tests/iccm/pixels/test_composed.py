@@ -6,11 +6,12 @@ import pytest
 from iccm.curve import Curve
 from iccm.pixels import preimages
 from iccm.pixels.canvas import Canvas
-from iccm.pixels.composed import Holed, Several
+from iccm.pixels.composed import Cut, Holed, Reflected, Several
+from iccm.pixels.coverage import coverage
 from iccm.pixels.stmap import stmap
 from iccm.pixels.texture import Texture
 from iccm.pixels.warp import warp
-from tests.triangulations import irregular, map_of
+from tests.triangulations import irregular, map_of, wavy
 
 SQUARE = np.array([0, 1, 1 + 1j, 1j])
 
@@ -84,3 +85,37 @@ def test_pixels_in_holes_are_empty(way):
     assert ((found.coverage > 0) & (found.coverage < 1)).sum() > (
         (whole.coverage > 0) & (whole.coverage < 1)
     ).sum()
+
+
+@pytest.mark.parametrize("source", [None, 3.0])
+@pytest.mark.parametrize("target", [None, 0.4])
+def test_a_map_between_mirror_images_stands_for_one_between_the_planes(source, target):
+    map = map_of(irregular(np.array([0, 1, 0.7 + 1j, 0.2j]), 0.1), wavy)
+    canvas = Canvas(60, 40, (-0.3 - 0.1j, 1.5 + 1.2j))
+    found = preimages.of(Reflected(map, source, target), canvas, 1e-3)(0)
+    mirrored = (lambda w: w) if target is None else (lambda w: 2 * target - w.conj())
+    loop = mirrored(map.image[map.loops[0]])
+    assert found.coverage == pytest.approx(coverage(canvas.pixels(loop), 0, 40, 60)[0], abs=1e-5)
+    inner = found.coverage == 1
+    expected = map.inverse(mirrored(canvas.centres()[inner]))
+    expected = expected if source is None else 2 * source - expected.conj()
+    assert found.z[inner] == pytest.approx(expected, abs=1e-9)
+    for axis, slope in ((1, found.right), (0, found.down)):
+        step = np.diff(found.z, axis=axis)
+        both = inner[:, :-1] & inner[:, 1:] if axis else inner[:-1] & inner[1:]
+        before = slope[:, :-1] if axis else slope[:-1]
+        assert np.abs(step - before)[both].max() < 0.2 * np.abs(step)[both].min()
+
+
+def test_a_picture_is_cut_by_parts_with_holes():
+    map = map_of(irregular(5 * SQUARE.real + 4j * SQUARE.imag, 0.5), lambda w: w)
+    canvas = Canvas(50, 40, (0j, 5 + 4j))
+    part = np.array([0.57 + 1j, 4 + 1j, 4 + 3.22j, 0.57 + 3.22j])
+    hole = np.array([2 + 2j, 2 + 2.5j, 3 + 2.5j, 3 + 2j])
+    other = np.array([4.5 + 0j, 5 + 0j, 5 + 0.5j, 4.5 + 0.5j])
+    found = preimages.of(Cut(map, [part, hole, other]), canvas, 1e-3)(0)
+    area = found.coverage.sum() * canvas.step[0] * canvas.step[1]
+    assert area == pytest.approx(3.43 * 2.22 - 0.5 + 0.25, rel=1e-5)
+    assert (found.coverage[16:19, 21:29] == 0).all() and np.isnan(found.z[16:19, 21:29]).all()
+    assert found.coverage[10, 5] == pytest.approx(0.3, abs=1e-5) and found.coverage[37, 47] == 1
+    assert found.diagnostics.inside == (found.coverage >= 0.5).sum()

@@ -79,6 +79,22 @@ def test_holes_of_the_source_count_as_outlines():
     assert without_own_edge(texture, [DISK]).pixels[15, 15, 3] == 0
 
 
+def test_the_outline_of_an_oblong_texture_is_found():
+    """20 rows of 50 texels, each of which is 2 wide and 1 high."""
+    texels = 31 + 10.4j + 7.7 * np.exp(2j * np.pi * np.arange(200) / 200)  # y down
+    outline = 2 * texels.real + 1j * (20 - texels.imag)
+    pixels = np.full((20, 50, 4), 90, np.uint8)
+    pixels[..., 3] = np.rint(255 * coverage_box(texels, 0, 20, 50))
+    made = without_own_edge(Texture(pixels, (0j, 100 + 20j), 3), [outline]).pixels
+    assert (made[..., 3] == 255).all()
+
+
+def test_a_float_texture_keeps_how_transparent_it_is():
+    pixels = sticker(0.6).astype(np.float32) / 255
+    made = without_own_edge(Texture(pixels, BOX, 3, "linear"), [DISK]).pixels
+    assert made[..., 3] == pytest.approx(0.6, abs=1e-6)
+
+
 def test_a_sticker_enlarged_is_opaque_up_to_the_targets_own_edge():
     made = iccm.transfer(sticker(), DISK, DISK * 2, size=400, texture_box=BOX)
     plain = iccm.transfer(sticker()[..., :3], DISK, DISK * 2, size=400, texture_box=BOX)

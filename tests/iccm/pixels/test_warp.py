@@ -457,3 +457,19 @@ def test_padding_reaches_as_far_as_asked_and_leaves_what_is_known(method, channe
     assert not pixels[:, :16].any() and not pixels[25:].any()
     if method == "nearest":
         assert np.array_equal(pixels[15:20, 17], before[15:20, 20])
+
+
+def test_push_pull_interpolates_between_what_is_known():
+    """Two pixels are known; reduced, they are two opposite corners of 2 by 2, the others of which are their mean."""
+    pixels, known = np.full((4, 4, 1), 99, np.float32), np.zeros((4, 4), bool)
+    pixels[0, 0], pixels[3, 3], known[[0, 3], [0, 3]] = 8, 0, True
+    pad(pixels, known, -1)
+    assert pixels[..., 0] == pytest.approx(np.array([[8, 7, 5, 4], [7, 6, 4, 3], [5, 4, 2, 1], [4, 3, 1, 0]]))
+
+
+def test_padded_integers_are_rounded():
+    pixels, known = noise((30, 40, 3), np.uint8), np.random.default_rng(1).random((30, 40)) < 0.1
+    exact = pixels.astype(np.float32)
+    pad(pixels, known, -1)
+    pad(exact, known, -1)
+    assert np.array_equal(pixels, np.rint(exact))

@@ -361,6 +361,14 @@ def test_markers_stay_at_the_vertices_of_the_shape(tmp_path):
     assert style_of(found["c"])["marker-start"] == "none"
 
 
+@pytest.mark.parametrize("order", ["normal", "stroke", "stroke fill markers"])
+def test_a_line_that_is_cut_off_keeps_its_place_under_or_over_the_fill(tmp_path, order):
+    drawing = f'<rect id="a" x="60" y="-20" width="80" height="40" stroke="red" paint-order="{order}"/>'
+    found, _ = body(tmp_path, drawing)
+    unpainted = ["fill" if style_of(part).get("fill") == "none" else "stroke" for part in found["a"]]
+    assert unpainted == (["stroke", "fill"] if order == "normal" else ["fill", "stroke"])
+
+
 def test_gradients_in_units_of_the_box_turn_with_the_shape(tmp_path):
     drawing = """<linearGradient id="g"><stop stop-color="red"/></linearGradient>
     <rect id="a" x="10" y="20" width="40" height="30" fill="url(#g)"/>

@@ -7,6 +7,8 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from iccm.io.check import compare
+from iccm.io.check.regression import as_picture
 from iccm.io.pictures import image_files
 
 REPORT = {
@@ -293,3 +295,50 @@ def test_remarks_that_name_other_folders_are_the_same(folders, iccm, root):
     (base / "r.json").write_text(noted(root).replace("b.png", "c.png"))
     done = iccm("check", run, base)
     assert done.code == 1 and "r.json: notes.0" in done.err
+
+
+def verdict(tmp_path, before, after):
+    for name, pixels in (("run.exr", after), ("base.exr", before)):
+        image_files.write(tmp_path / name, image_files.Image(pixels, colorspace="lin_rec709"))
+    return compare.compare("a.exr", tmp_path / "run.exr", tmp_path / "base.exr", compare.Tolerances())
+
+
+def test_figures_are_the_largest_and_the_root_of_the_mean_square(tmp_path):
+    before = np.full((7, 20, 1), 0.25, np.float32)
+    after = before.copy()
+    after[5, 16], after[2, 3] = 0.75, 0.125
+    found = verdict(tmp_path, before, after)
+    assert found.figures["max"] == 0.5
+    assert found.figures["rms"] == pytest.approx(np.sqrt((0.5**2 + 0.125**2) / 140))
+    assert found.worst == (16, 5)
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
+def test_differences_are_relative_to_white_in_every_depth(tmp_path, dtype):
+    top = np.iinfo(dtype).max
+    before = np.full((7, 20, 1), top // 2, dtype)
+    after = before.copy()
+    after[5, 16] += top // 255
+    for name, pixels in (("run.png", after), ("base.png", before)):
+        save(tmp_path / name, pixels)
+    found = compare.compare("a.png", tmp_path / "run.png", tmp_path / "base.png", compare.Tolerances())
+    assert found.ok and found.figures["max"] == pytest.approx(1 / 255)
+
+
+def test_pixels_that_are_not_finite_must_be_the_same_ones(tmp_path):
+    before, after = (np.full((8, 9, 1), 0.5, np.float32) for _ in range(2))
+    before[2, 3] = after[3, 2] = np.nan
+    assert any("NaN" in problem for problem in verdict(tmp_path, before, after).problems)
+
+
+def test_pictures_with_alpha_are_shown_over_grey():
+    pixels = np.array([[[255, 0, 51, 102]]], np.uint8)  # alpha 0.4
+    assert as_picture(pixels)[0, 0] == pytest.approx([0.7, 0.3, 0.38])
+    assert as_picture(np.array([[[255, 102]]], np.uint8))[0, 0] == pytest.approx([0.7] * 3)
+
+
+def test_figures_may_be_within_either_tolerance(folders, iccm):
+    run, base = folders
+    (run / "r.json").write_text(report_with(lambda r: r["boundary"].update(rms=1.5e-4, hausdorff=2.1e-3)))
+    (base / "tolerances.toml").write_text('[report]\n"boundary.*" = {rel = 0.1, abs = 6e-5}\n')
+    assert iccm("check", run, base).code == 0

@@ -124,3 +124,23 @@ def test_iccm_apply_writes_to_stdout_and_keeps_its_inputs(tmp_path, monkeypatch,
     assert done.code == 2 and done.lines[-1].startswith(
         "error: o.obj: no picture format has the suffix '.obj'"
     )
+
+
+def test_a_picture_of_several_tiles_is_read_where_s_and_t_say(tmp_path):
+    """An STMap whose places are the texels of a picture of 3 by 2 tiles from (1, 0) on: the picture itself."""
+    rng = np.random.default_rng(0)
+    pixels = rng.integers(0, 256, (10, 36, 3), np.uint8)
+    rows, columns = np.indices((10, 36))
+    st = np.dstack([1 + (columns + 0.5) / 12, 2 - (rows + 0.5) / 5, 0 * rows, 0 * rows + 1]).astype(
+        np.float32
+    )
+    stmap_files.apply(st, Image(pixels), tmp_path / "a.png", tiles=(1 + 0j, 4 + 2j), filter="nearest")
+    made = image_files.read(tmp_path / "a.png").pixels
+    assert np.array_equal(made[..., :3], pixels) and (made[..., 3] == 255).all()
+
+
+def test_places_on_the_edge_of_a_tile_belong_to_no_tile():
+    st = np.array(
+        [[[0.5, 0.25, 0, 1], [1.0, 0.5, 0, 1], [1.5, 1.99999, 0, 1], [1.5, 0.7, 0, 0], [2.5, 0.7, 0, 1]]]
+    )
+    assert stmap_files.places(st).tolist() == [[0.5, 0.25], [2.5, 0.7]]

@@ -1,0 +1,126 @@
+"""What formats make of a picture, compared with numbers: depths, association of alpha, paper, orientation, windows."""
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+from PIL import Image as Pillow
+from PIL import ImageOps, JpegImagePlugin
+
+from iccm.io import formats
+from iccm.io.pictures import image_files
+from iccm.io.pictures.image import prepare
+from iccm.io.pictures.image_files import Image
+from iccm.pixels.colour import linear_from_srgb, srgb_from_linear
+
+
+def prepared(image, suffix):
+    return prepare(image, formats.picture(f"a{suffix}")).pixels
+
+
+def test_16_bits_become_the_nearest_of_8_and_white_stays_white():
+    levels = np.array([0, 1, 40, 128, 254, 255])
+    near = np.concatenate(
+        [levels * 257, np.maximum(levels * 257 - 128, 0), np.minimum(levels * 257 + 128, 65535)]
+    )
+    pixels = near.astype(np.uint16).reshape(3, 6, 1)
+    for suffix in (".webp", ".jpg"):
+        made = prepared(Image(pixels), suffix)
+        assert made.dtype == np.uint8
+        assert np.array_equal(made[..., 0], [levels] * 3)
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
+def test_integers_become_floats_from_0_to_1(dtype):
+    top = np.iinfo(dtype).max
+    pixels = np.linspace(0, top, 12).astype(dtype).reshape(3, 4, 1)
+    numbers = prepared(Image(pixels, colorspace="data"), ".exr")
+    assert numbers.ravel()[-1] == 1 and numbers == pytest.approx(pixels / top, abs=5e-4)
+    colours = prepared(Image(pixels), ".exr")
+    assert colours == pytest.approx(linear_from_srgb(pixels / top), abs=1e-3)
+
+
+def test_floats_become_16_bits_where_a_format_has_them():
+    values = np.linspace(0, 1, 12, dtype=np.float32).reshape(1, 4, 3)
+    image = Image(values, colorspace="lin_rec709")
+    for suffix, top in ((".png", 65535), (".webp", 255)):
+        made = prepared(image, suffix)
+        assert made.dtype == (np.uint16 if top > 255 else np.uint8)
+        assert made == pytest.approx(np.rint(srgb_from_linear(values) * top), abs=1)
+
+
+@pytest.mark.parametrize("associated", [False, True])
+def test_paper_is_white_and_mixed_in_linear_light(associated):
+    straight, alpha = np.array([200, 40, 90]), 102  # 0.4
+    stored = np.rint(straight * alpha / 255) if associated else straight
+    pixels = np.full((2, 3, 4), [*stored, alpha], np.uint8)
+    made = prepared(Image(pixels, 3, associated), ".jpg")
+    expected = 255 * srgb_from_linear(0.4 * linear_from_srgb(straight / 255) + 0.6)
+    assert made.shape == (2, 3, 3) and made[0, 0] == pytest.approx(expected, abs=1)
+
+
+def test_association_is_kept_through_other_colour_spaces():
+    pixels = np.array([[[6000, 20000, 30000, 32768]]], np.uint16)
+    for space in ("sRGB", "lin_rec709", "Gamma 2.2 Encoded Rec.709"):
+        texture = Image(pixels, 3, True, space).texture((0j, 1 + 1j))
+        assert texture.associated
+    alpha = 32768 / 65535
+    expected = (pixels[0, 0, :3] / 65535 / alpha) ** 2.2 * alpha
+    assert texture.pixels[0, 0] == pytest.approx([*expected, alpha], abs=2e-4)
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+def test_every_exif_orientation_is_that_of_viewers(tmp_path, orientation):
+    pixels = np.arange(0, 240, 40, dtype=np.uint8).reshape(2, 3)
+    exif = Pillow.Exif()
+    exif[0x0112] = orientation
+    Pillow.fromarray(pixels).save(tmp_path / "a.png", exif=exif)
+    with Pillow.open(tmp_path / "a.png") as picture:
+        upright = np.asarray(ImageOps.exif_transpose(picture))
+    assert np.array_equal(image_files.read(tmp_path / "a.png").pixels[..., 0], upright)
+    assert image_files.proportions(tmp_path / "a.png") == upright.shape[1] / upright.shape[0]
+
+
+@pytest.mark.parametrize(("x", "y"), [(1, 2), (-2, -1), (4, -2)])
+def test_a_data_window_is_put_where_it_belongs(tmp_path, x, y):
+    """5 by 4 stored pixels at (x, y) of a picture of 7 by 5; what is outside of it is left out."""
+    stored = np.arange(1, 21, dtype=np.float32).reshape(4, 5, 1)
+    spec = oiio.ImageSpec(5, 4, 1, "float")
+    spec.x, spec.y, spec.full_width, spec.full_height = x, y, 7, 5
+    file = oiio.ImageOutput.create(str(tmp_path / "a.exr"))
+    assert file.open(str(tmp_path / "a.exr"), spec) and file.write_image(stored)
+    file.close()
+    expected = np.zeros((5, 7))
+    for i in range(4):
+        for j in range(5):
+            if 0 <= i + y < 5 and 0 <= j + x < 7:
+                expected[i + y, j + x] = stored[i, j, 0]
+    assert np.array_equal(image_files.read(tmp_path / "a.exr").pixels[..., 0], expected)
+
+
+def test_numbers_of_floats_without_a_colour_space_are_linear(tmp_path):
+    spec = oiio.ImageSpec(2, 1, 3, "float")
+    file = oiio.ImageOutput.create(str(tmp_path / "a.tif"))
+    assert file.open(str(tmp_path / "a.tif"), spec) and file.write_image(np.zeros((1, 2, 3), np.float32))
+    file.close()
+    assert image_files.read(tmp_path / "a.tif").colorspace == "lin_rec709"
+
+
+def test_jpeg_keeps_colours_at_full_resolution(tmp_path):
+    image_files.write(tmp_path / "a.jpg", Image(np.zeros((16, 16, 3), np.uint8)))
+    with Pillow.open(tmp_path / "a.jpg") as picture:
+        assert JpegImagePlugin.get_sampling(picture) == 0  # 4:4:4
+
+
+def test_that_negative_colours_are_clipped_is_told():
+    pixels = np.full((2, 5, 1), 0.5, np.float32)
+    pixels[0, 0] = -0.25
+    note = image_files.clipping_note("a.png", Image(pixels, colorspace="lin_rec709"))
+    assert note and "10.0%" in note and image_files.clipping_note("a.exr", Image(pixels)) is None
+
+
+def test_other_programs_read_straight_alpha(tmp_path):
+    pixels = np.array([[[200, 100, 50, 64], [1, 2, 3, 255]]], np.uint8)
+    for name in ("a.png", "a.tif"):
+        image_files.write(tmp_path / name, Image(pixels, alpha=3))
+        with Pillow.open(tmp_path / name) as picture:
+            assert picture.mode == "RGBA" and np.array_equal(np.asarray(picture), pixels)
