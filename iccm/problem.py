@@ -52,6 +52,7 @@ OWN = (
     "max_dilatation",
     "max_stretch",
     "rigid_size",
+    "terms",
 )
 """Options that it alone has."""
 FITS, HOLES = ("auto", "frame", "whole", "contain", "cover"), ("auto", "keep")
@@ -71,6 +72,7 @@ class OptionValues(TypedDict, total=False):
     max_dilatation: float | None
     max_stretch: float | None
     rigid_size: float | Literal["free"] | None
+    terms: Sequence[object]
     order: int | None
     quasi: float | None
     pin_weight: float
@@ -111,6 +113,7 @@ class Options:
         max_stretch: the largest max(s1, 1/s2) wished of the balanced method, relative to the mean scale.
         rigid_size: how large rigid regions are to be, relative to the mean scale; "free" for the size that suits the
             map best; None for the mean scale, or as large as there is room.
+        terms: further terms of the balanced method's energy, of classes of your own (`iccm.balanced.Term`).
         order: 0 for the distance to closest points, 1 for the first-order distance of §3.4.
         quasi: None for a conformal map, else the weight of E_q.
         pin_weight: β of §3.1.
@@ -143,6 +146,7 @@ class Options:
     max_dilatation: float | None = None
     max_stretch: float | None = None
     rigid_size: float | Literal["free"] | None = None
+    terms: Sequence[object] = ()
     order: int | None = None
     quasi: float | None = None
     pin_weight: float = 1.0

@@ -11,7 +11,6 @@ struct Objective {
     double q;        // power that raises the worst
     double share;    // of the image's area in the measure
     double epsilon;  // 0: no triangle folds; else how far untangling reaches below zero
-    bool quadratic;  // whether the derivatives are given, and one whole step leads to the least
     bool forward;    // whether the images move, else the source's vertices do
 };
 

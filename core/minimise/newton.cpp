@@ -5,16 +5,17 @@
 // (Armijo, Minimization of Functions Having Lipschitz Continuous First Partial Derivatives, Pacific Journal of
 // Mathematics 16, 1966).
 //
-// A descent is in one of four modes, which differ in how long a step is tried and in what is accepted:
+// How far a step is tried first, and what is accepted, depends on what it is for:
 //
-//   descending  the mode of maps without folds
-//   moving      held vertices have a way to go to their goals: it is imposed on the step, the others take the step that is
-//               best with it (the gradient is g + H r), and the energy may grow
-//   untangling  epsilon > 0: folds are allowed, and steps begin whole
-//   quadratic   the derivatives are given, and one whole step leads to the least
+//   descending_step  of a map without folds
+//   moving_step      held vertices have a way to go to their goals: it is imposed on the step, the others take the step
+//                    that is best with it (the gradient is g + H r), and the energy may grow
+//   untangling_step  folds are allowed (epsilon > 0)
 #include "minimise/energy.h"
 #include "minimise/in_space.h"
+#include "minimise/line_search.h"
 #include "minimise/sliding.h"
+#include "minimise/terms.h"
 #include "minimise/upright.h"
 
 namespace iccm {
@@ -24,7 +25,6 @@ namespace {
 constexpr double SHARE_OF_FLIP = 0.95;      // of the largest step without a fold
 constexpr double SHARE_WHILE_MOVING = 0.9;  // likewise: more leaves triangles too thin to move on
 constexpr double ARMIJO = 1e-5;             // share of the slope that a step must gain
-constexpr double SHORTEST_STEP = 1e-8;      // below, rounding decides (by hand)
 constexpr double LONGEST = 0.5;             // of the energy: steps are at most 1 / (1 - LONGEST) of Newton's
 constexpr double GROWTH = 1.5;              // of the energy in one step while vertices move
 // vertices are stuck after CRAWLING steps of a share of their way below CRAWL, none of which is longer than the one before
@@ -81,6 +81,7 @@ struct System {
     RestShapes rest;
     Constraints constraints;
     Upright upright;
+    Terms terms;
     Workspace workspace;
 };
 
@@ -97,20 +98,19 @@ class Descent {
         for (done = 0; done < steps; done++) {
             evaluate();
             moving = constrain(system.pattern, system.constraints, u, tau, space);
-            if (!solve()) {
+            if (!solve()) {  // rounding has made the Hessian indefinite: what there is is the best that there will be
                 energy = factor * energy;
                 return;
             }
+            // g and s are those of what may change, g·s the slope along the step; released, s is a step in the plane
             double slope = 0.0;
             for (Index v = 0; v < n; v++) slope += dot(space.gradient[v], space.step[v]);
             release(system.constraints, space);
-            double share = first_share(slope);
-            energy = factor * energy;
-            Trial trial = line_search(share, factor * slope);
+            Trial trial = objective.epsilon > 0 ? untangling_step(slope) : moving ? moving_step() : descending_step(slope);
             if (!trial.accepted) return;
-            accept(trial);
+            double gain = accept(trial);
             if (surface) adapt_damping(trial.share);
-            bool ends = moving ? stuck(trial.share) : small_gains(trial.gain, tolerance);
+            bool ends = moving ? stuck(trial.share) : small_gains(gain, tolerance);
             if (ends) {
                 done++;
                 return;
@@ -122,21 +122,14 @@ class Descent {
     Index done = 0, small = 0;  // steps made, and how many of the last ones gained less than the tolerance
 
   private:
-    // A share of the step that was tried.
-    struct Trial {
-        double share, gain;
-        bool accepted;
-    };
-
     // Fills in energy and derivatives, those of the product with the factor of the rotation where there is one: energy
     // stands for the first factor, `factor` for the second.
     void evaluate() {
         Index e = system.pattern.e;
-        if (!objective.quadratic) {
-            energy = surface ? assemble_in_space(system.rest, *surface, u, objective, space.matrix, space.gradient, n, e)
-                             : assemble(system.rest, u, objective, space.matrix, space.gradient, n, e);
-            energy += border_energy(system.constraints.border, tau);
-        }
+        energy = surface ? assemble_in_space(system.rest, *surface, u, objective, space.matrix, space.gradient, n, e)
+                         : assemble(system.rest, u, objective, space.matrix, space.gradient, n, e);
+        energy += border_energy(system.constraints.border, tau);
+        if (system.terms.derivatives) energy += system.terms.derivatives(u, space.matrix, space.gradient);
         if (!(system.upright.weight > 0)) return;
         auto [slope, second] = rotation_derivatives(system.upright, u, objective.q, space.turning, n);
         curvature = second;
@@ -161,42 +154,58 @@ class Descent {
         return true;
     }
 
-    // The share of the step that is tried first.
-    //
-    // Steps are those of Newton's method for log E: the same direction, longer by 1/(1 - λ²/E) with λ² = gᵀH⁻¹g. Where one
+    // A step of Newton's method for log E: the same direction as for E, longer by 1/(1 - λ²/E) with λ² = gᵀH⁻¹g. Where one
     // squeezed triangle makes up the energy, as x⁻⁶ does, Newton's own step widens it by a seventh only, this one doubles
     // it; where none does the two are the same.
-    double first_share(double slope) {
-        if (objective.epsilon != 0 || objective.quadratic) return 1.0;
-        double share = moving ? 1.0 : 1 / (1 + max(slope / energy, -LONGEST));
-        double most = moving ? SHARE_WHILE_MOVING : SHARE_OF_FLIP;
+    Trial descending_step(double slope) {
+        double newton = 1 / (1 + max(slope / energy, -LONGEST));
+        return armijo(largest_share(newton, SHARE_OF_FLIP), slope);
+    }
+
+    // The whole way of held vertices to their goals, or as much of it as no triangle folds for.
+    Trial moving_step() {
+        double share = largest_share(1.0, SHARE_WHILE_MOVING);
+        energy = factor * energy;
+        return line_search(share, [&](double part) { return energy_at(part); }, [&](double) { return GROWTH * energy; });
+    }
+
+    // Newton's own step, which may fold triangles.
+    Trial untangling_step(double slope) { return armijo(1.0, slope); }
+
+    // The line search from a share on until the energy falls by a share of what the slope promises (Armijo's condition).
+    Trial armijo(double share, double slope) {
+        energy = factor * energy;
+        slope = factor * slope;
+        return line_search(
+            share, [&](double part) { return energy_at(part); },
+            [&](double part) { return energy + ARMIJO * part * slope; });
+    }
+
+    // The share, or as much of it as keeps the curves' vertices in order, and a part `most` of the one that folds a
+    // triangle.
+    double largest_share(double share, double most) {
         share = gap_limit(system.constraints.border, tau, space.slide, share);
         return min(share, most * largest_step(system.faces, u, space.step, system.m));
     }
 
-    // Halves the share until it is accepted: by Armijo's condition, or, on the way to goals, where the energy hardly grows.
-    Trial line_search(double share, double slope) {
-        for (; share > SHORTEST_STEP; share *= 0.5) {
-            move(system.constraints, u, tau, share, space, n);
-            double there = energy_at_trial();
-            double most = moving ? GROWTH * energy : energy + ARMIJO * share * slope;
-            if (there <= most || objective.quadratic) return {share, energy - there, true};
-        }
-        return {share, 0.0, false};
-    }
-
-    double energy_at_trial() {
+    // The energy where a share of the step leads, which is filled in.
+    double energy_at(double share) {
+        move(system.constraints, u, tau, share, space, n);
         double found = border_energy(system.constraints.border, space.new_tau);
-        if (!(found < INFINITY) || objective.quadratic) return found;
+        if (!(found < INFINITY)) return found;
         found += surface ? total_in_space(system.rest, *surface, space.new_u, objective)
                          : total(system.rest, space.new_u, objective);
+        if (system.terms.total && found < INFINITY) found += system.terms.total(space.new_u);
         return found * rotation_factor(system.upright, space.new_u, objective.q, n);
     }
 
-    void accept(const Trial &trial) {
+    // Goes where the line search came to last; what was gained.
+    double accept(const Trial &trial) {
+        double gain = energy - trial.energy;
         memcpy(u, space.new_u, sizeof(Complex) * n);
         memcpy(tau, space.new_tau, sizeof(double) * c);
-        energy -= trial.gain;
+        energy -= gain;
+        return gain;
     }
 
     // Levenberg and Marquardt: between the triangles of a surface the energy has corners, of which its derivatives know
@@ -251,6 +260,25 @@ using namespace iccm;
 // See above, and `largest_step` of newton.py.
 ICCM_EXPORT double iccm_minimise_largest_step(const int64_t *faces, const Complex *u, const Complex *step, int64_t m) {
     return largest_step(faces, u, step, m);
+}
+
+// The one step that leads to the least of a quadratic energy, whose derivatives are in the workspace. Returns 1, or 0
+// where the matrix is not positive definite.
+//
+//   u    (n,) positions, changed
+//   tau  (c,) arclengths of the constrained vertices, changed
+ICCM_EXPORT int64_t iccm_minimise_quadratic_step(System *system, Complex *u, double *tau) {
+    Workspace &space = system->workspace;
+    const BlockPattern &pattern = system->pattern;
+    constrain(pattern, system->constraints, u, tau, space);
+    regularise(pattern, space.matrix, REGULAR);
+    if (!factorise(pattern, space.matrix, space.gradient, space.factor)) return 0;
+    back_substitute(pattern, space.factor, space.step);
+    release(system->constraints, space);
+    move(system->constraints, u, tau, 1.0, space, pattern.n);
+    memcpy(u, space.new_u, sizeof(Complex) * pattern.n);
+    memcpy(tau, space.new_tau, sizeof(double) * system->constraints.border.count);
+    return 1;
 }
 
 // A descent of a map in the plane.

@@ -21,6 +21,7 @@ errors        how a solve can fail
 
 from .errors import NoMapError
 from .method import solve
+from .minimise.terms import Term, TermOnMesh
 from .model.settings import Settings, Solution
 
-__all__ = ["NoMapError", "Settings", "Solution", "solve"]
+__all__ = ["NoMapError", "Settings", "Solution", "Term", "TermOnMesh", "solve"]

@@ -22,6 +22,7 @@ from .constraints.validate import check, check_free
 from .errors import NoMapError
 from .holes.given import Holes, named_partners, open_holes, unequal
 from .method import solve as solved
+from .minimise.terms import Term
 from .model.energy import UPRIGHT, Energy
 from .model.measures import turn_of
 from .model.settings import Settings, Solution
@@ -304,10 +305,21 @@ def drawing_order(middles: Complex, bottom: complex) -> Index:
 
 
 def settings_of(options: Options) -> Settings:
-    """What is asked of a map, of the options."""
+    """What is asked of a map, of the options.
+
+    Raises:
+        InputError: a term is not one.
+    """
     upright = 0.0 if options.turn == "any" else UPRIGHT
+    terms = []
+    for number, term in enumerate(options.terms, 1):
+        if not isinstance(term, Term):
+            raise InputError(
+                f"terms: number {number} is not an iccm.balanced.Term, but a {type(term).__name__}"
+            )
+        terms.append(term)
     return Settings(
-        energy=Energy(options.balance, upright),
+        energy=Energy(options.balance, upright, tuple(terms)),
         turn=None if options.turn == "any" else float(np.radians(options.turn or 0.0)),
         tolerance=options.tolerance,
         max_dilatation=options.max_dilatation,

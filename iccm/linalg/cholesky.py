@@ -8,6 +8,7 @@ direction only, or not at all, keeps its block: the missing unknown has a one on
 Of [[H, g], [gᵀ, ·]] the factor's last row is (L⁻¹ g)ᵀ: with it as one more row of every front, half of solving is done.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -70,6 +71,17 @@ class BlockPattern:
     ahead: Index
     fronts: Fronts
 
+    def entries(self, tails: Index, heads: Index) -> Index:
+        """Return the entries in `columns` of pairs (k,) of vertices, each the same for both orders."""
+        n = self.position.size
+        keys = np.repeat(np.arange(n), np.diff(self.starts)) * n + self.columns
+        ends = np.sort([self.position[tails], self.position[heads]], axis=0)
+        wanted = ends[0] * n + ends[1]
+        found = np.searchsorted(keys, wanted)
+        if not np.array_equal(keys.take(found, mode="clip"), wanted):
+            raise ValueError("pairs of vertices without a block: the pattern was made for other stencils")
+        return found
+
     @cached_property
     def record(self) -> Record:
         """For the core."""
@@ -128,21 +140,28 @@ class Factor:
         return cls(np.empty(system.fronts.room), place, waiting, sources, part, left)
 
 
-def system_of(faces: Index, following: Index, count: int) -> BlockPattern:
+def system_of(faces: Index, following: Index, count: int, stencils: Sequence[Index] = ()) -> BlockPattern:
     """The pattern for triangles (m, 3) of `count` vertices.
 
     Args:
         faces: triangles.
         following: (b,) the next outline vertex of each of the first b vertices.
         count: of vertices.
+        stencils: (k, s) further sets of vertices all of whose pairs have blocks.
     """
-    order, fronts = fronts_of(minimum_degree(faces, count))
+    more = _pairs_of(stencils)
+    cliques = np.concatenate([faces, np.column_stack([more, more[:, 1]])]) if len(more) else faces
+    order, fronts = fronts_of(minimum_degree(cliques, count))
     position = np.empty(count, np.int64)
     position[order] = np.arange(count)
     places = np.sort(position[faces], axis=1)
     corners = order[places]
     pairs = [places[:, i] * count + places[:, j] for i, j in ((0, 1), (0, 2), (1, 2))]
-    keys, where = np.unique(np.concatenate([*pairs, np.arange(count) * (count + 1)]), return_inverse=True)
+    ends = np.sort(position[more], axis=1)
+    keys, where = np.unique(
+        np.concatenate([*pairs, np.arange(count) * (count + 1), ends[:, 0] * count + ends[:, 1]]),
+        return_inverse=True,
+    )
     first, second, third, own = np.split(where, np.cumsum([len(faces)] * 3))
     diagonal = own[position]
     slots = np.stack(
@@ -153,6 +172,18 @@ def system_of(faces: Index, following: Index, count: int) -> BlockPattern:
     ahead = np.searchsorted(keys, ends.min(axis=0) * count + ends.max(axis=0))
     starts = np.searchsorted(keys, np.arange(count + 1) * count)
     return BlockPattern(position, order, starts, keys % count, corners, slots, diagonal, ahead, fronts)
+
+
+def _pairs_of(stencils: Sequence[Index]) -> Index:
+    """(p, 2) all pairs of different vertices of stencils (k, s)."""
+    if not stencils:
+        return np.empty((0, 2), np.int64)
+    pairs = [np.empty((0, 2), np.int64)]
+    for vertices in stencils:
+        tails, heads = np.triu_indices(vertices.shape[1], 1)
+        pairs.append(np.column_stack([vertices[:, tails].ravel(), vertices[:, heads].ravel()]))
+    found = np.unique(np.sort(np.concatenate(pairs), axis=1), axis=0)
+    return found[found[:, 0] < found[:, 1]]
 
 
 def factorise(pattern: BlockPattern, matrix: Real, gradient: Complex, factor: Factor) -> bool:

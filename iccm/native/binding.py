@@ -14,6 +14,11 @@ its arrays once, when it is made, and keeps them:
     Rails = record("struct Rails { const double *knots; const Complex *vertices; int64_t size; }")
     _length = function("double iccm_example_length(const Rails *rails)")
     _length(Rails(knots, vertices, vertices.size))
+
+What the core calls back is declared as a type, too; a member of that type takes an object of it, or None for null:
+
+    Total = callback("double Total(const Complex *u)")
+    total = Total(lambda u: float(np.abs(array_at(u, n, np.complex128)).sum()))
 """
 
 import ctypes
@@ -48,6 +53,7 @@ ARRAYS: dict[str, Any] = {
 }
 STRUCT = re.compile(r"struct (?P<name>\w+) \{ (?P<members>[^}]*)\}", re.ASCII)
 PROTOTYPE = re.compile(r"(?P<returns>\w+) (?P<name>iccm_\w+)\((?P<arguments>[^)]*)\)", re.ASCII)
+CALLBACK = re.compile(r"(?P<returns>\w+) (?P<name>\w+)\((?P<arguments>[^)]*)\)", re.ASCII)
 ARGUMENT = re.compile(r"(?P<const>const )?(?P<type>\w+) (?P<pointer>\*?)(?P<name>\w+)", re.ASCII)
 OUT_OF_MEMORY = -(2**63)
 """What a function returns that found no memory, as `iccm::OUT_OF_MEMORY` in core.h."""
@@ -112,6 +118,8 @@ class Record(ctypes.Structure):
 
 RECORDS: dict[str, type[Record]] = {}
 """The records that are declared, by name."""
+CALLBACKS: dict[str, Any] = {}
+"""The types of functions that the core calls, by name."""
 
 
 def record(declaration: str) -> type[Record]:
@@ -130,6 +138,9 @@ def record(declaration: str) -> type[Record]:
         if member["pointer"]:
             fields.append((name, ctypes.c_void_p))
             converters.append(_address_of(_array(member)))
+        elif kind in CALLBACKS:
+            fields.append((name, CALLBACKS[kind]))
+            converters.append(_callback_or_null(CALLBACKS[kind]))
         elif kind in RECORDS:
             fields.append((name, RECORDS[kind]))
             converters.append(_same)
@@ -142,8 +153,38 @@ def record(declaration: str) -> type[Record]:
     return made
 
 
+def callback(declaration: str) -> Any:
+    """Declare the type of a function that the core calls: numbers, and addresses for arrays (see `array_at`).
+
+    It must not raise: ctypes would go on with a result of 0.
+    """
+    found = CALLBACK.fullmatch(" ".join(declaration.split()))
+    if found is None:
+        raise ValueError(f"not a function that the core calls: {declaration}")
+    arguments = [ARGUMENT.fullmatch(text) for text in found["arguments"].split(", ")]
+    types = [
+        ctypes.c_void_p if argument["pointer"] else SCALARS[argument["type"]]
+        for argument in arguments
+        if argument is not None
+    ]
+    made = ctypes.CFUNCTYPE(SCALARS[found["returns"]], *types)
+    CALLBACKS[found["name"]] = made
+    return made
+
+
+def array_at(address: int, size: int, dtype: type) -> np.ndarray:
+    """Return the array of the core at an address, without a copy: it is valid while the core's function runs."""
+    kind = np.dtype(dtype)
+    memory: Any = (ctypes.c_char * (size * kind.itemsize)).from_address(address)
+    return np.frombuffer(memory, kind)
+
+
 def _same(value: Any) -> Any:
     return value
+
+
+def _callback_or_null(kind: Any) -> Callable[[Any], Any]:
+    return lambda value: kind(0) if value is None else value
 
 
 def _address_of(converter: Any) -> Callable[[Any], int]:

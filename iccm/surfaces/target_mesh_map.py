@@ -230,8 +230,7 @@ class _On(NamedTuple):
             bound=pinned.size > 0,
             weights=None if material.all() else weights,
             metrics=(OwnMetric(maps, material), self.problem.metrics[1]),
-            energy=self.problem.energy.without_rotation(),
-        )
+        ).with_energy(self.problem.energy.without_rotation())
         return OwnMap(found, mesh, order)
 
 

@@ -3,7 +3,7 @@
 //     node wasm.mjs core.wasm < calls.json > results.json
 //
 // A call is {name, returns, args}; an argument is {kind: "int64_t", value}, {kind: "double", value}, {kind: "bool", value},
-// {kind: "array", bytes} (base64) or {kind: "record", members: [arguments]}.
+// {kind: "array", bytes} (base64), {kind: "callback"} (null) or {kind: "record", members: [arguments]}.
 import { readFileSync } from "node:fs";
 
 const module = await WebAssembly.compile(readFileSync(process.argv[2]));
@@ -12,7 +12,7 @@ if (needed.length) throw new Error(`the module needs ${JSON.stringify(needed)}`)
 const { exports: core } = await WebAssembly.instantiate(module, {});
 core._initialize();
 
-const SIZES = { int64_t: 8, double: 8, bool: 1, array: 4 };
+const SIZES = { int64_t: 8, double: 8, bool: 1, array: 4, callback: 4 };
 
 // Size and alignment of a member of a struct, by the C ABI of 32-bit WebAssembly.
 function layout(argument) {
@@ -52,7 +52,8 @@ function call({ name, returns, args }) {
             else {
                 const value = member.kind === "array" ? place(member) : member.value;
                 const view = new DataView(core.memory.buffer);
-                if (member.kind === "array") view.setUint32(offset, value, true);
+                if (member.kind === "callback") view.setUint32(offset, 0, true);
+                else if (member.kind === "array") view.setUint32(offset, value, true);
                 else if (member.kind === "int64_t") view.setBigInt64(offset, BigInt(value), true);
                 else if (member.kind === "double") view.setFloat64(offset, Number(value), true);
                 else view.setUint8(offset, value ? 1 : 0);

@@ -20,6 +20,7 @@ GIVEN |= {
     "max_uncovered": 0.5,
     "effort": 3,
     "rigid_size": 1.2,
+    "terms": [object()],
 }
 CONFORMAL = {
     "method": {"method": "conformal"},

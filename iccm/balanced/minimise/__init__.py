@@ -3,7 +3,8 @@
 energy     the density, its gradient and its projected Hessian, triangle by triangle
 in_space   the energy of a map onto a surface in space
 sliding    constrained vertices: held, or sliding along a curve that has an energy of its own
-upright    what a map costs more because it turns the picture
+upright    what a map costs more because it rotates the picture
+terms      further terms of the energy, written in NumPy
 newton     projected Newton with a line search that never folds a triangle
 untangle   a first map without folds
 unfold     folds undone where they are

@@ -26,7 +26,7 @@ NO_SLOTS = np.empty((0, 6), np.int64)
 NO_AIMS = np.empty(0, np.complex128)
 
 ObjectiveRecord = record(
-    "struct Objective { double theta; double q; double share; double epsilon; bool quadratic; bool forward; }"
+    "struct Objective { double theta; double q; double share; double epsilon; bool forward; }"
 )
 RestShapesRecord = record(
     """struct RestShapes {
@@ -60,15 +60,12 @@ class Objective(NamedTuple):
             alone, 0, or the image's, 1.
         epsilon: 0, a barrier that no triangle folds through, or how far untangling reaches below zero.
         forward: whether the images move; else the source's vertices do, and voids keep the area of their images.
-        quadratic: whether, instead, the energy is a quadratic one, of which the derivatives are given: one whole step
-            leads to its least.
     """
 
     theta: float
     q: float
     share: float = BOTH_AREAS
     epsilon: float = 0.0
-    quadratic: bool = False
     forward: bool = True
 
     @classmethod
@@ -78,7 +75,7 @@ class Objective(NamedTuple):
 
     def record(self) -> Record:
         """For the core."""
-        return ObjectiveRecord(self.theta, self.q, self.share, self.epsilon, self.quadratic, self.forward)
+        return ObjectiveRecord(self.theta, self.q, self.share, self.epsilon, self.forward)
 
 
 class RestShapes(NamedTuple):

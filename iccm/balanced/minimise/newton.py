@@ -27,6 +27,7 @@ from ..errors import check_time
 from .energy import Objective, RestShapes
 from .in_space import SurfaceMap
 from .sliding import Constraints
+from .terms import NO_TERMS, TermsOnMesh
 from .upright import ANY_ROTATION, Upright
 
 WorkspaceRecord = record(
@@ -38,7 +39,7 @@ WorkspaceRecord = record(
 SystemRecord = record(
     """struct System {
         BlockPattern pattern; const int64_t *faces; int64_t m; RestShapes rest; Constraints constraints;
-        Upright upright; Workspace workspace; }"""
+        Upright upright; Terms terms; Workspace workspace; }"""
 )
 _largest_step = function(
     """double iccm_minimise_largest_step(
@@ -49,6 +50,7 @@ _descend = function(
         System *system, const Objective *objective, Complex *u, double *tau, bool factorised, int64_t steps,
         double tolerance, double *energy, int64_t *counts)"""
 )
+_quadratic_step = function("int64_t iccm_minimise_quadratic_step(System *system, Complex *u, double *tau)")
 _descend_in_space = function(
     """int64_t iccm_minimise_descend_in_space(
         System *system, const Objective *objective, SurfaceMap *surface, Complex *u, double *tau, bool factorised,
@@ -133,7 +135,8 @@ class System:
         faces: (m, 3) triangles, counter-clockwise.
         rest: what their images are compared with.
         constraints: what holds vertices.
-        upright: what a turn costs.
+        upright: what a rotation costs.
+        terms: further terms of the energy.
         workspace: for the steps.
         factorised: whether the factor that is in it serves for all of them: near the end little changes.
     """
@@ -143,6 +146,7 @@ class System:
     rest: RestShapes
     constraints: Constraints
     upright: Upright
+    terms: TermsOnMesh
     workspace: Workspace
     factorised: bool = False
 
@@ -154,10 +158,11 @@ class System:
         rest: RestShapes,
         constraints: Constraints,
         upright: Upright = ANY_ROTATION,
+        terms: TermsOnMesh = NO_TERMS,
     ) -> "System":
         """With a workspace."""
         workspace = Workspace.of(pattern, constraints.kinds.size)
-        return cls(pattern, faces, rest, constraints, upright, workspace)
+        return cls(pattern, faces, rest, constraints, upright, terms, workspace)
 
     @cached_property
     def record(self) -> Record:
@@ -169,6 +174,7 @@ class System:
             self.rest.record(),
             self.constraints.record(),
             self.upright.record(),
+            self.terms.record,
             self.workspace.record,
         )
 
@@ -214,4 +220,19 @@ def descend(
         _descend(*given, u, tau, *how)
     else:
         _descend_in_space(*given, surface.record(), u, tau, *how)
+    system.terms.raise_error()
     return float(energy[0]), int(counts[0]), int(counts[1])
+
+
+def quadratic_step(system: System, u: Complex, tau: Real) -> bool:
+    """Go to the least of a quadratic energy in one step; changes u and tau in place.
+
+    Args:
+        system: the mesh and what holds it; the energy's derivatives at u are in its workspace.
+        u: (n,) positions.
+        tau: (c,) arclengths of the constrained vertices.
+
+    Returns:
+        Whether there is one: False where the matrix is not positive definite.
+    """
+    return bool(_quadratic_step(system.record, u, tau))

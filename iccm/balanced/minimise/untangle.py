@@ -9,7 +9,7 @@ import numpy as np
 from ...arrays import Complex, Flags, Real
 from ...linalg.cholesky import BlockPattern
 from .energy import Objective, RestShapes, least_determinant
-from .newton import System, Workspace, descend
+from .newton import System, Workspace, descend, quadratic_step
 from .sliding import Constraints
 
 LEAST_WEIGHT = 0.08  # of an edge: cotangents of obtuse angles are negative and would fold
@@ -24,7 +24,7 @@ STEPS = 40  # at most (by hand)
 PACE = 15
 """Steps over which it is seen how fast the least determinant rises: where it would not get to zero at that pace in the
 steps that are left, they are not made. Of 620 maps that unfold on five slow pairs 7 do not; a fifth of the time."""
-UNTANGLING, HARMONIC = Objective(1.0, 1.0), Objective(1.0, 1.0, quadratic=True)
+UNTANGLING = Objective(1.0, 1.0)
 
 
 def springs(gradients: Complex, areas: Real) -> Real:
@@ -87,7 +87,7 @@ def untangle(
     if harmonic:
         u[~held] = 0
         _pull(pattern, springs(rest.gradients, rest.weights), u, system.workspace)
-        stepped(HARMONIC)
+        quadratic_step(system, u, np.zeros(constraints.kinds.size))
     epsilon, shrink, kept, best = -1.0, 1.0, u.copy(), 0.0
     highest: list[float] = []  # least determinant so far
     for left in range(steps, 0, -1):

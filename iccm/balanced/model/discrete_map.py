@@ -18,9 +18,10 @@ from ...maps.triangulated.patches import NO_LINES
 from ...plane import triangle_areas
 from ..errors import Tangled
 from ..minimise import newton
-from ..minimise.energy import NO_AIMS, RestShapes, geometry
+from ..minimise.energy import NO_AIMS, NO_SLOTS, RestShapes, geometry
 from ..minimise.in_space import Ground, SurfaceMap, separate
 from ..minimise.sliding import HELD, SLIDING, Border, Constraints, Rails, border_energy
+from ..minimise.terms import NO_TERMS, TermsOnMesh
 from ..minimise.unfold import BARE, unfold
 from ..minimise.untangle import STEPS, springs, untangle
 from ..minimise.upright import ANY_ROTATION
@@ -174,8 +175,14 @@ class DiscreteMap:
         return np.append(inside, inside.size + np.arange(soft))
 
     def with_pattern(self) -> "DiscreteMap":
-        """With the pattern of its triangles, which are new."""
-        return replace(self, pattern=system_of(self.faces, self.following, self.z.size))
+        """With the pattern of its triangles, which are new, and of the energy's terms."""
+        stencils = self.energy.stencils(self.faces)
+        return replace(self, pattern=system_of(self.faces, self.following, self.z.size, stencils))
+
+    def with_energy(self, energy: Energy) -> "DiscreteMap":
+        """With another energy, whose terms have their places in the pattern."""
+        changed = replace(self, energy=energy)
+        return changed.with_pattern() if energy.terms != self.energy.terms else changed
 
     @property
     def aimed(self) -> Index:
@@ -323,7 +330,8 @@ class DiscreteMap:
         elsewhere = rest._replace(weights=np.where(rest.aims != 0, 0, rest.weights))
         tau, constraints = self.constraints(True, True, self.inside.at_target)
         gain = elsewhere.energy(self.u, self.energy.objective(q, self.boundary.area_share(True)))
-        gain = (gain + border_energy(constraints.border, tau)) * self.energy.rotation_cost(self.turn) ** q
+        gain += border_energy(constraints.border, tau) + self._terms(True).total(self.u)
+        gain *= self.energy.rotation_cost(self.turn) ** q
         inside = self.rigid >= 0
         areas = np.bincount(self.rigid[inside], np.abs(triangle_areas(self.form[self.faces[inside]])))
         return replace(self, stiffness=float(gain / (strain**2 * (np.abs(self.aims) ** 2 * areas).min())))
@@ -379,9 +387,18 @@ class DiscreteMap:
         upright = ANY_ROTATION
         if surface is None:  # what is moved lies in a plane
             upright = self.energy.rotation_term(self._counted(rest), u.size)
-        system = newton.System.of(self.pattern, self.faces, rest, constraints, upright)
+        system = newton.System.of(self.pattern, self.faces, rest, constraints, upright, self._terms(forward))
         value, done, _ = newton.descend(system, objective, surface, u, tau, steps, tolerance)
         return u, tau, {"value": float(value), "spared": int(steps - done)}
+
+    def _terms(self, forward: bool) -> TermsOnMesh:
+        """The energy's further terms on the side that moves."""
+        if not self.energy.terms:
+            return NO_TERMS
+        kept, moving = (self.z, self.u) if forward else (self.u, self.z)
+        metrics = self.metrics if forward else self.metrics[::-1]
+        rest = RestShapes(self.material, NO_SLOTS, *rest_geometry(kept, moving, self.material, metrics))
+        return self.energy.terms_on_mesh(rest, self.pattern)
 
     def _rest(self, forward: bool, q: float) -> RestShapes:
         """The triangles at rest on the side that is kept."""

@@ -1,7 +1,8 @@
 """The energy by which balanced maps are found and compared: one value that a solve carries whole.
 
 Of a map it is the mean density of angles and areas (`minimise.energy`), times the cost of rotating the picture
-(`minimise.upright`). Settings, problems and maps hold the same value, and whatever compares maps asks it.
+(`minimise.upright`), and further terms if there are any (`minimise.terms`). Settings, problems and maps hold the same
+value, and whatever compares maps asks it.
 """
 
 from dataclasses import dataclass, replace
@@ -10,7 +11,10 @@ import numpy as np
 
 from ...arrays import Complex, Index
 from ...drawings.cost import price
+from ...linalg.cholesky import BlockPattern
+from ...plane import triangle_areas
 from ..minimise.energy import BOTH_AREAS, NO_SLOTS, Objective, RestShapes, energy_of
+from ..minimise.terms import NO_TERMS, Term, TermsOnMesh
 from ..minimise.upright import ANY_ROTATION, Upright, rotation_cost
 from .measures import turn_of
 from .metric import PLANES, Metrics, rest_geometry
@@ -26,14 +30,20 @@ class Energy:
         balance: θ, the weight of the area part: 0 keeps angles only, 1 is even, more keeps areas.
         upright: w, the weight of rotations: upside down a map costs 1 + w times as much; 0 where any rotation is as
             good.
+        terms: that are added to the mean density, before what rotations cost.
     """
 
     balance: float = 1.0
     upright: float = UPRIGHT
+    terms: tuple[Term, ...] = ()
 
     def without_rotation(self) -> "Energy":
         """Return the energy to which any rotation of the picture is as good."""
         return replace(self, upright=0.0)
+
+    def of_part(self, share: float) -> "Energy":
+        """Return the energy of a part with a share of the domain's area, scaled to area one."""
+        return replace(self, terms=tuple(term.of_part(share) for term in self.terms))
 
     def objective(self, q: float, share: float = BOTH_AREAS, *, forward: bool = True) -> Objective:
         """Return what Newton's method minimises for a power q; see `minimise.energy.Objective`."""
@@ -42,6 +52,14 @@ class Energy:
     def rotation_term(self, rest: RestShapes, count: int) -> Upright:
         """Return the cost of rotations for `count` vertices of triangles at rest."""
         return Upright.of(rest, count, self.upright) if self.upright > 0 else ANY_ROTATION
+
+    def stencils(self, faces: Index) -> list[Index]:
+        """Return the stencils (k, s) of each further term."""
+        return [term.stencils(faces) for term in self.terms]
+
+    def terms_on_mesh(self, rest: RestShapes, pattern: BlockPattern | None = None) -> TermsOnMesh:
+        """Return the further terms for triangles at rest; derivatives need the Hessian's pattern."""
+        return TermsOnMesh([term.on_mesh(rest) for term in self.terms], pattern) if self.terms else NO_TERMS
 
     def rotation_cost(self, angle: float) -> float:
         """Return the factor by which a map costs more that rotates the picture by an angle in radians."""
@@ -52,10 +70,13 @@ class Energy:
 
         Both areas are taken as one: a similarity has energy 1, and a map has that of its inverse.
         """
-        if metrics == PLANES:
+        if metrics == PLANES and not self.terms:
             return energy_of(z, u, faces, self.balance)
+        if metrics == PLANES:
+            z, u = (w / np.sqrt(np.abs(triangle_areas(w[faces])).sum()) for w in (z, u))
         rest = RestShapes(faces, NO_SLOTS, *rest_geometry(z, u, faces, metrics))
-        return rest.energy(u, self.objective(1.0))
+        density = rest.energy(u, self.objective(1.0))
+        return density + self.terms_on_mesh(rest).total(u) if np.isfinite(density) else density
 
     def cost(
         self,

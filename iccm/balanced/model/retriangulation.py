@@ -56,4 +56,8 @@ def retriangulated(state: DiscreteMap, q: float) -> DiscreteMap:
         q,
         share,
     )
-    return replace(state, faces=faces).with_pattern()
+    flipped = replace(state, faces=faces).with_pattern()
+    if state.energy.terms:  # of which flips know nothing
+        before, after = (each.energy.between(each.z, each.u, each.material) for each in (state, flipped))
+        return flipped if after < before else state
+    return flipped

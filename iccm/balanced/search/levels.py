@@ -215,7 +215,7 @@ class Level:
         state = mesh_boundary(
             boundary, sizes, kept, filled, self.bays, subdivide_rings(problem.regions, spacing)
         )
-        return replace(state, metrics=problem.metrics, energy=problem.energy)
+        return replace(state, metrics=problem.metrics).with_energy(problem.energy)
 
     def boundary(self, match: Match, fewest: int = FEWEST) -> MatchedBoundary:
         """The boundary of a mesh for a match of the outlines, with at least `fewest` vertices on each hole."""

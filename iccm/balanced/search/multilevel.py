@@ -388,7 +388,7 @@ def half_problem(problem: UnitProblem, halves: tuple[Half, Half], settings: Sett
     curves = [Curve(half.curve.z / np.sqrt(half.curve.area)) for half in halves]
     anchors = [(complex(c.z[0]), complex(c.z[half.top])) for c, half in zip(curves, halves)]
     simple, goal = (manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors))
-    ends, energy = (anchors[0], anchors[1]), problem.energy.without_rotation()
+    ends, energy = (anchors[0], anchors[1]), problem.energy.without_rotation().of_part(0.5)
     return UnitProblem(simple, goal, energy, ends, halved=True, starts=settings.starts)
 
 

@@ -165,8 +165,7 @@ def on_its_mesh(level: Level, start: Sketch) -> DiscreteMap | None:
         bound=True,
         weights=weights_of(z, faces, [z[loop.vertices] for loop in loops]) if loops else None,
         metrics=problem.metrics,
-        energy=problem.energy,
-    )
+    ).with_energy(problem.energy)
 
 
 def _pairs_on(source: Outline, target: Outline, z: Complex, u: Complex) -> Pairs | None:

@@ -844,9 +844,8 @@ def descend(system, objective, surface, u, tau, steps, tolerance):
     energy, small, crawling, before, damping = np.inf, 0, 0, np.inf, 0.0
     factor, curvature = 1.0, 0.0
     for done in range(steps):
-        if not objective.quadratic:
-            energy = assemble(rest, u, objective, matrix, gradient)
-            energy += border_energy(border, tau)
+        energy = assemble(rest, u, objective, matrix, gradient)
+        energy += border_energy(border, tau)
         if upright.weight > 0:  # energy and derivatives are those of the product by its second factor
             slope, curvature = rotation_derivatives(upright, u, objective.q, turning)
             for v in range(u.size):
@@ -869,7 +868,7 @@ def descend(system, objective, surface, u, tau, steps, tolerance):
             decrease += dot(gradient[v], step[v])
         release(constraints, space)
         t = 1.0
-        if objective.epsilon == 0 and not objective.quadratic:
+        if objective.epsilon == 0:
             if not moving:
                 t = 1 / (1 + max(decrease / energy, -LONGEST))  # decrease < 0: Newton's for log E
             most = SHARE_WHILE_MOVING if moving else SHARE_OF_FLIP
@@ -880,11 +879,11 @@ def descend(system, objective, surface, u, tau, steps, tolerance):
         while t > SHORTEST_STEP:
             moved(constraints, u, tau, t, space)
             new_energy = border_energy(border, space.new_tau)
-            if new_energy < np.inf and not objective.quadratic:
+            if new_energy < np.inf:
                 new_energy += total(rest, space.new_u, objective)
                 new_energy *= rotation_factor(upright, space.new_u, objective.q)
             most = GROWTH * energy if moving else energy + ARMIJO * t * decrease
-            if new_energy <= most or objective.quadratic:
+            if new_energy <= most:
                 gained, accepted = energy - new_energy, True
                 break
             t *= 0.5
@@ -910,3 +909,17 @@ def descend(system, objective, surface, u, tau, steps, tolerance):
         if small == 2:
             return energy, done + 1, small
     return energy, steps, small
+
+
+def quadratic_step(system, u, tau):
+    """Goes to the least of a quadratic energy whose derivatives are in the workspace; changes u and tau in place."""
+    pattern, constraints, space = system.pattern, system.constraints, system.workspace
+    constrain(pattern, constraints, u, tau, space)
+    regularise(pattern, space.matrix, REGULAR)
+    if not factorise(pattern, space.matrix, space.gradient, space.factor):
+        return False
+    back_substitute(pattern, space.factor, space.step)
+    release(constraints, space)
+    moved(constraints, u, tau, 1.0, space)
+    u[:], tau[:] = space.new_u, space.new_tau
+    return True
