@@ -499,6 +499,12 @@ class JobOptions:
         default="auto", commands=("map", "morph"), basic=True,
         brief="How drawings of several parts are mapped.", words="pieces components letters multiple all whole",
     )  # fmt: skip
+    gaps: Literal["paper", "transparent"] = _option(
+        "What pictures show where a drawing that is its own texture paints nothing: paper, a tint of the drawing's own "
+        "colours; or nothing (transparent).",
+        default="paper", commands=("map",), brief="What to show where the drawing paints nothing.",
+        words="background transparent alpha paper bare",
+    )  # fmt: skip
     trace: Literal["auto", "dark", "light", "inside"] = _option(
         "What of a picture is the shape: auto, by its alpha, else what stands out, or the inside of a line; dark, "
         "light: what is so against its background; inside: what a line encloses.", default="auto", commands=MORPHED,

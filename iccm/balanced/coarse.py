@@ -25,7 +25,7 @@ class CoarseMap(NamedTuple):
 
     Attributes:
         z, u: (n,) vertices and their images.
-        faces: (m, 3) triangles.
+        faces: (m, 3) triangles, counterclockwise.
         voids: (m,) which triangles fill bays or holes, and are left out of the map.
         turning: the cost of rotating the picture, a factor.
     """
@@ -37,11 +37,14 @@ class CoarseMap(NamedTuple):
     turning: float
 
 
-def coarse_map(source: Curve, target: Curve, settings: Settings) -> CoarseMap | None:
-    """Return the best coarse map of two whole outlines without holes, from elastic matches; None if there is none."""
+def coarse_map(
+    source: Curve, target: Curve, settings: Settings, *, most: float = np.inf
+) -> CoarseMap | None:
+    """Return the best coarse map of two whole outlines without holes, from elastic matches; None if there is none, or
+    if the energy of all is above `most` after a few steps."""
     frames = frames_of(source, target, settings.turn, ((), ()))
     problem = _problem(source, target, NONE, frames, settings)
-    return _solved(multilevel.directions(problem)[0], frames)
+    return _solved(multilevel.directions(problem)[0], frames, most)
 
 
 def coarse_filled(source: Curve, target: Curve, settings: Settings) -> Iterator[CoarseMap]:
@@ -67,18 +70,22 @@ def _problem(
     return multilevel.problem_of(*outlines, holes.unit(frames), UNPINNED, settings)
 
 
-def _solved(used: UnitProblem, frames: tuple[UnitFrame, UnitFrame]) -> CoarseMap | None:
+def _solved(
+    used: UnitProblem, frames: tuple[UnitFrame, UnitFrame], most: float = np.inf
+) -> CoarseMap | None:
     """Return the coarse map of a problem, or of an inverse problem, in the coordinates given."""
     with suppress(Stuck, InputError):
         plain = not (used.holed or used.bays)
         size = multilevel.coarse_size(used)
-        state: DiscreteMap = multilevel.coarse_map(used, size, SolveLog(), elastic=plain)
+        state: DiscreteMap = multilevel.coarse_map(used, size, SolveLog(), elastic=plain, most=most)
         z, u = (state.u, state.z) if used.inverted else (state.z, state.u)
         weights = np.ones(len(state.faces)) if state.weights is None else state.weights
+        # what was solved for mirrored is conjugated by `world`, after which its triangles would run clockwise
+        faces = state.faces[:, ::-1] if frames[0].mirrored else state.faces
         return CoarseMap(
             frames[0].world(z),
             frames[1].world(u),
-            state.faces,
+            faces,
             (weights == FILLED) | (weights == BAY),
             used.energy.rotation_cost(state.turn),
         )

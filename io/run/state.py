@@ -217,15 +217,19 @@ class Run:
         """Whether what is carried also covers the gaps between the source's parts, as a picture without alpha does."""
         if any(formats.of(name).drawing for name in self.job.output):
             return False
-        return not texture.has_texture(self.job, self.source) or self.image.alpha < 0
+        if not texture.has_texture(self.job, self.source) or texture.on_paper(self.job, self.source):
+            return True
+        return self.image.alpha < 0
 
     @property
     def free_gaps(self) -> bool:
-        """Whether gaps of the source may be shown at no cost. The checkerboard has no background around the shape, as
-        a photo has; and where a drawing has several parts, none of them says where it ends."""
-        drawing = self.source.drawing
-        several = drawing is not None and not drawing.is_one_part
-        return self.opaque and (several or not texture.has_texture(self.job, self.source))
+        """Whether gaps of the source may be shown at no cost. The checkerboard and paper have no background around the
+        shape, as a photo has; and where a drawing has several parts, none of them says where it ends."""
+        if not self.opaque:
+            return False
+        if not texture.has_texture(self.job, self.source) or texture.on_paper(self.job, self.source):
+            return True
+        return self.source.drawing is not None and not self.source.drawing.is_one_part
 
     @cached_property
     def tiled(self) -> TiledImage | None:
@@ -312,7 +316,10 @@ class Run:
         with self.phases.timed("prepare"):
             outlines = texture.outlines_of(self.job, self.shapes(0))
             image = self._rendered() if texture.drawing_of(self.job, self.source) else self.image
-            made = texture.sampler_of(self.job, image, self.box, outlines, self.room, self.threads)
+            on_paper = texture.on_paper(self.job, self.source)
+            made = texture.sampler_of(
+                self.job, image, self.box, outlines, self.room, self.threads, on_paper=on_paper
+            )
         if made.faded:
             self.note(f"{self.job.texture}: --memory leaves no room to take its own edge off, which may fade")
         return made

@@ -55,6 +55,12 @@ def own_pictures(job: Job, source: Shape) -> tuple[Path | bytes, ...]:
     return () if job.checkered else source.pictures
 
 
+def on_paper(job: Job, source: Shape) -> bool:
+    """Whether paper is shown where the texture is transparent: below a drawing that is its own picture."""
+    own = not job.texture and not source.is_mesh and bool(own_pictures(job, source))
+    return own and job.gaps == "paper" and job.target is not None and job.kind == "colour"
+
+
 def drawing_of(job: Job, source: Shape) -> Path | None:
     """The SVG that is rendered as the texture: --texture, or the source, where it has colours of its own."""
     name = job.texture or next((path for path in own_pictures(job, source) if not source.is_mesh), None)
@@ -215,9 +221,18 @@ def outlines_of(job: Job, sources: Sequence[Shape]) -> list[Complex]:
 
 
 def sampler_of(
-    job: Job, image: Image, box: Box, outlines: Sequence[Complex], room: Memory, threads: int | None
+    job: Job,
+    image: Image,
+    box: Box,
+    outlines: Sequence[Complex],
+    room: Memory,
+    threads: int | None,
+    *,
+    on_paper: bool = False,
 ) -> Sampler:
-    """The picture in its place in the source's plane, ready to be filtered; `outlines` as for `Sampler`."""
+    """The picture in its place in the source's plane, ready to be filtered; `outlines` as for `Sampler`; `on_paper`
+    says whether it has paper where it is transparent."""
+    from ...pixels import own_edge, paper
     from ...pixels.sampler import Sampler
 
     seen = outlines if image.alpha >= 0 and not framing.repeats(job) else ()
@@ -225,11 +240,15 @@ def sampler_of(
 
     def make() -> Sampler:
         placed = image.texture(box, kind=job.kind, room=room, turn=turn)
+        if on_paper and placed.alpha >= 0:
+            # its own antialiased edge first, which would be a bright line along the target's outline
+            placed = paper.on_paper(own_edge.without_own_edge(placed, seen))
+            return Sampler(placed, job.filter, job.kind, job.edge, memory=room, threads=threads)
         return Sampler(placed, job.filter, job.kind, job.edge, outlines=seen, memory=room, threads=threads)
 
     key: Any = None
     if not job.memory:
-        key = image, box, turn, job.kind, job.filter, job.edge, *(z.tobytes() for z in seen)
+        key = image, box, turn, job.kind, job.filter, job.edge, on_paper, *(z.tobytes() for z in seen)
     return _ready.get(key, lambda made: made.texture.pixels.size, make)
 
 

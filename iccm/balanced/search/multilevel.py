@@ -438,19 +438,26 @@ def coarse_map(
     exactness: tuple[float, float] = COARSE_EXACTNESS,
     *,
     elastic: bool = False,
+    most: float = np.inf,
 ) -> DiscreteMap:
     """The best map of all starts on coarse meshes, for outlines and corners of a certain fineness; of elastic matches
-    alone if asked for."""
+    alone if asked for.
+
+    Raises:
+        Stuck: none is without folds, or the energy of all after a few steps is above `most`.
+    """
     check_time()
     level = Level.of(problem, size, *exactness, STEEPEST)
     matches = correspondences(level, elastic=elastic)
     if problem.constrained:
         return pin_continuation.coarse(level, matches, journal)
     states = initial_maps(level, matches)
-    most = max(len(match.holes) for match in matches)
-    if (most > 1 or (most and not states)) and not level.bays and not problem.cut_out:
+    hole_count = max(len(match.holes) for match in matches)
+    if (hole_count > 1 or (hole_count and not states)) and not level.bays and not problem.cut_out:
         states += circle_starts(level, matches)
     states = screen(states or through_disc(level), problem.starts)
+    if states and states[0].value > most:
+        raise Stuck("the energy is too large")
     best = best_of(level, states)
     journal.energies.append(best.value)
     return best

@@ -1,0 +1,55 @@
+"""Paper below a drawing that is a texture: a colour where the drawing itself paints nothing."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from .colour import Float, decode, encode
+from .texture import Texture
+
+INK_SHARE = 0.15
+"""Of the drawing's own mean colour in the colour of the paper: enough to tell it from a white page."""
+LEAST_CONTRAST = 1.3
+"""Between a drawing and white (WCAG 2.2: from 1 to 21): one that contrasts less is drawn for a dark page."""
+LUMINANCE = (0.2126, 0.7152, 0.0722)  # of red, green and blue in linear light (IEC 61966-2-1)
+
+
+def on_paper(texture: Texture) -> Texture:
+    """Return a texture with paper where it is transparent, opaque everywhere.
+
+    The paper has a tint of the drawing's own mean colour: almost white, or almost black where the drawing is as light
+    as white. Both are mixed as drawing programs do, in the stored encoding.
+
+    Parameters
+    ----------
+    texture
+        Grey or RGB colours with an alpha channel; others are returned as they are.
+
+    Examples
+    --------
+    >>> pixels = np.zeros((2, 3, 4), np.uint8)
+    >>> pixels[:, 0] = 200, 0, 0, 255
+    >>> on_paper(Texture(pixels, (0, 3 + 2j), alpha=3)).pixels[0].tolist()
+    [[200, 0, 0, 255], [247, 217, 217, 255], [247, 217, 217, 255]]
+    """
+    if texture.alpha < 0:
+        return texture
+    pixels = texture.pixels
+    values = decode(pixels, texture.alpha, srgb=False, associated=texture.associated, premultiply=True)
+    alpha = values[..., texture.alpha].copy()
+    colours = [k for k in range(pixels.shape[2]) if k != texture.alpha]
+    mean = values[..., colours].sum(axis=(0, 1), dtype=np.float64) / max(float(alpha.sum()), 1.0)
+    values[..., colours] += (1 - alpha)[..., None] * _paper(mean, texture.transfer == "srgb")
+    values[..., texture.alpha] = 1
+    return replace(
+        texture, pixels=encode(values, pixels.dtype, texture.alpha, srgb=False, associated=texture.associated)
+    )
+
+
+def _paper(mean: Float, is_srgb: bool) -> Float:
+    """Return the colour of the paper (c,) below a drawing of a mean colour (c,)."""
+    light = decode(mean[None, None].astype(np.float32), -1, srgb=is_srgb, associated=False, premultiply=False)
+    weights = LUMINANCE if len(mean) == 3 else np.full(len(mean), 1 / len(mean))
+    luminance = float(light[0, 0] @ weights)
+    is_dark_on_white = 1.05 / (luminance + 0.05) >= LEAST_CONTRAST
+    return (INK_SHARE * mean + (1 - INK_SHARE) * is_dark_on_white).astype(np.float32)
