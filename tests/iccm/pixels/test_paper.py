@@ -1,0 +1,49 @@
+"""Paper below drawings: where it is seen, and what colour it has."""
+
+import numpy as np
+import pytest
+
+from iccm.pixels.paper import INK_SHARE, on_paper
+from iccm.pixels.texture import Texture
+
+BOX = (0j, 5 + 3j)
+
+
+def drawing(colour, dtype=np.uint8, associated=False):
+    """3 rows of 5 pixels: the first two columns are painted, the third half, the rest not at all."""
+    largest = np.iinfo(dtype).max if np.dtype(dtype).kind == "u" else 1
+    pixels = np.zeros((3, 5, len(colour) + 1))
+    pixels[:, :3, :-1] = colour
+    pixels[:, :2, -1], pixels[:, 2, -1] = 1, 0.5
+    if associated:
+        pixels[..., :-1] *= pixels[..., -1:]
+    pixels = pixels * largest
+    stored = np.rint(pixels) if largest > 1 else pixels
+    return Texture(stored.astype(dtype), BOX, alpha=len(colour), associated=associated)
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
+@pytest.mark.parametrize("associated", [False, True])
+def test_paper_shows_where_nothing_is_painted(dtype, associated):
+    colour = np.array((0.8, 0.1, 0.3))
+    texture = on_paper(drawing(colour, dtype, associated))
+    largest = np.iinfo(dtype).max if np.dtype(dtype).kind == "u" else 1
+    got = texture.pixels[1] / largest
+    paper = INK_SHARE * colour + (1 - INK_SHARE)
+    wanted = np.array([colour, colour, (colour + paper) / 2, paper, paper])
+    np.testing.assert_allclose(got[:, :3], wanted, atol=2.1 / 255)
+    np.testing.assert_allclose(got[:, 3], 1)
+
+
+def test_a_drawing_as_light_as_white_lies_on_dark_paper():
+    white, yellow, grey = (on_paper(drawing(c)).pixels[0, 4] for c in ((1, 1, 1), (1, 0.8, 0), (0.8,)))
+    assert white[:3].max() < 60
+    assert yellow[:3].min() > 200
+    assert len(grey) == 2 and grey[0] > 200
+
+
+def test_textures_without_alpha_or_without_gaps_stay_as_they_are():
+    opaque = Texture(np.full((3, 5, 3), 7, np.uint8), BOX)
+    assert on_paper(opaque) is opaque
+    full = Texture(np.full((3, 5, 4), 255, np.uint8), BOX, alpha=3)
+    np.testing.assert_array_equal(on_paper(full).pixels, full.pixels)

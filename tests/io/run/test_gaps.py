@@ -1,0 +1,53 @@
+"""What pictures show where a drawing that is its own texture paints nothing: --gaps."""
+
+import json
+
+import numpy as np
+import pytest
+from PIL import Image
+
+TWO_BARS = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 90 60">
+  <rect x="5" y="5" width="25" height="50" fill="#c01818"/><rect x="55" y="5" width="30" height="50" fill="#1830a0"/>
+</svg>"""
+PLATE = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 80 50"><rect width="80" height="50"/></svg>'
+
+
+@pytest.fixture
+def files(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "bars.svg").write_text(TWO_BARS)
+    (tmp_path / "plate.svg").write_text(PLATE)
+    return tmp_path
+
+
+def picture(iccm, *options):
+    done = iccm("map", "bars.svg", "plate.svg", "-o", "out.png", "--report", "out.json", "--force", *options)
+    assert done.code == 0, done.err
+    return np.asarray(Image.open("out.png").convert("RGBA")).astype(int), json.load(open("out.json"))
+
+
+def test_paper_fills_the_gap_between_two_bars(iccm, files):
+    pixels, report = picture(iccm)
+    height, width = pixels.shape[:2]
+    assert (pixels[2:-2, 2:-2, 3] == 255).all()
+    assert report["covered"] > 0.99
+    left, middle, right = (pixels[height // 2, round(share * width)] for share in (0.1, 0.44, 0.9))
+    assert left[0] > left[2] + 80 and right[2] > right[0] + 80
+    assert middle[:3].min() > 200
+    # no bright line where the outlines of drawing and target are one: the drawing's antialiased edge is not on paper
+    assert abs(pixels[height // 2, 1:4, :3] - left[:3]).max() <= 3
+
+
+def test_transparent_gaps_stay_transparent(iccm, files):
+    pixels, report = picture(iccm, "--gaps", "transparent")
+    gap = (pixels[..., 3] == 0).mean()
+    assert 0.2 < gap < 0.45
+    assert abs(report["covered"] - (1 - gap)) < 0.03
+
+
+def test_a_texture_that_is_given_keeps_its_transparent_parts(iccm, files):
+    given = np.zeros((30, 40, 4), np.uint8)
+    given[:, :17] = 10, 200, 30, 255
+    Image.fromarray(given).save("given.png")
+    pixels, _ = picture(iccm, "--texture", "given.png")
+    assert 0.3 < (pixels[..., 3] == 0).mean() < 0.8
