@@ -14,6 +14,7 @@ Only the cheapest candidate is solved for on a fine mesh.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -97,13 +98,26 @@ def choices(
     framed
         Whether only frames are considered.
     """
+    found = list(_joined(source, target, settings, free_gaps, framed))
+    if pair_parts:
+        paired = _paired(source, target, settings, free_gaps=free_gaps)
+        if paired is not None and paired.cost < PAIRED_GAIN * found[0].cost:
+            return [paired, *found]
+    return found
+
+
+@lru_cache(maxsize=1 + MOST_PAIRED_PARTS)  # whether parts are paired is asked before any of the maps is solved for
+def _joined(
+    source: Drawing, target: Drawing, settings: Settings, free_gaps: bool, framed: bool
+) -> tuple[Choice, ...]:
+    """Return ways to map a drawing onto another as one thing, the cheapest first."""
     judge = _Judge(source, target, settings, free_gaps=free_gaps)
     tightest = source.tightest, target.tightest
     search = _FrameSearch(judge)
     first = search.attempt((0, 0))
     found = [] if first is None else [first]
     if first is not None and judge.is_good(first):
-        return found
+        return (first,)
     if not framed:
         outlines = tightest[0].outline, tightest[1].outline
         covers = coarse_filled(*outlines, replace(settings, fit="cover"))
@@ -115,13 +129,7 @@ def choices(
                 found.append(judge.choice(tightest, "whole", holed, holed=True))
     found += search.descents()
     found.sort(key=lambda choice: choice.cost)
-    if not found:
-        found = [Choice(tightest)]
-    if pair_parts:
-        paired = _paired(source, target, settings, free_gaps=free_gaps)
-        if paired is not None and paired.cost < PAIRED_GAIN * found[0].cost:
-            return [paired, *found]
-    return found
+    return tuple(found or [Choice(tightest)])
 
 
 class _Judge:
@@ -185,7 +193,7 @@ class _FrameSearch:
         self._costs: dict[tuple[int, int], float] = {}
 
     def attempt(self, pair: tuple[int, int]) -> Choice | None:
-        """Return the choice that a pair of frames is; None where no map of theirs is found, or its energy is hopeless."""
+        """Return the choice that a pair of frames is; None where no map is found, or its energy is hopeless."""
         frames = self._sides[0][pair[0]], self._sides[1][pair[1]]
         most = HOPELESS * self._judge.least_cost
         coarse = coarse_map(frames[0].outline, frames[1].outline, self._judge.settings, most=most)

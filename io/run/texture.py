@@ -232,7 +232,6 @@ def sampler_of(
 ) -> Sampler:
     """The picture in its place in the source's plane, ready to be filtered; `outlines` as for `Sampler`; `on_paper`
     says whether it has paper where it is transparent."""
-    from ...pixels import own_edge, paper
     from ...pixels.sampler import Sampler
 
     seen = outlines if image.alpha >= 0 and not framing.repeats(job) else ()
@@ -241,6 +240,8 @@ def sampler_of(
     def make() -> Sampler:
         placed = image.texture(box, kind=job.kind, room=room, turn=turn)
         if on_paper and placed.alpha >= 0:
+            from ...pixels import own_edge, paper
+
             # its own antialiased edge first, which would be a bright line along the target's outline
             placed = paper.on_paper(own_edge.without_own_edge(placed, seen))
             return Sampler(placed, job.filter, job.kind, job.edge, memory=room, threads=threads)

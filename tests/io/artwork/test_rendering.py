@@ -227,7 +227,8 @@ def files(tmp_path, monkeypatch):
 
 
 def test_a_drawing_is_its_own_picture(files, iccm):
-    assert iccm("map", "a.svg", "b.svg", "--size", "100", "-o", "o.png").code == 0
+    transparent = "--gaps", "transparent"
+    assert iccm("map", "a.svg", "b.svg", "--size", "100", *transparent, "-o", "o.png").code == 0
     at = shown("o.png")
     assert at(0.6, 0.6) == pytest.approx((200, 100, 50, 128), abs=2)
     # the second rectangle begins a sixteenth of the width inside: x 30 of 200 and y 20 of 180
