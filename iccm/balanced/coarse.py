@@ -37,9 +37,7 @@ class CoarseMap(NamedTuple):
     turning: float
 
 
-def coarse_map(
-    source: Curve, target: Curve, settings: Settings, *, most: float = np.inf
-) -> CoarseMap | None:
+def coarse_map(source: Curve, target: Curve, settings: Settings, *, most: float = np.inf) -> CoarseMap | None:
     """Return the best coarse map of two whole outlines without holes, from elastic matches; None if there is none, or
     if the energy of all is above `most` after a few steps."""
     frames = frames_of(source, target, settings.turn, ((), ()))
@@ -70,9 +68,7 @@ def _problem(
     return multilevel.problem_of(*outlines, holes.unit(frames), UNPINNED, settings)
 
 
-def _solved(
-    used: UnitProblem, frames: tuple[UnitFrame, UnitFrame], most: float = np.inf
-) -> CoarseMap | None:
+def _solved(used: UnitProblem, frames: tuple[UnitFrame, UnitFrame], most: float = np.inf) -> CoarseMap | None:
     """Return the coarse map of a problem, or of an inverse problem, in the coordinates given."""
     with suppress(Stuck, InputError):
         plain = not (used.holed or used.bays)

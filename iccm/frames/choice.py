@@ -106,7 +106,9 @@ def choices(
     return found
 
 
-@lru_cache(maxsize=1 + MOST_PAIRED_PARTS)  # whether parts are paired is asked before any of the maps is solved for
+@lru_cache(
+    maxsize=1 + MOST_PAIRED_PARTS
+)  # whether parts are paired is asked before any of the maps is solved for
 def _joined(
     source: Drawing, target: Drawing, settings: Settings, free_gaps: bool, framed: bool
 ) -> tuple[Choice, ...]:
