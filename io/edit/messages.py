@@ -26,7 +26,7 @@ class Scene(_Message):
     rigid: list[str | Polygon] = Field(default=[], max_length=limits.PAGE_STROKES)
     balance: float = Field(default=1.0, gt=0, le=limits.BALANCE)
     turn: float | Literal["any"] = 0.0
-    fit: Literal["whole", "contain", "cover", "auto"] = "whole"
+    fit: Literal["auto", "frame", "whole", "contain", "cover"] = "auto"
 
     @model_validator(mode="after")
     def _short(self) -> Scene:
@@ -42,8 +42,9 @@ class Scene(_Message):
 
     @property
     def whole(self) -> bool:
-        """Whether whole outlines go onto each other for certain, so that maps may be gone on from."""
-        return self.fit == "whole" or (self.fit == "auto" and self.constrained)
+        """Whether the outlines, or the tightest frames, of both drawings go onto each other for certain, so that maps
+        may continue from each other."""
+        return self.fit == "whole" or (self.fit in ("auto", "frame") and self.constrained)
 
     @property
     def key(self) -> str:

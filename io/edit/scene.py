@@ -69,8 +69,9 @@ class PageHalf:
             "signs": [1, 1 if shape.flip else -1],
             "outline": self.points(shape.curve.z),
             "holes": [self.points(hole) for hole in shape.holes],
+            "painted": [self.points(ring) for ring in shape.drawing.rings] if shape.drawing else None,
             "box": self.box(box),
-            "bounds": self.box(shape.curve.box),
+            "bounds": self.box(shape.bounds),
         }
 
 

@@ -23,16 +23,19 @@ from ...blas import one_thread
 from ...curve import Curve
 from ...errors import InputError
 from ...maps.distortion import in_middles
+from ...maps.moved_rings import move_rings
 from ...maps.triangulated.map import TriangulatedMap
-from ...memory import Memory
 from ...result import Fit, Status
 from ..point_syntax import Place
 from ..run import framing, texture
-from ..run.constraints import check_inside, solve
+from ..run.constraints import check_inside
+from ..run.execute import solve_pairs
 from ..run.inputs import Inputs
 from ..run.job import Job
 from ..run.outputs import suffix_for
+from ..run.phases import Phases
 from ..run.report import as_json
+from ..run.state import Run
 from ..shapes import constraints, listing, regions
 from ..shapes.listing import Listed, Pin, Stroke
 from ..shapes.mesh_shape import MeshShape
@@ -42,7 +45,7 @@ from .map_choice import Way, same
 from .messages import Scene, scene_of
 from .own_drawing import own_drawing
 from .scene import PageHalf, patches, png
-from .shown import MISSED, Shown, figures, missed_constraints, refusal, verdict
+from .shown import MISSED, Shown, Solved, figures, missed_constraints, refusal, verdict
 from .suggest import axis, corners, suggested
 from .surface_view import SurfaceView, lay_out
 
@@ -68,19 +71,22 @@ class Session:
             raise InputError(
                 f"{job.source}: a mesh needs a shape that goes onto it, or one that it goes onto"
             )
-        target = source if self.deforming else inputs.shape(job.target or "")
+        target = source if self.deforming else inputs.shape(job.target or "", target=True, source=source)
         self.job, self.suffix = job, suffix_for(job, inputs)
         self.drawn = bool(source.pins or source.strokes)
         listed = listing.read(job.constraints) if job.constraints else Listed()
         self.first = _scene(job, source, target, listed)
-        self.source, self.target = (replace(shape, pins={}, strokes={}) for shape in (source, target))
+        bare = replace(source, pins={}, strokes={})
+        other = bare if self.deforming else replace(target, pins={}, strokes={})
+        self._run = Run.of_pairs(job, inputs, [(bare, other)], lambda note: None, Phases())
+        self.source, self.target = self._run.pairs[0]
         self.core(self.first)
         self.scene = self.saved = self.first
         self.left: Scene | None = None
         self.written: set[str] = set()
-        self._image = texture.image_of(job, self.source, Memory())
+        self._image = self._run.image
         self._fit: Fit | None = None
-        self._map: TriangulatedMap | None = None
+        self._maps: list[TriangulatedMap] = []
         self._live: Live | None = None
         self._followed = ""
         self._last = (self.first, Shown("error", False, ""))
@@ -92,6 +98,11 @@ class Session:
         """Take over what was edited of the same shapes with another texture."""
         self.scene, self.saved, self.left = before.scene, before.saved, before.left
         self.written, self._ways = before.written, before._ways
+
+    @property
+    def _map(self) -> TriangulatedMap | None:
+        """The map that is shown; of parts that are mapped one by one that of the first."""
+        return self._maps[0] if self._maps else None
 
     @cached_property
     def views(self) -> tuple[PageHalf, PageHalf]:
@@ -125,7 +136,12 @@ class Session:
     def notes(self) -> list[str]:
         """Remarks on the inputs."""
         found = [f"{shape.spec}: {note}" for shape in (self.source, self.target) for note in shape.notes]
-        return [*found, *framing.remarks(self.job, self.source, self.target), *self._image.notes]
+        return [
+            *found,
+            *self._run.notes,
+            *framing.remarks(self.job, self.source, self.target),
+            *self._image.notes,
+        ]
 
     def describe(self) -> dict[str, Any]:
         """What the page must know before it draws."""
@@ -174,12 +190,12 @@ class Session:
         flat = self.views[0](surface.shape.flattening.flat) if side == "source" else np.zeros(0, "f4")
         return surface.triangles + flat.astype("<f4").tobytes()
 
-    def image_of(self, map: TriangulatedMap) -> NDArray[np.float32]:
-        """What the page draws of a map: `scene.patches`, or of a mesh the place in the texture's plane of each vertex,
-        (n, 2), as `iccm map` writes it."""
+    def image_of(self, maps: Sequence[TriangulatedMap]) -> NDArray[np.float32]:
+        """What the page draws of the maps of all parts: `scene.patches`, or of a mesh the place in the texture's plane
+        of each vertex, (n, 2), as `iccm map` writes it."""
         if isinstance(self.target, MeshShape):
-            return self.views[0](map.extended_inverse(self.target.flattening.flat)[0])
-        return patches(map, *self.views)
+            return self.views[0](maps[0].extended_inverse(self.target.flattening.flat)[0])
+        return np.concatenate([patches(map, *self.views) for map in maps])
 
     def begin(self, scene: Scene, start: TriangulatedMap) -> None:
         """Have the map of a scene go on from an earlier one."""
@@ -201,10 +217,10 @@ class Session:
             with one_thread():
                 chosen = self._ways.get(scene.key) or Way(self._start(scene))
                 chosen = replace(chosen, fresh=way == "fresh") if way else chosen
-                fit, report, chosen = self._solve(scene, chosen)
+                solved, chosen = self._solve(scene, chosen)
         except InputError as error:
             return refusal(error)
-        return self._settle(scene, fit, report, chosen)
+        return self._settle(scene, solved, chosen)
 
     def compare(self, scene: Scene) -> Shown | None:
         """What there is to be said once the map that was gone on to is compared with that from scratch.
@@ -219,13 +235,13 @@ class Session:
             return None
         try:
             with one_thread():
-                fit, report = self._fit_scene(scene, None)
+                solved = self._fit_scene(scene, None)
         except InputError:
             return None
-        if any(missed_constraints(report, scene).values()) or self.scene is not scene:
+        if any(missed_constraints(solved.report, scene).values()) or self.scene is not scene:
             return None
-        if same(before.map, fit.map):  # type: ignore[arg-type]
-            return self._settle(scene, fit, report, Way())
+        if same(before.map, solved.maps[0]):  # type: ignore[arg-type]
+            return self._settle(scene, solved, Way())
         self._ways[scene.key] = chosen = replace(chosen, other=True)
         return replace(self._last[1], drawn=None, other=chosen.alternative)
 
@@ -246,7 +262,11 @@ class Session:
             return self._map if scene.constrained else None
         if scene.rigid or last.rigid:
             return None
-        if fit is None or not (scene.constrained and scene.whole and last.whole) or scene.turn != last.turn:
+        if (
+            fit is None
+            or not (scene.constrained and scene.whole and self._is_whole)
+            or scene.turn != last.turn
+        ):
             return None
         if self._live is None and scene.balance == last.balance:
             return fit.map  # type: ignore[return-value]
@@ -254,41 +274,66 @@ class Session:
             return self._live.start
         return self._continue(*self.core(scene), scene).start
 
-    def _solve(self, scene: Scene, chosen: Way) -> tuple[Fit, dict[str, Any], Way]:
+    @property
+    def _is_whole(self) -> bool:
+        """Whether the last map at rest is one of the whole outlines, or of the tightest frames, with all holes: one
+        that the map of pins and strokes may continue."""
+        fit = self._fit
+        if self._last[0].whole:
+            return True
+        if fit is None or len(self._maps) > 1 or fit.is_partial or fit.target is None:
+            return False
+        if self.surfaces != (None, None):
+            return True
+        holes = len(self._maps[0].loops) - 1
+        return all(
+            np.array_equal(outline.z, shape.curve.z) and holes == len(shape.mappable_holes)
+            for outline, shape in ((fit.source, self.source), (fit.target, self.target))
+        )
+
+    def _solve(self, scene: Scene, chosen: Way) -> tuple[Solved, Way]:
         """The map, by the way chosen if that leads anywhere."""
         gone_on = None
         if chosen.begins is not None:
             with suppress(InputError):
-                gone_on = *self._fit_scene(scene, chosen.begins), chosen
+                gone_on = self._fit_scene(scene, chosen.begins), chosen
                 if gone_on[0].status not in LOST_ON_THE_WAY:
                     return gone_on
             chosen = Way()
         try:
-            fresh = *self._fit_scene(scene, None), chosen
+            fresh = self._fit_scene(scene, None), chosen
         except InputError:
             if gone_on is None:
                 raise
             return gone_on
         return fresh if gone_on is None or fresh[0].status.ok else gone_on
 
-    def _fit_scene(self, scene: Scene, start: TriangulatedMap | None) -> tuple[Fit, dict[str, Any]]:
-        """The fit, as `iccm map` makes it, and its report."""
+    def _fit_scene(self, scene: Scene, start: TriangulatedMap | None) -> Solved:
+        """The maps of all parts, as `iccm map` makes them, and their report."""
         pins, strokes = self.core(scene)
-        given = self.job.solver | {"balance": scene.balance}
+        asked: dict[str, Any] = {"balance": scene.balance, "pin": (), "constraints": None}
         if self.deforming and not (scene.pins or scene.strokes):
             pins = np.tile(self.source.curve.z[:1], (1, 2))  # one that stays where it is: so does everything
         elif not self.deforming:
-            given |= {"turn": scene.turn or None, "fit": scene.fit}
-        given |= {"pins": pins if len(pins) else None, "strokes": strokes or None}
-        said: list[str] = []
+            asked |= {"turn": scene.turn or None, "fit": None if scene.fit == "auto" else scene.fit}
+        given: dict[str, Any] = {"pins": pins if len(pins) else None, "strokes": strokes or None}
         given |= {} if start is None else {"start": start}
         if rigid := self._rigid(scene):
             given |= {"rigid": rigid, **regions.greys(self.source, scene.rigid)}
-        target = None if self.deforming else self.target
-        fit = solve(self.source, target, given, holed=self.job.holed, tell=said.append)
-        report = fit.report()
-        report["notes"] += said
-        return fit, report
+        run = replace(
+            self._run,
+            job=self.job.model_copy(update=asked),
+            pairs=[(self.source, self.target)],
+            constraints=given,
+            notes=[],
+            figures={},
+            fits=[],
+        )
+        vars(run)["image"] = self._image
+        solve_pairs(run)
+        report = run.fit_report
+        report["notes"] = [*dict.fromkeys([*run.notes, *report["notes"]])]
+        return Solved(run.fits, report)
 
     def _rigid(self, scene: Scene) -> list[Complex]:
         """The rigid regions of a scene, and those that the drawing has, in the core plane.
@@ -309,35 +354,36 @@ class Session:
             found.append({**said, "source": self.views[0].points(outline), "target": images})
         return {"regions": found}
 
-    def _settle(self, scene: Scene, fit: Fit, report: dict[str, Any], chosen: Way) -> Shown:
+    def _settle(self, scene: Scene, solved: Solved, chosen: Way) -> Shown:
         """What is shown of a map, which takes the place of the last one if it meets what it must."""
+        report, status = solved.report, solved.status
         wrong = missed_constraints(report, scene)
         if any(wrong.values()) and self._map is not None:
-            return Shown("error", False, fit.status.value, {}, wrong)
-        drawn = self.image_of(fit.map)  # type: ignore[arg-type]
-        said = figures(report) | self._regions(fit, report), wrong, drawn, chosen.alternative
-        shown = Shown("full", fit.status.ok, verdict(fit, report), *said)
+            return Shown("error", False, status.value, {}, wrong)
+        drawn = self.image_of(solved.maps)
+        said = figures(report) | self._regions(solved.fit, report), wrong, drawn, chosen.alternative
+        shown = Shown("full", status.ok, verdict(status, report, deformed=self.deforming), *said)
         self._ways[scene.key] = chosen
         if self.scene is scene:  # else something is being dragged again, from the map as it was then
-            self._fit, self._map, self._live = fit, fit.map, None  # type: ignore[assignment]
-            self._last = scene, shown = scene, replace(shown, outlines=self._outlines)
+            self._fit, self._maps, self._live = solved.fit, solved.maps, None
+            self._last = scene, shown = scene, replace(shown, outlines=self._outlines(solved.fit))
         return shown
 
     def follow(self, scene: Scene) -> Shown:
         """The coarse map, continued from the last one; where only parts of the shapes correspond there is none."""
         if self.deforming:
             return self._bend(scene)
-        if not (scene.whole and self._last[0].whole):
+        if not (scene.whole and self._is_whole):
             return Shown("coarse", True, "The map follows when you let go: parts of the shapes are left out.")
         try:
             with one_thread():
                 pins, strokes = self.core(scene)
                 self._live = live = self._continue(pins, strokes, scene, dragged=True)
                 map, self._followed = live.map, scene.key if live.met else ""
-                found = Shown("coarse", live.met, "", in_middles(map).report(), {}, self.image_of(map))
+                found = Shown("coarse", live.met, "", in_middles(map).report(), {}, self.image_of([map]))
         except InputError as error:
             return refusal(error)
-        self._map = map
+        self._maps = [map]
         if found.ok:
             return found
         gap = np.abs(map(pins[: len(scene.pins), 0]) - pins[: len(scene.pins), 1])
@@ -349,21 +395,27 @@ class Session:
         """The deformation, continued from the one before."""
         try:
             with one_thread():
-                fit, report = self._fit_scene(scene, self._map)
+                solved = self._fit_scene(scene, self._map)
         except InputError as error:
             return refusal(error)
-        self._map = map = fit.map  # type: ignore[assignment]
-        wrong, drawn = missed_constraints(report, scene), self.image_of(map)  # type: ignore[arg-type]
+        self._maps = solved.maps
+        report, drawn = solved.report, self.image_of(solved.maps)
+        wrong = missed_constraints(report, scene)
         met = not any(wrong.values())
         message = "" if met else "Not there yet: the shape follows as far as nothing folds."
-        return Shown("coarse", met, message, figures(report), wrong, drawn, outlines=self._outlines)
+        outlines = self._outlines(solved.fit)
+        return Shown("coarse", met, message, figures(report), wrong, drawn, outlines=outlines)
 
-    @property
-    def _outlines(self) -> list[list[list[float]]]:
-        """Of a shape that is deformed, the outer one first; none of one that is mapped onto a target."""
-        if not self.deforming or self._map is None:
+    def _outlines(self, fit: Fit) -> list[list[list[float]]]:
+        """Of a shape that is deformed, the outline of its frame, then what it paints, or its outline and holes; none of
+        one that is mapped onto a target."""
+        if not self.deforming:
             return []
-        return [self.views[1].points(self._map.image[loop]) for loop in self._map.loops]
+        map = self._maps[0]
+        rings = [map.image[loop] for loop in map.loops]
+        if self.source.drawing is not None:
+            rings = [rings[0], *move_rings(map, self.source.drawing.rings)]
+        return [self.views[1].points(ring) for ring in rings]
 
     def _continue(
         self, pins: Complex, strokes: list[tuple[Curve, Curve]], scene: Scene, *, dragged: bool = False
@@ -382,7 +434,7 @@ class Session:
         Raises:
             InputError: a point is outside, or there is no map yet.
         """
-        if self._map is None:
+        if not self._maps:
             raise InputError("there is no map yet")
         shape, other = (self.source, self.target) if side == "source" else (self.target, self.source)
         z = np.array([shape.at(point) for point in points])
@@ -393,7 +445,9 @@ class Session:
             raise InputError(
                 "that is in a hole; place a pin beside it, then drag both ends into holes that go together"
             )
-        w = (self._map if side == "source" else self._map.inverse)(z)
+        w = np.full(z.shape, complex(np.nan, np.nan))
+        for map in self._maps:
+            w = np.where(np.isfinite(w), w, (map if side == "source" else map.inverse)(z))
         if not np.isfinite(w).all():
             raise InputError("the map does not reach that point")
         s = shape.curve.closest(z)

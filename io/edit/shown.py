@@ -11,13 +11,43 @@ from numpy.typing import NDArray
 
 from ...balanced.search.partial import GOOD
 from ...errors import InputError
-from ...result import Fit
+from ...maps.summary import WELL_SEEN
+from ...maps.triangulated.map import TriangulatedMap
+from ...result import Fit, Status
 from ..run.report import as_json
 from .messages import Scene
 
-LOST = ("left_out", "uncovered")  # of partial maps
+LOST = ("shown", "covered", "left_out", "uncovered")  # of drawings, and of partial maps
 MISSED = 1e-6  # of the target's diagonal; pins that are met are met to 1e-9
 MISSED_STROKE = 1e-3  # likewise, of strokes, which lie on theirs to 2e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """Maps at rest.
+
+    Attributes:
+        fits: of each part; one, unless parts are mapped one by one.
+        report: their figures, of the first with those of others as its parts.
+    """
+
+    fits: list[Fit]
+    report: dict[str, Any]
+
+    @property
+    def fit(self) -> Fit:
+        """That of the first."""
+        return self.fits[0]
+
+    @property
+    def maps(self) -> list[TriangulatedMap]:
+        """The map of each part."""
+        return [fit.map for fit in self.fits if isinstance(fit.map, TriangulatedMap)]
+
+    @property
+    def status(self) -> Status:
+        """How the solver ended: for the first part that did not end well."""
+        return next((fit.status for fit in self.fits if not fit.status.ok), self.fit.status)
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,15 +88,22 @@ def figures(report: dict[str, Any]) -> dict[str, Any]:
     return {name: report[name] for name in (*names, *LOST) if name in report}
 
 
-def verdict(fit: Fit, report: dict[str, Any]) -> str:
+def verdict(status: Status, report: dict[str, Any], *, deformed: bool) -> str:
     """A sentence on a whole map, for who never saw a report."""
-    if not fit.status.ok:
-        return fit.status.value
+    if not status.ok:
+        return status.value
     most, certified = report["stretch"]["p95"], report["injective"]["certified"]
     even = f"it is stretched: {most:.2g} times and more on 5 % of it"
     folds = "nothing folds" if certified else "that nothing folds is not certified"
-    if fit.target is None:
+    if deformed:
         return f"Pins and strokes are met, {folds}."
+    lost = [
+        f"{1 - report[name]:.0%} of the {side} {what}"
+        for name, side, what in (("shown", "source", "is hidden"), ("covered", "target", "stays bare"))
+        if report.get(name, 1) < WELL_SEEN
+    ]
+    if lost:
+        return f"It fits, {folds}, but {' and '.join([*lost, *([even] if most > GOOD else [])])}."
     return f"Good fit: sizes are even, {folds}." if most <= GOOD else f"It fits, {folds}, but {even}."
 
 

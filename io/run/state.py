@@ -96,15 +96,7 @@ class Run:
                 f"{job.target}: has the connectivity of {job.source}: {len(pins)} vertices are held to theirs"
             )
             pairs, notes = [(source, target)], [f"{said} (--pin gives others)"] if pins else []
-        notes = list(notes)
-        pairs = [
-            (_with_holes_as_asked(source, job, notes), _with_holes_as_asked(target, job, notes))
-            for source, target in pairs
-        ]
-        room = within(job.memory, next(iter(job.outputs), None))
-        run = cls(job, inputs, pairs, room, tell, phases, threads, figures=figures)
-        if run.shows_own_picture and run.source.ink is not None:
-            run.pairs = [(as_drawn(source), target) for source, target in pairs]
+        run = cls.of_pairs(job, inputs, pairs, tell, phases, threads, figures)
         run.note(*notes)
         if not job.several:
             run.constraints, run.called = constrain(job, run.source, run.target, inputs.listed)
@@ -113,6 +105,34 @@ class Run:
                 run.note(f"{run.target.spec}: {text}")
         if job.start:
             run.start = read_start(job)
+        return run
+
+    @classmethod
+    def of_pairs(
+        cls,
+        job: Job,
+        inputs: Inputs,
+        pairs: Pairs,
+        tell: Tell,
+        phases: Phases,
+        threads: int | None = None,
+        figures: dict[str, Any] | None = None,
+    ) -> Run:
+        """A job whose shapes are read, with their holes and lines taken as it says."""
+        notes = list[str]()
+        taken = Pairs()
+        for source, target in pairs:
+            from_source = _with_holes_as_asked(source, job, notes)
+            taken.append(
+                (from_source, from_source if target is source else _with_holes_as_asked(target, job, notes))
+            )
+        room = within(job.memory, next(iter(job.outputs), None))
+        run = cls(job, inputs, taken, room, tell, phases, threads, figures=figures or {})
+        if run.shows_own_picture and run.source.ink is not None:
+            run.pairs = [
+                (drawn := as_drawn(source), drawn if target is source else target) for source, target in taken
+            ]
+        run.note(*notes)
         return run
 
     def with_texture(self, map: tuple[str, str] | None) -> Run:

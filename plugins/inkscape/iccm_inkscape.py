@@ -36,7 +36,7 @@ class Texture(inkex.EffectExtension):
         pars.add_argument("--result", default="paths")
         pars.add_argument("--size", type=int, default=1024)
         pars.add_argument("--outline", default="silhouette")
-        pars.add_argument("--parts", default="largest")
+        pars.add_argument("--parts", default="auto")
         pars.add_argument("--fit", default="auto")
         pars.add_argument("--holes", default="auto")
         pars.add_argument("--turn", default="")
@@ -113,14 +113,15 @@ class Texture(inkex.EffectExtension):
             inkex.errormsg(readable("\n".join(said)))
 
     def part(self, artwork):
-        """What of the artwork's file is its outline: the end of `file#part`."""
-        parts = {"silhouette": "#silhouette", "box": "#canvas", "first": f"#{artwork[0].get('id')}"}
-        return parts.get(self.options.outline, "")
+        """What of the artwork's file is its outline: the end of `file#part`; shapes are counted from the largest, 1."""
+        first = f"#{artwork[0].get('id')}"
+        parts = {"silhouette": "#silhouette", "largest": "#1", "box": "#canvas", "first": first}
+        return parts[self.options.outline]
 
     def said(self):
         """What was chosen otherwise than by default."""
         found = []
-        for name, default in (("fit", "auto"), ("holes", "auto"), ("parts", "largest"), ("balance", 1.0)):
+        for name, default in (("fit", "auto"), ("holes", "auto"), ("parts", "auto"), ("balance", 1.0)):
             value = getattr(self.options, name)
             found += [f"--{name}", str(value)] if value != default else []
         turn = self.options.turn.strip()

@@ -213,11 +213,30 @@ def test_each_letter_gets_the_artwork_and_removed_originals_stay_for_their_clone
     )
 
 
+def test_all_letters_of_a_word_go_into_the_target(profile):
+    bars = "".join(f'<path id="bar{x}" d="M{x} 30h6v{h}h-6z" fill="#03{k}"/>' for k, (x, h) in enumerate(
+        ((10, 40), (20, 30), (30, 36), (40, 25))
+    ))  # fmt: skip
+    document = plain([]).replace('<g id="art">', f'<g id="word">{bars}</g><g id="art">')
+    made, _, code = run(document, profile, "--id=word", "--id=target")
+    assert code == 0
+    drawn = [
+        each
+        for each in ElementTree.fromstring(made).iter(f"{SVG}path")
+        if each.get("fill", "").startswith("#03")
+    ]
+    assert (
+        sorted({each.get("fill") for each in drawn}) == ["#030", "#031", "#032", "#033"] and len(drawn) == 8
+    )
+    largest = run(document, profile, "--id=word", "--id=target", "--outline=largest")
+    assert largest[2] == 0 and "3 × shape outside the source, left out" in largest[1]
+
+
 def test_what_is_left_out_is_said_beside_the_result(profile):
     aside = '<circle cx="20" cy="120" r="5"/>'
     document = plain([]).replace('<g id="art">', f'<g id="art">{aside}')
-    made, said, code = run(document, profile, "--id=art", "--id=target")
-    assert code == 0 and said.strip() == "1 × shape outside the source, left out"
+    made, said, code = run(document, profile, "--id=art", "--id=target", "--outline=largest")
+    assert code == 0 and "1 × shape outside the source, left out" in said
     assert len(eyes(made)) == 1
 
 

@@ -202,10 +202,11 @@ function refresh() {
 }
 
 const hints = {
+  auto: 'without pins the cheapest of the others; with pins the outlines, or the tightest frames around all parts',
+  frame: 'gaps between parts, and bays, are closed as far as that costs less',
   whole: 'every outline onto its partner’s, limbs and bays as well',
   contain: 'bays of the source open where the target has none; the map follows when you let go',
   cover: 'what the target has no room for is left out; the map follows when you let go',
-  auto: 'without pins the cheapest of the others; with pins whole outlines',
 };
 
 // ---------------------------------------------------------------- what happens on the shapes and in the list

@@ -91,7 +91,7 @@ const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;  // wha
 export class Painter {
   #gl; #programs = {}; #texture = null; #drawing = null; #shape; #count = 0; #buffers = {}; #arrays = {}; #fans = [];
 
-  /** @param shape what the server says of this side: outline, holes. */
+  /** @param shape what the server says of this side: outline, holes, and what a whole drawing paints. */
   constructor(canvas, shape) {
     const gl = canvas.getContext('webgl2', {antialias: true, stencil: true, premultipliedAlpha: true});
     if (!gl) throw new Error('This browser, or its graphics, has no WebGL 2.');
@@ -101,7 +101,7 @@ export class Painter {
     this.software = SOFTWARE.test(gl.getParameter(told ? told.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
     this.#shape = shape;
     for (const [name, sources] of Object.entries(SHADERS)) this.#programs[name] = program(gl, ...sources);
-    this.outlines([shape.outline, ...shape.holes]);
+    this.outlines(shape.painted ?? [shape.outline, ...shape.holes]);
     this.#arrays.patches = gl.createVertexArray();
     this.#buffers.patches = gl.createBuffer();
     gl.bindVertexArray(this.#arrays.patches);
@@ -245,9 +245,10 @@ export class Painter {
 
   #drawTarget() {
     const gl = this.#gl;
-    this.#cut(this.overlay.holes ? this.#fans.slice(1) : []);
+    const {painted} = this.#shape;  // what is seen of the map of a frame; else all of the map but holes
+    this.#cut(painted ? this.#fans : this.overlay.holes ? this.#fans.slice(1) : []);
     this.#use('patches', this.#carried);
-    gl.stencilFunc(gl.EQUAL, 0, 255);
+    gl.stencilFunc(gl.EQUAL, painted ? 255 : 0, 255);
     gl.bindVertexArray(this.#arrays.patches);
     if (this.#count) gl.drawArraysInstanced(gl.TRIANGLES, 0, 3, this.#count);
   }

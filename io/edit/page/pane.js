@@ -35,7 +35,7 @@ export class Pane {
     this.caption = element.appendChild(document.createElement('p'));
     this.caption.textContent = `${this.free ? 'deformed' : side}: ${called(shape.name)}`;
     this.caption.className = 'caption';
-    this.rings = [shape.outline, ...shape.holes];
+    this.rings = shape.painted ?? [shape.outline, ...shape.holes];
     this.painter = new Painter(this.canvas, shape);
     this.view = {x: 0, y: 0, zoom: 1, width: 1, height: 1};
     this.overlay = {grid: false, stretch: false, own: 0, mapped: side === 'target', holes: hello.holes, mean: hello.mean, step: 0.1};
@@ -63,8 +63,9 @@ export class Pane {
 
   /** Where the pins of a shape that is deformed have moved its outlines. */
   reshape(rings) {
-    [this.shape.outline, ...this.shape.holes] = this.rings = rings;
-    this.painter.outlines(rings);
+    if (this.shape.painted) [this.shape.outline, ...this.rings] = rings;  // the frame, then what is painted
+    else [this.shape.outline, ...this.shape.holes] = this.rings = rings;
+    this.painter.outlines(this.rings);
   }
 
   resized() {
@@ -200,6 +201,7 @@ export class Pane {
     const path = (points, closed) =>
       'M' + points.map((p) => this.pixel(p).map((v) => v.toFixed(1)).join(' ')).join('L') + (closed ? 'Z' : '');
     const drawn = [{d: this.rings.map((ring) => path(ring, true)).join(''), class: 'outline'}];
+    if (this.rings.length > 1 && this.shape.painted) drawn.unshift({d: path(this.shape.outline, true), class: 'frame'});
     for (const region of this.scene.regions) drawn.push({d: path(region[this.side], true), class: 'region'});
     this.scene.strokes.forEach((stroke, k) => {
       const wrong = this.scene.wrong.strokes?.includes(k) ? ' wrong' : '';

@@ -80,7 +80,7 @@ function blank() {
 
 /** The figures of a map; those of a coarse one are not the last word. */
 export function figures(body, kind, found) {
-  const {stretch, dilatation, scale, boundary, injective, turn, left_out: lost, uncovered, regions = []} = found;
+  const {stretch, dilatation, scale, boundary, injective, turn, left_out: lost, uncovered, shown, covered, regions = []} = found;
   const percent = (share) => `${(100 * share).toFixed(1)} %`;
   const rows = [
     ['stretch', 'half, 95 %, largest', stretch && [stretch.p50, stretch.p95, stretch.max].map(number).join('   ')],
@@ -90,7 +90,8 @@ export function figures(body, kind, found) {
     ['outline', 'off, of the diagonal', boundary ? boundary.hausdorff.toExponential(1) : null],
     ['one-to-one', 'certified share', injective ? (injective.certified ? `${(100 * injective.share).toFixed(2)} %` : 'not certified') : null],
   ];
-  if (lost !== undefined) rows.push(['left out', 'of the source', percent(lost)], ['uncovered', 'of the target', percent(uncovered)]);
+  if (shown !== undefined) rows.push(['shown', 'of the source', percent(shown)], ['covered', 'of the target', percent(covered)]);
+  else if (lost !== undefined) rows.push(['left out', 'of the source', percent(lost)], ['uncovered', 'of the target', percent(uncovered)]);
   regions.forEach(({dilatation: bent, scale: size}, k) => rows.push([`rigid ${k + 1}`, 'dilatation of 95 % of it, and its size by the mean scale', `${bent.toFixed(3)}   × ${number(size)}`]));
   body.replaceChildren(...rows.map(([name, hint, value]) => {
     const row = document.createElement('tr'), head = document.createElement('th'), cell = document.createElement('td');

@@ -88,7 +88,7 @@ def test_undo_gives_the_map_that_was_there(dragged):
 def test_maps_that_agree_need_no_start_and_others_are_told(dragged):
     edited, last, _ = dragged
     edited.solve(last)
-    kept, fresh = edited._map, edited._fit_scene(last, None)[0].map
+    kept, fresh = edited._map, edited._fit_scene(last, None).fit.map
     found = edited.compare(last)
     if same(kept, fresh):
         assert found.other == "" and found.drawn is not None and edited.start(last) is None
@@ -207,7 +207,7 @@ def test_maps_with_holes_go_on_from_the_one_before_and_the_file_repeats_them(sha
     (shapes / "a.svg").write_text(RING.format("M10 10H90V90H10Z M35 35H60V60H35Z"))
     (shapes / "b.svg").write_text(RING.format("M50 5L95 50L50 95L5 50Z M45 45H65V70H45Z"))
     edited = Session(make({"source": "a.svg", "target": "b.svg"}))
-    edited.solve(scene())
+    edited.solve(scene(fit="whole"))
     here = [20.0, 20.0]
     (x, y), *_ = edited.transfer("source", [here])
     for step in (1, 2):

@@ -123,7 +123,7 @@ def test_a_map_is_made_followed_and_placed_on(client):
         socket.send_json({"type": "solve", "seq": 1, "scene": {}})
         head, patches = map_of(socket)
         assert (head["kind"], head["seq"], head["ok"]) == ("full", 1, True) and len(patches) > 1000
-        assert head["command"] == "iccm map square.svg blob.svg --fit whole -o square-blob.png"
+        assert head["command"] == "iccm map square.svg blob.svg -o square-blob.png"
         socket.send_json({"type": "follow", "seq": 2, "scene": SCENE})
         head, coarse = map_of(socket)
         assert (head["kind"], head["seq"]) == ("coarse", 2) and 100 < len(coarse) < len(patches)

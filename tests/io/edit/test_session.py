@@ -83,7 +83,7 @@ def test_holes_are_carried_and_take_pins_that_name_partners(shapes):
         hole = 'M40 40V60H60V40Z"/>' if name == "square.svg" else 'M45 45V60H60V45Z"/>'
         (shapes / name).write_text((shapes / name).read_text().replace('Z"/>', f"Z{hole}"))
     edited = session()
-    full = edited.solve(scene())
+    full = edited.solve(scene(fit="whole"))
     assert full.ok and len(edited._map.loops) == 2 and len(edited.describe()["target"]["holes"]) == 1
     with pytest.raises(InputError, match="in a hole"):
         edited.transfer("source", [(50, 50)])

@@ -1,0 +1,108 @@
+"""Whole drawings on the page: what is shown is what `iccm map` makes, and pins and strokes work in frames."""
+
+import json
+import shlex
+
+import numpy as np
+import pytest
+
+from iccm.io.edit import saving
+from iccm.io.edit.messages import Scene
+from iccm.io.edit.session import Session
+from iccm.io.run.job import make
+
+SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">{}</svg>'
+BARS = '<path d="M10 10H30V90H10Z"/><path d="M40 30H60V90H40Z"/><path d="M70 60H90V90H70Z"/>'
+PANES = '<path d="M5 5H95V40H5Z"/><path d="M5 50H95V95H5Z"/>'
+DOTS = '<circle cx="22" cy="24" r="15"/><circle cx="80" cy="20" r="12"/><circle cx="50" cy="82" r="14"/>'
+SQUARES = '<path d="M8 8H34V34H8Z"/><path d="M66 12H94V38H66Z"/><path d="M36 66H62V96H36Z"/>'
+GAP = {"source": [65.0, 75.0], "target": [60.0, 46.0]}  # between parts on both sides
+
+
+@pytest.fixture
+def drawings(shapes):
+    for name, drawn in (("bars", BARS), ("panes", PANES), ("dots", DOTS), ("squares", SQUARES)):
+        (shapes / f"{name}.svg").write_text(SVG.format(drawn))
+    return shapes
+
+
+def scene(*pins, **more):
+    return Scene.model_validate({"pins": pins, **more})
+
+
+def session(source, target=None):
+    return Session(make({"source": source, **({"target": target} if target else {})}))
+
+
+@pytest.mark.parametrize(
+    ("pair", "wanted"),
+    [
+        (("bars.svg", "panes.svg"), scene()),
+        (("dots.svg", "squares.svg"), scene()),  # parts one by one
+        (("bars.svg", "blob.svg"), scene(fit="frame")),
+        (("bars.svg", "panes.svg"), scene(GAP)),
+        (("square.svg", "bars.svg"), scene(fit="contain")),
+    ],
+)
+def test_what_is_shown_is_what_the_command_writes(drawings, iccm, pair, wanted):
+    edited = session(*pair)
+    shown = edited.solve(wanted)
+    assert shown.kind == "full", shown.message
+    assert saving.export(edited, wanted, "page.png", 120, replace=False).ok == shown.ok
+    if wanted.constrained:
+        saving.save(edited, wanted, saving.constraints_file(edited), replace=False)
+    words = shlex.split(saving.command(edited, wanted))[1:]
+    done = iccm(*words[:-1], "typed.png", "--size", "120", "--report", "report.json")
+    assert done.code in (0, 1), done.err
+    assert (drawings / "typed.png").read_bytes() == (drawings / "page.png").read_bytes()
+    report = json.loads((drawings / "report.json").read_text())
+    for name in ("status", "stretch", "shown", "covered", "left_out"):
+        assert shown.figures.get(name) == report.get(name), name
+    assert ("--fit" in words) == (wanted.fit != "auto")
+
+
+def test_the_page_knows_all_parts_and_the_frame_around_them(drawings):
+    edited = session("bars.svg", "panes.svg")
+    source, target = (edited.describe()[side] for side in ("source", "target"))
+    assert [len(side["painted"]) for side in (source, target)] == [3, 2]
+    (left, top, right, bottom), frame = source["bounds"], np.array(source["outline"])
+    corners = np.concatenate([np.array(ring) for ring in source["painted"]])
+    for outline in (frame, corners):
+        assert np.allclose(
+            [*outline.min(axis=0), *outline.max(axis=0)], [left, top, right, bottom], atol=1e-5
+        )
+
+
+def test_a_pin_between_parts_is_met_and_followed(drawings):
+    edited = session("bars.svg", "panes.svg")
+    assert edited.solve(scene(GAP)).ok
+    moved = scene({**GAP, "target": [64.0, 45.0]})
+    coarse = edited.follow(moved)
+    assert (coarse.kind, coarse.ok) == ("coarse", True), coarse.message
+    assert edited.solve(moved).ok
+    assert np.allclose(edited.transfer("source", [GAP["source"]]), [[64.0, 45.0]], atol=1e-4)
+    stroke = {"source": [[20.0, 80.0], [80.0, 80.0]], "target": [[20.0, 70.0], [75.0, 75.0]]}
+    assert edited.solve(scene(strokes=[stroke])).ok
+
+
+def test_parts_that_are_mapped_one_by_one_each_take_points(drawings):
+    edited = session("dots.svg", "squares.svg")
+    assert edited.solve(scene()).ok and len(edited._maps) == 3
+    there = edited.transfer("source", [(22, 24), (80, 20), (50, 82)])
+    for (x, y), (left, top, right, bottom) in zip(
+        there, ((8, 8, 34, 34), (66, 12, 94, 38), (36, 66, 62, 96))
+    ):
+        assert left < x < right and top < y < bottom
+    assert np.allclose(edited.transfer("target", there), [(22, 24), (80, 20), (50, 82)], atol=1e-3)
+    pinned = edited.solve(scene({"source": [50.0, 82.0], "target": [48.0, 80.0]}))
+    assert pinned.ok and len(edited._maps) == 1
+
+
+def test_all_parts_of_a_drawing_are_deformed(drawings):
+    edited = session("bars.svg")
+    pins = [{"source": [20, 80], "target": [20, 80]}, {"source": [80, 80], "target": [84, 70]}]
+    shown = edited.solve(scene(*pins))
+    assert shown.ok and len(shown.outlines) == 4  # the frame, and each bar where it went
+    before, after = edited.describe()["target"]["painted"], shown.outlines[1:]
+    far = [np.abs(np.mean(a, axis=0) - np.mean(b, axis=0)).max() for a, b in zip(before, after)]
+    assert max(far) > 0.05 and min(far) < 0.05
