@@ -25,6 +25,8 @@ from ...errors import InputError
 from ...maps.distortion import in_middles
 from ...maps.moved_rings import move_rings
 from ...maps.triangulated.map import TriangulatedMap
+from ...pixels.own_edge import without_own_edge
+from ...pixels.paper import on_paper
 from ...result import Fit, Status
 from ..point_syntax import Place
 from ..run import framing, texture
@@ -130,6 +132,10 @@ class Session:
         image, source = self._image, self.source
         if isinstance(source, MeshShape) and texture.on_mesh(self.job, source):
             image = lay_out(self.job, source, image, self._boxes[0], most)
+        if texture.on_paper(self.job, source) and image.alpha >= 0:
+            placed = image.texture(self._boxes[0], kind=self.job.kind)
+            filled = on_paper(without_own_edge(placed, texture.outlines_of(self.job, [source])))
+            image = image.with_pixels(filled.pixels, filled.alpha)
         return png(image, most)
 
     @property

@@ -107,7 +107,8 @@ def run(
     phases = Phases()
     with one_thread(), references.outside(job.allow_outside), progress.heard(listener):
         with phases.timed("read"):
-            job = job.model_copy(update={"target_box": job.target_box, "output": tuple(written)})
+            # gaps of both drawings fade on the way, so they are not filled with paper
+            job = job.model_copy(update={"output": tuple(written), "gaps": "transparent"})
             textures = [asked.target_texture] if asked.target_texture else []
             files.check_outputs(written, [*job.inputs, *textures], force=job.force)
             begun = _with_own_pictures(Run.read(job, Inputs(job), threads, tell, phases))

@@ -123,6 +123,10 @@ def test_drawings_with_colours_of_their_own_fade_into_each_other(shapes, iccm):
     assert middles[0] == [255, 0, 0, 255] and middles[2] == [0, 0, 255, 255]
     assert middles[1] == pytest.approx([128, 0, 128, 255], abs=2)
     assert pixels("m-1.png")[14, 24].tolist() == [0, 255, 0, 255]
+    two = '<path d="M10 10H40V90H10Z" fill="red"/><path d="M60 20H90V80H60Z" fill="lime"/>'
+    (shapes / "two.svg").write_text(SVG.format(two))
+    assert iccm("morph", "two.svg", "blue.svg", *QUICK, "-o", "t-{number}.png").code == 0
+    assert [int(pixels(f"t-{k}.png")[24, 24, 3]) for k in (1, 3)] == [0, 255]
     assert (
         iccm("morph", "red.svg", "blue.svg", "--texture", "checker", *QUICK, "-o", "c-{number}.png").code == 0
     )

@@ -1,10 +1,12 @@
 """Whole drawings on the page: what is shown is what `iccm map` makes, and pins and strokes work in frames."""
 
+import io
 import json
 import shlex
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from iccm.io.edit import saving
 from iccm.io.edit.messages import Scene
@@ -71,6 +73,16 @@ def test_the_page_knows_all_parts_and_the_frame_around_them(drawings):
         assert np.allclose(
             [*outline.min(axis=0), *outline.max(axis=0)], [left, top, right, bottom], atol=1e-5
         )
+
+
+def test_gaps_of_a_drawing_that_is_its_own_picture_are_shown_as_the_command_shows_them(drawings):
+    (drawings / "two.svg").write_text(
+        SVG.format('<path d="M10 10H40V90H10Z" fill="red"/><path d="M60 20H90V80Z" fill="blue"/>')
+    )
+    for gaps, opaque in (("paper", True), ("transparent", False)):
+        edited = Session(make({"source": "two.svg", "target": "panes.svg", "gaps": gaps}))
+        shown = np.asarray(Image.open(io.BytesIO(edited.texture(64))).convert("RGBA"))
+        assert (shown[..., 3].min() == 255) == opaque
 
 
 def test_a_pin_between_parts_is_met_and_followed(drawings):
