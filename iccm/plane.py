@@ -98,6 +98,10 @@ class Similarity(NamedTuple):
         """The images of points."""
         return self.factor * z + self.shift
 
+    def inverse(self) -> "Similarity":
+        """Return the similarity that takes images back."""
+        return Similarity(1 / self.factor, -self.shift / self.factor)
+
 
 def orientation(a: Complex, b: Complex, c: Complex) -> Signs:
     """Whether points a, b, c (p,), all finite, turn left (1), right (-1) or lie on a line (0), exactly.

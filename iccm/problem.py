@@ -45,6 +45,7 @@ OWN = (
     "balance",
     "turn",
     "fit",
+    "place",
     "holes",
     "max_left_out",
     "max_uncovered",
@@ -56,6 +57,7 @@ OWN = (
 )
 """Options that it alone has."""
 FITS, HOLES = ("auto", "frame", "whole", "contain", "cover"), ("auto", "keep")
+PLACES = ("fill", "inside", "slice")
 
 
 class OptionValues(TypedDict, total=False):
@@ -65,6 +67,7 @@ class OptionValues(TypedDict, total=False):
     balance: float
     turn: float | Literal["any"] | None
     fit: str
+    place: str
     holes: str
     max_left_out: float
     max_uncovered: float
@@ -104,6 +107,8 @@ class Options:
             source lies beyond bays of the target is left out; "frame", of whole drawings, a region around all parts of
             each goes onto one around the other; "auto", the one of these that costs the least (whole
             with pins, strokes, bounds, surfaces and a balance above 1).
+        place: "fill", the source takes the target's form; "inside", it keeps its proportions, and is as large as it can
+            be inside the target; "slice", it keeps its proportions and covers the target, and what hangs over is cut.
         holes: "keep", all go onto each other, or shrink to slits; "auto", partial maps may pass over some, where that
             costs less.
         max_left_out: the largest share of the source's area that may be left out.
@@ -139,6 +144,7 @@ class Options:
     balance: float = 1.0
     turn: float | Literal["any"] | None = None
     fit: str = "auto"
+    place: str = "fill"
     holes: str = "auto"
     max_left_out: float = 1.0
     max_uncovered: float = 1.0
@@ -179,9 +185,14 @@ class Options:
             raise InputError("literal: an option of --method paper")
         if self.literal and (free := self._given(FREE)):
             raise InputError(f"{free[0]}: literal takes it as the paper has it; leave one of the two out")
-        for name, words in (("fit", FITS), ("holes", HOLES)):
+        for name, words in (("fit", FITS), ("place", PLACES), ("holes", HOLES)):
             if getattr(self, name) not in words:
                 raise InputError(f"{name}: {getattr(self, name)!r} is not one of {', '.join(words)}")
+        if self.place != "fill" and (others := self._given(("fit", "holes"))):
+            raise InputError(
+                f"{others[0]}: place {self.place} keeps the drawing's proportions, so nothing is fitted; "
+                "leave one of the two out"
+            )
         if max(self.max_left_out, self.max_uncovered) > 1:
             raise InputError("max_left_out, max_uncovered: are shares of the area, at most 1")
         if not 1 <= self.effort <= MOST_EFFORT:
@@ -329,11 +340,11 @@ class Problem:
         if not first:
             source, target = from_known(source), target and from_known(target)
         s, t = Frame.of(source), Frame.of(target or source)
-        pins = _pins(pins)
+        pins = as_pins(pins)
         _inside(source, pins[:, 0], "pin", reach)
         if target is not None and pins_inside:
             _inside(target, pins[:, 1], "target of pin", reach, "target")
-        pairs = [_strokes(k, pair) for k, pair in enumerate(strokes or [])]
+        pairs = [as_strokes(k, pair) for k, pair in enumerate(strokes or [])]
         for a, _ in pairs:
             _inside(source, a.z, "source stroke vertex", reach)
         unit_pins = np.column_stack([s.unit(pins[:, 0]), t.unit(pins[:, 1])])
@@ -491,7 +502,12 @@ def _mirror(curve: Curve) -> Curve:
     return Curve(np.roll(curve.z.conj()[::-1], 1))
 
 
-def _strokes(k: int, pair) -> tuple[Curve, Curve]:
+def as_strokes(k: int, pair) -> tuple[Curve, Curve]:
+    """Return pair number k of strokes, source and target, as curves.
+
+    Raises:
+        InputError: it is not a pair of polylines.
+    """
     if not hasattr(pair, "__len__") or len(pair) != 2:
         raise InputError(f"strokes: number {k + 1} is no pair of polylines, source and target")
     return _stroke(pair[0], "source stroke"), _stroke(pair[1], "target stroke")
@@ -501,7 +517,12 @@ def _stroke(shape, name: str) -> Curve:
     return Curve.stroke(shape.z if isinstance(shape, Curve) else shape, name)
 
 
-def _pins(pins: ArrayLike | Sequence | None) -> Complex:
+def as_pins(pins: ArrayLike | Sequence | None) -> Complex:
+    """Return pins as (k, 2) complex numbers, source and target of each.
+
+    Raises:
+        InputError: they are not pairs of finite points.
+    """
     if pins is None or (isinstance(pins, Sized) and not len(pins)):
         return np.empty((0, 2), dtype=np.complex128)
     array = as_complex(pins, "pins", 2)

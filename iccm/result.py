@@ -30,7 +30,7 @@ from .maps.summary import CERTAIN_SHARE, SEEN_FOLDS, WELL_SEEN, in_short
 from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
 from .meshes.surface_distortion import on_surfaces, surface_distances
-from .problem import ON_OUTLINE, TOLERANCE
+from .problem import ON_OUTLINE, PLACES, TOLERANCE
 from .saved.map_file import DRAWING_RINGS, RINGS, MapFile, Plane, read
 from .transform import Transform
 
@@ -113,6 +113,8 @@ class Fit:
         drawings: the whole drawings of source and target, where the map is one of drawings: `source` and `target` are
             then the outlines of frames around them, or of their only parts.
         opaque: whether the texture also covers the gaps between the source's parts.
+        place: "fill"; or "inside" or "slice", where the drawings keep their proportions, and `source` and `target` are
+            the outlines of what of them goes together.
 
     >>> import iccm
     >>> square = np.array([0, 1, 1 + 1j, 1j])
@@ -140,6 +142,7 @@ class Fit:
     axes: tuple[str, str] = UP
     drawings: tuple[Drawing, Drawing] | None = None
     opaque: bool = True
+    place: str = "fill"
 
     def __dir__(self) -> list[str]:
         return [name for name in super().__dir__() if not name.startswith("_")]
@@ -253,6 +256,8 @@ class Fit:
         if any(self.layouts):
             raise InputError("maps of meshes are not saved; those between planar shapes are")
         own = Plane.of(self.source.z, self.source_holes), Plane.of(self.image, self.target_holes)
+        if self.place != "fill":
+            own = replace(own[0], box=self.boxes[0]), replace(own[1], box=self.boxes[1])
         outlines = self.source.z, self.target.z if self.target else None
         both = [replace(plane, outline=z) for plane, z in zip(planes or own, outlines)]
         sides = zip(*self.strokes) if self.strokes else ((), ())
@@ -264,7 +269,7 @@ class Fit:
         rings["filled"] = list(self.filled or ())
         for side, name in enumerate(DRAWING_RINGS):
             rings[name] = self.drawings[side].rings if self.drawings else []
-        said["opaque"] = self.opaque
+        said |= {"opaque": self.opaque, "place": self.place}
         rings["rigid"] = [ring for region in self.rigid for ring in region.rings]
         said["rigid"] = [len(region.rings) for region in self.rigid]
         said["rigid_of_target"] = any(region.of_target for region in self.rigid)
@@ -316,6 +321,7 @@ class Fit:
             axes=(axes[0], axes[1]),
             drawings=_drawings(held),
             opaque=about.get("opaque") is not False,
+            place=about["place"] if about.get("place") in PLACES else "fill",
         )
 
     def _repr_png_(self) -> bytes:
@@ -385,9 +391,9 @@ class Fit:
         from .pixels.texture import Texture
         from .pixels.warp import warp
 
-        box = (self.target or Curve(self.image)).box
+        textured, box = self.boxes
         canvas = Canvas.about(*proportional(PLOTTED, box[1] - box[0]), box)
-        return warp(self.map, Texture(checkerboard(), self.source.box), canvas).pixels, canvas.box
+        return warp(self.map, Texture(checkerboard(), textured), canvas).pixels, canvas.box
 
     @cached_property
     def image(self) -> Complex:
@@ -396,6 +402,15 @@ class Fit:
         if isinstance(map, TriangulatedMap):
             return map(map.polygon)
         return outline(map, FLATNESS * Curve(map.jet_inside(map.polygon)[0]).diameter)
+
+    @property
+    def boxes(self) -> tuple[Box, Box]:
+        """The bounding boxes of source and target: of the drawings, also where only parts of them go together."""
+        if self.place != "fill" and self.drawings is not None:
+            bounds = [drawing.painted.bounds for drawing in self.drawings]
+            source, target = ((complex(*box[:2]), complex(*box[2:])) for box in bounds)
+            return source, target
+        return self.source.box, (self.target or Curve(self.image)).box
 
     @property
     def diagonal(self) -> float:
@@ -653,15 +668,15 @@ class Fit:
 
     @property
     def _lost_notes(self) -> list[str]:
-        """A sentence where much of either drawing is not seen."""
+        """A sentence where much of either drawing is not seen, unless that was asked for."""
         if self.seen is None:
             return []
         said = []
-        if self.seen.hidden > 1 - WELL_SEEN:
+        if self.seen.hidden > 1 - WELL_SEEN and self.place != "slice":
             said.append(
                 f"{self.seen.hidden:.0%} of the source drawing is hidden: it lies where the target has gaps (shown)."
             )
-        if self.seen.bare > 1 - WELL_SEEN:
+        if self.seen.bare > 1 - WELL_SEEN and self.place != "inside":
             said.append(f"{self.seen.bare:.0%} of the target drawing stays bare (covered).")
         return said
 

@@ -13,6 +13,7 @@ from typing import Any, TypeVar, Unpack
 import numpy as np
 
 from . import deadline
+from .arrays import Complex
 from .blas import on_one_thread
 from .curve import ROUNDED, Curve, polygon_of
 from .deadline import TimeUp
@@ -22,7 +23,7 @@ from .given import Outlines, as_points_of, drawing_of, flattening_of, outlines_o
 from .maps.regions import Region, mean_scale
 from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
-from .problem import NEAR, ON_OUTLINE, Options, OptionValues, Problem, as_domain
+from .problem import NEAR, ON_OUTLINE, Options, OptionValues, Problem, as_domain, as_pins, as_strokes
 from .progress import Progress, listening
 from .result import Fit, Status
 from .signatures import plain_signature
@@ -192,7 +193,10 @@ def fit(
     ]
     both = sides[0], sides[1]
     with listening(progress, cancel):
-        if any(side.drawing is not None for side in both) and not any(side.is_surface for side in both):
+        on_surface = any(side.is_surface for side in both)
+        if on_surface and settings.place != "fill":
+            raise InputError(f"place: {settings.place} is for drawings in the plane; a mesh is filled")
+        if (any(side.drawing is not None for side in both) or settings.place != "fill") and not on_surface:
             return _fit_drawings(both, constraints, settings, hole_partners, axes, opaque, free_gaps)
         return _fit_outlines(both, constraints, settings, hole_partners, axes)
 
@@ -208,6 +212,17 @@ class _Constraints:
     importance: Any
     size_map: Any
     start: Fit | TriangulatedMap | None
+
+    @property
+    def points(self) -> Complex:
+        """(k, 2) points and where they go: the pins, and the ends of strokes.
+
+        Raises:
+            InputError: they are not pairs of points.
+        """
+        strokes = [as_strokes(k, pair) for k, pair in enumerate(self.strokes or [])]
+        ends = [(a.z[k], b.z[k]) for a, b in strokes for k in (0, -1)]
+        return np.concatenate([as_pins(self.pins), np.reshape(np.array(ends, complex), (-1, 2))])
 
     @property
     def are_none(self) -> bool:
@@ -271,6 +286,7 @@ def _fit_drawings(
     free_gaps: bool,
 ) -> Fit:
     """Return the map of two drawings, one of which may have been given as an outline."""
+    from .frames.placed import fit_placed
     from .frames.solve import fit_drawings
 
     def solve_outlines(
@@ -279,12 +295,18 @@ def _fit_drawings(
         source_holes: Sequence[Curve],
         target_holes: Sequence[Curve],
         options: Options,
+        *,
+        pinned: bool = True,
     ) -> Fit:
         used = sides[0].with_outline(source, source_holes), sides[1].with_outline(target, target_holes)
         own = partners if source_holes or target_holes else ()
-        return _fit_outlines(used, constraints, options, own, axes)
+        asked = constraints if pinned else replace(constraints, pins=None)
+        return _fit_outlines(used, asked, options, own, axes)
 
     source, target = (side.drawing or _drawing_of_outlines(side.outlines, side.name) for side in sides)
+    if settings.place != "fill":
+        found = fit_placed(source, target, settings, solve_outlines, pins=constraints.points, opaque=opaque)
+        return replace(found, opaque=opaque, pins=as_pins(constraints.pins))
     searched = constraints.are_none and not partners and settings.is_balanced and settings.balance <= 1
     searched = searched and settings.max_dilatation is None and settings.max_stretch is None
     found = fit_drawings(source, target, settings, solve_outlines, free_gaps=free_gaps, searched=searched)

@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike, NDArray
 from . import solve
 from .arrays import Box, Complex, as_complex
 from .blas import on_one_thread
-from .curve import Curve
 from .errors import InputError
 from .given import outlines_of
 from .maps.triangulated.map import TriangulatedMap
@@ -172,10 +171,9 @@ def warp(
     ((-1.5+0j), (4.5+3j))
     """
     outlines = [loop.z for loop in (fit.source, *fit.source_holes)]
-    sampler = _sampler(
-        texture, texture_box or fit.source.box, outlines, filter, kind, edge, encoding, threads
-    )
-    canvas = _canvas(size, target_box or (fit.target or Curve(fit.image)).box)
+    boxes = fit.boxes
+    sampler = _sampler(texture, texture_box or boxes[0], outlines, filter, kind, edge, encoding, threads)
+    canvas = _canvas(size, target_box or boxes[1])
     return _carried(fit, sampler, canvas, padding, threads)
 
 
@@ -201,8 +199,9 @@ def stmap(
     >>> complex(np.round(back(0.5 + 0.25j), 3))
     (1.5+0.75j)
     """
-    canvas = _canvas(size, target_box or (fit.target or Curve(fit.image)).box)
-    box = _box(texture_box or fit.source.box, "texture_box")
+    boxes = fit.boxes
+    canvas = _canvas(size, target_box or boxes[1])
+    box = _box(texture_box or boxes[0], "texture_box")
     return np.concatenate(list(stmaps.stmap(fit.map, box, canvas, threads=threads)))
 
 

@@ -40,7 +40,7 @@ TOPICS: dict[str, Topic] = {
     "shapes": Topic(
         "Which shapes, and how they fit",
         "--parts all --holes keep --fit cover",
-        "parts fit holes max_left_out max_uncovered trace sequence",
+        "parts fit place holes max_left_out max_uncovered trace sequence",
     ),
     "constraints": Topic(
         "What must go where",

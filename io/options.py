@@ -595,7 +595,14 @@ class JobOptions:
         "concavities of the source open; cover: the target is covered, and what lies beyond its concavities is hidden; "
         "auto: the one that costs the least.  [default: auto; whole with pins, bounds or meshes]",
         solver=True, commands=("map", "morph"), basic=True,
-        brief="Whether parts may be left out where the shapes differ.", words="mode aspect crop contain cover frame",
+        brief="Whether parts may be left out where the shapes differ.", words="mode crop contain cover frame",
+    )  # fmt: skip
+    place: Literal["fill", "inside", "slice"] = _option(
+        "How the drawing lies on the target. fill: it takes the target's form; inside: it keeps its proportions and is "
+        "as large as it can be inside the target; slice: it keeps its proportions and covers the target, and what "
+        "hangs over is cut.", default="fill", solver=True, commands=("map",), basic=True,
+        brief="Fill the target, or keep the drawing's proportions: inside it, or covering it.",
+        words="aspect proportions ratio undistorted logo meet preserve",
     )  # fmt: skip
     max_left_out: float | None = _option(
         "Largest share of the source that may be left out, such as 0.1.  [default: no limit]", "SHARE",

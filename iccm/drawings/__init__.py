@@ -4,6 +4,7 @@ drawing         the region, its parts and holes
 region          which points are painted
 frame           simply connected regions around a drawing, with gaps closed to several degrees
 mappable_holes  holes that leave room for a map
+placing         the largest similar copy of one region inside another
 pairing         parts of two drawings that belong together
 seen            what a map shows of two drawings
 cost            the cost by which maps are compared

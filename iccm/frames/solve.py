@@ -106,6 +106,10 @@ def solve_choice(choice: Choice, source: Drawing, target: Drawing, options: Opti
         options = replace(options, fit=choice.way)
     holes = (source.mappable_holes, target.mappable_holes) if choice.holed else ([], [])
     found = solver(*outlines, *holes, options)
-    lost = set(parts_lost(found))  # of outlines; what is lost of the drawings is another figure
-    notes = [note for note in found.notes if note not in lost]
-    return replace(found, drawings=(source, target), notes=notes)
+    return replace(found, drawings=(source, target), notes=without_outline_losses(found))
+
+
+def without_outline_losses(fit: Fit) -> list[str]:
+    """Return the notes but for those on what outlines lose: what the drawings lose is another figure."""
+    lost = set(parts_lost(fit))
+    return [note for note in fit.notes if note not in lost]

@@ -127,6 +127,7 @@ def by_names(
     found = fit(**given)
     names, places, radii = parts.namesakes(source, target)
     constrained = any(given.get(name) is not None for name in (*CONSTRAINTS, "start"))
+    constrained = constrained or found.place != "fill"
     if constrained or not names or not isinstance(found.map, TriangulatedMap):
         return found
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import ExitStack
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from ... import progress
@@ -103,6 +104,7 @@ def solve_pairs(run: Run, settings_of: Callable[[Pair], Settings] | None = None)
     Raises:
         InputError: none has a map.
     """
+    check_place(run)
     pair_parts(run)
     job, count, given = run.job, len(run.pairs), run.constraints | run.job.solver
     if job.target and job.exact:
@@ -130,12 +132,28 @@ def solve_pairs(run: Run, settings_of: Callable[[Pair], Settings] | None = None)
     run.note(*(parts.label(pair, note) for pair, fit in zip(run.pairs, run.fits) for note in fit.notes))
 
 
+def check_place(run: Run) -> None:
+    """Refuse to place what has no proportions of its own in the plane, or a place of its own already.
+
+    Raises:
+        InputError: --place with a mesh, or with an earlier map.
+    """
+    if run.job.place == "fill":
+        return
+    option = f"--place {run.job.place}"
+    for shape in (shape for pair in run.pairs for shape in pair if shape.is_mesh):
+        raise InputError(f"{option}: for drawings in the plane, and {shape.spec} is a mesh, which is filled")
+    if run.job.start:
+        raise InputError(f"{option}: goes without --start; the place follows from the shapes")
+
+
 def pair_parts(run: Run) -> None:
     """Map the parts of two drawings one to one where that costs less than mapping them joined (--parts auto)."""
     job, (source, target) = run.job, run.pairs[0]
     free = not any(value is not None for value in run.constraints.values()) and not job.start
     one_map = any(formats.of(name).map for name in job.output if name != "-")
-    asked = job.parts == "auto" and job.fit in (None, "auto") and job.exact and not one_map
+    asked = job.parts == "auto" and job.fit in (None, "auto") and job.place == "fill"
+    asked = asked and job.exact and not one_map
     if not (asked and free and job.target and source.drawing and target.drawing):
         return
     from ...frames.solve import paired_parts
@@ -152,10 +170,13 @@ def pair_parts(run: Run) -> None:
 
 
 def _framed(pair: Pair, fit: Fit) -> Pair:
-    """Return the pair with the frames that the map of whole drawings was solved for."""
+    """Return the pair with the frames that the map of whole drawings was solved for; those of drawings that are placed
+    are parts of the shapes, whose extent stays what pictures and textures go by."""
     source, target = pair
     if fit.drawings is None or fit.target is None:
         return pair
+    if fit.place != "fill":
+        source, target = (replace(shape, extent=shape.bounds) for shape in pair)
     return source.framed(fit.source), target.framed(fit.target)
 
 

@@ -15,6 +15,7 @@ from iccm.texture_transfer import FitOptions
 GIVEN = {"balance": 2.0, "turn": "any", "max_dilatation": 3.0, "max_stretch": 3.0}
 GIVEN |= {
     "fit": "cover",
+    "place": "inside",
     "holes": "keep",
     "max_left_out": 0.5,
     "max_uncovered": 0.5,

@@ -1,0 +1,358 @@
+"""The largest similar copy of one region inside another.
+
+The problem is not convex, so the search has two stages. On a coarse raster a correlation shows for a scale, at all
+places at once, where the copy lies inside; this finds the best place whatever the shapes are. From there linear
+programs move the exact copy along the boundaries that it touches until it cannot grow any more.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from ..arrays import Complex, complex_of, xy_of
+from ..pixels.canvas import Canvas, proportional
+from ..pixels.coverage import coverage
+from ..plane import Similarity, polygon_area
+
+RASTER = 96
+"""Pixels of the outer region's longer side: places are found to a hundredth of its size, and improved from there."""
+SCALE_STEP = 0.93
+"""The factor between scales that are tried on the raster, from the largest that could be."""
+MOST_SCALES = 64
+"""Of these steps: the smallest copy is a hundredth of the largest that could be."""
+EDGE_TOLERANCE = 0.15
+"""Area outside, in pixels per pixel of the copy's boundary, that rounding to the raster may make."""
+MOST_PLACES = 4
+"""Places of the raster that are improved, the best first."""
+SIMPLIFIED = 5e-4
+"""Relative to a region's size: how closely the search follows its boundary. The exact regions decide at the end."""
+SAMPLE_SPACING = 0.02
+"""Relative to the copy's extent: the distance of boundary points that the linear programs keep inside."""
+NUDGE = 2e-3
+"""Relative to the copy's extent: how far inside of a boundary point the nearest boundary outside is looked for, so that
+its direction is known where both touch."""
+MOST_PROGRAMS = 16
+"""Linear programs from each place: more than 10 were never needed."""
+FIRST_STEP = 0.05
+"""Relative to the copy's extent: how far the first linear program may move it."""
+LAST_STEP = 2e-4
+"""Relative to the copy's extent: a copy that moves by less stays where it is."""
+ANY_ROTATIONS = 24
+"""Rotations that are tried where any is allowed: every 15 degrees."""
+UPRIGHT_GAIN = 0.98
+"""Of the largest scale: a copy that has as much and is rotated less is preferred."""
+CENTRING = 0.985
+"""Of the largest scale: what a copy keeps of it while the room that it has is measured."""
+MUCH_ROOM = 0.06
+"""Relative to the copy's extent: twice the room that this makes. A copy with less stays where it can be largest."""
+SCALE_PRECISION = 1e-4
+"""Relative: how closely the largest scale at a place is found."""
+
+
+def largest_copy(
+    inner: shapely.Geometry, outer: shapely.Geometry, rotation: float | None = 0.0
+) -> Similarity | None:
+    """Return the similarity that takes one region into another, as large as possible; None where there is none.
+
+    Parameters
+    ----------
+    inner
+        The region that is copied: a polygon.
+    outer
+        The region that must contain the copy; it may have holes and several parts.
+    rotation
+        Radians by which the copy is rotated; None for the rotation that lets it be largest.
+
+    Examples
+    --------
+    >>> wide, tall = shapely.box(0, 0, 4, 1), shapely.box(10, 0, 12, 3)
+    >>> placed = largest_copy(wide, tall)
+    >>> round(abs(placed.factor), 2), complex(np.round(placed(2 + 0.5j), 2))
+    (0.5, (11+1.5j))
+    """
+    centre = complex_of(shapely.get_coordinates(shapely.centroid(inner)))[0]
+    centred = moved(inner, Similarity(1.0, -centre))
+    search = _Search.of(centred, outer)
+    angles = [rotation] if rotation is not None else _angles()
+    starts = list(_starts(search, angles))  # those that are rotated least come first
+    chosen = dict.fromkeys(starts[:1] + sorted(starts, key=lambda start: -abs(start.factor))[:MOST_PLACES])
+    grown = [_grow(search, start, turns=rotation is None) for start in chosen]
+    found = [copy for copy in grown if copy is not None]
+    if not found:
+        return None
+    least = UPRIGHT_GAIN * max(abs(copy.factor) for copy in found)
+    large = [copy for copy in found if abs(copy.factor) >= least]
+    best = min(large, key=lambda copy: (round(abs(np.angle(copy.factor)), 3), -abs(copy.factor)))
+    shapely.prepare(outer)
+    exact = _shrink(centred, outer, _centred(search, best))
+    if exact is None:
+        return None
+    exact = _enlarge(centred, outer, exact)
+    return Similarity(exact.factor, exact.shift - exact.factor * centre)
+
+
+def largest_copy_about(
+    inner: shapely.Geometry, outer: shapely.Geometry, point: complex, image: complex, rotation: float = 0.0
+) -> Similarity | None:
+    """Return the largest similarity into a region that takes one given point to another; None where there is none.
+
+    Parameters
+    ----------
+    inner, outer
+        As for `largest_copy`.
+    point, image
+        The given point, and where it goes.
+    rotation
+        Radians by which the copy is rotated.
+    """
+    centred = moved(inner, Similarity(1.0, -point))
+    shapely.prepare(outer)
+    turn = complex(np.exp(1j * rotation))
+    scale = float(np.sqrt(outer.area / inner.area))
+    smallest = scale * SCALE_STEP**MOST_SCALES
+    while not _is_inside(centred, outer, Similarity(scale * turn, image)):
+        scale *= (3 + SCALE_STEP) / 4
+        if scale < smallest:
+            return None
+    largest = _enlarge(centred, outer, Similarity(scale * turn, image))
+    return Similarity(largest.factor, image - largest.factor * point)
+
+
+class _Search(NamedTuple):
+    """Both regions, simplified for a search.
+
+    Attributes:
+        inner: the region that is copied, with its centroid at 0.
+        outer: the region that contains the copy, prepared for queries.
+        points: (n,) points on the inner region's boundary.
+        inward: (n,) the unit normals there that point into it.
+        extent: the largest distance of the inner region from 0.
+    """
+
+    inner: shapely.Geometry
+    outer: shapely.Geometry
+    points: Complex
+    inward: Complex
+    extent: float
+
+    @classmethod
+    def of(cls, inner: shapely.Geometry, outer: shapely.Geometry) -> "_Search":
+        """Return the search for copies of a region inside another."""
+        simple, room = _simplified(inner), _simplified(outer)
+        shapely.prepare(room)
+        extent = float(np.abs(complex_of(shapely.get_coordinates(simple))).max())
+        points, inward = [], []
+        for ring in _rings(simple):
+            dense = shapely.segmentize(shapely.LinearRing(xy_of(ring)), SAMPLE_SPACING * extent)
+            z = complex_of(shapely.get_coordinates(dense)[:-1])
+            along = np.roll(z, -1) - np.roll(z, 1)
+            points.append(z)
+            inward.append(1j * along / np.maximum(np.abs(along), 1e-300))
+        return cls(simple, room, np.concatenate(points), np.concatenate(inward), extent)
+
+
+def _simplified(region: shapely.Geometry) -> shapely.Geometry:
+    return shapely.simplify(region, SIMPLIFIED * float(np.sqrt(region.area)))
+
+
+def _rings(region: shapely.Geometry) -> list[Complex]:
+    """Return the rings of a region, those of parts counter-clockwise, those of holes clockwise."""
+    parts = shapely.orient_polygons(shapely.get_parts(region))
+    rings = [ring for part in parts for ring in (part.exterior, *part.interiors)]
+    return [complex_of(shapely.get_coordinates(ring)[:-1]) for ring in rings]
+
+
+def _angles() -> Sequence[float]:
+    """Return the rotations to try, from upright outwards."""
+    steps = np.arange(ANY_ROTATIONS)
+    signed = np.where(steps % 2, 1, -1) * ((steps + 1) // 2)
+    return (signed * 2 * np.pi / ANY_ROTATIONS).tolist()
+
+
+def _starts(search: _Search, angles: Sequence[float]) -> Iterator[Similarity]:
+    """Yield copies that lie inside but for the rounding of the raster, each among the largest of its rotation."""
+    low_x, low_y, high_x, high_y = search.outer.bounds
+    box = complex(low_x, low_y), complex(high_x, high_y)
+    canvas = Canvas.about(*proportional(RASTER, box[1] - box[0]), box)
+    outside = np.pad(1 - _raster(search.outer, canvas), 1, constant_values=1.0)
+    largest = 0.0
+    for angle in angles:
+        turn = complex(np.exp(1j * angle))
+        bound = _scale_bound(search, turn)
+        for scale in bound * SCALE_STEP ** np.arange(MOST_SCALES):
+            if scale < SCALE_STEP * largest:
+                break
+            places = list(_places(search, canvas, outside, complex(scale * turn)))
+            yield from places
+            if places:
+                largest = max(largest, float(scale))
+                break
+
+
+def _scale_bound(search: _Search, turn: complex) -> float:
+    """Return a scale that no copy exceeds, by the bounding boxes and the areas."""
+    copy = moved(search.inner, Similarity(turn, 0.0))
+    widths = np.diff(np.reshape(np.array([copy.bounds, search.outer.bounds]), (2, 2, 2)), axis=1)[:, 0]
+    return float(min(*(widths[1] / widths[0]), np.sqrt(search.outer.area / copy.area)))
+
+
+def _places(
+    search: _Search, canvas: Canvas, outside: NDArray[np.float32], factor: complex
+) -> Iterator[Similarity]:
+    """Yield the best place in each connected set of places where a copy lies inside, the best first.
+
+    `outside` is the share of each pixel that lies outside, with one more pixel on each side of the canvas.
+    """
+    from scipy import ndimage, signal  # takes long to import, and few maps place anything
+
+    step = canvas.step[0]
+    copy = moved(search.inner, Similarity(factor, 0.0))
+    left, low, right, high = copy.bounds
+    width, height = int(np.ceil((right - left) / step)), int(np.ceil((high - low) / step))
+    if height > outside.shape[0] or width > outside.shape[1]:
+        return
+    corner = complex(left, high)  # of the copy's own raster, upper left
+    own = Canvas(width, height, (corner - 1j * height * step, corner + width * step))
+    painted = _raster(copy, own)
+    beyond = signal.fftconvolve(outside, painted[::-1, ::-1], mode="valid")
+    allowed = EDGE_TOLERANCE * shapely.length(copy) / step
+    labels, count = ndimage.label(beyond <= allowed)
+    if not count:
+        return
+    spots = ndimage.minimum_position(beyond, labels, np.arange(1, count + 1))
+    for row, column in sorted(spots, key=lambda spot: beyond[spot])[:MOST_PLACES]:
+        # where the corner of the copy's raster comes to lie; the first row and column lie outside the canvas
+        place = canvas.box[0].real + (column - 1) * step + 1j * (canvas.box[1].imag - (row - 1) * step)
+        yield Similarity(factor, place - corner)
+
+
+def _raster(region: shapely.Geometry, canvas: Canvas) -> NDArray[np.float32]:
+    """Return how much of each pixel a region covers."""
+    covered = np.zeros((canvas.height, canvas.width), np.float32)
+    for ring in _rings(region):
+        area, _ = coverage(canvas.pixels(ring), 0, canvas.height, canvas.width)
+        covered += area if polygon_area(ring) > 0 else -area
+    return np.clip(covered, 0, 1)
+
+
+def _grow(search: _Search, start: Similarity, *, turns: bool) -> Similarity | None:
+    """Return the copy that a start grows to, moved by linear programs; None where it lies inside at no scale."""
+    current = _shrink(search.inner, search.outer, start)
+    if current is None:
+        return None
+    current = _enlarge(search.inner, search.outer, current)
+    step = FIRST_STEP
+    for _ in range(MOST_PROGRAMS):
+        aim = _program(search, current, step, turns=turns)
+        inside = aim and _shrink(search.inner, search.outer, aim)
+        if inside and abs(inside.factor) > abs(current.factor) * (1 + SCALE_PRECISION):
+            current = inside
+        else:
+            step /= 3
+        if step < LAST_STEP:
+            break
+    return _enlarge(search.inner, search.outer, current)
+
+
+def _program(search: _Search, copy: Similarity, step: float, *, turns: bool) -> Similarity | None:
+    """Return the copy after one linear program: the scale that grows most while boundary points stay on their side of
+    the nearest boundary, with all motions bounded by a step relative to the copy's extent."""
+    from scipy.optimize import linprog  # takes long to import, and few maps place anything
+
+    extent = abs(copy.factor) * search.extent
+    x = copy(search.points)
+    normal = search.inward * (copy.factor / abs(copy.factor))
+    nudged = x + NUDGE * extent * normal
+    lines = shapely.shortest_line(shapely.points(xy_of(nudged)), shapely.boundary(search.outer))
+    y = complex_of(shapely.get_coordinates(lines)[1::2])
+    away = y - nudged
+    distance = np.abs(away)
+    inside = shapely.contains_xy(search.outer, nudged.real, nudged.imag)
+    near = inside & (distance > 0) & (distance < (2 * step + 2 * NUDGE) * extent)
+    if not near.any():
+        return Similarity(copy.factor * (1 + step), copy.shift)
+    x, n, y = x[near], away[near] / distance[near], y[near]
+    arm = x - copy.shift
+
+    def towards(w: Complex) -> NDArray[np.float64]:
+        """The components of vectors along the normals."""
+        return (n.conj() * w).real
+
+    # changes: relative scale, rotation in radians, translation in units of the extent
+    rows = np.column_stack([towards(arm), towards(1j * arm), extent * n.real, extent * n.imag])
+    bounds = [(-step, step), (-step, step) if turns else (0, 0), (-step, step), (-step, step)]
+    found = linprog([-1, 0, 0, 0], A_ub=rows / extent, b_ub=towards(y - x) / extent, bounds=bounds)
+    if found.x is None:
+        return None
+    scale, angle, right, up = found.x
+    factor = copy.factor * (1 + scale) * complex(np.exp(1j * angle))
+    return Similarity(factor, copy.shift + extent * complex(right, up))
+
+
+def _centred(search: _Search, copy: Similarity) -> Similarity:
+    """Return a copy in the middle of the room that it has across and up, where there is much; a little smaller."""
+    smaller = Similarity(CENTRING * copy.factor, copy.shift)
+    if not _is_inside(search.inner, search.outer, smaller):
+        return copy
+    extent = abs(copy.factor) * search.extent
+    for direction in (1.0, 1j, 1.0, 1j):
+        ahead, behind = (_room(search, smaller, sign * direction * extent) for sign in (1, -1))
+        if ahead + behind > MUCH_ROOM:
+            away = 0.5 * (ahead - behind) * direction * extent
+            smaller = Similarity(smaller.factor, smaller.shift + away)
+    return smaller if _is_inside(search.inner, search.outer, smaller) else copy
+
+
+def _room(search: _Search, copy: Similarity, vector: complex) -> float:
+    """Return how far a copy that lies inside can be moved along a vector, relative to that."""
+
+    def fits(distance: float) -> bool:
+        at = Similarity(copy.factor, copy.shift + distance * vector)
+        return _is_inside(search.inner, search.outer, at)
+
+    inside, beyond = 0.0, NUDGE
+    while fits(beyond):
+        inside, beyond = beyond, 1.5 * beyond
+    while beyond - inside > NUDGE:
+        middle = (inside + beyond) / 2
+        inside, beyond = (middle, beyond) if fits(middle) else (inside, middle)
+    return inside
+
+
+def _shrink(inner: shapely.Geometry, outer: shapely.Geometry, copy: Similarity) -> Similarity | None:
+    """Return a copy, shrunk about the image of 0 as little as needed to lie inside; None where no scale does."""
+    less = SCALE_PRECISION
+    scaled = copy
+    while not _is_inside(inner, outer, scaled):
+        if less > 0.9:
+            return None
+        scaled = Similarity(copy.factor * (1 - less), copy.shift)
+        less *= 1.5
+    return scaled
+
+
+def _enlarge(inner: shapely.Geometry, outer: shapely.Geometry, copy: Similarity) -> Similarity:
+    """Return a copy that lies inside, enlarged about the image of 0 as long as it does."""
+
+    def enlarged(times: float) -> Similarity:
+        return Similarity(copy.factor * times, copy.shift)
+
+    inside, beyond = 1.0, 1 + 10 * SCALE_PRECISION
+    while _is_inside(inner, outer, enlarged(beyond)):
+        inside, beyond = beyond, 1 + 2 * (beyond - 1)
+    while beyond - inside > SCALE_PRECISION:
+        middle = (inside + beyond) / 2
+        inside, beyond = (middle, beyond) if _is_inside(inner, outer, enlarged(middle)) else (inside, middle)
+    return enlarged(inside)
+
+
+def _is_inside(inner: shapely.Geometry, outer: shapely.Geometry, copy: Similarity) -> bool:
+    return bool(shapely.covers(outer, moved(inner, copy)))
+
+
+def moved(region: shapely.Geometry, similarity: Similarity) -> shapely.Geometry:
+    """Return the image of a region."""
+    return shapely.transform(region, lambda xy: xy_of(similarity(complex_of(xy))))

@@ -1,0 +1,147 @@
+"""Similar copies of regions inside others, and maps that keep a drawing's proportions."""
+
+import numpy as np
+import pytest
+import shapely
+
+import iccm
+from iccm.drawings.placing import largest_copy, largest_copy_about, moved
+from iccm.errors import InputError
+
+SIGN = shapely.box(0, 0, 5, 3)
+SHIELD = shapely.Polygon([(0, 9), (8, 10), (8, 5), (4.5, 0), (0, 4)])
+WORD = shapely.MultiPolygon([shapely.box(0, 0, 1, 4), shapely.box(2, 0, 3.5, 2.5), shapely.box(4, 0, 7, 4)])
+HOOK = shapely.Polygon([(0, 0), (5, 0), (5, 4), (4, 4), (4, 1), (1, 1), (1, 6), (0, 6)])
+
+
+def is_similar(fit, inner):
+    """Whether a map is a similarity at points inside a region."""
+    z = np.array([complex(*inner.representative_point().coords[0]), inner.centroid.x + 1j * inner.centroid.y])
+    f_z, f_zbar = fit.map.derivatives(z)
+    return np.allclose(f_zbar, 0, atol=1e-9) and np.allclose(f_z, f_z[0])
+
+
+@pytest.mark.parametrize(
+    ("inner", "outer", "scale"),
+    [
+        (SIGN, shapely.box(10, 20, 20, 23), 1.0),  # as high as the other
+        (SIGN, shapely.box(10, 20, 20, 90), 2.0),  # as wide
+        (SHIELD, moved(SHIELD, iccm.plane.Similarity(3.0, 7 - 2j)), 3.0),
+        (
+            HOOK,
+            moved(HOOK, iccm.plane.Similarity(0.5, -9j)),
+            0.5,
+        ),  # not convex: no smaller copy lies about a point
+        (shapely.Point(0, 0).buffer(1, 64), SHIELD, shapely.maximum_inscribed_circle(SHIELD, 1e-3).length),
+    ],
+)
+def test_the_largest_copy_lies_inside(inner, outer, scale):
+    found = largest_copy(inner, outer)
+    assert outer.covers(moved(inner, found))
+    assert found.factor == pytest.approx(scale, rel=2e-3)
+
+
+def test_no_other_place_and_no_other_rotation_is_larger():
+    rng = np.random.default_rng(5)
+    for rotation in (0.0, None):
+        found = largest_copy(SIGN, SHIELD, rotation)
+        assert SHIELD.covers(moved(SIGN, found))
+        for _ in range(3000):
+            turn = np.exp(1j * rng.uniform(-np.pi, np.pi)) if rotation is None else 1.0
+            place = complex(rng.uniform(0, 8), rng.uniform(0, 10))
+            factor = 1.03 * abs(found.factor) * turn
+            other = iccm.plane.Similarity(factor, place - factor * (2.5 + 1.5j))
+            assert not SHIELD.covers(moved(SIGN, other))
+
+
+def test_a_copy_that_has_room_lies_in_its_middle():
+    found = largest_copy(SIGN, shapely.box(10, 20, 20, 60))
+    assert found(2.5 + 1.5j) == pytest.approx(15 + 40j, abs=0.1)
+
+
+def test_a_copy_avoids_holes_and_other_parts():
+    ring = shapely.Point(0, 0).buffer(9).difference(shapely.Point(1, 0).buffer(5))
+    far = shapely.union(ring, shapely.box(20, 20, 24, 23))
+    found = largest_copy(SIGN, far)
+    assert far.covers(moved(SIGN, found)) and abs(found.factor) > 0.6
+
+
+def test_a_point_says_where_the_copy_lies():
+    found = largest_copy_about(SIGN, SHIELD, 1 + 1j, 4 + 6j)
+    assert found(1 + 1j) == pytest.approx(4 + 6j)
+    assert SHIELD.covers(moved(SIGN, found))
+    larger = iccm.plane.Similarity(1.001 * found.factor, 4 + 6j - 1.001 * found.factor * (1 + 1j))
+    assert not SHIELD.covers(moved(SIGN, larger))
+    assert largest_copy_about(SIGN, SHIELD, 1 + 1j, -1 + 6j) is None
+
+
+def test_inside_all_is_shown_and_keeps_its_proportions():
+    fit = iccm.fit(WORD, SHIELD, place="inside")
+    report = fit.report()
+    assert is_similar(fit, WORD) and fit.status.ok and report["injective"]["share"] == pytest.approx(1)
+    copy = moved(WORD, largest_copy(fit.drawings[0].tightest.outline.polygon, SHIELD))
+    assert report["shown"] == pytest.approx(1, abs=1e-3)
+    assert fit.covered == pytest.approx(shapely.convex_hull(copy).area / SHIELD.area, abs=0.1)
+    assert not any("bare" in note for note in report["notes"])  # that is what was asked for
+
+
+def test_slice_covers_all_and_keeps_its_proportions():
+    fit = iccm.fit(SIGN, SHIELD, place="slice")
+    assert is_similar(fit, SIGN)
+    assert fit.covered == pytest.approx(1, abs=1e-6) and fit.shown < 0.6
+    scale = np.sqrt(SHIELD.area / fit.source.area)
+    assert scale == pytest.approx(10 / 3, rel=2e-3)  # the height decides
+    assert not any("hidden" in note for note in fit.report()["notes"])
+
+
+@pytest.mark.parametrize("place", ["inside", "slice"])
+def test_the_picture_is_rotated_as_asked(place):
+    fit = iccm.fit(SIGN, SHIELD, place=place, turn=40)
+    z = np.array([2.5 + 1.5j, 2.6 + 1.5j])
+    assert np.degrees(np.angle(np.diff(fit.map(z))))[0] == pytest.approx(40)
+    largest = iccm.fit(SHIELD, SIGN, place=place, turn="any")
+    upright = iccm.fit(SHIELD, SIGN, place=place)
+    scales = [abs(np.diff(each.map(np.array([4 + 5j, 4.1 + 5j])))[0]) for each in (largest, upright)]
+    assert scales[0] > scales[1] if place == "inside" else scales[0] < scales[1]
+
+
+@pytest.mark.parametrize("place", ["inside", "slice"])
+def test_a_pin_is_met_by_the_similarity(place):
+    fit = iccm.fit(SIGN, SHIELD, place=place, pins=[(2 + 1j, 4.5 + 6j)])
+    assert fit.map(2 + 1j) == pytest.approx(4.5 + 6j, abs=1e-6)
+    assert is_similar(fit, SIGN) and fit.status.ok
+
+
+def test_two_pins_are_met_and_what_sticks_out_is_bent():
+    pins = [(1 + 1j, 2 + 6.3j), (4 + 1j, 6 + 6.3j)]
+    fit = iccm.fit(SIGN, SHIELD, place="inside", pins=pins)
+    assert np.allclose(fit.map(np.array([1 + 1j, 4 + 1j])), [2 + 6.3j, 6 + 6.3j], atol=1e-6)
+    assert is_similar(fit, SIGN)
+    pins = [(1 + 1j, 1.2 + 6.5j), (4 + 1j, 6.8 + 6.5j)]
+    fit = iccm.fit(SIGN, SHIELD, place="inside", pins=pins)
+    assert np.allclose(fit.map(np.array([1 + 1j, 4 + 1j])), [1.2 + 6.5j, 6.8 + 6.5j], atol=1e-6)
+    assert not is_similar(fit, SIGN) and fit.status.ok and fit.report()["injective"]["certified"]
+
+
+@pytest.mark.parametrize(
+    ("options", "names"),
+    [
+        ({"place": "under"}, "place"),
+        ({"place": "inside", "fit": "cover"}, "fit"),
+        ({"place": "slice", "holes": "keep"}, "holes"),
+        ({"place": "inside", "method": "conformal"}, "place"),
+        ({"place": "inside", "pins": [(1 + 1j, 0.1 + 9j), (4 + 1j, 8 + 9.9j)]}, "place.*pins"),
+        ({"place": "inside", "pins": [(1 + 1j, 5 + 5j), (4 + 1j, 3 + 5j)], "turn": 0}, "place.*pins"),
+    ],
+)
+def test_what_cannot_be_is_refused(options, names):
+    with pytest.raises(InputError, match=names):
+        iccm.fit(SIGN, SHIELD, **options)
+
+
+def test_a_placed_map_is_saved_with_its_place(tmp_path):
+    fit = iccm.fit(SIGN, SHIELD, place="slice")
+    fit.save(tmp_path / "map.npz")
+    again = iccm.load(tmp_path / "map.npz")
+    assert again.place == "slice" and again.shown == fit.shown
+    assert iccm.warp(again, iccm.checkerboard(64), size=(16, 20)).box == pytest.approx((0j, 8 + 10j))
