@@ -75,6 +75,19 @@ def test_artwork_and_stmap_are_placed_alike(drawings, iccm):
         assert disc(f"{name}-svg.png") == pytest.approx(disc("o.png"), abs=1)
 
 
+def test_between_the_parts_of_what_is_placed_inside_nothing_is_shown(drawings, iccm):
+    parts = '<path d="M0 0h40v60h-40z" fill="#204080"/><path d="M60 0h40v50h-40z" fill="#fc0"/>'
+    (drawings / "two.svg").write_text(SVG.format(100, 60, parts))
+    done = iccm("map", "two.svg", "shield.svg", "--place", "inside", "-o", "o.png", "--size", "400x500")
+    assert done.code == 0, done.err
+    pixels = image_files.read("o.png").pixels
+    painted = pixels[..., 3] > 128
+    row = np.flatnonzero(painted.any(axis=1))[20]
+    columns = np.flatnonzero(painted[row])
+    gaps = np.diff(columns)
+    assert gaps.max() == pytest.approx(0.2 * (columns[-1] - columns[0]), abs=3) and (gaps > 1).sum() == 1
+
+
 def test_each_part_of_the_target_has_a_copy(drawings, iccm):
     done = iccm(
         *("map", "sign.svg#1", "panes.svg", "--place", "inside", "--parts", "each", "--texture", "checker"),
