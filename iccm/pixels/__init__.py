@@ -15,7 +15,7 @@ normals                 normals that turn with a map
 coverage                exact coverage of pixels by outlines
 padding                 colours beyond the outline
 own_edge                textures whose own edge is the outline
-paper           a colour below drawings that are textures
+paper                   a colour below drawings that are textures
 stmap                   maps as pictures
 checkerboard            a test picture of numbered cells
 """
