@@ -25,7 +25,8 @@ from ..balanced.coarse import CoarseMap, coarse_filled, coarse_holed, coarse_map
 from ..balanced.holes.given import Holes
 from ..balanced.model.measures import stretch_quantile
 from ..balanced.model.settings import Settings
-from ..drawings.cost import price
+from ..balanced.search.candidates import HOPELESS
+from ..drawings.cost import LOST, price
 from ..drawings.drawing import Drawing
 from ..drawings.frame import Frame
 from ..drawings.pairing import pair_by_place
@@ -46,9 +47,6 @@ MOST_MATCHED_HOLES = 3
 """Drawings with more holes are mapped with their holes filled: each one needs a boundary of its own."""
 MOST_PAIRED_PARTS = 8
 """Drawings with more parts are mapped joined: each pair of parts needs a map of its own."""
-HOPELESS = 5
-"""Times the least cost so far: a coarse map whose energy is larger after a few steps is not settled. On 60 pairs of
-frames settling divided the energy by up to 5, where it was that large."""
 PAIRED_GAIN = 0.95
 """Times the cost of the best joined map: pairing parts must cost less, since it moves them against each other."""
 
@@ -197,7 +195,7 @@ class _FrameSearch:
     def attempt(self, pair: tuple[int, int]) -> Choice | None:
         """Return the choice that a pair of frames is; None where no map is found, or its energy is hopeless."""
         frames = self._sides[0][pair[0]], self._sides[1][pair[1]]
-        most = HOPELESS * self._judge.least_cost
+        most = HOPELESS * min(self._judge.least_cost, LOST)
         coarse = coarse_map(frames[0].outline, frames[1].outline, self._judge.settings, most=most)
         found = None if coarse is None else self._judge.choice(frames, "whole", coarse)
         self._costs[pair] = np.inf if found is None else found.cost

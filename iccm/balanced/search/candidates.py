@@ -17,6 +17,9 @@ within 1 %, and turn pictures on: 24 % of 45 pairs by more than 20° instead of 
 PROMISING = 1.5
 """Times the least energy, up to which a map does: 0.2 % more energy in the mean of 78 pairs, and a third less time for
 the slowest tenth; with 1.2 it is 0.9 % more."""
+HOPELESS = 5
+"""Times the cost of what a map is compared with: one whose energy is larger after screening is not settled. On 60 pairs
+of frames settling divided the energy by up to 5, where it was that large."""
 ALIKE = 1e-3, np.radians(1.0)  # of the energy, and of the turn: two maps so close end as the same one
 SETTLING, ROUNDS = 2, 4
 """Rounds of steps on a new mesh: of all maps, of those that are left. With 1 and 2 worse maps won for 2 of 95 pairs."""

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...curve import Curve
+from ...drawings.cost import LOST
 from ...plane import rotation
 from ..constraints.validate import UNPINNED, Pins, with_points
 from ..errors import NoMapError, OutOfTime, Stuck, check_time
@@ -18,7 +19,7 @@ from ..model.outline import manageable
 from ..model.settings import Settings, SolveLog
 from ..model.sketch import Sketch
 from . import initial_matches, pin_continuation, warm_start
-from .candidates import best_of, screen
+from .candidates import HOPELESS, best_of, screen
 from .circle_domains import circle_starts
 from .final_mesh import (
     FINE_EXACTNESS,
@@ -252,7 +253,8 @@ def cheapest_map(problem: UnitProblem, settings: Settings, journal: SolveLog) ->
     """
     whole = None
     with suppress(NoMapError):
-        whole = coarse_to_fine(problem, journal, patient=False)
+        # a point without a partner costs LOST, and so a partial map is cheaper than one of a larger energy
+        whole = coarse_to_fine(problem, journal, patient=False, most=HOPELESS * LOST)
     try:
         return partial_map(problem, whole, settings, journal)
     except NoMapError:
@@ -305,7 +307,12 @@ def partial_map(
 
 
 def coarse_to_fine(
-    problem: UnitProblem, journal: SolveLog, share: float = 1.0, *, patient: bool = True
+    problem: UnitProblem,
+    journal: SolveLog,
+    share: float = 1.0,
+    *,
+    patient: bool = True,
+    most: float = np.inf,
 ) -> Found:
     """All stages but the last, of the problem or of its inverse; and which of the two.
 
@@ -316,9 +323,10 @@ def coarse_to_fine(
         journal: of what happens.
         share: see above.
         patient: whether smaller triangles are tried where the usual ones fail.
+        most: the energy that a coarse map may have after a few steps.
 
     Raises:
-        NoMapError: none without folds was found.
+        NoMapError: none without folds was found, or the energy of all is above `most`.
         OutOfTime: nor was one until the time was over.
     """
     closest = None
@@ -330,7 +338,8 @@ def coarse_to_fine(
                 fine = fine_size(used) * smaller / np.sqrt(share)
                 if not has_fine_mesh(used, fine):
                     continue
-                state = coarse_map(used, coarse_size(used) * smaller / np.sqrt(share), journal)
+                size = coarse_size(used) * smaller / np.sqrt(share)
+                state = coarse_map(used, size, journal, most=most)
                 if not meets_constraints(used, state) and closest is not None:
                     continue
                 try:
@@ -444,7 +453,8 @@ def coarse_map(
     alone if asked for.
 
     Raises:
-        Stuck: none is without folds, or the energy of all after a few steps is above `most`.
+        Stuck: none is without folds.
+        NoMapError: the energy of all after a few steps is above `most`.
     """
     check_time()
     level = Level.of(problem, size, *exactness, STEEPEST)
@@ -457,7 +467,7 @@ def coarse_map(
         states += circle_starts(level, matches)
     states = screen(states or through_disc(level), problem.starts)
     if states and states[0].value > most:
-        raise Stuck("the energy is too large")
+        raise NoMapError("all maps found are stretched too much")
     best = best_of(level, states)
     journal.energies.append(best.value)
     return best

@@ -311,7 +311,7 @@ def test_ten_thousand_vertices():
 
 
 def test_failure_is_an_error_that_says_why(monkeypatch):
-    def stuck(*_):
+    def stuck(*_, **limits):
         raise Stuck("no start")
 
     monkeypatch.setattr(multilevel, "coarse_map", stuck)
