@@ -10,6 +10,7 @@ __main__          `python -m iccm`
 solve             `fit` and `deform`: which method solves a problem
 texture_transfer  `transfer`, `warp` and STMaps: arrays in, arrays out
 given             shapes as people have them: arrays, polygons, paths, contours
+capabilities      which method takes which constraint, on which kinds of shapes
 problem           the domains, constraints and options of a solve
 result            `Fit`: the map, how the solver ended, figures that judge it
 transform         maps as scikit-image has transforms: called, turned round, composed
@@ -38,6 +39,7 @@ memory            where large arrays are kept
 progress          what a long computation is at, for listeners
 deadline          limits on time
 signatures        signatures as people read them
+fits              the values of `fit`, a row each
 errors            exceptions
 io/               files: shapes, pictures, meshes, jobs, reports
 cli/              the command line

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from .arrays import Box, Complex, Real, as_complex
 from .curve import Curve, boundary_samples
 from .errors import InputError
+from .fits import FITS
 from .maps.fields import Field
 from .maps.harmonic import HarmonicMap
 from .plane import bounding_box
@@ -56,8 +57,8 @@ OWN = (
     "terms",
 )
 """Options that it alone has."""
-FITS, HOLES = ("auto", "frame", "whole", "contain", "cover"), ("auto", "keep")
 PLACES = ("fill", "inside", "slice")
+HOLES = ("auto", "keep")
 
 
 class OptionValues(TypedDict, total=False):
@@ -185,7 +186,7 @@ class Options:
             raise InputError("literal: an option of --method paper")
         if self.literal and (free := self._given(FREE)):
             raise InputError(f"{free[0]}: literal takes it as the paper has it; leave one of the two out")
-        for name, words in (("fit", FITS), ("place", PLACES), ("holes", HOLES)):
+        for name, words in (("fit", tuple(FITS)), ("place", PLACES), ("holes", HOLES)):
             if getattr(self, name) not in words:
                 raise InputError(f"{name}: {getattr(self, name)!r} is not one of {', '.join(words)}")
         if self.place != "fill" and (others := self._given(("fit", "holes"))):

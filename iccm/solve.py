@@ -12,7 +12,7 @@ from typing import Any, TypeVar, Unpack
 
 import numpy as np
 
-from . import deadline
+from . import capabilities, deadline, fits
 from .arrays import Complex
 from .blas import on_one_thread
 from .curve import ROUNDED, Curve, polygon_of
@@ -328,8 +328,7 @@ def _fit_outlines(
     axes: str,
 ) -> Fit:
     """Return the map of two outlines with their holes, or of surfaces."""
-    if settings.fit == "frame":
-        settings = replace(settings, fit="whole")
+    settings = replace(settings, fit=fits.of_outlines(settings.fit))
     known = sides[0].outlines, sides[1].outlines
     holes: tuple[Sequence[Any], Sequence[Any]] = known[0].holes, known[1].holes
     if not settings.is_balanced and not any(side.given_holes for side in sides):
@@ -361,18 +360,8 @@ def _solve(
     start: Fit | TriangulatedMap | None,
 ) -> Fit:
     """The map of a problem, by the method that is asked for."""
-    if (problem.source_holes or problem.target_holes) and not settings.is_balanced:
-        raise InputError("source_holes, target_holes: the balanced method alone knows of holes")
-    if problem.rigid or problem.rigid_target:
-        _check_rigid(problem, settings, layouts)
-    for name in ("importance", "size_map"):
-        if getattr(problem, name) and (not settings.is_balanced or any(layouts)):
-            raise InputError(f"{name}: is for the balanced method, between outlines of the plane")
-        if getattr(problem, name) and settings.fit in ("contain", "cover"):
-            raise InputError(f"{name}: goes with fit whole, or auto, which is whole then")
     before = _map_of(start)
-    if before is not None and not settings.is_balanced:
-        raise InputError("start: an option of --method balanced")
+    capabilities.refuse(_given(problem, before), _method_of(settings), _kind_of(layouts), settings.fit)
     if settings.method == "paper":
         from .paper import algorithm1
 
@@ -385,7 +374,7 @@ def _solve(
         from .surfaces import method as surfaces
         from .surfaces import partial
 
-        if settings.fit in ("contain", "cover"):
+        if fits.is_partial(settings.fit):
             found = partial.solve(problem, settings, layouts)
             if found is not None:
                 return found
@@ -409,28 +398,25 @@ def _switch_note(settings: Options) -> str:
     return f"using --method conformal because of --{name}, which the default method does not have"
 
 
-def _check_rigid(
-    problem: Problem, settings: Options, layouts: tuple[Flattening | None, Flattening | None]
-) -> None:
-    """Raise an InputError for rigid regions that no method keeps."""
-    name = "rigid" if problem.rigid else "rigid_target"
-    if not settings.is_balanced:
-        raise InputError(f"{name}: regions are kept by the balanced method")
-    if problem.rigid and problem.rigid_target:
-        raise InputError("rigid, rigid_target: regions of one side are kept; leave one of the two out")
+def _given(problem: Problem, start: TriangulatedMap | None) -> set[str]:
+    """The names of the constraints that a problem has, as in `capabilities`."""
+    names = ("strokes", "source_holes", "target_holes", "rigid", "rigid_target", "importance", "size_map")
+    given = {name for name in names if getattr(problem, name)}
+    return given if start is None else given | {"start"}
+
+
+def _method_of(settings: Options) -> str:
+    """The method that solves."""
+    return "balanced" if settings.is_balanced else "paper" if settings.method == "paper" else "conformal"
+
+
+def _kind_of(layouts: tuple[Flattening | None, Flattening | None]) -> capabilities.Kind:
+    """Which of the two shapes are surfaces."""
     if all(layouts):
-        raise InputError(f"{name}: regions are not kept between two surfaces; give pins")
-    if layouts[1 if problem.rigid else 0]:
-        other, side = ("rigid_target", "target") if problem.rigid else ("rigid", "source")
-        raise InputError(
-            f"{name}: the map follows the triangles of the surface; give {other}, regions of the {side}"
-        )
-    if any(layouts) and problem.strokes:
-        raise InputError(f"{name}: goes without strokes on surfaces; give pins")
-    if problem.rigid_target and (problem.importance or problem.size_map):
-        raise InputError("rigid_target: goes without importance and size_map")
-    if settings.fit in ("contain", "cover"):
-        raise InputError(f"{name}: goes with fit whole, or auto, which is whole then")
+        return "between surfaces"
+    if layouts[0]:
+        return "from surface"
+    return "onto surface" if layouts[1] else "plane"
 
 
 def _options(function: Callable[..., Fit], options: OptionValues) -> Options:
@@ -592,12 +578,7 @@ def _deformed(
         if settings.turn is not None:
             raise InputError("turn: a shape that is deformed turns as its pins and strokes do")
         return balanced.deform(problem, settings, _map_of(start))
-    if start is not None:
-        raise InputError("start: an option of --method balanced")
-    if problem.rigid:
-        raise InputError("rigid: regions are kept by the balanced method")
-    if problem.source_holes:
-        raise InputError("source_holes: the balanced method alone knows of holes")
+    capabilities.refuse(_given(problem, _map_of(start)), _method_of(settings), "plane", settings.fit)
     from .paper import algorithm1
 
     weighed = Options(**OptionValues(smoothness=1e-4, order=0, max_iterations=100) | options)

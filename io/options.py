@@ -12,6 +12,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_type_hints
 
+from .. import fits
 from ..deadline import DEFAULT
 from . import formats, limits
 
@@ -589,11 +590,8 @@ class JobOptions:
         brief="Degrees by which to turn the picture.",
         aliases=(("rotate", "{}"),), words="rotation angle orientation upright",
     )  # fmt: skip
-    fit: Literal["auto", "frame", "whole", "contain", "cover"] | None = _option(
-        "frame: a region around all of the source, its gaps closed, onto one around the target; whole: outline onto "
-        "outline, with all concavities; contain: all of the source is shown, and the target stays uncovered where "
-        "concavities of the source open; cover: the target is covered, and what lies beyond its concavities is hidden; "
-        "auto: the one that costs the least.  [default: auto; whole with pins, bounds or meshes]",
+    fit: fits.FitName | None = _option(
+        fits.help_text(),
         solver=True, commands=("map", "morph"), basic=True,
         brief="Whether parts may be left out where the shapes differ.", words="mode crop contain cover frame",
     )  # fmt: skip

@@ -40,7 +40,7 @@ ORDER = (
     "conformal",
     "balanced",
     "paper",
-    "problem result given",
+    "problem result given capabilities",
     "saved",
     "drawings",
     "meshes",
@@ -49,7 +49,7 @@ ORDER = (
     "curve linalg",
     "buckets flips plane transform axes",
     "arrays native",
-    "parallel memory blas progress signatures",
+    "parallel memory blas progress signatures fits",
     "deadline",
     "errors",
 )

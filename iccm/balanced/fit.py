@@ -9,6 +9,7 @@ import numpy as np
 from ..arrays import Complex, Index
 from ..curve import Curve
 from ..errors import InputError
+from ..fits import FITS, is_partial, with_constraints
 from ..maps import bounds
 from ..maps.approximation import triangulated
 from ..maps.distortion import Distortion
@@ -93,7 +94,7 @@ def map_of(
         InputError: pins or strokes that no one-to-one map meets.
     """
     given_start = start
-    if start is None and options.balance > EVEN and options.fit not in ("contain", "cover"):
+    if start is None and options.balance > EVEN and not is_partial(options.fit):
         options = replace(options, fit="whole")
         before = replace(options, balance=max(EVEN, options.balance / 2), rigid_size=None)
         start = triangulated(map_of(replace(problem, rigid=(), rigid_target=()), before).map)
@@ -107,8 +108,8 @@ def map_of(
     fields = problem.size_map, problem.importance
     regions = problem.rigid or problem.rigid_target
     constrained = len(pins) or strokes or regions or any(fields)
-    if settings.fit == "auto" and (constrained or start is not None or settings.bounded):
-        settings = replace(settings, fit="whole")
+    if constrained or start is not None or settings.bounded:
+        settings = replace(settings, fit=with_constraints(settings.fit))
     moved = moved or start is not given_start
     if problem.rigid_target:
         found = solve_inverse(
@@ -129,7 +130,7 @@ def map_of(
     if regions:
         check_sizes(fit, options.rigid_size)
     free = not (len(pins) or len(strokes))
-    if free and settings.fit == "auto" and not settings.keep_holes:
+    if free and FITS[settings.fit].compares and not settings.keep_holes:
         opened = opened_ring(problem, fit, options, settings)
         if opened is not None:
             return opened

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import ConfigDict, Field, TypeAdapter, ValidationError, model_validator
 
 from ...errors import InputError
+from ...fits import FitName
 from .. import limits
 from ..checked import Checked, first
 from ..point_syntax import Place as Spot
@@ -26,7 +27,7 @@ class Scene(_Message):
     rigid: list[str | Polygon] = Field(default=[], max_length=limits.PAGE_STROKES)
     balance: float = Field(default=1.0, gt=0, le=limits.BALANCE)
     turn: float | Literal["any"] = 0.0
-    fit: Literal["auto", "frame", "whole", "contain", "cover"] = "auto"
+    fit: FitName = "auto"
 
     @model_validator(mode="after")
     def _short(self) -> Scene:

@@ -13,6 +13,7 @@ from PIL import Image
 from ... import progress
 from ...arrays import Box, Real
 from ...errors import InputError
+from ...fits import is_partial
 from ...plane import bounding_box
 from ...progress import Listener
 from .. import files, formats, references
@@ -32,7 +33,6 @@ from .state import Run, Tell
 
 NUMBER = "{number}"
 ANIMATED = {".webp": "WEBP", ".gif": "GIF", ".png": "PNG"}
-PARTIAL = ("contain", "cover")
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ def run(
     written = [each for group in names.values() for each in group]
     if twice := [name for name in names if job.output.count(name) > 1]:
         raise InputError(f"{twice[0]}: is written twice")
-    if job.fit in PARTIAL:
+    if is_partial(job.fit):
         raise InputError(
             f"--fit {job.fit}: leaves parts of a shape out, and a morph shows all; use frame or whole"
         )

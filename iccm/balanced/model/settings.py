@@ -18,8 +18,7 @@ class Settings:
         tolerance: two-sided gap from the outlines aimed at, of the diagonal.
         max_dilatation: the largest K = s1/s2 wished; None for no bound.
         max_stretch: the largest max(s1, 1/s2) wished, relative to the mean scale; None for no bound.
-        fit: whether both outlines are met whole, or bays may be filled: "whole", "contain" those of the source, "cover"
-            those of the target, "auto" the one of these that costs the least.
+        fit: whether both outlines are met whole, or bays may be filled (`iccm.fits`).
         keep_holes: whether partial maps pass over no holes.
         max_left_out: the largest share of the source that may be left out.
         max_uncovered: the largest share of the target that may stay uncovered.

@@ -7,6 +7,7 @@ import numpy as np
 
 from ...curve import Curve
 from ...drawings.cost import LOST
+from ...fits import FITS
 from ...plane import rotation
 from ..constraints.validate import UNPINNED, Pins, with_points
 from ..errors import NoMapError, OutOfTime, Stuck, check_time
@@ -192,7 +193,7 @@ def free_map(
         return put_back(state, *given), problem.numbers
     found = (
         coarse_to_fine(problem, journal)
-        if settings.fit == "whole"
+        if not FITS[settings.fit].fills
         else cheapest_map(problem, settings, journal)
     )
     numbers = found[0].numbers
@@ -231,7 +232,7 @@ def of_symmetric(
             if half is None:
                 raise
     if half is not None and (free is None or cost(*free) >= most):
-        if settings.fit != "whole":
+        if FITS[settings.fit].fills:
             half = partial_map(half_problem(problem, halves, settings), half, settings, half_log, 0.5)
         with suppress(Stuck):
             found = mirrored_half_map(problem, halves, *half, settings, half_log, unfinished=only_half)
@@ -240,7 +241,7 @@ def of_symmetric(
     journal.add(free_log)
     whole = free or coarse_to_fine(problem, journal)
     journal.notes.append(ASKEW)
-    if settings.fit != "whole":
+    if FITS[settings.fit].fills:
         whole = partial_map(problem, whole, settings, journal)
     return whole_map(*whole, settings, journal)
 

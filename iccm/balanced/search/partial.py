@@ -5,11 +5,10 @@ target's filled all of it is covered, and parts of the source are left out (cove
 much as `drawings.cost` says.
 """
 
-from typing import Literal
-
 import numpy as np
 
 from ...curve import inside_any
+from ...fits import FITS
 from ...plane import triangle_areas
 from ..holes.bays import fill_half_hull, fill_hull
 from ..holes.given import Holes
@@ -20,14 +19,6 @@ from ..model.settings import Settings
 from .hole_partners import Partners
 from .levels import Numbers, UnitProblem
 
-Side = Literal["source", "target"]
-SIDES: dict[str, tuple[Side, ...]] = {
-    "whole": (),
-    "contain": ("source",),
-    "cover": ("target",),
-    "auto": ("source", "target"),
-}
-"""Whose bays are filled for each fit."""
 GOOD = 2.2  # stretch on 95 % of the area up to which a map of the whole outlines does,
 TURNED = np.radians(20)  # and its turn
 LARGEST_FILLED = 16.0
@@ -62,7 +53,7 @@ def bay_choices(problem: UnitProblem, settings: Settings) -> list[UnitProblem]:
     """The problem with the bays of one side filled, for each side that may have them filled; the inverse problem for
     those of the target."""
     found: list[UnitProblem] = []
-    for side in SIDES[settings.fit]:
+    for side in FITS[settings.fit].fills:
         given = with_bays(problem if side == "source" else problem.inverse())
         if given.bays and can_fill(given) and given.source.area <= LARGEST_FILLED:
             found.append(given)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....arrays import Box
+from ....fits import leaves_bare
 from ....maps.approximation import AnyMap
 from ....maps.extended_inverse import ExtendedInverse
 from ....meshes import bake as baking
@@ -37,7 +38,7 @@ class Baked(Picture):
         check_layouts(run, self.tile)
         checks.texture(run)
         (width, height), image = size(run), run.image
-        image = image.covered() if run.job.fit == "contain" else image
+        image = image.covered() if leaves_bare(run.job.fit) else image
         checks.room(run)
         room = baking.whole_bytes(height, width, image.pixels.shape[2], image.pixels.itemsize)
         run.room.check(room, BAKED)

@@ -12,6 +12,7 @@ import numpy as np
 from ....arrays import Complex, Flags, Index, Real, complex_of, xy_of
 from ....curve import Curve
 from ....errors import InputError
+from ....fits import leaves_bare
 from ....flattening.opening import concave, not_convex
 from ....maps.approximation import AnyMap
 from ....maps.extended_inverse import ExtendedInverse
@@ -57,9 +58,9 @@ class TexturedMesh(Output):
         if not onto_mesh:
             raise InputError(f"{self.name}: a mesh is written for a mesh as target; {job.target} is none")
         formats.check(self.name, "uv", "unknown suffix for -o")
-        if job.fit == "contain":
+        if leaves_bare(job.fit):
             raise InputError(
-                f"{self.name}: with --fit contain parts of {job.target} have no coordinates; "
+                f"{self.name}: with --fit {job.fit} parts of {job.target} have no coordinates; "
                 "--bake leaves them transparent, --fit cover gives all of it some"
             )
         if job.edge == "mirror" or (placing_options(job) and job.edge != "repeat"):

@@ -1,0 +1,112 @@
+"""Which method takes which constraint, on which kinds of shapes.
+
+One row a constraint; `refuse` raises for whatever a row does not list.
+"""
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from typing import Literal
+
+from .errors import InputError
+from .fits import FITS
+
+Kind = Literal["plane", "from surface", "onto surface", "between surfaces"]
+"""A pair of outlines, or one of which the source, the target or both are surfaces laid out in the plane."""
+EVERYWHERE: tuple[Kind, ...] = ("plane", "from surface", "onto surface", "between surfaces")
+
+
+@dataclass(frozen=True)
+class Capability:
+    """What a constraint goes with.
+
+    Attributes:
+        methods: that take it.
+        refused: what the message says for other methods.
+        kinds: of pairs of shapes that it is for.
+        elsewhere: what the message says for each other kind.
+        partial: whether it goes with a fit that leaves parts out.
+        without: other constraints that it does not go with, and what the message says.
+        without_on_surfaces: likewise where a side is a surface.
+    """
+
+    methods: tuple[str, ...]
+    refused: str
+    kinds: tuple[Kind, ...] = EVERYWHERE
+    elsewhere: dict[Kind, str] | str = ""
+    partial: bool = True
+    without: dict[str, str] | None = None
+    without_on_surfaces: dict[str, str] | None = None
+
+
+BALANCED = ("balanced",)
+HOLES = Capability(BALANCED, "the balanced method alone knows of holes")
+FIELD = Capability(
+    BALANCED,
+    "is for the balanced method, between outlines of the plane",
+    kinds=("plane",),
+    elsewhere="is for the balanced method, between outlines of the plane",
+    partial=False,
+)
+ONE_SIDE = "regions of one side are kept; leave one of the two out"
+BETWEEN_SURFACES = "regions are not kept between two surfaces; give pins"
+PINS_INSTEAD = "goes without strokes on surfaces; give pins"
+
+CAPABILITIES: dict[str, Capability] = {
+    "source_holes": HOLES,
+    "target_holes": HOLES,
+    "rigid": Capability(
+        BALANCED,
+        "regions are kept by the balanced method",
+        kinds=("plane", "from surface"),
+        elsewhere={
+            "between surfaces": BETWEEN_SURFACES,
+            "onto surface": "the map follows the triangles of the surface; give rigid_target, regions of the target",
+        },
+        partial=False,
+        without={"rigid_target": ONE_SIDE},
+        without_on_surfaces={"strokes": PINS_INSTEAD},
+    ),
+    "rigid_target": Capability(
+        BALANCED,
+        "regions are kept by the balanced method",
+        kinds=("plane", "onto surface"),
+        elsewhere={
+            "between surfaces": BETWEEN_SURFACES,
+            "from surface": "the map follows the triangles of the surface; give rigid, regions of the source",
+        },
+        partial=False,
+        without=dict.fromkeys(("importance", "size_map"), "goes without importance and size_map"),
+        without_on_surfaces={"strokes": PINS_INSTEAD},
+    ),
+    "importance": FIELD,
+    "size_map": FIELD,
+    "start": Capability(BALANCED, "an option of --method balanced"),
+}
+
+
+def refuse(given: Collection[str], method: str, kind: Kind, fit: str) -> None:
+    """Raise an InputError for the first constraint that does not go with the others.
+
+    Args:
+        given: the constraints that there are, `strokes` among them.
+        method: that solves: balanced, conformal or paper.
+        kind: of the pair of shapes.
+        fit: a value of `fits.FITS`.
+    """
+    for name, row in CAPABILITIES.items():
+        if name not in given:
+            continue
+        others = dict(row.without or {})
+        if kind != "plane":
+            others |= row.without_on_surfaces or {}
+        if method not in row.methods:
+            raise InputError(f"{name}: {row.refused}")
+        if kind not in row.kinds:
+            raise InputError(
+                f"{name}: {row.elsewhere if isinstance(row.elsewhere, str) else row.elsewhere[kind]}"
+            )
+        for other, why in others.items():
+            if other in given:
+                raise InputError(f"{name}: {why}" if other != "rigid_target" else f"{name}, {other}: {why}")
+        if FITS[fit].is_partial and not row.partial:
+            raise InputError(f"{name}: goes with fit whole, or auto, which is whole then")

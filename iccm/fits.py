@@ -1,0 +1,97 @@
+"""The values of `fit`, which says how much of two shapes goes onto each other where they differ.
+
+One row a value: what menus and help call it, and what it does. The command line, manifests, the outputs and the solver
+read this table; tests hold the menus of the page and of the plug-ins against it.
+
+To add a value: its name in `FitName`, its row in `FITS`, what it does in the search (`balanced.search.partial` where it
+fills concavities, `frames.solve` where it is about whole drawings), its row in `docs/choose.md`, and a test.
+"""
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+FitName = Literal["auto", "frame", "whole", "contain", "cover"]
+Side = Literal["source", "target"]
+
+
+@dataclass(frozen=True)
+class FitMode:
+    """What a value of `fit` does.
+
+    Attributes:
+        label: words for menus.
+        help: a clause for the help of the command line.
+        fills: the sides whose concavities may be filled. Where the source's are, the target stays bare where they open;
+            where the target's are, parts of the source are hidden beyond them.
+        compares: whether the cheapest of several maps is taken, the one of the whole outlines among them.
+        of_drawings: whether it is about whole drawings: of outlines it is "whole".
+    """
+
+    label: str
+    help: str
+    fills: tuple[Side, ...] = ()
+    compares: bool = False
+    of_drawings: bool = False
+
+    @property
+    def is_partial(self) -> bool:
+        """Whether parts of a shape are left out on demand."""
+        return bool(self.fills) and not self.compares
+
+    @property
+    def leaves_bare(self) -> bool:
+        """Whether parts of the target stay bare on demand."""
+        return self.is_partial and "source" in self.fills
+
+
+FITS: dict[str, FitMode] = {
+    "auto": FitMode(
+        "auto: what costs the least", "the one that costs the least", ("source", "target"), compares=True
+    ),
+    "frame": FitMode(
+        "frame: a frame around all parts",
+        "a region around all of the source, its gaps closed, onto one around the target",
+        of_drawings=True,
+    ),
+    "whole": FitMode("whole outlines", "outline onto outline, with all concavities"),
+    "contain": FitMode(
+        "contain: all of the source is shown",
+        "all of the source is shown, and the target stays uncovered where concavities of the source open",
+        ("source",),
+    ),
+    "cover": FitMode(
+        "cover: the target is covered",
+        "the target is covered, and what lies beyond its concavities is hidden",
+        ("target",),
+    ),
+}
+
+assert set(FITS) == set(get_args(FitName))
+
+
+def is_partial(name: str | None) -> bool:
+    """Whether a value of `fit` leaves parts of a shape out on demand; None is the default, which does not."""
+    return name is not None and FITS[name].is_partial
+
+
+def leaves_bare(name: str | None) -> bool:
+    """Whether a value of `fit` leaves parts of the target bare on demand."""
+    return name is not None and FITS[name].leaves_bare
+
+
+def of_outlines(name: str) -> str:
+    """Return what a value of `fit` is for two outlines."""
+    return "whole" if FITS[name].of_drawings else name
+
+
+def with_constraints(name: str) -> str:
+    """Return what a value of `fit` is where maps are not compared: with constraints, bounds or an earlier map."""
+    return "whole" if FITS[name].compares else name
+
+
+def help_text() -> str:
+    """Return the sentence of the command line's help, its default in brackets."""
+    order = [name for name, mode in FITS.items() if not mode.compares]
+    order += [name for name, mode in FITS.items() if mode.compares]
+    clauses = "; ".join(f"{name}: {FITS[name].help}" for name in order)
+    return f"{clauses}.  [default: auto; whole with pins, bounds or meshes]"

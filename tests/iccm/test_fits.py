@@ -1,0 +1,98 @@
+"""The tables of fits and of capabilities: what they say is what the solver does, and what menus show."""
+
+import re
+from pathlib import Path
+from typing import get_args, get_type_hints
+
+import numpy as np
+import pytest
+
+import iccm
+from iccm import capabilities, fits
+from iccm.io.edit.messages import Scene
+from iccm.io.options import options_of
+
+ROOT = Path(__file__).parents[2]
+OF_OUTLINES = {name for name, mode in fits.FITS.items() if not mode.of_drawings}
+SQUARE = np.array([0, 1, 1 + 1j, 1j])
+
+
+def test_the_command_line_offers_and_explains_every_fit():
+    hint, option = options_of()["fit"]
+    names = next(get_args(part) for part in get_args(hint) if get_args(part))
+    assert set(names) == set(fits.FITS)
+    assert all(f"{name}: {mode.help}" in option.help for name, mode in fits.FITS.items())
+
+
+def test_the_page_offers_every_fit():
+    page = (ROOT / "io/edit/page/index.html").read_text()
+    menu = re.search(r'<select id="how".*?</select>', page, re.DOTALL)[0]
+    shown = dict(re.findall(r'<option value="(\w+)">([^<]*)</option>', menu))
+    assert shown == {name: mode.label for name, mode in fits.FITS.items()}
+    assert set(get_args(get_type_hints(Scene)["fit"])) == set(fits.FITS)
+
+
+def test_plug_ins_offer_the_fits_of_what_they_map():
+    dialog = (ROOT / "plugins/inkscape/iccm_fit.inx").read_text()
+    menu = re.search(r'<param name="fit".*?</param>', dialog, re.DOTALL)[0]
+    assert set(re.findall(r'<option value="(\w+)">', menu)) == set(fits.FITS)
+    addon = (ROOT / "plugins/blender/__init__.py").read_text()
+    menu = re.search(r"^FITS = \[.*?^\]", addon, re.DOTALL | re.MULTILINE)[0]
+    assert set(re.findall(r'^    \("(\w+)"', menu, re.MULTILINE)) == OF_OUTLINES
+
+
+@pytest.mark.parametrize("name", fits.FITS)
+def test_a_fit_is_explained_on_its_page(name):
+    assert f"`{name}`" in (ROOT / "docs/choose.md").read_text()
+
+
+def test_what_a_fit_becomes_elsewhere_is_a_fit():
+    for name, mode in fits.FITS.items():
+        assert fits.FITS[fits.of_outlines(name)].of_drawings is False
+        assert fits.FITS[fits.with_constraints(name)].compares is False
+        assert fits.is_partial(name) == (mode.fills in (("source",), ("target",)))
+    assert [name for name in fits.FITS if fits.leaves_bare(name)] == ["contain"]
+    assert not fits.is_partial(None) and not fits.leaves_bare(None)
+
+
+@pytest.mark.parametrize("name", capabilities.CAPABILITIES)
+def test_a_constraint_is_refused_where_its_row_does_not_list_it(name):
+    row = capabilities.CAPABILITIES[name]
+    for method in ("balanced", "conformal", "paper"):
+        for kind in capabilities.EVERYWHERE:
+            if method in row.methods and kind in row.kinds:
+                capabilities.refuse({name}, method, kind, "whole")
+            else:
+                with pytest.raises(iccm.InputError, match=f"^{name}: "):
+                    capabilities.refuse({name}, method, kind, "whole")
+    for fit, mode in fits.FITS.items():
+        if row.partial or not mode.is_partial:
+            capabilities.refuse({name}, "balanced", row.kinds[0], fit)
+        else:
+            with pytest.raises(iccm.InputError, match=f"^{name}: .*fit"):
+                capabilities.refuse({name}, "balanced", row.kinds[0], fit)
+
+
+@pytest.mark.parametrize(
+    ("given", "kind"),
+    [
+        ({"rigid", "rigid_target"}, "plane"),
+        ({"rigid_target", "importance"}, "plane"),
+        ({"rigid_target", "size_map"}, "plane"),
+        ({"rigid", "strokes"}, "from surface"),
+        ({"rigid_target", "strokes"}, "onto surface"),
+    ],
+)
+def test_constraints_that_exclude_each_other_are_refused(given, kind):
+    with pytest.raises(iccm.InputError, match=r"^rigid"):
+        capabilities.refuse(given, "balanced", kind, "whole")
+    for name in given:
+        capabilities.refuse(given - {name}, "balanced", kind if "strokes" in given else "plane", "whole")
+
+
+def test_the_solver_refuses_what_the_table_does_not_list():
+    region = 0.5 + 0.5j + 0.1 * (SQUARE - 0.5 - 0.5j)
+    for constraint in ({"source_holes": [region]}, {"rigid": [region]}, {"importance": [[1.0, 2.0]]}):
+        (name,) = constraint
+        with pytest.raises(iccm.InputError, match=f"^{name}"):
+            iccm.fit(SQUARE, 2 * SQUARE, method="conformal", **constraint)
