@@ -28,6 +28,28 @@ def test_a_stretch_by_nine_is_three_by_one_third():
     assert report["turn"] == pytest.approx(0, abs=1e-9)
 
 
+def of_singular_values(*values, scale=1.0):
+    """One sample for each pair of singular values."""
+    large, small = np.array(values, float).T
+    return Distortion(np.ones(large.size), (large + small) / 2 + 0j, (large - small) / 2 + 0j, scale)
+
+
+def test_stretch_is_the_larger_of_both_directions():
+    found = of_singular_values((3, 0.5), (5, 3), scale=2.0)
+    assert found.stretches == pytest.approx([4, 2.5])
+    assert found.dilatations == pytest.approx([6, 5 / 3])
+    assert found.scales == pytest.approx([np.sqrt(1.5) / 2, np.sqrt(15) / 2])
+
+
+@pytest.mark.parametrize("balance", [0.0, 0.5, 1.0])
+def test_energies_grow_with_areas_and_with_their_inverses(balance):
+    found = of_singular_values((3, 0.5), (5, 3), scale=2.0).energies(balance)
+    angle = np.array([6 + 1 / 6, 5 / 3 + 3 / 5]) / 2
+    area = np.array([3 / 8 + 8 / 3, 15 / 4 + 4 / 15]) / 2
+    assert found["angle"] == pytest.approx(angle) and found["area"] == pytest.approx(area)
+    assert found["total"] == pytest.approx(angle * area**balance)
+
+
 def two_sizes(w):
     """The left nine tenths of the target come from a strip three times as narrow as they are, the rest is as it is."""
     return np.minimum(w.real, 0.9) / 3 + np.maximum(w.real - 0.9, 0) + 1j * w.imag

@@ -429,6 +429,15 @@ def test_a_filter_grows_and_turns_with_what_casts_it(tmp_path):
     assert not notes and "f" not in found
 
 
+def test_offsets_and_blurs_do_not_depend_on_where_a_filter_is_used(tmp_path):
+    drawing = """<filter id="f"><feOffset dx="3" dy="1"/><feDropShadow dx="2" dy="-5" stdDeviation="2 1"/></filter>
+    <rect id="a" x="10" y="-30" width="40" height="20" filter="url(#f)"/>"""
+    found, _ = body(tmp_path, drawing, lambda z: 2 * z + 30 - 10j)
+    offset, shadow = referred(found, found["a"], "filter")
+    assert (offset.get("dx"), offset.get("dy")) == ("6", "2")
+    assert (shadow.get("dx"), shadow.get("dy"), shadow.get("stdDeviation")) == ("4", "-10", "4 2")
+
+
 def test_masks_are_carried_where_they_are_used(tmp_path):
     drawing = """<mask id="m" style="mask-type:alpha" maskUnits="userSpaceOnUse" x="0" y="0" width="30" height="40">
     <circle cx="20" cy="20" r="20" fill="#fff"/></mask>

@@ -81,6 +81,16 @@ def test_inputs_are_relative_to_the_manifest(folder):
     assert task.job.inputs == ("deep/d.svg", "deep/../a.svg", "deep/pins.json")
 
 
+@pytest.mark.parametrize(
+    ("key", "output"),
+    [("texture", "a-b.png"), ("normal", "a-b-t.png"), ("data", "a-b-t.png"), ("report", "a-b.png")],
+)
+def test_a_job_without_an_output_names_one_for_each_texture(folder, key, output):
+    (task,) = jobs(f'[[job]]\nsource = "a.svg"\ntarget = "b.svg"\n{key} = "t.png"', folder=folder)
+    wanted = () if key == "report" else (str(folder / "out" / output),)
+    assert task.job.output == wanted
+
+
 def test_every_mistake_is_listed_with_its_place(folder):
     text = """
     colour = 3

@@ -67,7 +67,7 @@ def _exchanged(aspect):
 @pytest.mark.parametrize(
     ("body", "expected"),
     [
-        ('<g transform="scale(2 3)"><g transform="translate(5 4)"><rect width="6" height="7"/></g></g>', [10, 12, 22, 33]),
+        ('<g transform="scale(2 3)"><rect width="6" height="7" transform="translate(5 4)"/></g>', [10, 12, 22, 33]),
         ('<rect id="r" width="6" height="7"/><use href="#r" x="5" y="4" transform="scale(2 3)"/>', [10, 12, 22, 33]),
         ('<rect width="6" height="7" transform="scale(3)"/>', [0, 0, 18, 21]),
         ('<rect width="6" height="7" transform="rotate(90 10 4)"/>', [7, -6, 14, 0]),
@@ -150,9 +150,8 @@ def test_a_closed_stroke_returns_to_its_start(drawing):
 
 
 def test_a_line_paints_its_length_times_its_width_where_it_lies(drawing):
-    ink = drawing(
-        '<path d="M10 0H30" stroke="black" stroke-width="4" fill="none" transform="translate(50 5) rotate(30) scale(2 1)"/>'
-    ).ink
+    moved = 'transform="translate(50 5) rotate(30) scale(2 1)"'
+    ink = drawing(f'<path d="M10 0H30" stroke="black" stroke-width="4" fill="none" {moved}/>').ink
     assert ink.area == pytest.approx(2 * 20 * 4)
     middle = 50 + 5j + 40 * np.exp(1j * np.pi / 6)
     assert (ink.centroid.x, ink.centroid.y) == pytest.approx((middle.real, middle.imag))
