@@ -1,0 +1,141 @@
+"""Bugs in cli/."""
+
+from .mutant import Mutant
+
+CLI = "tests/cli/test_cli.py"
+
+COMMANDS: list[Mutant] = [
+    Mutant(
+        "cli/logs.py",
+        "if isinstance(error, IccmError):\n        return _one_line(str(error)), INPUT",
+        "if isinstance(error, IccmError):\n        return _one_line(str(error)), 1",
+        CLI,
+        "wrong input ends with the exit code of a poor result",
+    ),
+    Mutant(
+        "cli/logs.py",
+        "return int(not outcome.ok)",
+        "return int(outcome.ok)",
+        "tests/cli/test_flatten_outputs.py tests/cli/test_charts.py",
+        "flatten and relayout end with exit code 1 where all is well",
+    ),
+    Mutant(
+        "cli/logs.py",
+        "log.setLevel(POOR if verbosity < 0 else",
+        "log.setLevel(logging.ERROR if verbosity < 0 else",
+        "tests/cli/test_streams.py",
+        "--quiet hides that a result is doubtful",
+    ),
+    Mutant(
+        "cli/logs.py",
+        '"level": "warning" if record.levelno == POOR else record.levelname.lower()',
+        '"level": record.levelname.lower()',
+        "tests/cli/test_streams.py",
+        "doubts have the level 'level 35' in JSON messages",
+    ),
+    Mutant(
+        "cli/status.py",
+        "seconds = (now - began) / (done - first) * (of - done)",
+        "seconds = (now - began) / (done - first) * of",
+        "tests/cli/test_status.py tests/cli/test_wrapping.py",
+        "the time that is left is told as if nothing had been done",
+    ),
+    Mutant(
+        "cli/map.py",
+        "return int(not outcome.ok), read",
+        "return 0, read",
+        CLI,
+        "`map` ends with exit code 0 where the result is not good enough",
+    ),
+    Mutant(
+        "cli/map.py",
+        'failed |= result["status"] != "done"',
+        'failed |= result["status"] == "failed"',
+        "tests/cli/test_sequence.py",
+        "a sequence with poor frames ends with exit code 0",
+    ),
+    Mutant(
+        "cli/map.py",
+        'given["force"], own["open"] = True, False',
+        'given["force"], own["open"] = given.get("force"), False',
+        "tests/cli/test_help.py",
+        "--watch refuses to replace its own picture",
+    ),
+    Mutant(
+        "cli/batch.py",
+        'return 0 if set(counts) <= {"done"} else 1',
+        'return 0 if set(counts) <= {"done", "poor"} else 1',
+        "tests/cli/test_streams.py",
+        "a batch with poor jobs ends with exit code 0",
+    ),
+    Mutant(
+        "cli/batch.py",
+        'return [task.with_job(task.job.model_copy(update={"force": True})) for task in tasks]',
+        'return [task.with_job(task.job.model_copy(update={"force": False})) for task in tasks]',
+        "tests/cli/test_batch_patterns.py tests/cli/test_systems.py",
+        "`batch --force` does not replace outputs",
+    ),
+    Mutant(
+        "cli/check.py",
+        "return 1 if bad else 0",
+        "return 0",
+        "tests/io/check/test_check.py",
+        "`check` ends with exit code 0 where results differ",
+    ),
+    Mutant(
+        "cli/check.py",
+        'settings = Path(given["tolerances"]) if given["tolerances"] else usual if usual.is_file() else None',
+        'settings = usual if usual.is_file() else Path(given["tolerances"]) if given["tolerances"] else None',
+        "tests/io/check/test_check.py",
+        "--tolerances is ignored where the baselines have their own",
+    ),
+    Mutant(
+        "cli/settings.py",
+        "found = _from_file() | _from_environment()",
+        "found = _from_environment() | _from_file()",
+        "tests/cli/test_option_names.py",
+        "the configuration file wins over the environment",
+    ),
+    Mutant(
+        "cli/options.py",
+        "for key, value in options.items() if value is not None}",
+        "for key, value in options.items() if value}",
+        "tests/cli/test_option_names.py tests/io/run/test_job.py",
+        "options of 0 are taken as their defaults",
+    ),
+    Mutant(
+        "cli/apply.py",
+        'saved = Saved.read(map, inverse=given["inverse"])',
+        "saved = Saved.read(map, inverse=False)",
+        "tests/cli/test_apply.py",
+        "--inverse is ignored",
+    ),
+    Mutant(
+        "cli/apply.py",
+        'given["kind"] = given["kind"] or "colour"',
+        'given["kind"] = "colour"',
+        "tests/cli/test_apply.py tests/io/pictures/test_stmap_files.py",
+        "`apply --kind` is ignored: normals are averaged as colours",
+    ),
+    Mutant(
+        "cli/completion.py",
+        '(b"" if before.endswith(b"\\n") or not before else b"\\n")',
+        'b""',
+        "tests/cli/test_help.py",
+        "a line is glued to the last one of .zshrc",
+    ),
+    Mutant(
+        "cli/morph.py",
+        "return int(not ok)",
+        "return 0",
+        "tests/cli/test_morph.py",
+        "`morph` ends with exit code 0 where the last frame is not the target",
+    ),
+    Mutant(
+        "cli/flatten.py",
+        'given["output"] = (f"{Spec.of(given[\'mesh\']).path.stem}-flat.svg",)',
+        'given["output"] = ("flat.svg",)',
+        "tests/cli/test_flatten_outputs.py",
+        "flattening a second mesh replaces the first one's drawing",
+    ),
+]

@@ -1,0 +1,136 @@
+"""Apply mutants, one by one, to a copy of the repository, and run their tests there."""
+
+import multiprocessing
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from .mutant import Mutant
+
+ROOT = Path(__file__).resolve().parents[2]
+LEFT_OUT = (".git", ".venv", "build", "dist", "out", "__pycache__", ".*_cache", "*.egg-info", ".hypothesis")
+"""Patterns of files and folders that tests do not need."""
+PACKAGES = ("io", "cli", "plugins", "samples")
+"""Folders of the repository that are packages in `iccm` once it is installed."""
+TIME_LIMIT = 900.0
+"""Seconds: a run of a mutant's tests that takes longer has been caught, since the tests take seconds without it."""
+PASSED, FAILED, INTERRUPTED = 0, 1, 2
+"""Exit codes of pytest; others mean that the tests were not run."""
+
+PRELOADED = [
+    "pytest",
+    "hypothesis",
+    "numpy",
+    "scipy.optimize",
+    "scipy.sparse.linalg",
+    "scipy.ndimage",
+    "shapely",
+]
+PRELOADED += [
+    "OpenImageIO",
+    "cv2",
+    "skimage.metrics",
+    "trimesh",
+    "click",
+    "pydantic",
+    "PIL.Image",
+    "jsonschema",
+]
+"""Modules of others that take long to import: one process imports them, and those that run tests are its forks."""
+CONTEXT = multiprocessing.get_context("forkserver" if sys.platform != "win32" else "spawn")
+if sys.platform != "win32":
+    CONTEXT.set_forkserver_preload(PRELOADED)
+
+
+def run_pytest(folder: Path, environment: Mapping[str, str], tests: Sequence[str], log: Path) -> None:
+    """Run tests in a copy of the repository, and exit with pytest's exit code; called in a process of its own."""
+    os.chdir(folder)
+    os.environ.update(environment)
+    sys.dont_write_bytecode = False  # hundreds of modules are the same for all mutants
+    sys.path[:] = [str(folder), *(entry for entry in sys.path if Path(entry or ".").resolve() != ROOT)]
+    with log.open("w", encoding="utf-8") as file:
+        os.dup2(file.fileno(), 1)
+        os.dup2(file.fileno(), 2)
+    import pytest
+
+    options = ["-x", "-q", "-n", "0", "-m", "not slow", "-p", "no:cacheprovider", "--rootdir", str(folder)]
+    sys.exit(int(pytest.main([*options, *tests])))
+
+
+class Copy:
+    """A copy of the repository in which mutants are tried.
+
+    Parameters
+    ----------
+    folder
+        An empty folder.
+    """
+
+    def __init__(self, folder: Path):
+        self.folder, self.log = folder / "repository", folder / "log"
+        shutil.copytree(ROOT, self.folder, ignore=shutil.ignore_patterns(*LEFT_OUT), symlinks=True)
+        # The installed package refers to the original's folders; with the copy first on the path, and these links in
+        # the place of folders, all modules come from the copy, in subprocesses too.
+        for name in PACKAGES:
+            (self.folder / "iccm" / name).symlink_to(Path("..") / name, target_is_directory=True)
+        objects = ROOT / "build" / "core"
+        if objects.is_dir():
+            shutil.copytree(objects, self.folder / "build" / "core", copy_function=shutil.copy2)
+        self.environment = {
+            **os.environ,
+            "PYTHONPATH": str(self.folder),
+            "PYTHONDONTWRITEBYTECODE": "",
+            "OPENBLAS_NUM_THREADS": "1",
+        }
+
+    def test(self, tests: Sequence[str]) -> int | None:
+        """Run tests until one fails. Return pytest's exit code, None where they took longer than TIME_LIMIT."""
+        job = CONTEXT.Process(target=run_pytest, args=(self.folder, self.environment, tests, self.log))
+        job.start()
+        job.join(TIME_LIMIT)
+        if job.is_alive():
+            job.kill()
+            job.join()
+            return None
+        return job.exitcode
+
+    @property
+    def output(self) -> str:
+        """What the last tests printed."""
+        return self.log.read_text(encoding="utf-8", errors="replace")
+
+    def compile(self) -> None:
+        """Bring the compiled core up to date with its sources."""
+        command = [sys.executable, "core/compile.py"]
+        subprocess.run(command, cwd=self.folder, env=self.environment, check=True, capture_output=True)
+
+    def try_mutant(self, mutant: Mutant, tests: Sequence[str] = ()) -> str:
+        """Return "caught" or "survived" after running the mutant's tests, or those given, or why that is impossible."""
+        path = self.folder / mutant.file
+        original = path.read_bytes() if path.is_file() else b""
+        mutated = mutant.mutate(original.decode())
+        if mutated is None:
+            return "not applicable: the text is not found once"
+        self._write(path, mutated.encode())
+        try:
+            if mutant.compiled:
+                self.compile()
+            code = self.test(tests or mutant.tests.split())
+        finally:
+            self._write(path, original)
+        if code in (FAILED, INTERRUPTED, None):
+            return "caught"
+        return "survived" if code == PASSED else f"not applicable: pytest ends with {code}"
+
+    def _write(self, path: Path, content: bytes) -> None:
+        """Write a module, without the bytecode of its earlier content.
+
+        Python takes bytecode for current if the module's size and its time of change in whole seconds are those
+        recorded in it.
+        """
+        path.write_bytes(content)
+        for bytecode in (path.parent / "__pycache__").glob(f"{path.stem}.*.pyc"):
+            bytecode.unlink()
