@@ -1,14 +1,31 @@
-"""What the site's pages leave to the code (a hook of MkDocs): options and commands from the table, formats, the API.
+"""Parts of the site that come from elsewhere (a hook of MkDocs): options, commands, formats, pictures of samples.
 
-In a page `<!-- options: map -->` stands for the options of a command, `<!-- formats -->` for what each suffix can hold.
+In a page, `<!-- options: map -->` stands for the options of a command, `<!-- commands -->` for all other commands, and
+`<!-- formats -->` for the contents of each suffix.
 """
 
+import os
 import re
+import shutil
+import subprocess
+from pathlib import Path
 from typing import Any, get_args
+
+from PIL import Image
 
 from iccm.cli import COMMANDS
 from iccm.io import formats, options
 from iccm.io.option_groups import grouped
+
+ROOT = Path(__file__).resolve().parent.parent
+PACKAGE = ROOT / "build" / "api"
+SAMPLES = re.compile(r"\.\./(?=samples/[\w./-]+\.(?:svg|png|jpg)\b)")
+"""One level up in a link to a sample: on the site, samples lie beside the pages."""
+IMAGE = re.compile(r'<img (?=[^>]*src="([^"]+)")')
+SHOWN_SAMPLES = ("*.svg", "*.png", "*.jpg")
+WHITE = 250
+"""Of 255: a picture whose corners are all lighter and opaque has a white background."""
+COLOURED = re.compile(r'(?:fill|stroke)="(?!none|#000|black|currentColor)[^"]+"|style=')
 
 HOLDS = {
     "picture": "pictures",
@@ -25,20 +42,85 @@ HOLDS = {
 }
 
 
+def on_startup(**_: Any) -> None:
+    """Copy the package as installed, with `io` and `cli` inside `iccm`, for the pages of the API."""
+    shutil.rmtree(PACKAGE, ignore_errors=True)
+    skipped = shutil.ignore_patterns("__pycache__", "lib", "static")
+    for source, name in (("iccm", "iccm"), ("io", "iccm/io"), ("cli", "iccm/cli")):
+        shutil.copytree(ROOT / source, PACKAGE / name, dirs_exist_ok=True, ignore=skipped)
+
+
+def on_config(config: Any) -> Any:
+    """Link the repository, if its address is known: from the environment (of a CI run, too) or from the clone."""
+    address = os.environ.get("ICCM_REPOSITORY", "")
+    if not address and "GITHUB_REPOSITORY" in os.environ:
+        address = (
+            f"{os.environ.get('GITHUB_SERVER_URL', 'https://github.com')}/{os.environ['GITHUB_REPOSITORY']}"
+        )
+    if not address:
+        command = ["git", "-C", str(ROOT), "remote", "get-url", "origin"]
+        found = subprocess.run(command, capture_output=True, text=True)
+        address = found.stdout.strip().removesuffix(".git") if found.returncode == 0 else ""
+    if address.startswith("https://"):
+        config["repo_url"] = address
+        config["repo_name"] = "/".join(address.split("/")[-2:])
+    return config
+
+
+def on_files(files: Any, config: Any) -> Any:
+    """Add the pictures and drawings of the samples, which lie outside of the folder of pages."""
+    from mkdocs.structure.files import File  # only here, so that tests need no MkDocs
+
+    for pattern in SHOWN_SAMPLES:
+        for path in sorted((ROOT / "samples").rglob(pattern)):
+            name = path.relative_to(ROOT).as_posix()
+            if "/out/" not in name:
+                files.append(File(name, str(ROOT), config["site_dir"], config["use_directory_urls"]))
+    return files
+
+
 def on_page_markdown(markdown: str, **_: Any) -> str:
-    """The page with the tables in the place of their marks."""
+    """Return the page with tables in place of their marks, and links to samples as they are on the site."""
     markdown = re.sub(r"<!-- options: (\w+) -->", lambda found: options_of(found[1]), markdown)
-    return markdown.replace("<!-- commands -->", commands()).replace("<!-- formats -->", held())
+    markdown = markdown.replace("<!-- commands -->", commands()).replace("<!-- formats -->", contents())
+    return SAMPLES.sub("", markdown)
+
+
+def on_page_content(html: str, page: Any, **_: Any) -> str:
+    """Return the page with a class for pictures that need care on dark pages: black drawings, white figures."""
+    folder = (ROOT / "docs" / page.file.src_uri).parent
+
+    def marked(found: re.Match) -> str:
+        name = tone(folder, found[1])
+        return f'<img class="{name}" ' if name else found[0]
+
+    return IMAGE.sub(marked, html)
+
+
+def tone(folder: Path, link: str) -> str:
+    """Return `ink` for a drawing in black, `figure` for a picture on white, and nothing for other pictures."""
+    path = (folder / link).resolve()
+    if not path.is_file() and "samples/" in link:  # by its place on the site
+        path = ROOT / link[link.find("samples/") :]
+    if not path.is_file():
+        return ""
+    if path.suffix == ".svg":
+        return "" if COLOURED.search(path.read_text(encoding="utf-8")) else "ink"
+    with Image.open(path) as picture:
+        small = picture.convert("RGBA")
+        right, bottom = small.width - 1, small.height - 1
+        corners = [small.getpixel(at) for at in ((0, 0), (right, 0), (0, bottom), (right, bottom))]
+    return "figure" if all(min(corner) >= WHITE for corner in corners) else ""
 
 
 def options_of(command: str) -> str:
-    """The options of a command, a table for each group."""
+    """Return the options of a command, as a table for each group."""
     rows = {name: row for name, row in options.of_command(command).items() if command not in row[1].hidden}
     parts = []
     for title, example, names in grouped(rows):
         if len(names) < len(rows):
             parts.append(f"**{title}**, such as `{example}`\n" if example else f"**{title}**\n")
-        parts.append("| option | what it is |\n|---|---|")
+        parts.append("| option | meaning |\n|---|---|")
         parts += [_row(name, *rows[name]) for name in names]
         parts.append("")
     return "\n".join(parts)
@@ -58,12 +140,12 @@ def _row(name: str, hint: Any, option: options.Option) -> str:
 
 
 def _escaped(text: str) -> str:
-    """Text in a cell, as it stands."""
+    """Return text with the characters escaped that Markdown would interpret."""
     return "".join(f"&#{ord(c)};" if c in "|<>&*_`[]" else c for c in text)
 
 
 def commands() -> str:
-    """Every command but `map`, which has a page of its own, with its options."""
+    """Return all commands with their options; those of `map` have a separate page."""
     parts = []
     for name, text in COMMANDS.items():
         parts.append(f"## `iccm {name}`\n\n{text}\n")
@@ -71,14 +153,14 @@ def commands() -> str:
     return "\n".join(parts)
 
 
-def held() -> str:
-    """What files of each suffix hold, as a table."""
-    lines = ["| suffix | holds |", "|---|---|"]
+def contents() -> str:
+    """Return what files of each suffix can contain, as a table."""
+    lines = ["| suffix | contents |", "|---|---|"]
     for suffix, form in formats.FORMATS.items():
-        said = [words for name, words in HOLDS.items() if getattr(form, name)]
+        parts = [words for name, words in HOLDS.items() if getattr(form, name)]
         if form.picture:
-            said[0] += f" ({_pixels(form.picture)})"
-        lines.append(f"| `{suffix}` | {', '.join(said)} |")
+            parts[0] += f" ({_pixels(form.picture)})"
+        lines.append(f"| `{suffix}` | {', '.join(parts)} |")
     return "\n".join(lines)
 
 

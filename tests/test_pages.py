@@ -46,9 +46,12 @@ def marked(page):
 def test_the_commands_of_a_page_make_its_pictures(page, tmp_path):
     RECIPES.run(page, tmp_path)
     made = RECIPES.made(page, tmp_path)
-    assert sorted(made) == RECIPES.shown(page)
+    assert sorted(made) == RECIPES.expected(page)
     for name, path in made.items():
         kept = RECIPES.PICTURES / name
+        if kept.suffix == ".webp":
+            assert path.stat().st_size == pytest.approx(kept.stat().st_size, rel=0.1)
+            continue
         if kept.suffix == ".svg":
             assert drawn(path)[0] == drawn(kept)[0]
             assert np.abs(drawn(path)[1] - drawn(kept)[1]).max() < 0.5
@@ -58,22 +61,26 @@ def test_the_commands_of_a_page_make_its_pictures(page, tmp_path):
 
 
 def test_every_picture_kept_is_shown():
-    shown = {name for page in RECIPES.pages() for name in RECIPES.shown(page)}
+    shown = {name for page in PAGES for name in RECIPES.shown(page)}
     assert shown == {path.name for path in RECIPES.PICTURES.iterdir()}
     assert all(path.stat().st_size <= 150_000 for path in RECIPES.PICTURES.iterdir())
 
 
+def prose(page):
+    """The text of a page without blocks of code."""
+    return re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+
+
 def anchors(page):
-    """What the headings of a page are called in links."""
-    text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
-    titles = re.findall(r"^#+ (.*)", text, re.MULTILINE)
+    """The names of the headings of a page in links."""
+    titles = re.findall(r"^#+ (.*)", prose(page), re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", title.lower()).strip().replace(" ", "-") for title in titles}
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name_of)
 def test_the_links_of_a_page_lead_somewhere(page):
-    text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
-    for link in re.findall(r"\]\(([^)\s]+)\)", text):
+    text = prose(page)
+    for link in re.findall(r"\]\(([^)\s]+)\)", text) + re.findall(r'(?:src|href)="([^"]+)"', text):
         if link.startswith("http"):
             continue
         name, _, anchor = link.partition("#")
@@ -85,6 +92,71 @@ def test_the_links_of_a_page_lead_somewhere(page):
 def test_every_page_is_in_the_site():
     listed = re.findall(r"[\w/.-]+\.md", (ROOT / "mkdocs.yml").read_text())
     assert sorted(listed) == sorted(path.relative_to(ROOT / "docs").as_posix() for path in PAGES[4:])
+
+
+def avoided():
+    """The terms of the glossary that pages do not use."""
+    text = (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8").partition("\n## Do not use\n")[2]
+    rows = re.findall(r"^\| (.+?) \| .+ \|$", text, re.MULTILINE)
+    return [term.strip() for row in rows[1:] for term in re.split(r"[,;]", row)]
+
+
+def uses(text, terms):
+    """The terms that occur in a text outside of code, links and file names."""
+    plain = re.sub(r"`[^`]*`|\]\([^)]*\)|<[^>]*>", " ", text)
+    around = r"(?<![-\w.])(?<!there ){}s?(?![-\w]| longer| more)"
+    return [term for term in terms if re.search(around.format(re.escape(term)), plain, re.IGNORECASE)]
+
+
+TERMS = avoided()
+NOT_CHECKED = (
+    "CHANGELOG.md",
+    "docs/glossary.md",
+    "docs/developers/first-attempts.md",
+    "docs/developers/terms.md",
+)
+"""History, the lists of terms, and quotations of what earlier versions printed."""
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if name_of(page) not in NOT_CHECKED], ids=name_of)
+def test_a_page_does_not_use_terms_to_avoid(page):
+    assert not uses(prose(page), TERMS)
+
+
+def test_terms_to_avoid_are_found():
+    assert len(TERMS) > 20
+    assert uses("Two kinks, and the map goes on.", TERMS) == ["kink", "goes on"]
+    assert not uses(
+        "See `--limb`, [a link](limb.md) and flimsy; there is no limit, and it is no longer slow", TERMS
+    )
+
+
+BLOCK = re.compile(r"^```(?:sh|bash)\n(.*?)^```", re.DOTALL | re.MULTILINE)
+CALL = re.compile(r"(?:^|[|&;(] ?)\s*iccm (\w+)((?:\\\n|[^\n|&;#>])*)", re.MULTILINE)
+
+
+def test_every_command_and_option_shown_exists():
+    """Also where a block is not run."""
+    from iccm.cli import COMMANDS
+    from iccm.io.options import of_command
+
+    general = {"help", "version", "verbose", "quiet", "log-format", "debug"}
+    pages = [page for page in [PAGES[0], *PAGES[4:]] if name_of(page) not in NOT_CHECKED]
+    checked = 0
+    for page in pages:
+        calls = [
+            call for block in BLOCK.findall(page.read_text(encoding="utf-8")) for call in CALL.findall(block)
+        ]
+        for command, rest in calls:
+            assert command in COMMANDS, (name_of(page), command)
+            if command in ("plugins", "completion"):  # their options are not in the table
+                continue
+            names = {*of_command(command), *(of_command("map") if command == "batch" else ())}
+            known = {name.replace("_", "-") for name in names} | general
+            used = set(re.findall(r" --([a-z][\w-]*)", re.sub(r"'[^']*'", "", rest)))
+            assert used <= known, (name_of(page), command, used - known)
+            checked += len(used)
+    assert checked > 200
 
 
 def test_the_readme_is_one_screen():

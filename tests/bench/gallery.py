@@ -74,7 +74,7 @@ def said(fit: Fit, *names: str) -> str:
 
 
 def convergence() -> list[Row]:
-    """Fig. 2: Algorithm 1 step by step, its energy, and where the conformal and the balanced method end."""
+    """Fig. 2: Algorithm 1 step by step, its energy, and the results of the conformal and the balanced method."""
     source, target = (shapes.sample(f"raster/{name}.svg").curve for name in ("whale", "fish"))
     figure, panels = sheet(5, 2, 2.1, -0.45)
     box, rows = around(target, margin=0.08), []
@@ -154,7 +154,7 @@ def pins() -> list[Row]:
 
 
 def quasiconformal() -> list[Row]:
-    """Fig. 4: conformal, quasi-conformal and balanced maps with pins, both distortions."""
+    """Fig. 4: conformal, quasi-conformal and balanced maps with pins, and both kinds of distortion."""
     source, target, pairs = face()
     figure, panels = sheet(3, 4, 2.1)
     rows = []
@@ -190,7 +190,7 @@ def distortions(figure: Figure, panels: np.ndarray, fit: Fit) -> None:
 
 
 def first_order() -> list[Row]:
-    """Fig. 6: zeroth against first order, with the energy curves; the balanced method has no such choice."""
+    """Fig. 6: zeroth and first order distance, with the energy curves (not an option of the balanced method)."""
     source, target = (shapes.sample(f"square-country/{name}.svg").curve for name in ("square", "france"))
     figure, panels = sheet(4, 1, 2.6)
     rows, fits = [], {}
@@ -234,7 +234,7 @@ def run(a: str, b: str, order: int) -> Fit:
 
 
 def compared() -> list[Row]:
-    """Fig. 7: beside other people's maps (tests/bench/comparison.py). Ours alone have the pins of the cat's drawing."""
+    """Fig. 7: comparison with other methods (tests/bench/comparison.py). Only our maps use the cat's pins."""
     rows = []
     for a, b in comparison.CASES[:2]:
         source, target = shapes.sample(a), shapes.sample(b)
@@ -400,7 +400,7 @@ def surfaces(name: str, sample: str, kinds: dict[str, list[str]]) -> list[Row]:
 
 
 def sticker() -> list[Row]:
-    """A sticker of 48 texels, its own edge left in and taken off."""
+    """A sticker of 48 texels, with its edge and with the edge removed."""
     side, fine = 48, 16
     drawn = Image.new("RGBA", (side * fine, side * fine))
     pen = ImageDraw.Draw(drawn)
@@ -429,7 +429,7 @@ def sticker() -> list[Row]:
 
 
 def ringing() -> list[Row]:
-    """A picture of 48 texels, ten times as large: the cubic filter as it was, and clamped to the texels it reads."""
+    """A picture of 48 texels, enlarged ten times: the former cubic filter, and the clamped one."""
     side, size = 48, 480
     drawn = Image.new("RGB", (16 * side, 16 * side), (250, 240, 215))
     pen = ImageDraw.Draw(drawn)
@@ -500,28 +500,34 @@ FIGURES: dict[str, Callable[[], list[Row]]] = {
 PICTURES = {"comparison": ("comparison-cat", "comparison-fish")}
 """Pictures of figures that have several."""
 
-HEAD = """# Gallery
+HEAD = """# Paper figures
 
-The experiments of the paper's figures on this project's own shapes, made by `make gallery`. Lengths are relative to
-the diagonal of the target's bounding box. *gap* is the two-sided Hausdorff distance of the boundary's image to the
-target, *pin error* and *stroke error* are root mean squares, *K* is the dilatation that 95 % of the inside stay below
-(for the comparison: the median, then this), *log area spread* the range of log10 of the area scale from 5 % to 95 % of
-the inside. Red rings are where pins should be, dots where they are.
+The experiments of the paper's figures, repeated with shapes of this project by `make gallery`. Lengths are relative to
+the diagonal of the target's bounding box.
 
-*Injective from depth* is what the certificate says, relative to the inradius. Where there are pins or strokes, our maps
-alone have them: the others have no place for them.
+| figure | meaning |
+|---|---|
+| *gap* | two-sided Hausdorff distance between the image of the boundary and the target's outline |
+| *pin error*, *stroke error* | root mean square distances |
+| *K* | the dilatation that 95 % of the inside stay below (in the comparison: the median, then this value) |
+| *log area spread* | range of log10 of the area scale from 5 % to 95 % of the inside |
+| *injective from depth* | the depth of the certificate, relative to the inradius |
 
-Where the figures differ from the paper's, and what was varied:
+Red rings mark the required positions of pins, dots their actual positions. In comparisons only our maps use pins and
+strokes; the other methods do not support them.
 
-- Fig. 5: pinned at eight even points of each stroke, a conformal map distorts areas no more than by the strokes (0.59
-  against 0.60); pinned at the strokes' few vertices it does (0.72). Balanced maps meet both at a quarter of that.
-- Figs. 3, 4: a conformal map has three real numbers to choose, so that from two pins on the gap grows with them. A
-  quasi-conformal one brings pins and areas closer, not the gap, and may fold next to the outline.
-- Fig. 7: angle-based and Szegő maps follow the outline only roughly, since their boundary correspondence is given, by
-  arclength, and not iterated as in the paper. [ESA07] slides along the outline, at a penalty for leaving it of 1e4:
-  less misses the tail by a fifth, ten times as much brings the gap to 0.015 and folds 1.1 % of the whale.
+Differences from the paper's figures, and variations:
+
+- Fig. 5: with pins at eight evenly spaced points of each stroke, a conformal map distorts areas no more than with
+  strokes (0.59 and 0.60); with pins only at the vertices of the strokes it distorts them more (0.72). Balanced maps
+  meet both at a quarter of that.
+- Figs. 3, 4: a conformal map has three real degrees of freedom, so from two pins on the gap grows with their number. A
+  quasi-conformal map improves pins and areas, not the gap, and may fold next to the outline.
+- Fig. 7: angle-based and Szegő maps follow the outline only roughly, because their boundary correspondence is fixed by
+  arclength and not iterated as in the paper. [ESA07] slides along the outline, with a penalty of 1e4 for leaving it; a
+  smaller penalty misses the tail by a fifth, and a tenfold one gives a gap of 0.015 and folds 1.1 % of the whale.
 - Fig. 8: the pins are two points of the feathers' quills. On the whale and the fish, with pins at the eye and at the
-  root of the tail, a conformal map misses the outline by a fifth and covers itself; the balanced one meets both."""
+  root of the tail, a conformal map misses the outline by a fifth and overlaps itself; the balanced map meets both."""
 
 
 def table(name: str, rows: list[Row], before: str = "") -> list[str]:

@@ -24,7 +24,7 @@ FITTED = 8  # pairs of fits
 
 
 def methods() -> list[tuple[str, str]]:
-    """Which method when: the same pairs by Algorithm 1 of the paper, the conformal and the balanced method."""
+    """Methods: the same pairs with Algorithm 1 of the paper, the conformal and the balanced method."""
     figure, panels = pictures.sheet(1 + len(METHODS), len(PAIRS), 2.2)
     rows = []
     for line, names in zip(panels.reshape(len(PAIRS), -1), PAIRS):
@@ -43,8 +43,7 @@ def methods() -> list[tuple[str, str]]:
 
 
 def fits() -> list[tuple[str, str]]:
-    """Which fit when: whole outlines beside the fit that costs the least, on random drawings that whole outlines do not
-    suit."""
+    """Fits: whole outlines and the cheapest fit, for random drawings that whole outlines do not suit."""
     figure, panels = pictures.sheet(6, FITTED // 2, 1.6)
     cells, rows, choice = panels.reshape(-1, 3), [], random.Random(SEED)
     while len(rows) < 2 * FITTED:
@@ -61,7 +60,7 @@ def fits() -> list[tuple[str, str]]:
             pictures.textured(axes, fit, texture, box, 200)
             pictures.outline(axes, target.curve.z)
             pictures.title(axes, name)
-            lost = f", left out {fit.left_out:.1%}, uncovered {fit.uncovered:.1%}"
+            lost = f", hidden {fit.left_out:.1%}, bare {fit.uncovered:.1%}"
             rows.append((f"{shapes.label(source)} → {shapes.label(target)}, {name}", said(fit) + lost))
     pictures.save(figure, "fits", dpi=70)
     return rows
@@ -73,12 +72,12 @@ def said(fit: Fit) -> str:
     proof = "certified" if r["injective"]["certified"] else "not certified"
     return (
         f"gap {r['boundary']['hausdorff']:.1e}, area within 2 x {r['scale']['within2']:.0%}, p95 stretch "
-        f"{r['stretch']['p95']:.1f}, K95 {r['dilatation']['p95']:.1f}, turn {r['turn']:.0f}°, {proof}"
+        f"{r['stretch']['p95']:.1f}, K95 {r['dilatation']['p95']:.1f}, rotation {r['turn']:.0f}°, {proof}"
     )
 
 
 def contact_sheet() -> list[tuple[str, str]]:
-    """Thirty random pairs by the balanced method, sources beside their images; nothing was chosen."""
+    """Thirty random pairs with the balanced method, each source next to its image; none was selected."""
     pairs = shapes.drawn_pairs(SHOWN, SEED, [], FREE)
     columns = 2 * SHOWN // ROWS
     figure, panels = pictures.sheet(columns, ROWS, 1.25, 0.12)
