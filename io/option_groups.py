@@ -28,7 +28,7 @@ TOPICS: dict[str, Topic] = {
     "texture": Topic(
         "The picture that is carried",
         "--texture dots.png --edge repeat --texture-scale .1",
-        "texture normal normal_down data texture_box texture_scale texture_offset texture_turn edge filter kind "
+        "texture gaps normal normal_down data texture_box texture_scale texture_offset texture_turn edge filter kind "
         "colorspace",
     ),
     "output": Topic(
