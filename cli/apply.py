@@ -76,7 +76,8 @@ def _saved(map: str, input: str, output: str, given: dict[str, Any]) -> list[str
         )
     job = {key: value for key, value in given.items() if value is not None and key not in ("inverse", *own)}
     threads = job.pop("threads", None)
-    job |= {"output": [output]} | ({"source": input} if name in (".svg", ".svgz") else {"texture": input})
+    as_drawing = name in (".svg", ".svgz") and output != "-" and formats.of(output).drawing
+    job |= {"output": [output]} | ({"source": input} if as_drawing else {"texture": input})
     saved.carry(job, threads=threads, tell=logs.log.warning)
     return [output] if output != "-" else []
 

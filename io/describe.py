@@ -83,6 +83,7 @@ def _map(path: Path) -> dict[str, Any]:
         "strokes": len(fit.strokes),
         "left_out": fit.left_out if fit.target is not None else 0.0,
         "uncovered": fit.uncovered if fit.target is not None else 0.0,
+        **({"shown": fit.shown, "covered": fit.covered} if fit.seen is not None else {}),
         "notes": fit.notes[:MOST],
     }
 
@@ -220,7 +221,7 @@ def _own(path: Path) -> dict[str, Any]:
     schema = found.get("schema") if isinstance(found, dict) else None
     if not isinstance(schema, str) or not schema.startswith("iccm."):
         return {}
-    kept = ("version", "status", "message", "left_out", "uncovered", "turn", "notes")
+    kept = ("version", "status", "message", "left_out", "uncovered", "shown", "covered", "turn", "notes")
     inputs = [each.get("path") for each in found.get("inputs", []) if isinstance(each, dict)]
     return {"kind": schema, **{key: found[key] for key in kept if key in found}, "inputs": inputs}
 

@@ -13,7 +13,7 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike, NDArray
 
-from ...arrays import Box, Complex, Real, xy_of
+from ...arrays import Box, Complex, Real, complex_of, xy_of
 from ...curve import Curve, polygon_of
 from ...drawings.drawing import Drawing as Drawn
 from ...drawings.frame import close_hairlines
@@ -401,9 +401,29 @@ def drawn(
     limits |= {"max_segments": max_segments} if max_segments and reader is svg.read else {}
     limits |= {"trace": trace} if reader is silhouette.read else {}
     drawing = reader(path, spec.chosen, **limits)
-    if spec.number is None or drawing.outlines or drawing.refused:
-        return drawing
-    return reader(path, spec.part, **limits)
+    if spec.number is not None and not drawing.outlines and not drawing.refused:
+        drawing = reader(path, spec.part, **limits)
+    if drawing.paint is not None and drawing.outlines:
+        with suppress(InputError):  # a drawing that is too much to be looked at as a whole still has outlines
+            drawing.outlines.extend(_lines_apart(drawing))
+            drawing.outlines.sort(key=lambda outline: -outline.area)
+    return drawing
+
+
+def _lines_apart(drawing: Drawing) -> list[FilledOutline]:
+    """The parts of a drawing that lines alone paint, apart from all of its outlines, such as the arcs of an icon."""
+    parts = shapely.get_parts(drawing.painted)
+    tree = shapely.STRtree([polygon_of(each.z).buffer(0) for each in drawing.outlines])
+    touching, _ = tree.query(parts, "intersects")
+    found = []
+    for part in np.delete(parts, np.unique(touching)):
+        if part.geom_type == "Polygon" and part.area > 0:
+            outer, *holes = (
+                complex_of(shapely.get_coordinates(ring)[:-1]) for ring in (part.exterior, *part.interiors)
+            )
+            area = shapely.Polygon(part.exterior).area
+            found.append(FilledOutline("a line", outer, area, tuple(holes)))
+    return found
 
 
 def _choose(drawing: Drawing, text: str, spec: Spec, *, told: bool = True) -> tuple[FilledOutline, list[str]]:

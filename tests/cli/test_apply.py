@@ -300,3 +300,14 @@ def test_options_that_do_not_fit_are_refused(saved, shapes, iccm):
         assert typed.code == 2 and said in typed.lines[-1], typed.err
     typed = iccm("map", "square.svg", "blob.svg", "--parts", "all", "-o", "all.npz")
     assert typed.code == 2 and "a file holds one map" in typed.lines[-1]
+
+
+def test_a_drawing_becomes_a_picture_where_one_is_written(saved, shapes, iccm):
+    (shapes / "two.svg").write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><rect width="100" height="100" fill="red"/>'
+        '<rect width="50" height="100" fill="lime"/></svg>'
+    )
+    assert iccm("apply", "map.npz", "two.svg", "-o", "two.png", "--size", "64").code == 0
+    pixels = image_files.read("two.png").pixels
+    shown = {tuple(colour) for colour in pixels[pixels[..., 3] == 255][:, :3].tolist()}
+    assert {(255, 0, 0), (0, 255, 0)} <= shown and not any(blue > 3 for _, _, blue in shown)

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from iccm.io.pictures import image_files
 from iccm.io.shapes import shape
@@ -189,3 +190,41 @@ def test_where_no_part_has_a_map_nothing_is_written(drawings, iccm):
     done = iccm("map", "square.svg", "thin.svg", "--parts", "each", "-o", "o.png")
     assert done.code == 2 and "error: no map without folds" in done.err
     assert not (drawings / "o.png").exists()
+
+
+ICON = (
+    '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><g fill="none" stroke="teal" stroke-width="9">'
+    '<path d="M15 44Q50 12 85 44"/><path d="M30 62Q50 42 70 62"/></g><circle cx="50" cy="80" r="8" fill="teal"/></svg>'
+)
+"""Two open lines and a disc."""
+
+
+def test_lines_beside_fills_are_parts_of_their_own(shapes, iccm):
+    (shapes / "icon.svg").write_text(ICON)
+    facts = json.loads(iccm("info", "icon.svg", "--json").out)
+    assert [round(each["area"], -2) for each in facts["outlines"]] == [700, 400, 200]
+    done = iccm("map", "square.svg", "icon.svg", "--parts", "each", "--size", "100", "-o", "each.png")
+    assert done.code == 0, done.err
+    alpha = np.asarray(Image.open("each.png"))[..., 3]
+    assert alpha.sum() / 255 == pytest.approx(sum(each["area"] for each in facts["outlines"]), rel=0.03)
+    assert iccm("map", "square.svg", "icon.svg#2", "--size", "100", "-o", "second.png").code == 0
+    rows = np.flatnonzero(np.asarray(Image.open("second.png"))[..., 3].any(axis=1))
+    assert rows.size and rows.min() > 0
+
+
+def test_artwork_shows_all_parts_that_are_mapped_one_by_one(shapes, iccm):
+    mug = (
+        '<path d="M20 50H70V90H20Z"/><path d="M30 10H38V40H30Z"/>'
+        '<path fill-rule="evenodd" d="M75 20H95V44H75ZM80 25V39H90V25Z"/>'
+    )
+    disc = '<circle cx="45" cy="70" r="{}"/><circle cx="33" cy="26" r="8"/><circle cx="85" cy="30" r="10"/>'
+    for name, drawn in (("mug", mug), ("discs", disc.format(18))):
+        (shapes / f"{name}.svg").write_text(
+            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">{drawn}</svg>'
+        )
+    done = iccm("map", "discs.svg", "mug.svg", "--texture", "checker", "-o", "a.svg")
+    assert done.code == 0 and "one by one" in done.err, done.err
+    area = shape.read("a.svg", whole=True).drawing
+    assert len(area.parts) == 3 and area.region.area == pytest.approx(
+        50 * 40 + 8 * 30 + 20 * 24 - 10 * 14, rel=0.02
+    )

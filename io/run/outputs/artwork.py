@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -62,18 +63,30 @@ class Artwork(Output):
         with run.phases.timed("artwork"):
             carried = [(source, fit.map) for (source, _), fit in zip(run.pairs, run.fits)]
             target = replace(run.target, box=framing.picture_box(run.job, run.target))
-            painted = [ring for fit in run.fits for ring in painted_rings(fit)] if opacity < 1 else []
+            painted = painted_rings(run.fits) if opacity < 1 else []
             each = run.job.parts == "each"
             notes = carry_parts(carried, target, path, each=each, painted=painted, opacity=opacity)
             run.note(*notes)
 
 
-def painted_rings(fit: Fit) -> list[Complex]:
-    """The rings that cut a drawing carried by a map of whole drawings; none where the map's outline does that."""
-    if fit.drawings is None or fit.target is None:
+def painted_rings(fits: Sequence[Fit]) -> list[Complex]:
+    """The rings that cut a drawing carried by the maps of all parts; none where the outlines of the maps do that."""
+    if all(_is_cut_by_its_outline(fit) for fit in fits):
         return []
+    return [ring for fit in fits for ring in _rings_of_target(fit)]
+
+
+def _is_cut_by_its_outline(fit: Fit) -> bool:
+    """Whether a map covers what the target paints and nothing else."""
+    if fit.drawings is None or fit.target is None:
+        return True
     drawing = fit.drawings[1]
-    own_outline = (
-        drawing.is_one_part and abs(fit.target.area - drawing.region.area) <= SAME_AREA * drawing.region.area
-    )
-    return [] if own_outline else drawing.rings
+    added = abs(fit.target.area - drawing.region.area)
+    return drawing.is_one_part and added <= SAME_AREA * drawing.region.area
+
+
+def _rings_of_target(fit: Fit) -> list[Complex]:
+    """The boundaries of what the target of a map paints."""
+    if fit.drawings is not None:
+        return fit.drawings[1].rings
+    return [curve.z for curve in (fit.target, *fit.target_holes) if curve is not None]
