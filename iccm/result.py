@@ -1,6 +1,6 @@
 """The result of solving: a map, how the solver ended, and figures that judge it."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
@@ -15,7 +15,9 @@ from .arrays import Box, Complex, Flags, complex_of, xy_of
 from .axes import AXES, UP, is_pairs, on_pairs
 from .blas import on_one_thread
 from .curve import Curve, boundary_samples, closer_outline, hausdorff, inside_any, interior_grid, polygon_of
+from .drawings.cracks import crack_share
 from .drawings.drawing import Drawing
+from .drawings.raster import rings_of
 from .drawings.seen import Seen, seen, shares_seen
 from .errors import InputError
 from .maps import distortion, harmonic, injectivity, inverse
@@ -24,9 +26,9 @@ from .maps.boundary_image import outline
 from .maps.distortion import Distortion
 from .maps.extended_inverse import ExtendedInverse
 from .maps.injectivity import Certificate
-from .maps.moved_rings import move_rings
+from .maps.moved_rings import RING_SPACING, move_rings
 from .maps.regions import Region, mean_scale, triangles_in
-from .maps.summary import CERTAIN_SHARE, SEEN_FOLDS, WELL_SEEN, in_short
+from .maps.summary import CERTAIN_SHARE, SEEN_CRACKS, SEEN_FOLDS, WELL_SEEN, in_short
 from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
 from .meshes.surface_distortion import on_surfaces, surface_distances
@@ -47,6 +49,7 @@ SQUEEZED = 2e-3
 """Of a surface: by landmarks good maps have at most 1.1e-3 (cow), one with limbs lost 2.4e-3 (fox, 622 triangles)."""
 FLATNESS = 1e-4  # of the diameter: how far the drawn image of the boundary may be off a curved one
 ROUNDED = 1e-9  # of the diagonal: narrower pieces are not looked into
+THIN = 1e-4  # of the diagonal: narrower pieces come from outlines that follow each other
 BACK = 1e-6  # of the source's diagonal: an inverse that errs by more is another point
 
 
@@ -371,7 +374,8 @@ class Fit:
         return figure(
             *(self.map, self.source, self.target, self.image),
             openings=self.openings,
-            lost=self.without_partner,
+            lost=self.without_partner if self.drawings is None else self.unseen,
+            painted=[drawing.painted for drawing in self.drawings or ()],
             pins=self.pins,
             strokes=self.strokes,
             regions=[self.outline_of(region) for region in self.rigid],
@@ -485,6 +489,42 @@ class Fit:
         if self.seen is None:
             return None if self.target is None else 1 - self.uncovered
         return 1 - self.seen.bare
+
+    @cached_property
+    def cracks(self) -> float:
+        """The area of narrow slits in the result, relative to the target drawing's painted area."""
+        if self.drawings is None or self.target is None:
+            return 0.0
+        return crack_share(self.drawings[1], [rings_of(self._covered), rings_of(self._textured)])
+
+    @property
+    def unseen(self) -> tuple[shapely.Geometry, shapely.Geometry]:
+        """What of the source drawing is hidden, and what of the target drawing stays bare, as shapely has regions."""
+        if self.drawings is None or self.target is None:
+            return shapely.Polygon(), shapely.Polygon()
+        source, target = (drawing.painted for drawing in self.drawings)
+        seen_there = shapely.intersection(target, self._covered)
+        back = _moved(seen_there, ExtendedInverse(self.map), self.target.diagonal)
+        hidden = shapely.difference(source, back)
+        bare = shapely.difference(target, shapely.intersection(seen_there, self._textured))
+        return _wide(hidden, self.source), _wide(bare, self.target)
+
+    @cached_property
+    def _covered(self) -> shapely.Geometry:
+        """What of the target's plane the map covers."""
+        covered = region(self.image, self.openings[1])
+        if isinstance(self.map, TriangulatedMap) and self.voids.any():
+            triangles = shapely.polygons(xy_of(self.map.image[self.map.faces[self.voids]]))
+            covered = covered.difference(shapely.coverage_union_all(triangles))
+        return covered
+
+    @cached_property
+    def _textured(self) -> shapely.Geometry:
+        """What of the target's plane the map takes something to that the texture has."""
+        if self.opaque or self.drawings is None:
+            return self._covered
+        painted = shapely.intersection(self.drawings[0].painted, region(self.map.polygon))
+        return _moved(painted, self._image_of, self.source.diagonal)
 
     @property
     def is_partial(self) -> bool:
@@ -653,7 +693,7 @@ class Fit:
             "boundary": self.boundary if self.target is not None else None,
             **({"holes": self._holes_report} if self._has_pairs else {}),
             **({"left_out": self.left_out, "uncovered": self.uncovered} if self.is_partial else {}),
-            **({"shown": self.shown, "covered": self.covered} if self.seen else {}),
+            **({"shown": self.shown, "covered": self.covered, "cracks": self.cracks} if self.seen else {}),
             **({"regions": [region.report() for region in self.rigid]} if self.rigid else {}),
             **self._distortion_report,
             **self._apart,
@@ -678,6 +718,11 @@ class Fit:
             )
         if self.seen.bare > 1 - WELL_SEEN and self.place != "inside":
             said.append(f"{self.seen.bare:.0%} of the target drawing stays bare (covered).")
+        if self.cracks > SEEN_CRACKS:
+            said.append(
+                f"Cracks take {self.cracks:.1%} of the target drawing: slits narrower than 1% of it that show nothing "
+                "(cracks)."
+            )
         return said
 
     @property
@@ -785,6 +830,20 @@ def rings_within(holes: Sequence[Curve], outline: Curve) -> list[Complex]:
 def region(outline: Complex, holes: Iterable[Complex] = ()) -> shapely.Geometry:
     """A domain as shapely has it, mended where rounding lets its outlines touch."""
     return shapely.make_valid(polygon_of(outline, *holes))
+
+
+def _moved(painted: shapely.Geometry, map: Callable[[Complex], Complex], diagonal: float) -> shapely.Geometry:
+    """Return where a map takes a region, whose edges are subdivided so that they follow the map."""
+    if painted.is_empty:
+        return painted
+    dense = shapely.segmentize(painted, RING_SPACING * diagonal)
+    return shapely.make_valid(shapely.transform(dense, lambda xy: xy_of(map(xy[:, 0] + 1j * xy[:, 1]))))
+
+
+def _wide(region: shapely.Geometry, outline: Curve) -> shapely.Geometry:
+    """Return what of a region is more than rounding."""
+    parts = shapely.get_parts(region)
+    return shapely.union_all(parts[shapely.area(parts) > THIN * outline.diagonal * shapely.length(parts)])
 
 
 def _quantile(values: np.ndarray, q: float) -> float:

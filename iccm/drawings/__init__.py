@@ -6,6 +6,8 @@ frame           simply connected regions around a drawing, with gaps closed to s
 mappable_holes  holes that leave room for a map
 placing         the largest similar copy of one region inside another
 pairing         parts of two drawings that belong together
+raster          regions on a raster of pixels
+cracks          slits of a result that an eye takes for a defect
 seen            what a map shows of two drawings
 cost            the cost by which maps are compared
 """

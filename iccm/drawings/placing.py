@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from ..arrays import Complex, complex_of, xy_of
 from ..pixels.canvas import Canvas, proportional
-from ..pixels.coverage import coverage
-from ..plane import Similarity, polygon_area
+from ..plane import Similarity
+from .raster import painted_share, rings_of
 
 RASTER = 96
 """Pixels of the outer region's longer side: places are found to a hundredth of its size, and improved from there."""
@@ -145,7 +145,7 @@ class _Search(NamedTuple):
         shapely.prepare(room)
         extent = float(np.abs(complex_of(shapely.get_coordinates(simple))).max())
         points, inward = [], []
-        for ring in _rings(simple):
+        for ring in rings_of(simple):
             dense = shapely.segmentize(shapely.LinearRing(xy_of(ring)), SAMPLE_SPACING * extent)
             z = complex_of(shapely.get_coordinates(dense)[:-1])
             along = np.roll(z, -1) - np.roll(z, 1)
@@ -156,13 +156,6 @@ class _Search(NamedTuple):
 
 def _simplified(region: shapely.Geometry) -> shapely.Geometry:
     return shapely.simplify(region, SIMPLIFIED * float(np.sqrt(region.area)))
-
-
-def _rings(region: shapely.Geometry) -> list[Complex]:
-    """Return the rings of a region, those of parts counter-clockwise, those of holes clockwise."""
-    parts = shapely.orient_polygons(shapely.get_parts(region))
-    rings = [ring for part in parts for ring in (part.exterior, *part.interiors)]
-    return [complex_of(shapely.get_coordinates(ring)[:-1]) for ring in rings]
 
 
 def _angles() -> Sequence[float]:
@@ -177,7 +170,7 @@ def _starts(search: _Search, angles: Sequence[float]) -> Iterator[Similarity]:
     low_x, low_y, high_x, high_y = search.outer.bounds
     box = complex(low_x, low_y), complex(high_x, high_y)
     canvas = Canvas.about(*proportional(RASTER, box[1] - box[0]), box)
-    outside = np.pad(1 - _raster(search.outer, canvas), 1, constant_values=1.0)
+    outside = np.pad(1 - painted_share(rings_of(search.outer), canvas), 1, constant_values=1.0)
     largest = 0.0
     for angle in angles:
         turn = complex(np.exp(1j * angle))
@@ -216,7 +209,7 @@ def _places(
         return
     corner = complex(left, high)  # of the copy's own raster, upper left
     own = Canvas(width, height, (corner - 1j * height * step, corner + width * step))
-    painted = _raster(copy, own)
+    painted = painted_share(rings_of(copy), own)
     beyond = signal.fftconvolve(outside, painted[::-1, ::-1], mode="valid")
     allowed = EDGE_TOLERANCE * shapely.length(copy) / step
     labels, count = ndimage.label(beyond <= allowed)
@@ -227,15 +220,6 @@ def _places(
         # where the corner of the copy's raster comes to lie; the first row and column lie outside the canvas
         place = canvas.box[0].real + (column - 1) * step + 1j * (canvas.box[1].imag - (row - 1) * step)
         yield Similarity(factor, place - corner)
-
-
-def _raster(region: shapely.Geometry, canvas: Canvas) -> NDArray[np.float32]:
-    """Return how much of each pixel a region covers."""
-    covered = np.zeros((canvas.height, canvas.width), np.float32)
-    for ring in _rings(region):
-        area, _ = coverage(canvas.pixels(ring), 0, canvas.height, canvas.width)
-        covered += area if polygon_area(ring) > 0 else -area
-    return np.clip(covered, 0, 1)
 
 
 def _grow(search: _Search, start: Similarity, *, turns: bool) -> Similarity | None:

@@ -36,6 +36,7 @@ def figure(
     *,
     openings: tuple[list[Complex], list[Complex]] = ([], []),
     lost: Sequence[shapely.Geometry] = (),
+    painted: Sequence[shapely.Geometry] = (),
     pins: Complex,
     strokes: Sequence[tuple[Curve, Curve]] = (),
     regions: Sequence[Complex] = (),
@@ -52,7 +53,8 @@ def figure(
         target: the outline aimed at, if there is one.
         image: that of the source's outline.
         openings: outlines of the holes that the map leaves out, in the source and in the image.
-        lost: what of the source a partial map leaves out, and what of the target it does not cover; they are hatched.
+        lost: what of the source is hidden, and what of the target stays bare; they are hatched.
+        painted: what whole drawings paint in the source and in the target, whose outlines are drawn.
         pins: (k, 2) source and target of each.
         strokes: of each.
         regions: outlines of rigid regions, which are shaded.
@@ -72,6 +74,9 @@ def figure(
     for axes, holes in zip((left, right), openings):
         for hole in holes:
             _outline(axes, hole, INK, 1.0)
+    for axes, region in zip((left, right), painted):
+        for ring in shapely.get_parts(shapely.boundary(region)):
+            axes.plot(*shapely.get_coordinates(ring).T, color=SOFT, lw=0.9)
     for axes, region in zip((left, right), lost):
         _hatched(axes, region)
     if pins.size:

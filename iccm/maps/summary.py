@@ -6,6 +6,8 @@ SEEN_FOLDS = 2e-3
 """Of the source's area: folds on less are noise of the sampling."""
 WELL_SEEN = 0.8
 """Of a drawing's painted area: where less is shown, or covered, the summary says so."""
+SEEN_CRACKS = 5e-3
+"""Of the target drawing's painted area: where cracks take more, the summary says so."""
 CERTAIN_SHARE = 0.99
 """Of the source's area: where the map is proven one-to-one on less, the summary says so."""
 
@@ -31,7 +33,7 @@ def summary(report: dict[str, Any]) -> list[str]:
     if "shown" in report:
         lines.append(
             f"seen        {_percent(report['shown'])} of the source drawing, "
-            f"{_percent(report['covered'])} of the target's covered"
+            f"{_percent(report['covered'])} of the target's covered, {_percent(report['cracks'])} of it cracks"
         )
     if injective:
         lines.append(f"injective   {_certificate(injective)}")
@@ -66,6 +68,7 @@ def in_short(report: dict[str, Any]) -> str:
         _picture_size(report.get("pixels", {})),
         _outline_gap(report),
         _shares_seen(report),
+        _cracks(report),
         _scale(report.get("scale", {})),
         _folds(report["injective"]),
         f"{seconds['total']:.1f} s" if seconds else "",
@@ -91,6 +94,12 @@ def _shares_seen(report: dict[str, Any]) -> str:
     if shown is None or covered is None or min(shown, covered) >= WELL_SEEN:
         return ""
     return f"shows {_percent(shown)} of the source, covers {_percent(covered)} of the target"
+
+
+def _cracks(report: dict[str, Any]) -> str:
+    """How much of the target drawing cracks take, where they are seen."""
+    cracks = report.get("cracks") or 0.0
+    return f"CRACKS on {_percent(cracks)} of the target" if cracks > SEEN_CRACKS else ""
 
 
 def _scale(scale: dict[str, Any]) -> str:

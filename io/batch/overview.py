@@ -46,16 +46,20 @@ def _row(result: dict[str, Any], where: str, pictured: bool) -> Row:
 
 
 def _figures(found: dict[str, Any]) -> str:
-    """Those that say most: the outline's gap, and the dilatation that 95 % stay below."""
+    """Those that say most: the outline's gap, the dilatation that 95 % stay below, and what is seen of drawings."""
     gap, dilatation = _figure(found, "boundary", "hausdorff"), _figure(found, "dilatation", "p95")
-    said = [("gap", gap), ("dilatation p95", dilatation)]
+    seen = [(name, _number(found.get(name))) for name in ("shown", "covered", "cracks")]
+    said = [("gap", gap), ("dilatation p95", dilatation), *seen]
     return ", ".join(f"{name} {value:.3g}" for name, value in said if value is not None)
 
 
 def _figure(found: dict[str, Any], group: str, name: str) -> float | None:
     """A figure of a report, which may have been read from a journal; None where there is no number."""
     figures = found.get(group)
-    value = figures.get(name) if isinstance(figures, dict) else None
+    return _number(figures.get(name)) if isinstance(figures, dict) else None
+
+
+def _number(value: Any) -> float | None:
     return value if isinstance(value, float | int) else None
 
 

@@ -20,7 +20,10 @@ THREADS = (
 )
 GRACE = 5.0  # seconds in which a worker that has lost its parent tidies up (by hand)
 SPAN = 1.0  # seconds after which the jobs that came with one that took longer than expected go back (by hand)
-FIGURES = ("boundary", "dilatation", "log10_area", "injective", "uv", "distance", "same_triangles")
+FIGURES = (
+    *("boundary", "dilatation", "log10_area", "injective", "shown", "covered", "cracks"),
+    *("uv", "distance", "same_triangles"),
+)
 NOTES = 5  # of a job that its line in the journal keeps (by hand)
 
 

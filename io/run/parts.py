@@ -153,6 +153,19 @@ def figures(pairs: Pairs, found: Sequence[dict[str, Any]]) -> list[dict[str, Any
     ]
 
 
+def shares_seen(fits: Sequence[Fit]) -> dict[str, float]:
+    """What all parts together show of both drawings, as `Fit.report` has it; nothing where they are not drawings."""
+    drawn = [(fit, *(drawing.region.area for drawing in fit.drawings)) for fit in fits if fit.drawings]
+    if len(drawn) < len(fits):
+        return {}
+    sources, targets = (np.array([row[side] for row in drawn]) for side in (1, 2))
+    return {
+        "shown": float(np.average([fit.shown or 0.0 for fit in fits], weights=sources)),
+        "covered": float(np.average([fit.covered or 0.0 for fit in fits], weights=targets)),
+        "cracks": float(np.average([fit.cracks for fit in fits], weights=targets)),
+    }
+
+
 def without_map(failed: Sequence[tuple[Pair, InputError]]) -> list[dict[str, Any]]:
     """What the report says of each part that no map was found for."""
     return [

@@ -368,8 +368,9 @@ class Run:
     def _fit_report(self) -> dict[str, Any]:
         with self.phases.timed("evaluate"):
             found = [fit.report() for fit in self.fits]
-        several = len(found) > 1 or "without_map" in self.figures
-        return found[0] | ({"parts": parts.figures(self.pairs, found)} if several else {})
+        if len(found) == 1 and "without_map" not in self.figures:
+            return found[0]
+        return found[0] | parts.shares_seen(self.fits) | {"parts": parts.figures(self.pairs, found)}
 
     @cached_property
     def canvas(self) -> Canvas:

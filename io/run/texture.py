@@ -59,7 +59,13 @@ def on_paper(job: Job, source: Shape) -> bool:
     """Whether paper is shown where the texture is transparent: below a drawing that is its own picture, unless it is
     placed inside the target, which need not be filled then."""
     own = not job.texture and not source.is_mesh and bool(own_pictures(job, source))
-    return own and job.place != "inside" and job.gaps == "paper" and job.target is not None and job.kind == "colour"
+    return (
+        own
+        and job.place != "inside"
+        and job.gaps == "paper"
+        and job.target is not None
+        and job.kind == "colour"
+    )
 
 
 def drawing_of(job: Job, source: Shape) -> Path | None:

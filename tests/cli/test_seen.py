@@ -1,0 +1,83 @@
+"""What is seen of whole drawings: in reports, on the summary line, in batches, checks and plots."""
+
+import json
+
+import pytest
+
+from iccm.maps.summary import in_short, summary
+
+SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 60">{}</svg>'
+SPLIT = '<path d="M5 5h44.7v50h-44.7z" fill="#204080"/><path d="M50.3 5h44v50h-44z" fill="#fc0"/>'
+PLATE = '<path d="M0 0L100 3V60H4z"/>'
+
+
+@pytest.fixture
+def split(shapes, iccm):
+    """A drawing with a slit, mapped onto one without; the files of its picture and of its report."""
+    (shapes / "split.svg").write_text(SVG.format(SPLIT))
+    (shapes / "plate.svg").write_text(SVG.format(PLATE))
+    (shapes / "run").mkdir()
+    done = iccm(
+        *("map", "split.svg", "plate.svg", "--parts", "joined", "--fit", "frame", "--gaps", "transparent"),
+        *("-o", "run/o.png", "--report", "run/o.json", "--plot", "o.svg", "--size", "500"),
+    )
+    assert done.code == 0, done.err
+    return done
+
+
+def test_a_slit_of_the_source_is_noted(split, shapes):
+    report = json.loads((shapes / "run" / "o.json").read_text())
+    assert report["cracks"] == pytest.approx(0.6 / 89.3, abs=0.0025)
+    assert report["covered"] == pytest.approx(1 - report["cracks"], abs=0.003)
+    assert any(line.startswith("note:") and "cracks" in line for line in split.lines)
+    assert any("o.png" in line and "CRACKS" in line for line in split.lines)
+    assert "cracks" in "\n".join(summary(report))
+
+
+def test_check_compares_what_is_seen(split, shapes, iccm):
+    assert iccm("check", "run", "base", "--update").code == 0
+    report = json.loads((shapes / "run" / "o.json").read_text())
+    for name, by, code in (
+        ("covered", 0.001, 0),
+        ("cracks", 0.001, 0),
+        ("covered", -0.1, 1),
+        ("cracks", 0.01, 1),
+    ):
+        moved = report | {name: report[name] + by}
+        (shapes / "run" / "o.json").write_text(json.dumps(moved))
+        done = iccm("check", "run", "base")
+        assert done.code == code and (code == 0 or f"{name}: " in done.err)
+
+
+def test_several_parts_are_one_result(shapes, iccm):
+    big, small = '<path d="M5 5h60v50h-60z"/>', '<path d="M75 20h20v10h-20z"/>'
+    (shapes / "two.svg").write_text(SVG.format(big + small))
+    (shapes / "holed.svg").write_text(SVG.format(big + small))
+    done = iccm(
+        *("map", "two.svg", "holed.svg", "--place", "inside", "--parts", "all", "--report", "r.json"),
+        *("--texture", "checker", "-o", "o.png"),
+    )
+    assert done.code == 0, done.err
+    report = json.loads((shapes / "r.json").read_text())
+    assert len(report["parts"]) == 2
+    assert report["shown"] == pytest.approx(1, abs=1e-3) and report["cracks"] == 0
+
+
+def test_batches_list_what_is_seen(split, shapes, iccm):
+    (shapes / "jobs.toml").write_text(
+        '[[job]]\nsource = "split.svg"\ntarget = "plate.svg"\noutput = "b.png"\nsize = 200\nplace = "inside"\n'
+    )
+    done = iccm("batch", "jobs.toml", "--html", "b.html")
+    assert done.code == 0, done.err
+    assert "covered" in (shapes / "b.html").read_text()
+
+
+def test_nothing_is_said_of_results_without_cracks():
+    report = {
+        "status": "reached",
+        "injective": {"certified": True, "share": 1.0},
+        "shown": 1.0,
+        "covered": 1.0,
+    }
+    assert "CRACKS" not in in_short(report | {"cracks": 0.004})
+    assert "CRACKS on 0.6 %" in in_short(report | {"cracks": 0.006})

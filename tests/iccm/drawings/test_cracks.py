@@ -1,0 +1,88 @@
+"""Cracks of results, against a raster of this test's own."""
+
+import numpy as np
+import pytest
+import shapely
+
+import iccm
+from iccm.drawings.cracks import crack_share
+from iccm.drawings.drawing import Drawing
+
+SIDE = 512
+STAR = shapely.Polygon(
+    [
+        (3 + r * np.cos(a), 2 + r * np.sin(a))
+        for k, a in enumerate(np.arange(10) * np.pi / 5 + 0.3)
+        for r in [2 if k % 2 else 0.9]
+    ]
+)
+PLATE = shapely.union(shapely.Point(10, 4).buffer(3), shapely.box(9, 1.5, 16, 6))
+
+
+def counted(target, shown):
+    """The share of a target that closing what is shown fills, by distances between pixels' centres.
+
+    `shown` says of points of the target's plane whether something is seen there.
+    """
+    left, low, right, high = target.bounds
+    step = max(right - left, high - low) / SIDE
+    x = np.arange(left - 4.5 * step, right + 5 * step, step)
+    y = np.arange(low - 4.5 * step, high + 5 * step, step)
+    w = x[None, :] + 1j * y[:, None]
+    painted = shapely.contains_xy(target, w.real, w.imag)
+    result = painted & shown(w)
+    near = [(i, j) for i in range(-3, 4) for j in range(-3, 4) if i * i + j * j <= 9]
+    grown = np.any([np.roll(result, shift, (0, 1)) for shift in near], axis=0)
+    closed = np.all([np.roll(grown, shift, (0, 1)) for shift in near], axis=0)
+    return (closed & painted & ~result).sum() / painted.sum()
+
+
+def test_a_slit_is_a_crack_and_a_gap_is_not():
+    plate = Drawing(shapely.box(0, 0, 100, 60))
+    for width, found in ((1.0, 0.01), (0.6, 0.006), (2.5, 0.0)):
+        halves = [np.array([0, 40, 40 + 60j, 60j]), np.array([40 + width, 100, 100 + 60j, 40 + width + 60j])]
+        assert crack_share(plate, [halves]) == pytest.approx(found, abs=0.0015)
+
+
+def test_gaps_of_the_target_are_not_cracks():
+    split = Drawing(shapely.union(shapely.box(0, 0, 40, 60), shapely.box(40.7, 0, 100, 60)))
+    all_of_it = [np.array([-1 - 1j, 101 - 1j, 101 + 61j, -1 + 61j])]
+    assert crack_share(split, [all_of_it]) == 0
+
+
+@pytest.mark.parametrize("fit", ["contain", "auto"])
+def test_the_cracks_of_a_map_are_those_of_its_picture(fit):
+    bars = shapely.MultiPolygon([STAR, shapely.transform(STAR, lambda xy: 0.9 * xy + [3.1, 1.4])])
+    found = iccm.fit(bars, PLATE, fit=fit, opaque=False)
+
+    def shown(w):
+        z = found.inverse(w)
+        inside = np.isfinite(z)
+        return inside & shapely.contains_xy(bars, np.where(inside, z, 0).real, np.where(inside, z, 0).imag)
+
+    by_hand = counted(PLATE, shown)
+    assert found.report()["cracks"] == pytest.approx(by_hand, abs=0.002)
+
+
+def test_cracks_that_are_seen_are_noted():
+    two = shapely.MultiPolygon([shapely.box(0, 0, 4.97, 6), shapely.box(5.03, 0, 10, 6)])
+    whole = shapely.box(0, 0, 20, 12.5)
+    cracked, painted = (iccm.fit(two, whole, fit="frame", opaque=opaque) for opaque in (False, True))
+    assert cracked.report()["cracks"] == pytest.approx(0.006, abs=0.0025)  # a pixel more or less
+    assert any("cracks" in note.lower() for note in cracked.report()["notes"])
+    assert "cracks" in cracked.summary().lower()
+    assert painted.report()["cracks"] == 0 and "cracks" not in painted.summary().lower()
+
+
+def test_what_plots_hatch_is_what_the_figures_count():
+    sign, shield = shapely.box(0, 0, 5, 3), shapely.Polygon([(0, 9), (8, 10), (8, 5), (4.5, 0), (0, 4)])
+    for place, side in (("inside", 1), ("slice", 0)):
+        fit = iccm.fit(sign, shield, place=place)
+        areas = [region.area / whole.area for region, whole in zip(fit.unseen, (sign, shield), strict=True)]
+        assert areas[side] == pytest.approx(1 - (fit.covered if side else fit.shown), abs=2e-3)
+        assert areas[1 - side] == pytest.approx(0, abs=1e-3)
+    two = shapely.MultiPolygon([STAR, shapely.transform(STAR, lambda xy: 0.9 * xy + [3.1, 1.4])])
+    fit = iccm.fit(two, PLATE, fit="frame", opaque=False)
+    hidden, bare = fit.unseen
+    assert bare.area / PLATE.area == pytest.approx(1 - fit.covered, abs=0.01)
+    assert hidden.area / two.area == pytest.approx(1 - fit.shown, abs=0.01)
