@@ -6,6 +6,8 @@ import numpy as np
 
 from ..arrays import Complex, Index, Real
 from ..maps.distortion import Distortion
+from ..meshes.stretch import linear
+from ..plane import triangle_areas
 from .cost import price
 from .region import Region
 
@@ -64,7 +66,8 @@ def seen(
         Parts of a triangle's edge; the accuracy of the shares is that of counting the parts' middles.
     """
     shares = shares_seen(z, u, faces, source, target, covering=covering, subdivision=subdivision)
-    f_z, f_zbar, areas = _derivatives(z, u, faces)
+    f_z, f_zbar = linear(z[faces], u[faces])
+    areas = np.abs(triangle_areas(z[faces]))
     images = areas * (np.abs(f_z) ** 2 - np.abs(f_zbar) ** 2)
     shown = float(areas @ shares.both)
     covered = float(images @ shares.textured)
@@ -120,15 +123,3 @@ def middles(parts: int) -> Real:
                 found.append((i + 2 / 3, j + 2 / 3))
     first, second = np.array(found).T / parts
     return np.column_stack([first, second, 1 - first - second])
-
-
-def _derivatives(z: Complex, u: Complex, faces: Index) -> tuple[Complex, Complex, Real]:
-    """Return f_z, f_z̄ and the source's areas (m,) of the linear maps of triangles."""
-    a, b = z[faces], u[faces]
-    e, f = a[:, 1] - a[:, 0], a[:, 2] - a[:, 0]
-    g, h = b[:, 1] - b[:, 0], b[:, 2] - b[:, 0]
-    double = (e.conj() * f).imag
-    # of the map ζ → f_z ζ + f_z̄ conj(ζ) that takes e to g and f to h
-    f_z = (g * f.conj() - h * e.conj()) / (-2j * double)
-    f_zbar = (h * e - g * f) / (-2j * double)
-    return f_z, f_zbar, 0.5 * np.abs(double)

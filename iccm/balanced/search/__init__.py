@@ -4,7 +4,6 @@ multilevel              the stages of a solve, from coarse maps to the final mes
 levels                  one level of outlines and mesh size
 initial_matches         correspondences of two outlines: elastic matches, and arclength with shifts
 hole_partners           which hole goes to which
-via_annulus             correspondences of two shapes with one hole each, by way of an annulus
 via_disc                coarse maps by way of a disc, for spirals and combs
 circle_domains          coarse maps by way of discs with round holes, for shapes with several holes
 candidates              the best of many coarse maps

@@ -28,8 +28,7 @@ from ..model.sketch import Sketch
 from . import initial_matches
 from .hole_partners import Partners, middle_of
 from .levels import Level, UnitProblem, refine
-from .via_annulus import CORNER_FINENESS, CORNERS, STEPS, through
-from .via_disc import disc
+from .via_disc import CORNER_FINENESS, CORNERS, STEPS, disc, through
 
 ROOM = 0.4  # radius of the holes of a circle domain, of the disc's and over the root of their number and one
 APART = 3.0  # radii from centre to centre of neighbours, and two from the circle outside

@@ -43,7 +43,6 @@ from .partial import bay_choices, cost, hole_choices, is_good, is_within, with_b
 from .rounding import put_back, rounded, rounded_with_pins
 from .similarity import similar_with_holes, similarity
 from .symmetry import Half, half_of, mirror
-from .via_annulus import ring_matches
 from .via_disc import through_disc
 
 COARSE, FINE, FINER = 0.1, 0.05, 0.04
@@ -493,10 +492,9 @@ def correspondences(level: Level, *, elastic: bool = False) -> list[Match]:
 
 
 def with_partners(level: Level, matches: list[Match]) -> list[Match]:
-    """The matches with those of holes, and those by way of a ring where there is one hole."""
+    """The matches with those of holes."""
     partners = Partners(*level.domains, level.problem.partners)
-    rings = ring_matches(level) if [len(side) for side in level.holes] == [1, 1] else []
-    return [level.with_cut_out(match) for match in [*map(partners.of, matches), *rings]]
+    return [level.with_cut_out(partners.of(match)) for match in matches]
 
 
 def similarity_map(problem: UnitProblem, match: Match, settings: Settings) -> Meshed:

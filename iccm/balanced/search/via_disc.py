@@ -13,10 +13,15 @@ import numpy as np
 from ...curve import Curve
 from ..errors import Stuck
 from ..meshing.transfer import interpolate
+from ..model.boundary_pairs import Match
 from ..model.discrete_map import GOOD_ENOUGH, DiscreteMap
 from . import initial_matches
 from .levels import Level, UnitProblem
-from .via_annulus import CORNER_FINENESS, CORNERS, STEPS, TURNS, through
+
+CORNERS = 96  # of the disc's outline
+TURNS = 8  # of the disc that are tried
+CORNER_FINENESS = 6e-3  # relative to the diagonal, as for other coarse meshes
+STEPS = 40  # of Newton on the way to it
 
 
 def disc() -> Curve:
@@ -51,6 +56,12 @@ def through_disc(level: Level) -> list[DiscreteMap]:
         with suppress(Stuck):
             found.append(_compose(level, there, back, k / TURNS))
     return found
+
+
+def through(there: Match, back: Match, lap: float) -> Match:
+    """Return the match to a curve, on by a share of its length, and from there back by the other one."""
+    way = there.tau + lap * (there.tau[-1] - there.tau[0])
+    return Match(there.s, back.inverse().at(way))
 
 
 def _compose(level: Level, there: DiscreteMap, back: DiscreteMap, lap: float) -> DiscreteMap:

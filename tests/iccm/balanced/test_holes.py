@@ -14,13 +14,12 @@ from iccm.balanced.holes.given import Holes, which
 from iccm.balanced.holes.outlines import are_disjoint, outlines_of
 from iccm.balanced.meshing.mesh import Sizes, triangulate
 from iccm.balanced.minimise.energy import energy_of, geometry
-from iccm.balanced.model.energy import WITHOUT_ROTATION, Energy
+from iccm.balanced.model.energy import Energy
 from iccm.balanced.model.frames import frames_of
 from iccm.balanced.model.outline import Outline
 from iccm.balanced.search.circle_domains import circle_domain, through_circles
 from iccm.balanced.search.hole_partners import Partners, middle_of
 from iccm.balanced.search.levels import Level, UnitProblem
-from iccm.balanced.search.via_annulus import onto_ring, ring
 from iccm.curve import Curve, hausdorff
 from iccm.maps.triangulated.simple import fault
 from iccm.plane import orientation
@@ -169,19 +168,6 @@ def test_holes_are_paired_at_the_turn_of_the_start():
     partners = Partners(source, target, ())
     assert [list(side) for side in partners.assigned(0.0)] == [[0, 1, 2], [1, 2, 0]]
     assert partners.assigned(np.pi)[1][2] != 0
-
-
-def test_a_shape_with_a_hole_finds_its_way_around_a_ring():
-    outer, (hole,) = OFF
-    root = np.sqrt(outer.area + hole.area)
-    unit = Curve(outer.z / root), Curve(hole.z / root)
-    level = Level.of(UnitProblem(unit[0], unit[0], WITHOUT_ROTATION), 0.1, 0.0, 6e-3, 8.0)
-    match = onto_ring(*unit, level)
-    assert match is not None and len(match.holes) == 1
-    for curve, goal, found in ((unit[0], ring()[0], match), (unit[1], ring()[1], match.holes[0].match)):
-        assert found.s[-1] - found.s[0] == pytest.approx(curve.length)
-        assert found.tau[-1] - found.tau[0] == pytest.approx(goal.length)
-        assert (np.diff(found.s) > 0).all() and (np.diff(found.tau) > 0).all()
 
 
 @pytest.fixture(scope="module")
