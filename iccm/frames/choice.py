@@ -94,7 +94,7 @@ def choices(
     pair_parts
         Whether parts may be mapped one to one.
     framed
-        Whether only frames are considered.
+        Whether only frames are considered, and of these only the ones around all of a drawing.
     """
     found = list(_joined(source, target, settings, free_gaps, framed))
     if pair_parts:
@@ -113,7 +113,7 @@ def _joined(
     """Return ways to map a drawing onto another as one thing, the cheapest first."""
     judge = _Judge(source, target, settings, free_gaps=free_gaps)
     tightest = source.tightest, target.tightest
-    search = _FrameSearch(judge)
+    search = _FrameSearch(judge, around_all=framed)
     first = search.attempt((0, 0))
     found = [] if first is None else [first]
     if first is not None and judge.is_good(first):
@@ -185,11 +185,23 @@ class _Judge:
 
 
 class _FrameSearch:
-    """Looks for the pair of frames, given by their numbers, that costs the least."""
+    """Looks for the pair of frames, given by their numbers, that costs the least.
 
-    def __init__(self, judge: _Judge):
+    Parameters
+    ----------
+    judge
+        Compares maps.
+    around_all
+        Whether frames that leave parts of a drawing out are passed over.
+    """
+
+    def __init__(self, judge: _Judge, *, around_all: bool):
         self._judge = judge
-        self._sides = judge.source.frames, judge.target.frames
+        source, target = (
+            [frame for frame in drawing.frames if frame.left_out == 0 or not around_all]
+            for drawing in (judge.source, judge.target)
+        )
+        self._sides = source, target
         self._costs: dict[tuple[int, int], float] = {}
 
     def attempt(self, pair: tuple[int, int]) -> Choice | None:

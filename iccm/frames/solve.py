@@ -13,6 +13,8 @@ from .choice import Choice, Way, choices, may_pair
 Solver = Callable[..., Fit]
 """Solves for the map of two outlines: `solver(source, target, source_holes, target_holes, options)`."""
 
+LEAST_LEFT_OUT = 1e-3
+"""Of a drawing: parts that are less together are specks."""
 MOST_SOLVED = 3  # of the choices, cheapest first, until one has a map without folds
 
 
@@ -106,7 +108,17 @@ def solve_choice(choice: Choice, source: Drawing, target: Drawing, options: Opti
         options = replace(options, fit=choice.way)
     holes = (source.mappable_holes, target.mappable_holes) if choice.holed else ([], [])
     found = solver(*outlines, *holes, options)
-    return replace(found, drawings=(source, target), notes=without_outline_losses(found))
+    notes = [*without_outline_losses(found), *_parts_left_out(choice)]
+    return replace(found, drawings=(source, target), notes=notes)
+
+
+def _parts_left_out(choice: Choice) -> list[str]:
+    """Return a note for each drawing whose small parts are not mapped."""
+    return [
+        f"Small parts, {frame.left_out:.1%} of the {side} drawing, are left out: fit frame maps all."
+        for frame, side in zip(choice.frames, ("source", "target"))
+        if frame.left_out >= LEAST_LEFT_OUT
+    ]
 
 
 def without_outline_losses(fit: Fit) -> list[str]:

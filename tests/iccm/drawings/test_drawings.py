@@ -5,6 +5,7 @@ import pytest
 import shapely
 
 import iccm
+from iccm.balanced.fit import settings_of
 from iccm.curve import Curve
 from iccm.drawings.cost import LOST, price
 from iccm.drawings.drawing import Drawing
@@ -14,9 +15,12 @@ from iccm.drawings.pairing import pair_by_place
 from iccm.drawings.region import Region
 from iccm.drawings.seen import middles, seen
 from iccm.errors import InputError
+from iccm.frames.choice import Choice, choices
+from iccm.frames.solve import solve_choice
 from iccm.pixels.canvas import Canvas
 from iccm.pixels.composed import Cut
 from iccm.pixels.preimages import of as preimages_of
+from iccm.problem import Options
 
 BARS = shapely.MultiPolygon([shapely.box(0, 0, 5, 1), shapely.box(1, 2, 4, 3.5), shapely.box(0.5, 4, 5, 4.7)])
 RING = shapely.Polygon([(0, 0), (7, 0), (7, 5), (0, 4)], [[(2, 1), (2, 3), (4, 3), (4, 1)]])
@@ -209,3 +213,21 @@ def test_every_fit_can_be_asked_for(fit):
     found = iccm.fit(BARS, shapely.union(RING, shapely.box(8, 1, 9.3, 3.6)), fit=fit)
     assert found.status.ok and found.report()["injective"]["certified"]
     assert 0 < found.shown <= 1 and 0 < found.covered <= 1
+
+
+def test_fit_frame_leaves_no_part_out_and_others_note_what_they_leave_out():
+    part = shapely.union(shapely.box(0, 0, 6, 5), shapely.box(20, 1, 21, 2.5))  # 5 % lies far away
+    source, target = Drawing(part), Drawing(shapely.Polygon([(0, 0), (9, 1), (8, 6), (1, 5)]))
+    options = Options(fit="auto")
+    assert source.frames[0].left_out == pytest.approx(1.5 / 31.5)
+    framed = choices(source, target, settings_of(options), framed=True)
+    assert framed and all(frame.left_out == 0 for choice in framed for frame in choice.frames)
+
+    def solver(source, target, source_holes, target_holes, options):
+        return iccm.fit(source.z, target.z, fit=options.fit)
+
+    main_part = Choice((source.frames[0], target.tightest))
+    notes = solve_choice(main_part, source, target, options, solver).notes
+    assert any("4.8%" in note and "source" in note and "left out" in note for note in notes)
+    notes = solve_choice(framed[0], source, target, options, solver).notes
+    assert not any("4.8%" in note for note in notes)
