@@ -27,6 +27,7 @@ from iccm.pixels.texture import Texture
 from iccm.pixels.warp import Warp, whole
 
 from . import comparison, methods, orders, pictures, shapes
+from . import whole_drawings as drawings
 from .pictures import (
     BLUE,
     MARK,
@@ -339,7 +340,7 @@ def sketches() -> list[Row]:
     return rows
 
 
-def teaser() -> list[Row]:
+def rose() -> list[Row]:
     """Fig. 1: the texture of a rose on the sketch of a leaf."""
     source, target = (shapes.sample(f"rose-leaf/{name}.svg") for name in ("rose", "leaf"))
     petals = image_files.read(str(shapes.ROOT / "samples" / "rose-leaf" / "petals.jpg"))
@@ -354,7 +355,7 @@ def teaser() -> list[Row]:
         outline(axes, target.curve.z)
         title(axes, name, said(fit, "gap"))
         rows.append((name, said(fit, "gap", "area", "K", "depth")))
-    pictures.save(figure, "teaser")
+    pictures.save(figure, "rose")
     return rows
 
 
@@ -479,10 +480,11 @@ def mtf50(image: np.ndarray) -> float:
 
 
 FIGURES: dict[str, Callable[[], list[Row]]] = {
+    "teaser": drawings.teaser,
     "methods": methods.methods,
-    "fits": methods.fits,
+    "fits": drawings.fits,
     "sheet": methods.contact_sheet,
-    "teaser": teaser,
+    "rose": rose,
     "convergence": convergence,
     "pins": pins,
     "quasiconformal": quasiconformal,

@@ -1,10 +1,7 @@
 """The methods side by side for the gallery: four pairs of the samples, and a contact sheet of random drawings."""
 
-import random
-
 import iccm
 from iccm import Fit, InputError
-from iccm.io.shapes.holes import fit_with_holes, without_holes
 from iccm.io.shapes.shape import Shape
 
 from . import pictures, shapes
@@ -20,7 +17,6 @@ SEED, SHOWN, ROWS = 5, 30, 6
 FREE = ("icons", "mdi", "bootstrap", "simple", "twemoji")
 WILD_FREE = ("phosphor", "ionicons", "carbon", "lucide", "iconoir", "fluent")
 """Packages whose licences let pictures of their shapes be shown here, with the attribution in the gallery."""
-FITTED = 8  # pairs of fits
 
 
 def methods() -> list[tuple[str, str]]:
@@ -39,30 +35,6 @@ def methods() -> list[tuple[str, str]]:
             pictures.title(axes, method)
             rows.append((f"{source.path.stem} → {target.path.stem}, {method}", said(fit)))
     pictures.save(figure, "methods", dpi=70)
-    return rows
-
-
-def fits() -> list[tuple[str, str]]:
-    """Fits: whole outlines and the cheapest fit, for random drawings that whole outlines do not suit."""
-    figure, panels = pictures.sheet(6, FITTED // 2, 1.6)
-    cells, rows, choice = panels.reshape(-1, 3), [], random.Random(SEED)
-    while len(rows) < 2 * FITTED:
-        source, target = (shapes.drawn_shape(choice, [], WILD_FREE) for _ in range(2))
-        source, target = (without_holes(shape, lambda note: None) for shape in (source, target))
-        found = {fit: fit_with_holes(source, target, lambda note: None, fit=fit) for fit in ("whole", "auto")}
-        if found["auto"].filled is None:
-            continue
-        line = cells[len(rows) // 2]
-        texture, box = pictures.board(source.curve), pictures.around(target.curve, margin=0.06)
-        pictures.original(line[0], source.curve, texture, pictures.around(source.curve))
-        pictures.title(line[0], shapes.label(source))
-        for axes, (name, fit) in zip(line[1:], found.items()):
-            pictures.textured(axes, fit, texture, box, 200)
-            pictures.outline(axes, target.curve.z)
-            pictures.title(axes, name)
-            lost = f", hidden {fit.left_out:.1%}, bare {fit.uncovered:.1%}"
-            rows.append((f"{shapes.label(source)} → {shapes.label(target)}, {name}", said(fit) + lost))
-    pictures.save(figure, "fits", dpi=70)
     return rows
 
 
