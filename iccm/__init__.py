@@ -27,6 +27,7 @@ pixels/           pictures: sampling, filtering, coverage
 saved/            maps in files, and points, lines and polygons through maps
 linalg/           sparse factorisations
 curve             polylines in the plane, closed or open
+polygons          unions and offsets of regions of many parts
 plane             areas, boxes, similarities and exact orientation of points of the plane
 buckets           a grid of square buckets for nearest points
 flips             triangles across the edges of a triangulation

@@ -46,7 +46,7 @@ ORDER = (
     "meshes",
     "pixels",
     "maps",
-    "curve linalg",
+    "curve linalg polygons",
     "buckets flips plane transform axes",
     "arrays native",
     "parallel memory blas progress signatures fits",

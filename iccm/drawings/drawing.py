@@ -3,13 +3,13 @@
 from collections.abc import Sequence
 from functools import cached_property
 
-import numpy as np
 import shapely
 
 from ..arrays import Complex, complex_of
 from ..curve import Curve, polygon_of
 from ..errors import InputError
 from ..plane import polygon_area
+from ..polygons import fill_holes, polygons_of
 from .frame import Frame, frames_of
 from .mappable_holes import mappable
 from .region import Region
@@ -31,10 +31,10 @@ class Drawing:
     """
 
     def __init__(self, painted: shapely.Geometry):
-        parts = [part for part in shapely.get_parts(painted) if part.geom_type == "Polygon" and part.area > 0]
-        if not parts:
+        parts = polygons_of(painted)
+        if not len(parts):
             raise InputError("the drawing paints nothing")
-        parts = shapely.orient_polygons(np.array(parts))
+        parts = shapely.orient_polygons(parts)
         self.painted = parts[0] if len(parts) == 1 else shapely.MultiPolygon(list(parts))
 
     @classmethod
@@ -74,7 +74,7 @@ class Drawing:
 
     def filled(self) -> "Drawing":
         """Return the drawing with the holes of all parts filled."""
-        return Drawing(shapely.union_all([shapely.Polygon(part.exterior) for part in self.parts]))
+        return Drawing(fill_holes(self.painted))
 
     @property
     def parts(self) -> list[shapely.Polygon]:

@@ -14,6 +14,7 @@ import shapely
 from ..arrays import Complex, complex_of
 from ..curve import Curve
 from ..errors import InputError
+from ..polygons import fill_holes, neighbourhoods, offset, polygons_of, unite
 
 FIRST_RADIUS = 0.005
 """The smallest closing radius that is tried, relative to the drawing's size (the square root of its hull's area): about
@@ -82,16 +83,16 @@ def frames_of(painted: shapely.Geometry) -> list[Frame]:
     InputError
         Nothing is painted.
     """
-    parts = [part for part in shapely.get_parts(painted) if part.area > 0]
-    if not parts:
+    parts = polygons_of(painted)
+    if not len(parts):
         raise InputError("the drawing paints nothing")
-    total = sum(part.area for part in parts)
+    total = float(shapely.area(parts).sum())
     size = float(np.sqrt(shapely.convex_hull(painted).area))
     found: list[Frame] = []
-    main = max(parts, key=shapely.area)
+    main = parts[shapely.area(parts).argmax()]
     if main.area >= MAIN_PART_SHARE * total:
         found.append(Frame(_outline(main), 0.0, 1 - main.area / total))
-    filled = shapely.union_all([shapely.Polygon(part.exterior) for part in parts])  # frames have no holes
+    filled = fill_holes(painted)  # frames have none
     simple = shapely.simplify(filled, DETAIL * size)
     radius = _joining_radius(simple, size) if len(parts) > 1 else SINGLE_PART_RADIUS * size
     for times in WIDER_RADII:
@@ -122,7 +123,7 @@ def close_gaps(
     # The closing's own boundary is rounded and simplified. What it adds to the drawing is only the gaps, so the frame
     # is the union of the exact drawing and those gaps, without slivers along the drawing's edges.
     gaps = _without_slivers(shapely.difference(closed, painted), size)
-    joined = shapely.union(painted, gaps)
+    joined = unite([painted, gaps])
     if joined.geom_type != "Polygon":
         return None
     return shapely.Polygon(joined.exterior)
@@ -134,34 +135,49 @@ def close_hairlines(painted: shapely.Geometry) -> shapely.Geometry:
     Nobody sees them, but a map would have to follow both of their sides. A region without any is returned as it is.
     """
     size = float(np.sqrt(shapely.convex_hull(painted).area))
-    half = 0.5 * HAIRLINE_WIDTH * size
-    # mitred corners are restored when the offset is undone
-    grown = shapely.buffer(painted, half, join_style="mitre", mitre_limit=MITRE_LIMIT)
-    closed = shapely.buffer(grown, -half, join_style="mitre", mitre_limit=MITRE_LIMIT)
-    # Gaps may be so narrow that they have no area, but each has a boundary on both sides.
-    if shapely.length(painted) - shapely.length(closed) < HAIRLINE_LENGTH * size:
+    width = HAIRLINE_WIDTH * size
+    mitred = {
+        "join_style": "mitre",
+        "mitre_limit": MITRE_LIMIT,
+    }  # corners are restored when the offset is undone
+    closed, lost = [], 0.0
+    for nearby, share in neighbourhoods(painted, 2 * width):
+        filled = offset(offset(nearby, 0.5 * width, **mitred), -0.5 * width, **mitred)
+        # Gaps may be so narrow that they have no area, but each has a boundary on both sides.
+        less = shapely.length(nearby) - shapely.length(filled)
+        if less > 0:
+            closed.append(filled)
+            lost += share * less
+    if lost < HAIRLINE_LENGTH * size:
         return painted
-    return shapely.make_valid(shapely.simplify(shapely.union(painted, closed), SLIVER_WIDTH * size))
+    return shapely.make_valid(shapely.simplify(unite([painted, *closed]), SLIVER_WIDTH * size))
 
 
 def _without_slivers(gaps: shapely.Geometry, size: float) -> shapely.Geometry:
     """Return gaps without what rounding makes, and a little wider, so that they overlap what they are joined to."""
     width = SLIVER_WIDTH * size
-    return shapely.buffer(shapely.buffer(gaps, -width, join_style="mitre"), 2 * width, join_style="mitre")
+    return offset(offset(gaps, -width, join_style="mitre"), 2 * width, join_style="mitre")
 
 
 def _closing(region: shapely.Geometry, radius: float) -> shapely.Geometry:
     """Return a region dilated, then eroded by a disc."""
-    grown = shapely.buffer(region, radius, quad_segs=ARC_SEGMENTS)
-    return shapely.buffer(grown, -radius, quad_segs=ARC_SEGMENTS)
+    return offset(offset(region, radius, quad_segs=ARC_SEGMENTS), -radius, quad_segs=ARC_SEGMENTS)
 
 
 def _joining_radius(simple: shapely.Geometry, size: float) -> float:
     """Return the smallest tried radius whose closing joins all parts."""
     radius = FIRST_RADIUS * size
-    while _closing(simple, radius).geom_type != "Polygon" and radius < LARGEST_RADIUS * size:
+    while not _joins(simple, radius) and radius < LARGEST_RADIUS * size:
         radius *= RADIUS_STEP
     return radius
+
+
+def _joins(region: shapely.Geometry, radius: float) -> bool:
+    """Return whether the closing of a region by a disc is in one part."""
+    grown = offset(region, radius, quad_segs=ARC_SEGMENTS)  # what this leaves apart stays so
+    if grown.geom_type != "Polygon":
+        return False
+    return bool(offset(grown, -radius, quad_segs=ARC_SEGMENTS).geom_type == "Polygon")
 
 
 def _outline(part: shapely.Polygon) -> Curve:

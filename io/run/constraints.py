@@ -125,10 +125,12 @@ def by_names(
     from ...drawings.cost import price
 
     found = fit(**given)
-    names, places, radii = parts.namesakes(source, target)
     constrained = any(given.get(name) is not None for name in (*CONSTRAINTS, "start"))
     constrained = constrained or found.place != "fill"
-    if constrained or not names or not isinstance(found.map, TriangulatedMap):
+    if constrained or not isinstance(found.map, TriangulatedMap):
+        return found
+    names, places, radii = parts.namesakes(source, target)
+    if not names:
         return found
 
     def missed(other: Fit) -> Flags:

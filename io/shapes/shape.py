@@ -60,6 +60,7 @@ class Shape:
         aspect: of a layout, width by height of the pictures that lie there.
         coloured: whether its file has colours of its own to show; it is its own texture then.
         trace: what of a picture is traced, see `silhouette.read`.
+        outlines: all of its file, as written there, where the whole file was read.
     """
 
     spec: str
@@ -81,6 +82,7 @@ class Shape:
     trace: str = "auto"
     drawing: Drawn | None = None
     ink: Drawn | None = None
+    outlines: tuple[FilledOutline, ...] | None = None
 
     @property
     def bounds(self) -> Box:
@@ -108,7 +110,8 @@ class Shape:
         named: dict[str, list[shapely.Polygon]] = {}
         if not self.is_mesh and READERS.get(formats.suffix_of(self.path)) is svg.read:
             with suppress(InputError):
-                for other in drawn(Spec(self.path)).outlines:
+                outlines = self.outlines
+                for other in drawn(Spec(self.path)).outlines if outlines is None else outlines:
                     for name in set(other.names) - set(self.names):
                         named.setdefault(name, []).append(polygon_of(_core(other.z, self.flip)))
         found = {}
@@ -282,7 +285,8 @@ def read(
 def _whole(drawing: Drawing, text: str, spec: Spec, notes: list[str], trace: str) -> Shape:
     """The shape of everything that a drawing paints, in the tightest frame around all of it."""
     notes += [f"left out: {error}" for _, error in drawing.refused]
-    ink, whole = (_drawn_region(drawing, region) for region in (drawing.ink, drawing.painted))
+    whole = _drawn_region(drawing, drawing.painted)
+    ink = whole if drawing.ink is drawing.painted else _drawn_region(drawing, drawing.ink)
     frame = whole.tightest.outline
     if whole.is_one_part:
         largest = drawing.outlines[0]
@@ -305,6 +309,7 @@ def _whole(drawing: Drawing, text: str, spec: Spec, notes: list[str], trace: str
         ink=ink,
         coloured=drawing.coloured,
         trace=trace,
+        outlines=tuple(drawing.outlines) if spec.part is None else None,
         **holes,
     )
 

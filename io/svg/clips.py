@@ -5,6 +5,7 @@ from collections.abc import Callable
 import shapely
 from tinycss2.color3 import RGBA, parse_color
 
+from ...polygons import unite
 from .. import limits
 from . import crossings
 from .budget import Quota
@@ -61,7 +62,7 @@ class Clips:
 
     def _clip_path(self, clip: Clip) -> shapely.Geometry:
         """All that its shapes enclose, whether they paint it or not."""
-        return shapely.union_all([self.cut(each, self._filled(each, "clip-rule")) for each in clip.shapes])
+        return unite([self.cut(each, self._filled(each, "clip-rule")) for each in clip.shapes])
 
     def _mask(self, clip: Clip) -> shapely.Geometry:
         by_luminance = (clip.properties or {}).get("mask-type", "luminance").strip() != "alpha"

@@ -10,6 +10,7 @@ import shapely
 from ...arrays import Complex
 from ...curve import polygon_of
 from ...errors import InputError
+from ...polygons import unite
 from .fill import FilledOutline, Refused, outlines, with_lines_filled
 
 Rectangle = tuple[float, float, float, float]  # x, y, width, height
@@ -60,7 +61,7 @@ class Drawing:
     def _areas(self) -> tuple[shapely.Geometry, shapely.Geometry]:
         if self.paint is not None:
             return self.paint()
-        ink = shapely.union_all([polygon_of(each.z, *each.holes).buffer(0) for each in self.outlines])
+        ink = unite([polygon_of(each.z, *each.holes).buffer(0) for each in self.outlines])
         return ink, with_lines_filled(ink)
 
     def add(

@@ -10,6 +10,7 @@ from ...arrays import Complex, complex_of, xy_of
 from ...curve import polygon_of
 from ...errors import InputError
 from ...plane import cross, distinct
+from ...polygons import fill_holes, polygons_of, unite
 from .. import limits
 from . import crossings
 
@@ -96,7 +97,7 @@ def outlines_of(region: shapely.Geometry, name: str, notes: tuple[str, ...] = ()
             tuple(map(_z, part.interiors)),
             notes,
         )
-        for part in _polygons(region)
+        for part in polygons_of(region)
     ]
     return sorted(found, key=lambda o: -o.area)
 
@@ -107,19 +108,13 @@ def painted(rings: Sequence[Complex], rule: str) -> list[shapely.Polygon]:
         return []
     faces, winding = _faces(rings)
     inside = winding % 2 != 0 if rule == "evenodd" else winding != 0
-    return _polygons(shapely.union_all(faces[inside]))
+    return list(polygons_of(unite(faces[inside])))
 
 
 def with_lines_filled(ink: shapely.Geometry) -> shapely.Geometry:
     """Fill what an area encloses, where it covers so little of that that it is drawn by lines."""
-    whole = without_holes(ink)
+    whole = fill_holes(ink)
     return whole if ink.area < DRAWN_SHARE * whole.area else ink
-
-
-def without_holes(area: shapely.Geometry) -> shapely.Geometry:
-    """Fill the holes of an area."""
-    parts = [part for part in shapely.get_parts(area) if part.geom_type == "Polygon"]
-    return shapely.union_all([shapely.Polygon(part.exterior) for part in parts])
 
 
 def _untangled(ring: Complex) -> tuple[list[Complex], float, str]:
@@ -139,7 +134,7 @@ def _untangled(ring: Complex) -> tuple[list[Complex], float, str]:
     once, twisted = winding == sign, (winding != sign) & (winding != 0)
     if area[twisted].sum() > HARMLESS * area[once].sum():
         return [ring], float(area[winding != 0].sum()), _place(polygon)
-    lobes = shapely.orient_polygons(_polygons(shapely.union_all(faces[once])), exterior_cw=sign < 0)
+    lobes = shapely.orient_polygons(polygons_of(unite(faces[once])), exterior_cw=sign < 0)
     return [_z(part) for lobe in lobes for part in (lobe.exterior, *lobe.interiors)], 0.0, ""
 
 
@@ -178,10 +173,6 @@ def _winding(ring: Complex, points: np.ndarray) -> np.ndarray:
     return total
 
 
-def _polygons(geometry: shapely.Geometry) -> list[shapely.Polygon]:
-    return [part for part in shapely.get_parts(geometry) if part.geom_type == "Polygon" and part.area > 0]
-
-
 def _flat(ring: Complex) -> bool:
     """Whether all points lie on a line, to within rounding."""
     w = ring - ring[0]
@@ -199,7 +190,7 @@ def _place(polygon: shapely.Polygon) -> str:
 
 def rings_of(area: shapely.Geometry) -> list[Complex]:
     """The closed boundaries of all polygons of an area; the last point of each is the first."""
-    rings = [ring for part in _polygons(area) for ring in (part.exterior, *part.interiors)]
+    rings = [ring for part in polygons_of(area) for ring in (part.exterior, *part.interiors)]
     return [complex_of(shapely.get_coordinates(ring)) for ring in rings]
 
 

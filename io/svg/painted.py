@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterable
 import numpy as np
 import shapely
 
-from .fill import DRAWN_SHARE, with_lines_filled, without_holes
+from ...polygons import fill_holes, unite
+from .fill import DRAWN_SHARE, with_lines_filled
 from .strokes import Seen, areas, width_of
 from .tree import Node
 
@@ -41,18 +42,20 @@ def painted_areas(
         InputError: a malformed width, or lines that cross too often.
     """
     fills, strokes = areas(shapes, cut)
-    fills = shapely.union_all([fills, *pictures])
-    every = shapely.union_all([area for _, area in strokes])
-    extent = _longer_side(shapely.union_all([fills, every]))
+    fills = unite([fills, *pictures])
+    if not strokes:
+        ink = _thinned(fills, _longer_side(fills))
+        return ink, with_lines_filled(ink)
+    every = unite([area for _, area in strokes])
+    both = unite([fills, every])
+    extent = _longer_side(both)
     widths = [width_of(drawn) * math.sqrt(abs(drawn.affine.determinant)) for drawn, _ in strokes]
-    lines = max(widths, default=0.0) <= LINE_WIDTH_SHARE * extent
-    whole = without_holes(shapely.union_all([fills, every]))
-    if lines and fills.area < DRAWN_SHARE * whole.area:
-        ink, filled = shapely.union_all([fills, every]), with_lines_filled(fills)
-        filled = shapely.union_all([filled, without_holes(every)])
-        return _thinned(ink, extent), _thinned(filled, extent)
+    lines = max(widths) <= LINE_WIDTH_SHARE * extent
+    if lines and fills.area < DRAWN_SHARE * fill_holes(both).area:
+        filled = unite([with_lines_filled(fills), fill_holes(every)])
+        return _thinned(both, extent), _thinned(filled, extent)
     visible = [area for (_, area), width in zip(strokes, widths) if width >= VISIBLE_WIDTH_SHARE * extent]
-    ink = _thinned(shapely.union_all([fills, *visible]), extent)
+    ink = _thinned(both if len(visible) == len(strokes) else unite([fills, *visible]), extent)
     return ink, with_lines_filled(ink)
 
 
@@ -60,7 +63,7 @@ def _thinned(area: shapely.Geometry, extent: float) -> shapely.Geometry:
     """The area with fewer vertices, if it has very many, all within a flatness of the whole drawing."""
     if shapely.get_num_coordinates(area) <= MANY_VERTICES:
         return area
-    return shapely.union_all([shapely.simplify(area, FLATNESS * extent)])
+    return unite(shapely.simplify(area, FLATNESS * extent))
 
 
 def _longer_side(area: shapely.Geometry) -> float:

@@ -9,6 +9,7 @@ from shapely.affinity import affine_transform
 from ...arrays import Complex, xy_of
 from ...errors import InputError
 from ...plane import bounding_box
+from ...polygons import unite
 from .. import limits
 from . import crossings
 from .affine import Affine
@@ -59,7 +60,7 @@ def painted_by_stroke(drawn: Node, runs: Iterable[Subpath]) -> shapely.Geometry:
         crossings.check([own(np.append(run.z, run.z[:1]) if run.closed else run.z)], reach=width)
     lines = [_line(own(run.z), run.closed) for run in runs]
     areas = [shapely.buffer(line, width / 2, **style) for line in lines]
-    return affine_transform(shapely.union_all(areas), _matrix(affine))
+    return affine_transform(unite(areas), _matrix(affine))
 
 
 def silhouette(
@@ -73,7 +74,7 @@ def silhouette(
         InputError: a malformed width, or lines that cross too often.
     """
     fills, strokes = areas(shapes, cut)
-    return outlines_of(shapely.union_all([fills, *(area for _, area in strokes)]), name)
+    return outlines_of(unite([fills, *(area for _, area in strokes)]), name)
 
 
 def areas(
@@ -100,7 +101,7 @@ def areas(
         if drawn.stroked
     ]
     crossings.check([ring for area in (*fills, *(area for _, area in strokes)) for ring in rings_of(area)])
-    return shapely.union_all(fills), strokes
+    return unite(fills), strokes
 
 
 def _bearable(shapes: Iterable[Seen]) -> Iterator[Seen]:
@@ -134,7 +135,7 @@ def _base(seen: Sequence[Seen]) -> tuple[shapely.Geometry, list[Seen]]:
     for each in [each for each in filled if not each[0].clips][:LARGEST_FILLS]:
         try:
             crossings.check([*_closed([each]), *rings_of(base)])
-            base = shapely.union_all([base, *_filled([each])])
+            base = unite([base, *_filled([each])])
         except crossings.TooMuch:
             continue
         taken.add(each[0])
