@@ -33,11 +33,13 @@ class Deadline:
         seconds: how long what is limited may take.
         began: when it began, by the monotonic clock.
         cut: whether a search was ended by it.
+        doing: what is under way, in a few words.
     """
 
     seconds: float
     began: float
     cut: bool = False
+    doing: str = ""
 
     def is_spent(self, share: float = 1.0) -> bool:
         """Whether a share of the time is over."""
@@ -53,8 +55,8 @@ class Deadline:
             raise TimeUp(self.message(what))
 
     def message(self, what: str = "") -> str:
-        """That the time is spent, and on what."""
-        return f"{what or 'it'}: took longer than {self.seconds:g} s; --time-limit allows more"
+        """That the time is spent, and on what: by default on what is under way."""
+        return f"{what or self.doing or 'the command'}: took longer than {self.seconds:g} s; --time-limit allows more"
 
 
 _current: ContextVar[Deadline | None] = ContextVar("deadline", default=None)
@@ -92,3 +94,8 @@ def check(what: str = "") -> None:
     """
     if deadline := _current.get():
         deadline.check(what)
+
+
+def searching(limit: Deadline) -> str:
+    """What a search for a map is at, for messages."""
+    return f"the search for a map ({limit.doing})" if limit.doing else "the search for a map"

@@ -92,8 +92,10 @@ def tell(what: str, done: int = 0, of: int = 0) -> None:
     """
     if listener := _listener.get():
         listener(what, done, of)
-    if of:
-        deadline.check(what)
+    if limit := deadline.current():
+        limit.doing = what or limit.doing
+        if of:
+            limit.check(what)
 
 
 def counted(what: str, items: Iterable[Item], of: int | None = None) -> Iterator[Item]:

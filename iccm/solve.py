@@ -56,7 +56,7 @@ def _within_time(solve: Solve) -> Solve:
         except InputError as error:
             if not limit.cut or isinstance(error, TimeUp):
                 raise
-            raise TimeUp(limit.message("the search for a map")) from error
+            raise TimeUp(limit.message(deadline.searching(limit))) from error
         if not limit.cut:
             return found
         note = f"The search was ended after {limit.seconds:g} s (--time-limit): the best map so far is given."
@@ -301,8 +301,9 @@ def _fit_drawings(
         used = sides[0].with_outline(source, source_holes), sides[1].with_outline(target, target_holes)
         own = partners if source_holes or target_holes else ()
         asked = constraints if pinned else replace(constraints, pins=None)
-        return _fit_outlines(used, asked, options, own, axes)
+        return _fit_outlines(used, asked, options, own, axes, advised=advised)
 
+    advised = bool({"whole", "keep"} & {settings.fit, settings.holes})  # else frames were compared, not asked for
     source, target = (side.drawing or _drawing_of_outlines(side.outlines, side.name) for side in sides)
     if settings.place != "fill":
         found = fit_placed(source, target, settings, solve_outlines, pins=constraints.points, opaque=opaque)
@@ -326,6 +327,8 @@ def _fit_outlines(
     settings: Options,
     partners: Sequence[tuple[int, int]],
     axes: str,
+    *,
+    advised: bool = True,
 ) -> Fit:
     """Return the map of two outlines with their holes, or of surfaces."""
     settings = replace(settings, fit=fits.of_outlines(settings.fit))
@@ -349,7 +352,7 @@ def _fit_outlines(
         pins_inside=not settings.is_balanced,
     )
     layouts = flattening_of(sides[0].shape), flattening_of(sides[1].shape)
-    found = _solve(problem, settings, layouts, constraints.start)
+    found = _solve(problem, settings, layouts, constraints.start, advised=advised)
     return _as_given(found, problem, axes, (sides[0].shape, sides[1].shape))
 
 
@@ -358,8 +361,10 @@ def _solve(
     settings: Options,
     layouts: tuple[Flattening | None, Flattening | None],
     start: Fit | TriangulatedMap | None,
+    *,
+    advised: bool,
 ) -> Fit:
-    """The map of a problem, by the method that is asked for."""
+    """The map of a problem, by the method that is asked for; see `balanced.fit.solve` for `advised`."""
     before = _map_of(start)
     capabilities.refuse(_given(problem, before), _method_of(settings), _kind_of(layouts), settings.fit)
     if settings.method == "paper":
@@ -382,7 +387,7 @@ def _solve(
         return surfaces.solve(problem, settings, layouts, before)
     from .balanced import fit as balanced
 
-    return balanced.solve(problem, settings, before)
+    return balanced.solve(problem, settings, before, advised=advised)
 
 
 def _judged_by(

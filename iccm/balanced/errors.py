@@ -1,9 +1,15 @@
 """Errors of the solver."""
 
+from collections.abc import Iterator
+from contextlib import suppress
+from typing import TypeVar
+
 from .. import deadline
 from ..arrays import Complex
-from ..deadline import TimeUp
+from ..deadline import TimeUp, searching
 from ..errors import InputError
+
+Attempt = TypeVar("Attempt")
 
 
 class Stuck(Exception):
@@ -34,7 +40,13 @@ def check_time() -> None:
     """
     limit = deadline.current()
     if limit is not None and deadline.ends_search():
-        raise OutOfTime(limit.message("the search for a map"))
+        raise OutOfTime(limit.message(searching(limit)))
+
+
+def until_time_is_over(attempts: Iterator[Attempt]) -> Iterator[Attempt]:
+    """Yield what attempts give until the time for the search is over: the best of that is the result."""
+    with suppress(OutOfTime):
+        yield from attempts
 
 
 class NoMapError(InputError):

@@ -39,9 +39,11 @@ HALF = 0.5  # of the dilatation: a partial map that needs no more is worth a wor
 SAID = 5e-4  # of the area: what is less is not worth a word
 
 
-def solve(problem: Problem, options: Options, start: TriangulatedMap | None = None) -> Fit:
-    """The balanced map of a problem, from an earlier one on if there is one; a note names the partial map that was not
-    asked for where that is much better.
+def solve(
+    problem: Problem, options: Options, start: TriangulatedMap | None = None, *, advised: bool = True
+) -> Fit:
+    """The balanced map of a problem, from an earlier one on if there is one; if `advised` a note names the partial map
+    that was not asked for where that is much better.
 
     Raises:
         NoMapError: no map without folds was found.
@@ -57,7 +59,12 @@ def solve(problem: Problem, options: Options, start: TriangulatedMap | None = No
         )
     free = not (len(problem.given_pins) or problem.given_strokes or problem.rigid or problem.rigid_target)
     free = free and not (start or problem.importance or problem.size_map)
-    if free and fit.distortion.strain is not None and {"whole", "keep"} & {options.fit, options.holes}:
+    if (
+        advised
+        and free
+        and fit.distortion.strain is not None
+        and {"whole", "keep"} & {options.fit, options.holes}
+    ):
         fit.notes.extend(better_partial(problem, options, fit))
     return fit
 

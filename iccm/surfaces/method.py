@@ -5,13 +5,14 @@ the last map is on the surface's own triangles, those of the target where both s
 coordinates are what is written.
 """
 
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 
 from ..arrays import Complex, Flags
 from ..balanced import fit, method
-from ..balanced.errors import NoMapError, Stuck
+from ..balanced.errors import NoMapError, OutOfTime, Stuck
 from ..balanced.minimise.unfold import unfold_in
 from ..balanced.model.discrete_map import DiscreteMap
 from ..balanced.model.settings import Solution
@@ -170,11 +171,22 @@ def _on_own(asked: SurfaceProblem, state: Meshed) -> OwnMap:
     Raises:
         Stuck: there is none.
     """
-    problem, settings, journal = asked.unit, asked.settings, asked.journal
-    problem = problem.inverse() if asked.onto else problem
+    problem = asked.unit.inverse() if asked.onto else asked.unit
     step = -1 if asked.onto else 1
-    level = final_mesh.final_level(problem, settings)
+    level = final_mesh.final_level(problem, asked.settings)
     own = on_own_mesh(asked.sides[::step], asked.frames[::step], level, state)
+    with suppress(OutOfTime):
+        return _descended(asked, own)
+    return own
+
+
+def _descended(asked: SurfaceProblem, own: OwnMap) -> OwnMap:
+    """The map on the own triangles of one side at rest, with the bounds asked for met.
+
+    Raises:
+        OutOfTime: the time for the search is over.
+    """
+    settings, journal = asked.settings, asked.journal
     other = asked.sides[not asked.onto].even
     if other is None:
         begun = own.state.relaxed()

@@ -26,7 +26,7 @@ from ... import progress
 from ...arrays import Complex, Flags, Real, xy_of
 from ...curve import Curve
 from ...plane import Similarity
-from ..errors import NoMapError, Stuck
+from ..errors import NoMapError, OutOfTime, Stuck
 from ..meshing.transfer import interpolate
 from ..model import mesh_sizes
 from ..model.boundary_mesh import regions_of
@@ -140,7 +140,10 @@ def kept_by(
             break
         with suppress(Stuck):
             state = split_at_vertices(state) if smooth and not split else state
-            found.append(settle(state, settings))
+            try:
+                found.append(settle(state, settings))
+            except OutOfTime:
+                found.append(state)
             if is_rigid(found[-1]):
                 break
     return found

@@ -9,7 +9,7 @@ from ... import progress
 from ...arrays import Complex
 from ..constraints import strokes
 from ..constraints.strokes import StrokePair
-from ..errors import Stuck
+from ..errors import OutOfTime, Stuck, until_time_is_over
 from ..meshing.mesh import Sizes
 from ..model import mesh_sizes
 from ..model.boundary_pairs import Match
@@ -104,21 +104,24 @@ def screen(level: Level, matches: list[Match]) -> tuple[list[DiscreteMap], float
     free = min((state.value for state in states), default=np.inf)
     states = [aim_feet(level.problem.strokes, state, BESIDE) for state in states]
     straight = (move_straight(state) for state in progress.counted("pins moved", states))
-    ends = sorted(straight, key=rank)
+    ends = sorted(until_time_is_over(straight), key=rank)
     if ends and ends[0].miss > 0:
         states = sorted(states, key=lambda s: s.value)[:BROUGHT]
         staged = (reach_goals(s) for s in progress.counted("pins moved in stages", states))
-        ends = sorted(staged, key=rank)
+        ends = sorted([*until_time_is_over(staged), *ends], key=rank)
     if ends and ends[0].miss > 0 and not level.problem.strokes:
         ways = progress.counted("pins led around each other", states[:LED])
-        led_ends = [lead_one_by_one(level, state) for state in ways]
-        ends = sorted([*led_ends, *ends], key=rank)
+        led = (lead_one_by_one(level, state) for state in ways)
+        ends = sorted([*until_time_is_over(led), *ends], key=rank)
     return ends[:KEPT], free
 
 
 def settle_pinned(level: Level, state: DiscreteMap) -> DiscreteMap:
     """The best of a few rounds with pins held: corners released, a new mesh, settled."""
-    best = state = state.alternated(1.0, 4, BACKWARD)
+    try:
+        best = state = state.alternated(1.0, 4, BACKWARD)
+    except OutOfTime:
+        return state
     for _ in range(RELEASES):
         try:
             state = state.forward(1.0, RELEASED_STEPS, GOOD_ENOUGH, corners=False)
