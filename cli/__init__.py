@@ -28,6 +28,7 @@ import gc
 import os
 import shlex
 import sys
+from collections.abc import Callable
 from contextlib import suppress
 from difflib import get_close_matches
 from importlib import import_module
@@ -121,8 +122,8 @@ def iccm(ctx: click.Context) -> int:
     return INPUT
 
 
-def main(arguments: list[str] | None = None) -> NoReturn:
-    """Run the command line and leave with its exit code.
+def main(arguments: list[str] | None = None, started: Callable[[], object] | None = None) -> NoReturn:
+    """Run the command line and leave with its exit code; `started` is called once failures are explained.
 
     Everything is written and closed by then. Python would take its modules and their libraries apart before it ends,
     for a quarter of a second: only a batch, which has processes to take leave of, waits for that. Nor is garbage
@@ -138,7 +139,7 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     if process.lacks_memory():
         sys.exit(explain(MemoryError()))
     logs.silence_others()
-    code = run(arguments)
+    code = run(arguments, started)
     if f"{__package__}.batch" in sys.modules:
         sys.exit(code)
     for stream in (sys.stdout, sys.stderr):
@@ -147,10 +148,13 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     os._exit(code)
 
 
-def run(arguments: list[str] | None = None) -> int:
-    """The exit code of a command line; whatever goes wrong is one line on stderr."""
+def run(arguments: list[str] | None = None, started: Callable[[], object] | None = None) -> int:
+    """The exit code of a command line; whatever goes wrong is one line on stderr. `started` is called when that is
+    so."""
     logs.reset()
     try:
+        if started is not None:
+            started()
         with process.watch_signals(), logs.raise_on_signals():
             code = iccm.main(arguments, prog_name="iccm", standalone_mode=False)
             sys.stdout.flush()

@@ -24,6 +24,10 @@ DEFAULT = 900.0
 class TimeUp(InputError):
     """The time is spent; the message says how much there was, and what took it."""
 
+    def named(self, place: object) -> "TimeUp":
+        """The same with the place in front."""
+        return TimeUp(f"{place}: {self}")
+
 
 @dataclass
 class Deadline:

@@ -11,6 +11,10 @@ class IccmError(Exception):
 class InputError(IccmError, ValueError):
     """The user's input is wrong. The message is one line: file, place, what is wrong, what to do."""
 
+    def named(self, place: object) -> "InputError":
+        """The same with the place where it is in front."""
+        return InputError(f"{place}: {self}")
+
 
 class Cancelled(IccmError):
     """The `cancel` function of a call returned true, so the computation ended."""
@@ -28,7 +32,7 @@ def naming(place: object) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        raise InputError(f"{place}: {error}") from error
+        raise error.named(place) from error
 
 
 class ConstraintError(InputError):

@@ -303,7 +303,9 @@ def _fit_drawings(
         asked = constraints if pinned else replace(constraints, pins=None)
         return _fit_outlines(used, asked, options, own, axes, advised=advised)
 
-    advised = bool({"whole", "keep"} & {settings.fit, settings.holes})  # else frames were compared, not asked for
+    advised = bool(
+        {"whole", "keep"} & {settings.fit, settings.holes}
+    )  # else frames were compared, not asked for
     source, target = (side.drawing or _drawing_of_outlines(side.outlines, side.name) for side in sides)
     if settings.place != "fill":
         found = fit_placed(source, target, settings, solve_outlines, pins=constraints.points, opaque=opaque)

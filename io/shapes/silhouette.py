@@ -11,6 +11,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from ... import progress
 from ...arrays import complex_of
 from ...errors import InputError, naming
 from ...plane import cross
@@ -285,7 +286,8 @@ def traced(field: NDArray[np.float32], flatness: float = 1e-4) -> tuple[list[Fil
     order = [int(k) + 1 for k in np.argsort(-sizes, kind="stable")[: limits.PIECES] if sizes[k] >= SPECK]
     if not order:
         raise InputError(f"nothing of at least {SPECK} pixels stands out")
-    found = [outline for k in order if (outline := _piece(field, labels, boxes[k], k, flatness))]
+    pieces = (_piece(field, labels, boxes[k], k, flatness) for k in progress.counted("tracing pieces", order))
+    found = [outline for outline in pieces if outline]
     if not found:
         raise InputError("nothing in it encloses an area")
     return sorted(found, key=lambda o: -o.area), count - 1 - len(order)

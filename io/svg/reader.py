@@ -13,6 +13,7 @@ import numpy as np
 import shapely
 from tinycss2.color3 import parse_color
 
+from ... import deadline
 from ...arrays import Complex, complex_of
 from ...curve import polygon_of
 from ...errors import InputError, naming
@@ -75,6 +76,7 @@ def read(
         _check_size(shapes, max_segments)
         for drawn in shapes:
             with naming(drawn.name):
+                deadline.check("reading it")
                 if not (_constraint(drawn, drawing, detail) or _rigid(drawn, chosen, drawing, detail)):
                     shown.append(drawn)
                     if nothing := _candidate(drawn, chosen, drawing, detail):

@@ -37,3 +37,29 @@ def test_a_signal_ends_compiled_code(tmp_path, name, message):
     assert process.returncode == 128 + getattr(signal, name)
     assert said == f"error: {message}\n"
     assert not os.listdir(tmp_path) and not os.path.exists(folder)
+
+
+STARTING = """
+import sys
+from importlib.abc import MetaPathFinder
+
+class Slow(MetaPathFinder):
+    def find_spec(self, name, path, target=None):
+        if name == "click":
+            print("importing", flush=True)
+            sys.stdin.readline()
+
+sys.meta_path.insert(0, Slow())
+from iccm.__main__ import main
+main()
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals")
+def test_an_interrupt_while_the_command_is_imported_prints_nothing(tmp_path):
+    pipes = {each: subprocess.PIPE for each in ("stdin", "stdout", "stderr")}
+    with subprocess.Popen([sys.executable, "-c", STARTING], cwd=tmp_path, text=True, **pipes) as process:
+        assert process.stdout.readline() == "importing\n"
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate(timeout=60)
+    assert process.returncode == 130 and said == ""

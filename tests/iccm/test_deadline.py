@@ -5,7 +5,7 @@ import pytest
 
 import iccm
 from iccm import deadline, parallel, progress
-from iccm.balanced.errors import OutOfTime, check_time
+from iccm.balanced.errors import OutOfTime, check_time, until_time_is_over
 from iccm.result import Status
 
 SQUARE = np.array([0, 1, 1 + 1j, 1j])
@@ -88,3 +88,38 @@ def test_loops_and_threads_end_when_the_time_is_over(clock):
         with deadline.limited(None):
             check_time()
     assert not done
+
+
+def test_what_took_long_is_named_by_what_was_told_last(clock):
+    with deadline.limited(1.0):
+        progress.tell("pins moved")
+        clock.now = 0.8
+        with pytest.raises(OutOfTime, match="pins moved"):
+            check_time()
+        clock.now = 2.0
+        with pytest.raises(deadline.TimeUp, match="pins moved"):
+            parallel.over_slices(lambda part: None, 9, 1)
+
+
+def test_attempts_before_the_end_are_kept(clock):
+    def attempts():
+        yield 1
+        clock.now = 9.0
+        check_time()
+        yield 2
+
+    with deadline.limited(1.0):
+        assert list(until_time_is_over(attempts())) == [1]
+
+
+def test_reading_a_drawing_ends_when_the_time_is_over(clock, tmp_path):
+    from iccm.io.shapes import shape
+
+    file = tmp_path / "two.svg"
+    file.write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg"><path d="M0 0H5V3Z"/><path d="M9 0H8V3Z"/></svg>'
+    )
+    with deadline.limited(1.0):
+        clock.now = 2.0
+        with pytest.raises(deadline.TimeUp, match=r"two\.svg: .*--time-limit"):
+            shape.read(str(file), whole=True)

@@ -1,0 +1,73 @@
+"""Regions of many parts: the same as GEOS makes of them as wholes."""
+
+import numpy as np
+import pytest
+import shapely
+
+from iccm import deadline
+from iccm.drawings.frame import HAIRLINE_WIDTH, close_hairlines
+from iccm.polygons import fill_holes, neighbourhoods, offset, polygons_of, unite
+
+RING = shapely.Polygon([(0, 0), (5, 0), (6, 4), (0, 5)], [[(1, 1), (4, 1), (4, 3), (1, 3)]])
+ISLAND = shapely.Polygon([(2, 1.5), (3, 1.5), (2.5, 2.5)])
+FAR = shapely.box(20, 0, 21, 3)
+
+
+def test_a_union_joins_what_overlaps_or_touches_and_nothing_else():
+    parts = [shapely.box(0, 0, 2, 1), shapely.box(1, 0, 3, 2), shapely.box(3, 0, 4, 1), FAR]
+    found = unite(
+        [shapely.MultiPolygon(parts[:1]), *parts[1:], shapely.Polygon(), shapely.LineString([(0, 0), (9, 9)])]
+    )
+    assert found.is_valid and found.geom_type == "MultiPolygon" and len(found.geoms) == 2
+    assert found.equals(shapely.union_all(parts))
+
+
+@pytest.mark.parametrize("nothing", [[], [shapely.Polygon()], shapely.GeometryCollection()])
+def test_the_union_of_nothing_is_empty(nothing):
+    assert unite(nothing).geom_type == "Polygon" and unite(nothing).is_empty
+    assert not len(polygons_of(nothing))
+
+
+def test_filling_holes_swallows_what_lies_in_them():
+    filled = fill_holes(shapely.MultiPolygon([RING, ISLAND, FAR]))
+    assert filled.equals(shapely.MultiPolygon([shapely.Polygon(RING.exterior), FAR]))
+
+
+@pytest.mark.parametrize("distance", [0.3, -0.4, 8.0])
+def test_an_offset_of_parts_is_that_of_the_region(distance):
+    region = shapely.MultiPolygon([RING, ISLAND, FAR])
+    whole = shapely.buffer(region, distance, join_style="mitre")
+    found = offset(region, distance, join_style="mitre")
+    assert found.is_valid and found.symmetric_difference(whole).area < 1e-9 * whole.area
+
+
+def test_neighbourhoods_hold_each_part_and_what_is_near_it():
+    region = shapely.MultiPolygon([RING, ISLAND, FAR])
+    near = list(neighbourhoods(region, 0.6))
+    assert [share for _, share in near] == [0.5, 0.5, 1.0]
+    assert near[0][0].equals(shapely.MultiPolygon([RING, ISLAND])) and near[2][0].equals(FAR)
+    around, reach = near[1][0], shapely.box(*ISLAND.bounds).buffer(0.6, join_style="mitre")
+    assert around.symmetric_difference(shapely.union(ISLAND, RING.intersection(reach))).area < 1e-12
+
+
+def test_hairlines_of_many_parts_are_those_of_the_region():
+    rng = np.random.default_rng(5)
+    heights = 1 + rng.random(12)
+    boxes = [shapely.box(k, 0, k + 1 - 1e-3, height) for k, height in enumerate(heights)]
+    boxes[6] = shapely.box(6.2, 0, 7 - 1e-3, heights[6])  # one gap is wide
+    region = shapely.MultiPolygon(boxes)
+    half = 0.5 * HAIRLINE_WIDTH * np.sqrt(region.convex_hull.area)
+    assert half > 0.5e-3
+    closed = close_hairlines(region)
+    assert [len(part.interiors) for part in closed.geoms] == [0, 0]
+    expected = shapely.union_all([*boxes, shapely.buffer(shapely.buffer(region, half), -half)])
+    assert closed.symmetric_difference(expected).area < 1e-4 * region.area
+
+
+def test_offsets_end_when_the_time_is_over(monkeypatch):
+    now = 0.0
+    monkeypatch.setattr(deadline.time, "monotonic", lambda: now)
+    with deadline.limited(5.0):
+        now = 6.0
+        with pytest.raises(deadline.TimeUp, match="drawing"):
+            offset(RING, 0.1)
