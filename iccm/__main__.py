@@ -7,7 +7,8 @@ from typing import NoReturn
 
 def main() -> NoReturn:
     """Run the command line, which an interrupt ends without a traceback, also while it is imported."""
-    usual = signal.getsignal(signal.SIGINT)  # that of Python, but in the background of a shell, which ignores it
+    usual = signal.getsignal(signal.SIGINT)
+    # in the background of a shell interrupts are ignored
     if usual is signal.default_int_handler:
         signal.signal(signal.SIGINT, _leave)
     from .cli import main as run
