@@ -95,31 +95,32 @@ class OptionValues(TypedDict, total=False):
 
 @dataclass(frozen=True)
 class Options:
-    """How to solve. Weights are relative to the closeness of the boundary, lengths to the radius of a shape.
+    """Options of the solver. Weights are relative to the closeness of the boundary, lengths to the radius of a shape.
 
     Attributes:
-        method: "balanced" (even sizes, nothing folded, the outline held; the default),
-            "conformal" (angles kept exactly) or "paper" (Algorithm 1 as published).
-        balance: θ of the balanced method: 0 keeps angles only (the conformal method), 1 is even, more keeps areas.
-        turn: degrees counter-clockwise by which the balanced method should turn the picture; "any" lets
-            the shapes say; None is 0, or what two pins or strokes say. A note tells where another is asked for.
-        fit: "whole", the outlines go onto each other, limbs, bays and all; "contain", all of the source is shown, and
-            the target may stay uncovered where bays of the source open; "cover", the target is covered, and what of the
-            source lies beyond bays of the target is left out; "frame", of whole drawings, a region around all parts of
-            each goes onto one around the other; "auto", the one of these that costs the least (whole
-            with pins, strokes, bounds, surfaces and a balance above 1).
-        place: "fill", the source takes the target's form; "inside", it keeps its proportions, and is as large as it can
-            be inside the target; "slice", it keeps its proportions and covers the target, and what hangs over is cut.
-        holes: "keep", all go onto each other, or shrink to slits; "auto", partial maps may pass over some, where that
+        method: "balanced" (default: uniform scale, no folds, the outline is met), "conformal" (angles are kept exactly)
+            or "paper" (Algorithm 1 as published).
+        balance: θ of the balanced method: 0 keeps only angles (the conformal method), 1 balances angles and areas,
+            larger values keep areas.
+        turn: desired rotation in degrees counter-clockwise (balanced); "any" leaves it to the shapes; None is 0, or the
+            rotation given by two pins or strokes. A note reports a contradiction between them.
+        fit: "whole", outline onto outline with all concavities; "contain", all of the source is shown, and the target
+            may stay bare where concavities of the source open; "cover", the target is covered, and parts of the source
+            beyond its concavities are hidden; "frame", for whole drawings, a region around all parts of one onto a
+            region around the other; "auto", the cheapest of these (whole with pins, strokes, bounds, surfaces and a
+            balance above 1).
+        place: "fill", the source takes the form of the target; "inside", it keeps its proportions and is as large as
+            fits inside the target; "slice", it keeps its proportions and covers the target, and the rest is cut off.
+        holes: "keep", all are mapped onto each other or shrink to slits; "auto", partial maps may ignore some, if that
             costs less.
-        max_left_out: the largest share of the source's area that may be left out.
-        max_uncovered: the largest share of the target's area that may stay uncovered.
-        effort: times as many correspondences of the outlines are tried as usual, 1 to 16.
-        max_dilatation: the largest s1/s2 wished of the balanced method.
-        max_stretch: the largest max(s1, 1/s2) wished of the balanced method, relative to the mean scale.
-        rigid_size: how large rigid regions are to be, relative to the mean scale; "free" for the size that suits the
-            map best; None for the mean scale, or as large as there is room.
-        terms: further terms of the balanced method's energy, of classes of your own (`iccm.balanced.Term`).
+        max_left_out: largest share of the source's area that may be hidden.
+        max_uncovered: largest share of the target's area that may stay bare.
+        effort: factor for the number of correspondences of the outlines that are tried, 1 to 16.
+        max_dilatation: upper bound for s1/s2 (balanced).
+        max_stretch: upper bound for max(s1, 1/s2), relative to the mean scale (balanced).
+        rigid_size: size of rigid regions relative to the mean scale; "free" for the size that distorts the rest least;
+            None for the mean scale, or as large as there is room.
+        terms: additional terms of the balanced energy, instances of subclasses of `iccm.balanced.Term`.
         order: 0 for the distance to closest points, 1 for the first-order distance of §3.4.
         quasi: None for a conformal map, else the weight of E_q.
         pin_weight: β of §3.1.
@@ -127,18 +128,18 @@ class Options:
         smoothness: α of §3.3.
         consistency: μ of the consistency energy.
         tangential: λ of §3.4, with order 1.
-        literal: the paper to the letter: the source's own vertices, samples there (with samples_per_edge also between
-            them, the vertex being the first of its edge), energies as sums over samples in the coordinates as given,
-            Eq. 13 as written, whole steps. Else vertices are evenly spaced, energies means over the boundary, so that
-            weights depend neither on the number of samples nor on the shapes' size, and a step of first order is halved
-            until the energy falls.
-        vertices: vertices of the source polygon; "source" for the outline's own and no others; None chooses.
-        samples_per_edge: boundary samples of each source edge, in the middles of so many parts; None is 4.
-        max_iterations: most local and global steps.
-        decrease: stop when the energy falls by less than this share of itself in one step; None is 1e-4, and 2e-3
-            for the constraints of the conformal method.
-        threshold: stop when the energy is below this.
-        tolerance: the boundary gap aimed at, relative to the diagonal of the target (conformal).
+        literal: follow the paper exactly: the source's own vertices, samples there (with samples_per_edge also between
+            them, the vertex being the first of its edge), energies as sums over samples in the given coordinates,
+            Eq. 13 as written, full steps. Otherwise vertices are evenly spaced, and energies are means over the
+            boundary, so that weights depend neither on the number of samples nor on the size of the shapes; a step of
+            first order is halved until the energy decreases.
+        vertices: number of vertices of the source polygon; "source" for exactly those of the outline; None chooses.
+        samples_per_edge: number of boundary samples per source edge, at the middles of equal parts; None is 4.
+        max_iterations: largest number of local and global steps.
+        decrease: stop when a step lowers the energy by less than this share; None is 1e-4, and 2e-3 for the constraints
+            of the conformal method.
+        threshold: stop when the energy is below this value.
+        tolerance: boundary gap to reach, relative to the diagonal of the target (conformal).
     """
 
     method: str | None = None

@@ -18,12 +18,12 @@ Listener = Callable[[str, int, int], object]
 
 
 class Progress(NamedTuple):
-    """What a long computation is at.
+    """The progress of a long computation.
 
     Attributes:
-        what: what is under way.
-        done: how much of it is done.
-        of: how much there is; 0 where that is not known.
+        what: the current step, in words.
+        done: the amount that is done.
+        of: the total amount; 0 if it is unknown.
     """
 
     what: str

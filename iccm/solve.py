@@ -95,66 +95,69 @@ def fit(
     Parameters
     ----------
     source, target
-        The two shapes: (n,) complex vertices x + iy of the outline, y up, either way round; pairs (n, 2); a shapely
-        polygon, with its holes (also an item of a GeoSeries, or a GeoJSON geometry); a trimesh path; a contour of
-        scikit-image or OpenCV (see `axes`); what `iccm.read_shape` or `iccm.flatten` gave. Or whole drawings: a
-        MultiPolygon, a GeoSeries, or a list of rings (arrays), filled by the even-odd rule: a frame around all parts of
-        the one goes onto a frame around the other. On a flattened surface the map is even, and figures are the
-        surface's.
+        The two shapes. An outline: (n,) complex vertices x + iy with y up, in either orientation; pairs (n, 2); a
+        shapely polygon with its holes (also an item of a GeoSeries, or a GeoJSON geometry); a trimesh path; a contour
+        of scikit-image or OpenCV (see `axes`); or a result of `iccm.read_shape` or `iccm.flatten`. A whole drawing: a
+        MultiPolygon, a GeoSeries, or a list of rings (arrays) filled by the even-odd rule; a frame around all parts of
+        one drawing is then mapped onto a frame around the other. With a flattened surface, the scale is uniform on
+        the surface, and figures describe the surface.
     pins
-        (k, 2) complex or (k, 2, 2) pairs: a point inside the source and where it goes; on the outlines both must be.
+        (k, 2) complex or (k, 2, 2) pairs: a point of the source and its image. Either both are inside, or both are on
+        the outlines.
     strokes
-        Pairs of open polylines, (p,) inside the source and (q,) the one that it should lie on. Its ends slide along
-        that, unless a pin takes one to an end of it, or it is on the outlines. The balanced method meets pins and
-        strokes, which may part the shapes or run along both outlines; the others weigh them.
+        Pairs of open polylines: (p,) in the source, and (q,) in the target, onto which it is mapped. Its ends slide
+        along the target, unless a pin fixes them or they are on the outlines. Strokes may divide the shapes or follow
+        both outlines. Pins and strokes are hard constraints of the balanced method, and weighted by the others.
     source_holes, target_holes
-        Outlines of holes, beside those of polygons. The balanced method takes each onto one of the other shape. Where
-        one shape has more, those that are left shrink to slits.
+        Outlines of holes, in addition to those of polygons. The balanced method maps each onto a hole of the other
+        shape. If one shape has more, the unmatched ones shrink to slits.
     hole_partners
-        (i, j) for holes that must go together, counted from 0; the others go by place and size.
+        (i, j) for holes that must be mapped onto each other, counted from 0; the others are paired by position and
+        size.
     rigid
-        Outlines of regions of the source that keep their form: each connected one moves as a whole, by a similarity,
-        upright if the map is (balanced; see also `rigid_size`). Of a surface they are polygons of its layout, whose
-        triangles keep the form that they have laid flat by themselves.
+        Outlines of regions of the source that keep their form: each connected region is mapped by a similarity, and is
+        upright if the map is (balanced; see also `rigid_size`). For a surface they are polygons in its layout, whose
+        triangles keep the form of a separate flattening of the region.
     rigid_target
-        Likewise regions of the target, on which nothing is bent; instead of `rigid`.
+        Regions of the target on which the picture is undistorted. Use either this or `rigid`.
     importance
-        (h, w) how much distortion hurts, row 0 on top, over the source's bounding box, or with the box that it is over:
-        (picture, (lower left, upper right)). A tenth of the largest is the least that counts (balanced).
+        (h, w) weights of distortion, row 0 on top, over the source's bounding box, or over a given box: (picture,
+        (lower left, upper right)). Weights below a tenth of the largest are raised to it (balanced).
     size_map
-        (h, w) likewise how large things are to be, as lengths relative to each other. The larger `balance` is, the
-        closer sizes are to that (balanced).
+        (h, w) desired scale, as lengths relative to each other, over the same boxes as `importance`. A larger `balance`
+        brings the scale closer to it (balanced).
     start
-        An earlier balanced map to continue from: no other starts are looked at, so that the picture does not jump. Of
-        these domains, where only the constraints have moved: with inner pins at the same points of the source the mesh
-        stays. Or of the shapes as they were a frame before: it is carried along as their outlines move (not with
-        surfaces). Maps of flattened surfaces with holes are solved for anew.
+        An earlier balanced map to start from; no other starting points are tried, so that the picture does not jump.
+        Either a map of these domains whose constraints have moved (if inner pins have the same source points, the mesh
+        is kept), or a map of the shapes in the previous frame, which is moved with their outlines (not for surfaces).
+        Maps of flattened surfaces with holes are computed afresh.
     opaque
-        Of drawings, whether the texture that will be carried also covers the gaps between the source's parts.
+        For drawings: whether the texture also covers the gaps between the source's parts.
     free_gaps
-        Of drawings, whether these gaps may be shown at no cost, as with a pattern that has no background.
+        For drawings: whether these gaps may be shown at no cost, as with a pattern that has no background.
     axes
-        What pairs and polygons mean: "xy", y up; "screen", x and y with y down (OpenCV, SVG); "image", rows and columns
-        of pixels (NumPy, `skimage.measure.find_contours`). Polygons are of x and y. Complex numbers are x + iy, y up,
-        always. `fit.map` and `fit.inverse` take and give pairs in the same axes.
+        Meaning of pairs and polygons: "xy", y up; "screen", x and y with y down (OpenCV, SVG); "image", rows and
+        columns of pixels (NumPy, `skimage.measure.find_contours`). Polygons consist of x and y. Complex numbers are
+        always x + iy with y up. `fit.map` and `fit.inverse` accept and return pairs in the same axes.
     progress
-        Is called with an `iccm.Progress` now and then: what is under way, how much is done, and of how much.
+        A function that is called with an `iccm.Progress` from time to time.
     cancel
-        Is asked now and then; once it returns true the solving ends with `iccm.Cancelled`.
+        A function that is called from time to time; when it returns true, `iccm.Cancelled` is raised.
     **options
         See `iccm.problem.Options`: `method`, `turn`, `fit`, `balance`, `effort`, `tolerance` and others.
 
     Returns
     -------
     Fit
-        The map, how the solver ended, and the figures that judge it. Failure to converge is a status, not an exception.
+        The map, the status of the solver, and figures about its quality. Failure to converge is a status, not an
+        exception.
 
     Raises
     ------
     InputError
         A boundary that is not a simple polygon, a hole that is not inside or touches another, a constraint outside the
-        source, an option out of range, holes for a method that does not know of them; with the balanced method also
-        constraints that no one-to-one map meets.
+        source, an option out of range, holes for a method that does not support them; with the balanced method also
+        constraints that no one-to-one map can meet.
     Cancelled
         `cancel` returned true.
 
@@ -524,34 +527,35 @@ def deform(
     cancel: Callable[[], bool] | None = None,
     **options: Unpack[OptionValues],
 ) -> Fit:
-    """Move a shape by pins and strokes alone, without a target boundary.
+    """Deform a shape by pins and strokes, without a target.
 
-    By the balanced method they are met, nothing folds, and every part stays as rigid as that allows; its outline may
-    come to overlap itself, which the status tells. The other methods weigh them (paper §3.3), and need the smoothness
-    energy to be well posed.
+    With the balanced method, pins and strokes are hard constraints, the map does not fold, and every part stays as
+    rigid as they permit; the outline may come to overlap itself, which the status reports. The other methods weight
+    pins and strokes (paper §3.3), and need the smoothness energy to be well posed.
 
     Args:
         source: as for `fit`.
-        pins: (k, 2) complex, a point inside the source, or on its outline, and the point it should go to, anywhere.
-        strokes: as for `fit`; they may go anywhere.
-        source_holes: outlines of holes, (p,) complex; they move freely with the shape. One that holds a pin or a stroke
-            is moved as if it were filled. Of the balanced method.
-        rigid: bones: outlines of regions that keep their form and size, and turn with what is around them; two pins in
-            one say how, and its size. What is not in one is soft. Of the balanced method.
-        start: an earlier deformation of the same shape, to go on from: motions larger than half a turn come out right
-            in steps. With pins at the same points of the source it keeps its mesh, and takes hundredths of a second.
-            Of the balanced method.
+        pins: (k, 2) complex, a point inside the source or on its outline, and its image, which may be anywhere.
+        strokes: as for `fit`; their images may be anywhere.
+        source_holes: outlines of holes, (p,) complex; they move freely with the shape. A hole that contains a pin or a
+            stroke moves as if it were filled (balanced).
+        rigid: bones: outlines of regions that keep their form and size, and rotate with their surroundings. Two pins in
+            a region determine its rotation and size. The rest of the shape is soft (balanced).
+        start: an earlier deformation of the same shape to start from. Use it for rotations by more than half a
+            revolution, in steps. With pins at the same source points the mesh is kept, which takes hundredths of a
+            second (balanced).
         axes, progress, cancel: as for `fit`.
         **options: see `iccm.problem.Options`.
 
     Raises:
         InputError: as `fit`; no pins and no strokes.
 
-    >>> import numpy as np
-    >>> bar = np.array([0, 4, 4 + 1j, 1j])
-    >>> bent = deform(bar, pins=[(0.5 + 0.5j, 0.5 + 0.5j), (3.5 + 0.5j, 3 + 2j)])
-    >>> bent.status.ok, complex(np.round(bent.map(3.5 + 0.5j), 6))
-    (True, (3+2j))
+    Examples:
+        >>> import numpy as np
+        >>> bar = np.array([0, 4, 4 + 1j, 1j])
+        >>> bent = deform(bar, pins=[(0.5 + 0.5j, 0.5 + 0.5j), (3.5 + 0.5j, 3 + 2j)])
+        >>> bent.status.ok, complex(np.round(bent.map(3.5 + 0.5j), 6))
+        (True, (3+2j))
     """
     settings = _options(deform, options)
     reach = ON_OUTLINE if settings.is_balanced else NEAR

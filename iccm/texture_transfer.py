@@ -98,37 +98,38 @@ def transfer(
     threads: int | None = None,
     **options: Unpack[FitOptions],
 ) -> Transfer:
-    """The texture of one shape on another.
+    """Carry a texture from one shape to another.
 
     Args:
-        texture: (h, w) or (h, w, c) pixels, row 0 on top: uint8, uint16, float16, float32, or float64, which becomes
-            float32, bool, or other integers from 0 to 65535. With two or four channels the last one is alpha, straight.
+        texture: (h, w) or (h, w, c) pixels, row 0 on top: uint8, uint16, float16, float32, float64 (converted to
+            float32), bool, or other integers from 0 to 65535. With two or four channels the last one is straight alpha.
         source: a shape, as for `fit`.
-        target: another.
-        size: the picture's longer side in pixels, or its width and height.
+        target: another shape.
+        size: longer side of the result in pixels, or its width and height.
         texture_box: lower left and upper right corner of the texture in the source's plane; by default the source's
             bounding box.
-        target_box: what the picture shows of the target's plane, by default the target's bounding box; grown about
-            its middle to the proportions of width and height.
+        target_box: lower left and upper right corner of the result in the target's plane; by default the target's
+            bounding box. It is extended about its centre to the proportions of width and height.
         filter: "nearest", "linear", "cubic", "lanczos", "spline", or "auto" (cubic).
         kind: "colour" (filtered in linear light), "data" (numbers), or "normal" and "normal-down" (tangent-space
-            normals with y up or down, which turn with the map).
-        edge: outside the texture its edge goes on ("clamp"), nothing is there ("transparent"), or the texture is there
-            again ("repeat"), mirrored each time ("mirror").
-        encoding: "srgb" or "linear", how the colours are encoded; by default srgb for integers, linear for floats.
-        padding: pixels by which colours go on beyond the outline, where alpha is 0; -1 for all.
-        threads: as many as there are processors by default; the result does not depend on it.
-        **options: pins, strokes and all others of `iccm.fit`.
+            normals with y up or down, which are rotated with the map).
+        edge: beyond the texture, repeat its last texels ("clamp"), show nothing ("transparent"), or repeat the texture
+            ("repeat", or mirrored each time: "mirror").
+        encoding: encoding of the colours, "srgb" or "linear"; by default srgb for integers and linear for floats.
+        padding: number of pixels by which colours extend beyond the outline, where alpha is 0; -1 for all.
+        threads: number of threads, by default one per processor; it does not change the result.
+        **options: pins, strokes and all other options of `iccm.fit`.
 
     Raises:
         InputError: as `iccm.fit`; pixels of another type or shape, a size or a box without area, an unknown filter,
             kind, edge or encoding, normals without three channels.
 
-    >>> from iccm import checkerboard
-    >>> square = np.array([0, 1, 1 + 1j, 1j])
-    >>> carried = transfer(checkerboard(64), square, 2 * square.real + 1j * square.imag, size=32)
-    >>> carried.pixels.shape, carried.fit.status.ok
-    ((16, 32, 4), True)
+    Examples:
+        >>> from iccm import checkerboard
+        >>> square = np.array([0, 1, 1 + 1j, 1j])
+        >>> carried = transfer(checkerboard(64), square, 2 * square.real + 1j * square.imag, size=32)
+        >>> carried.pixels.shape, carried.fit.status.ok
+        ((16, 32, 4), True)
     """
     if isinstance(texture, Fit) or target is None:
         raise InputError(
@@ -161,9 +162,10 @@ def warp(
     padding: int = 0,
     threads: int | None = None,
 ) -> Transfer:
-    """A texture through a map that is there, of `iccm.fit` or `iccm.deform`; arguments and errors as for `transfer`.
+    """Carry a texture through a map of `iccm.fit` or `iccm.deform`.
 
-    By default the picture of a deformation shows the bounding box of the moved shape.
+    Arguments and errors are those of `transfer`. By default the picture of a deformation shows the bounding box of the
+    deformed shape.
 
     >>> from iccm import checkerboard, fit
     >>> square = np.array([0, 1, 1 + 1j, 1j])
@@ -186,7 +188,9 @@ def stmap(
     target_box: Box | None = None,
     threads: int | None = None,
 ) -> NDArray[np.float32]:
-    """A map as a picture, an STMap: for each pixel its place in the texture; arguments and errors as for `warp`.
+    """Return the map as an STMap: a picture that contains, for each pixel, its place in the texture.
+
+    Arguments and errors are those of `warp`.
 
     Returns:
         (h, w, 4) s from 0 at the texture's left to 1 at its right, t from 0 at its bottom to 1 at its top, 0, and how
@@ -206,7 +210,7 @@ def stmap(
 
 
 def from_stmap(st: ArrayLike, *, texture_box: Box = (0j, 1 + 1j), target_box: Box | None = None) -> Transform:
-    """The map of an STMap, and its inverse: right to a pixel at the outline, far better inside.
+    """Return the map of an STMap, and its inverse: accurate to a pixel at the outline, and far better inside.
 
     Args:
         st: (h, w, c) s, t and, in the fourth channel if there is one, coverage; without it pixels with s = t = 0 are

@@ -31,21 +31,22 @@ SCAFFOLDED = 100  # steps where a shape would come to overlap itself
 def morph(
     fit: Fit, shares: Sequence[float], *, placed: tuple[complex, complex] = (1, 0)
 ) -> Iterator[TriangulatedMap]:
-    """Maps of the source onto the shapes between it and the target, without folds, whose outlines do not overlap.
+    """Yield maps of the source onto shapes between source and target, without folds and without overlaps.
 
     Args:
         fit: a balanced map of whole outlines, or of the frames of two drawings (fit='frame').
-        shares: of the way from the source (0) to the target (1), increasing.
-        placed: (a, b) of the similarity a z + b that puts the source where the way begins.
+        shares: positions between the source (0) and the target (1), increasing.
+        placed: (a, b) of the similarity a z + b that places the source at the beginning.
 
     Raises:
         InputError: the map is partial, of another method, or a deformation.
 
-    >>> import iccm
-    >>> square = np.array([0, 1, 1 + 1j, 1j])
-    >>> middle = next(iccm.morph(iccm.fit(square, 3 * square), [0.5]))
-    >>> round(float(np.ptp(middle.image.real)), 6)  # the geometric mean
-    1.732051
+    Examples:
+        >>> import iccm
+        >>> square = np.array([0, 1, 1 + 1j, 1j])
+        >>> middle = next(iccm.morph(iccm.fit(square, 3 * square), [0.5]))
+        >>> round(float(np.ptp(middle.image.real)), 6)  # the geometric mean
+        1.732051
     """
     map = fit.map
     if not isinstance(map, TriangulatedMap) or fit.target is None:
