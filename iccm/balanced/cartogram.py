@@ -30,7 +30,7 @@ LEAST = 2e-3  # of the source's area: smaller parts are left to what surrounds t
 TOLD = "The areas asked for are met to {:.1%} by all {} parts of the source (size-map)."
 
 
-def meet_sizes(field: Field, first: Fit, again: Callable[[Field, TriangulatedMap, bool], Fit]) -> Fit:
+def match_areas(field: Field, first: Fit, again: Callable[[Field, TriangulatedMap, bool], Fit]) -> Fit:
     """The map whose areas are those that a field of sizes asks for, or as close as rounds come.
 
     Args:

@@ -49,13 +49,13 @@ def solve(
         NoMapError: no map without folds was found.
         InputError: pins or strokes that no one-to-one map meets.
     """
-    fit = map_of(problem, options, start)
+    fit = solve_once(problem, options, start)
     if problem.size_map and options.balance >= cartogram.MET_FROM:
         whole = replace(options, fit="whole")
-        fit = cartogram.meet_sizes(
+        fit = cartogram.match_areas(
             problem.size_map,
             fit,
-            lambda sizes, *before: map_of(replace(problem, size_map=sizes), whole, *before),
+            lambda sizes, *before: solve_once(replace(problem, size_map=sizes), whole, *before),
         )
     free = not (len(problem.given_pins) or problem.given_strokes or problem.rigid or problem.rigid_target)
     free = free and not (start or problem.importance or problem.size_map)
@@ -73,7 +73,7 @@ def better_partial(problem: Problem, options: Options, whole: Fit) -> list[str]:
     """A sentence with the figures of what fit and holes of auto find, where that halves the dilatation of 95 %."""
     asked = [name for name in ("fit", "holes") if getattr(options, name) != "auto"]
     with suppress(NoMapError):
-        other = map_of(problem, replace(options, fit="auto", holes="auto"))
+        other = solve_once(problem, replace(options, fit="auto", holes="auto"))
         stretch, dilatation = (
             [found.distortion.quantile(values(found.distortion), 0.95) for found in (whole, other)]
             for values in (lambda d: d.stretches, lambda d: d.dilatations)
@@ -87,7 +87,7 @@ def better_partial(problem: Problem, options: Options, whole: Fit) -> list[str]:
     return []
 
 
-def map_of(
+def solve_once(
     problem: Problem, options: Options, start: TriangulatedMap | None = None, moved: bool = False
 ) -> Fit:
     """The balanced map of a problem, from an earlier one on if there is one.
@@ -104,7 +104,7 @@ def map_of(
     if start is None and options.balance > EVEN and not is_partial(options.fit):
         options = replace(options, fit="whole")
         before = replace(options, balance=max(EVEN, options.balance / 2), rigid_size=None)
-        start = triangulated(map_of(replace(problem, rigid=(), rigid_target=()), before).map)
+        start = triangulated(solve_once(replace(problem, rigid=(), rigid_target=()), before).map)
     source, target = problem.given
     if start is not None:
         start = carry_map(start, source, target, (problem.source_holes, problem.target_holes))
@@ -133,20 +133,20 @@ def map_of(
     drawn = bounds.meets_bounds(map, settings.max_dilatation, settings.max_stretch)
     fit = result_of(problem, found, map, (holes, pins), settings, drawn=drawn)
     if settings.fit != "whole" and loses_too_much(fit, options):
-        return map_of(problem, replace(options, fit="whole"), given_start)
+        return solve_once(problem, replace(options, fit="whole"), given_start)
     if regions:
         check_sizes(fit, options.rigid_size)
     free = not (len(pins) or len(strokes))
     if free and FITS[settings.fit].compares and not settings.keep_holes:
-        opened = opened_ring(problem, fit, options, settings)
+        opened = cut_ring(problem, fit, options, settings)
         if opened is not None:
             return opened
     if free:
-        fit.notes.extend(strain(fit.distortion))
+        fit.notes.extend(stretch_notes(fit.distortion))
     if free or options.turn is not None:  # by default pins say how the picture is turned
-        fit.notes.extend(unasked_turn(found.turn, settings.turn))
-    fit.notes.extend(bounds.told(map, settings.max_dilatation, settings.max_stretch))
-    fit.notes.extend(parts_lost(fit))
+        fit.notes.extend(rotation_notes(found.turn, settings.turn))
+    fit.notes.extend(bounds.bound_notes(map, settings.max_dilatation, settings.max_stretch))
+    fit.notes.extend(coverage_notes(fit))
     return fit
 
 
@@ -196,7 +196,7 @@ def loses_too_much(fit: Fit, options: Options) -> bool:
     return fit.left_out > options.max_left_out + SAID or fit.uncovered > options.max_uncovered + SAID
 
 
-def opened_ring(problem: Problem, closed: Fit, options: Options, settings: Settings) -> Fit | None:
+def cut_ring(problem: Problem, closed: Fit, options: Options, settings: Settings) -> Fit | None:
     """The map of a ring opened by a seam, where one shape is a ring, the other has no hole, and it costs less than
     the one found."""
     sides = problem.given
@@ -217,7 +217,7 @@ def opened_ring(problem: Problem, closed: Fit, options: Options, settings: Setti
     if ring is None:
         return None
     with suppress(NoMapError):
-        found = map_of(Problem.of(*pair(ring), first=False), replace(options, fit="whole"))
+        found = solve_once(Problem.of(*pair(ring), first=False), replace(options, fit="whole"))
         if found.status.ok and price_of(found, settings) < most:
             found.notes.insert(0, SEAM.format(("source", "target")[k]))
             return found
@@ -384,7 +384,7 @@ def _status(found: Solution, drawn: bool, settings: Settings) -> Status:
     return Status.REACHED if found.reached and drawn else Status.BOUNDS
 
 
-def strain(found: Distortion) -> list[str]:
+def stretch_notes(found: Distortion) -> list[str]:
     """A sentence where the stretch cannot be small: a ring, a bar or a spiral onto a block, or the other way round."""
     if found.strain is None:
         return []
@@ -395,7 +395,7 @@ def strain(found: Distortion) -> list[str]:
     ]
 
 
-def parts_lost(fit: Fit) -> list[str]:
+def coverage_notes(fit: Fit) -> list[str]:
     """Sentences on holes that are passed over, on what of the source is left out, and what of the target stays
     uncovered."""
     counts = zip(("source", "target"), map(len, fit.passed_holes))
@@ -413,7 +413,7 @@ def parts_lost(fit: Fit) -> list[str]:
     return said
 
 
-def unasked_turn(found: float, asked: float | None) -> list[str]:
+def rotation_notes(found: float, asked: float | None) -> list[str]:
     """A sentence where the picture is turned by another angle, in radians, than was asked for; None asks for any."""
     if asked is None:
         return []

@@ -30,7 +30,7 @@ from .model.mesh_sizes import graded
 from .model.settings import Settings
 from .model.sketch import Sketch
 from .search.final_mesh import FINE_EXACTNESS, final_level
-from .search.homotopy import reach_goals
+from .search.homotopy import satisfy_constraints
 from .search.levels import POWER, Level, UnitProblem, refine
 from .search.multilevel import STEEPEST, invert, problem_of
 from .search.pin_continuation import move_on_new_meshes
@@ -97,7 +97,7 @@ class _Pair:
             else:
                 level = final_level(problem, settings)
                 sizes = graded(state.z, state.u, state.faces, 0.5 * level.size**2)
-            new = reach_goals(refine(level, state, sizes))
+            new = satisfy_constraints(refine(level, state, sizes))
             if new.miss > 0 and not given.strokes:  # other triangles may let the pins pass
                 anew = move_on_new_meshes(level, new.held(), new.inside.goals)
                 new = min(anew, new, key=lambda each: each.miss)

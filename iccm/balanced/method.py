@@ -17,7 +17,7 @@ from ..maps.triangulated.map import TriangulatedMap
 from . import injectivity
 from .constraints.validate import NO_PINS, UNPINNED, Pins, check, put_pins
 from .holes.filled import Cut, without_filled
-from .holes.given import NONE, Holes, unequal, which
+from .holes.given import NONE, Holes, hole_at, unequal
 from .model.boundary_pairs import loops_of
 from .model.frames import UnitFrame, frames_of
 from .model.measures import turn_of
@@ -168,7 +168,7 @@ def holes_of(map: TriangulatedMap, holes: Holes) -> list[tuple[int, int, int]]:
     """
     found = []
     for number, loop in enumerate(map.loops[1:], 1):
-        i, j = (which(w[loop], side) for w, side in zip((map.source, map.image), holes.sides))
+        i, j = (hole_at(w[loop], side) for w, side in zip((map.source, map.image), holes.sides))
         if i >= 0 and j >= 0:
             found.append((number, i, j))
     if len(found) < min(len(side) for side in holes.sides) or len(map.loops) - 1 > len(holes.target):

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from ..balanced.fit import parts_lost, settings_of
+from ..balanced.fit import coverage_notes, settings_of
 from ..drawings.drawing import Drawing
 from ..errors import InputError
 from ..problem import Options
@@ -123,5 +123,5 @@ def _parts_left_out(choice: Choice) -> list[str]:
 
 def without_outline_losses(fit: Fit) -> list[str]:
     """Return the notes but for those on what outlines lose: what the drawings lose is another figure."""
-    lost = set(parts_lost(fit))
+    lost = set(coverage_notes(fit))
     return [note for note in fit.notes if note not in lost]

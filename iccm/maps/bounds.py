@@ -33,7 +33,7 @@ def meets_bounds(map: TriangulatedMap, max_dilatation: float | None, max_stretch
     return bool(_excess(map, max_dilatation, max_stretch).max() <= 1 + ROUNDING)
 
 
-def told(map: TriangulatedMap, max_dilatation: float | None, max_stretch: float | None) -> list[str]:
+def bound_notes(map: TriangulatedMap, max_dilatation: float | None, max_stretch: float | None) -> list[str]:
     """A sentence for each bound asked for: on how much of the target it is exceeded, and the least that the outlines'
     angles allow."""
     found, ratio = distortion.of_triangles(map), angle_ratio(map)

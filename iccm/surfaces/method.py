@@ -67,7 +67,7 @@ def solve(problem: Problem, options: Options, layouts: Layouts, start: Triangula
     if asked.regions:
         fit.check_sizes(result, options.rigid_size)
     if not (len(asked.points) or problem.strokes) or all(layouts):
-        result.notes.extend(fit.strain(result.distortion))
+        result.notes.extend(fit.stretch_notes(result.distortion))
     return result
 
 

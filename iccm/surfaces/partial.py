@@ -26,7 +26,7 @@ def solve(problem: Problem, options: Options, layouts: Layouts) -> Fit | None:
     result = fit.result_of(problem, found, map, (asked.holes, asked.points), asked.settings, drawn=True)
     if fit.loses_too_much(result, options):
         return None
-    result.notes.extend(fit.parts_lost(result))
+    result.notes.extend(fit.coverage_notes(result))
     return replace(result, layouts=layouts)
 
 

@@ -27,7 +27,7 @@ from ..model.settings import Settings
 from ..rigid.given import NO_REGIONS, Regions, aims_of
 from ..rigid.solve import Rigid, harden
 from ..search.final_mesh import excesses, meet_bounds_by
-from ..search.homotopy import reach_goals
+from ..search.homotopy import satisfy_constraints
 from ..search.levels import EVENED
 from ..search.pin_continuation import BESIDE, aim_feet
 from .mesh import mesh_of
@@ -137,7 +137,7 @@ def refine(
             pins.strokes, start_from(mesh_of(outlines, pins, energy, size), start), EVENED
         ).inside.matches
     fine = start_from(mesh_of(outlines, pins, energy, size, drawn, bones.polygons), start)
-    levels.append(relax(reach_goals(fine, MOVING_STEPS, SETTLED), 1.0))
+    levels.append(relax(satisfy_constraints(fine, MOVING_STEPS, SETTLED), 1.0))
     if bones.polygons:
         levels.append(stiffen(levels[-1], bones, pins))
     levels.append(meet_bounds_by(relax, levels[-1], settings, scale_of))
@@ -154,13 +154,13 @@ def stiffen(state: DiscreteMap, bones: Regions, pins: Pins) -> DiscreteMap:
 def roughly(outlines: Sequence[Curve], pins: Pins, energy: Energy, size: float) -> DiscreteMap:
     """The deformation on a coarse mesh; ends of strokes that slide pass corners of theirs between meshes."""
     state = aim_feet(pins.strokes, rigid_motion(mesh_of(outlines, pins, energy, size)), BESIDE)
-    state = relax(reach_goals(state, MOVING_STEPS, SETTLED), 1.0)
+    state = relax(satisfy_constraints(state, MOVING_STEPS, SETTLED), 1.0)
     for _ in range(RELEASES if any(not all(stroke.sticks) for stroke in pins.strokes) else 0):
         freed = state.forward(1.0, FORWARD, SETTLED, corners=False)
         new = start_from(
             mesh_of(outlines, pins, energy, size, freed.inside.matches), (freed.z, freed.u, freed.faces)
         )
-        new = relax(reach_goals(new, MOVING_STEPS, SETTLED), 1.0)
+        new = relax(satisfy_constraints(new, MOVING_STEPS, SETTLED), 1.0)
         if new.miss > 0 or new.value > (1 - ROUND_DECREASE) * state.value:
             break
         state = new

@@ -105,7 +105,7 @@ def _which(holes: Sequence[Curve], z: Complex) -> Index:
     return found
 
 
-def which(z: Complex, holes: Sequence[Curve]) -> int:
+def hole_at(z: Complex, holes: Sequence[Curve]) -> int:
     """The hole on whose outline points lie, -1 for none."""
     for number, hole in enumerate(holes):
         if hole.distances(z).max() < FOLLOWED * hole.diagonal:

@@ -24,23 +24,30 @@ def mesh_boundary(
     """A mesh for a boundary; the image is given there and zero inside. `filled` are the polygons of holes that are
     covered, `bays` polylines from the outline to the outline beyond which it is as in these, `regions` the polygons
     of rigid regions, the outer one first, all of whose edges are in the mesh."""
+    # Vertices that the mesh must have, in the order in which it will number them: the boundary's, then those inside, of
+    # constraints, filled holes, bays' polylines without their ends (which are the outline's), and regions' rings.
     pairs = boundary.pairs
     outer, *inner = (loop.source.curve.at(pairs.s[loop.vertices]) for loop in boundary.loops)
+    # `links` is the next vertex of each inner one on its polyline, -1 at an end: edges that the mesh must have. Those
+    # of `soft` are counted from its first vertex, and shifted by the number of constraints' vertices at the end.
     around = closed_links([rim.size for rim in filled])
     soft = np.append(around, linked_on([bay.size - 2 for bay in bays], around.size))
     kept, around_kept = kept_by(regions, inside.z)
     soft = np.append(soft, np.where(around_kept < 0, -1, soft.size + around_kept))
     links = np.append(inside.links, np.where(soft < 0, -1, inside.z.size + soft))
     points = np.concatenate([inside.z, *filled, *(bay[1:-1] for bay in bays), kept])
+    # Edges from the outline to inner vertices: at the ends of strokes on it, and of bays' polylines.
     mouths = [mouth_of(outer, bay) for bay in bays]
     rays = np.concatenate([inside.rays(outer), bay_rays(bays, mouths, inside.z.size + around.size)])
     z, faces = triangulate(outer, sizes, points, links, inner, rays)
+    # Of constraints alone the Newton matrix needs the next vertex; all others are their own.
     given = np.arange(points.size)
     ends = np.where((links >= 0) & (given < inside.z.size), links, given)
     following = np.append(boundary.following, boundary.size + ends)
     u = np.zeros(z.size, np.complex128)
     u[: boundary.size] = boundary.images()
     pattern = system_of(faces, following, z.size)
+    # A bay lies between its polyline and the part of the outline between its ends, its mouth.
     rings = [np.append(bay, outer[mouth[-2:0:-1]]) for bay, mouth in zip(bays, mouths)]
     weights = weights_of(z, faces, filled, rings) if filled or bays else None
     rigid = regions_of(z[faces].mean(axis=1), regions) if regions else None

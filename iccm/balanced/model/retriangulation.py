@@ -21,7 +21,7 @@ _flip_to_lower_energy = function(
 )
 
 
-def retriangulated(state: DiscreteMap, q: float) -> DiscreteMap:
+def flip_edges(state: DiscreteMap, q: float) -> DiscreteMap:
     """The map with edges flipped while that lowers the energy of the two triangles beside them.
 
     Edges of the outlines, of strokes, voids and rigid regions stay, and none comes to join two vertices of outlines.

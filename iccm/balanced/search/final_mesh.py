@@ -15,7 +15,7 @@ from ..model.discrete_map import EASED, EASING_STEPS, DiscreteMap
 from ..model.measures import least_dilatations, stretches
 from ..model.metric import PLANES, Metrics
 from ..model.outline_split import split_at_vertices
-from ..model.retriangulation import retriangulated
+from ..model.retriangulation import flip_edges
 from ..model.settings import Settings, SolveLog
 from ..model.sketch import Sketch
 from . import pin_continuation
@@ -114,7 +114,7 @@ def on_final_mesh(
     if not settings.bounded:
         return best
     with suppress(Stuck):  # once all vertices are in, the outlines hardly slide
-        best = retriangulated(split_at_vertices(meet_bounds(sliding, settings, journal)), POWER)
+        best = flip_edges(split_at_vertices(meet_bounds(sliding, settings, journal)), POWER)
     return meet_bounds(best, settings, journal)
 
 
@@ -122,8 +122,8 @@ def eased(state: DiscreteMap) -> DiscreteMap:
     """A map with its triangulation fitted to it, above all beside new vertices on its outlines, and a few steps."""
     if state.metrics != PLANES:  # steps begin with the metric of where vertices are: the outline's stay there
         return state.inside_moved(POWER, EASING_STEPS, EASED)
-    state = retriangulated(state, POWER).forward(POWER, EASING_STEPS, EASED, corners=True)
-    return retriangulated(state, POWER).backward(POWER, EASING_STEPS, EASED)
+    state = flip_edges(state, POWER).forward(POWER, EASING_STEPS, EASED, corners=True)
+    return flip_edges(state, POWER).backward(POWER, EASING_STEPS, EASED)
 
 
 def final_level(

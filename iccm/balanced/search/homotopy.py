@@ -34,7 +34,7 @@ def path_to(begun: Complex, goals: Complex) -> Callable[[float], Complex]:
     return at
 
 
-def reach_goals(
+def satisfy_constraints(
     state: DiscreteMap, steps: int = MOVING_STEPS, decrease: float = MOVING_DECREASE
 ) -> DiscreteMap:
     """The map with constrained vertices at their goals, straight or in stages; or as close as they got."""

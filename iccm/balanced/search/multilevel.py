@@ -40,7 +40,7 @@ from .final_mesh import (
 from .hole_partners import Partners
 from .levels import Level, Numbers, UnitProblem, initial_maps
 from .partial import bay_choices, cost, hole_choices, is_good, is_within, with_bays, with_bays_like
-from .rounding import put_back, rounded, rounded_with_pins
+from .rounding import restore_outline, rounded, rounded_with_pins
 from .similarity import similar_with_holes, similarity
 from .symmetry import Half, half_of, mirror
 from .via_disc import through_disc
@@ -104,7 +104,7 @@ def constrained_map(
                 used, found = other
                 journal.add(log)
     state = whole_map(used, found, settings, journal)
-    return put_back(state, *given), meets_constraints(used, found)
+    return restore_outline(state, *given), meets_constraints(used, found)
 
 
 def problem_of(
@@ -188,8 +188,8 @@ def free_map(
     whole = settings.turn != 0 or problem.holed or settings.metric is not None
     halves = (None, None) if whole else (half_of(source), half_of(target))
     if halves[0] and halves[1]:
-        state = of_symmetric(problem, (halves[0], halves[1]), settings, journal)
-        return put_back(state, *given), problem.numbers
+        state = solve_symmetric(problem, (halves[0], halves[1]), settings, journal)
+        return restore_outline(state, *given), problem.numbers
     found = (
         coarse_to_fine(problem, journal)
         if not FITS[settings.fit].fills
@@ -197,7 +197,7 @@ def free_map(
     )
     numbers = found[0].numbers
     kept = numbers[::-1] if found[0].inverted else numbers
-    state = put_back(whole_map(*found, settings, journal), *given)
+    state = restore_outline(whole_map(*found, settings, journal), *given)
     return state, (kept[0], kept[1])
 
 
@@ -207,7 +207,7 @@ def whole_map(used: UnitProblem, fine_map: Meshed, settings: Settings, journal: 
     return invert(state) if used.inverted else state
 
 
-def of_symmetric(
+def solve_symmetric(
     problem: UnitProblem, halves: tuple[Half, Half], settings: Settings, journal: SolveLog
 ) -> Meshed:
     """The map of two symmetric shapes, its own mirror image where that costs little.

@@ -17,7 +17,7 @@ from ..model.discrete_map import GOOD_ENOUGH, DiscreteMap, folds
 from ..model.settings import SolveLog
 from . import initial_matches
 from .grid_paths import route
-from .homotopy import MOVING_DECREASE, move_straight, reach_goals
+from .homotopy import MOVING_DECREASE, move_straight, satisfy_constraints
 from .levels import (
     BACKWARD,
     RELEASED_STEPS,
@@ -107,7 +107,7 @@ def screen(level: Level, matches: list[Match]) -> tuple[list[DiscreteMap], float
     ends = sorted(until_time_is_over(straight), key=rank)
     if ends and ends[0].miss > 0:
         states = sorted(states, key=lambda s: s.value)[:BROUGHT]
-        staged = (reach_goals(s) for s in progress.counted("pins moved in stages", states))
+        staged = (satisfy_constraints(s) for s in progress.counted("pins moved in stages", states))
         ends = sorted([*until_time_is_over(staged), *ends], key=rank)
     if ends and ends[0].miss > 0 and not level.problem.strokes:
         ways = progress.counted("pins led around each other", states[:LED])
@@ -152,7 +152,7 @@ def refine_pinned(level: Level, state: DiscreteMap, sizes: Sizes | None = None) 
     except Stuck:
         relaxed = state.forward(1.0, RELAXING_STEPS, MOVING_DECREASE, corners=True)
         new = refine(level, relaxed, sizes)
-    new = reach_goals(replace(new, inside=new.inside.with_pins_of(state.inside)))
+    new = satisfy_constraints(replace(new, inside=new.inside.with_pins_of(state.inside)))
     if new.miss > 0:
         raise Stuck("the constraints are not met on a new mesh")
     return new
@@ -174,7 +174,7 @@ def again(level: Level, state: DiscreteMap) -> DiscreteMap:
     if level.problem.strokes:
         return state
     free = replace(state.with_goals(level.problem.pins[:, 1].copy()), bound=False)
-    new = reach_goals(free)
+    new = satisfy_constraints(free)
     new = new if new.miss == 0 else lead_one_by_one(level, free)
     return new if new.miss == 0 else state
 

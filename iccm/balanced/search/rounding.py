@@ -59,7 +59,7 @@ def _loop_on_grid(z: Complex) -> Complex:
     return z[z != np.roll(z, 1)]
 
 
-def put_back(state: Meshed, source: Sequence[Complex], target: Sequence[Complex]) -> Meshed:
+def restore_outline(state: Meshed, source: Sequence[Complex], target: Sequence[Complex]) -> Meshed:
     """The map with the vertices of both outlines where they were given, others of its boundary moved along; those
     of the boundary on whose account a triangle would fold, and all where that is not enough, stay where they are."""
     loops = [state.outer, *(loop.vertices for loop in (*state.loops, *state.filled))]

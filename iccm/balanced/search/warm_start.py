@@ -20,7 +20,7 @@ from ..model.outline import Outline, simplify
 from ..model.outline_split import split_at_vertices
 from ..model.sketch import Sketch
 from .final_mesh import TRIANGLES_PER_AREA, on_finer
-from .homotopy import reach_goals
+from .homotopy import satisfy_constraints
 from .levels import (
     EVENED,
     FINE_BACKWARD,
@@ -80,7 +80,7 @@ def _constrained(level: Level, state: DiscreteMap) -> DiscreteMap:
         return state
     if strokes:  # corners of theirs get vertices where the earlier map has them
         state = refine(level, aim_feet(strokes, state, EVENED))
-    new = reach_goals(replace(state, bound=False))
+    new = satisfy_constraints(replace(state, bound=False))
     new = new if new.miss == 0 or strokes else lead_one_by_one(level, new)
     if new.miss == 0:
         return new

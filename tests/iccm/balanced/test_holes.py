@@ -10,7 +10,7 @@ import iccm
 from iccm.arrays import xy_of
 from iccm.balanced import Settings, solve
 from iccm.balanced.errors import Stuck
-from iccm.balanced.holes.given import Holes, which
+from iccm.balanced.holes.given import Holes, hole_at
 from iccm.balanced.holes.outlines import are_disjoint, outlines_of
 from iccm.balanced.meshing.mesh import Sizes, triangulate
 from iccm.balanced.minimise.energy import energy_of, geometry
@@ -298,9 +298,9 @@ def test_a_start_with_other_holes_is_told():
 def test_a_loop_is_the_hole_that_it_follows_though_less_closely_than_the_map_its_outline():
     turns = np.exp(2j * np.pi * np.arange(40) / 40)
     small, large = Curve(3 + 0.1 * turns[::-1]), Curve(2 * turns[::-1])
-    assert [which(1.01 * (z - m) + m, (large, small)) for z, m in ((small.z, 3), (large.z, 0))] == [1, 0]
+    assert [hole_at(1.01 * (z - m) + m, (large, small)) for z, m in ((small.z, 3), (large.z, 0))] == [1, 0]
     slit = 3 + 0.05 * np.cos(np.arange(10))
-    assert which(slit + 0j, (large, small)) == -1
+    assert hole_at(slit + 0j, (large, small)) == -1
 
 
 def test_a_hole_that_opens_from_a_slit_has_every_kink_of_its_outline():

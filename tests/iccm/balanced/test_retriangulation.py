@@ -11,7 +11,7 @@ from iccm.balanced.model.boundary_pairs import Match
 from iccm.balanced.model.discrete_map import DiscreteMap, folds
 from iccm.balanced.model.energy import WITHOUT_ROTATION
 from iccm.balanced.model.inner_constraints import InnerConstraints
-from iccm.balanced.model.retriangulation import retriangulated
+from iccm.balanced.model.retriangulation import flip_edges
 from iccm.balanced.search.levels import Level, UnitProblem
 from iccm.curve import Curve
 
@@ -43,7 +43,7 @@ def flips(state: DiscreteMap) -> list[np.ndarray]:
 @pytest.mark.parametrize("q", [1.0, 3.0])
 def test_no_flip_of_one_edge_is_left_that_lowers_the_energy(q):
     before = square_onto_bar()
-    after = retriangulated(before, q)
+    after = flip_edges(before, q)
 
     least = energy_at(after, after.faces, q)
     assert least < energy_at(before, before.faces, q)
@@ -68,11 +68,11 @@ def energy_at(state: DiscreteMap, faces, q: float) -> float:
 
 def test_vertices_and_both_areas_stay():
     before = square_onto_bar()
-    after = retriangulated(before, 3.0)
+    after = flip_edges(before, 3.0)
     assert np.array_equal(before.z, after.z) and np.array_equal(before.u, after.u)
     assert not folds(after.faces, after.z) and not folds(after.faces, after.u)
     assert len(after.faces) == len(before.faces)
-    again = retriangulated(after, 3.0)
+    again = flip_edges(after, 3.0)
     assert np.array_equal(np.sort(again.faces, axis=1), np.sort(after.faces, axis=1))
     assert after.forward(3.0, 5, 1e-3).value < np.inf
 
@@ -84,7 +84,7 @@ def test_voids_and_rigid_regions_keep_their_triangles():
         replace(before, weights=np.where(some, 1e-2, 1.0)),
         replace(before, rigid=np.where(some, 0, -1)),
     ):
-        after = retriangulated(kept, 3.0)
+        after = flip_edges(kept, 3.0)
         assert np.array_equal(after.faces[some], before.faces[some])
         assert not np.array_equal(after.faces, before.faces)
 
@@ -98,8 +98,8 @@ def test_edges_of_strokes_stay():
         stroke = inside._replace(links=np.array([1, -1]))
         state = mesh_boundary(level.boundary(match), Sizes.even(0.01), stroke).unfolded()
         edge = state.border + np.arange(2)
-        assert is_edge(state.faces, edge) and is_edge(retriangulated(state, 3.0).faces, edge)
-        lost += not is_edge(retriangulated(replace(state, inside=inside), 3.0).faces, edge)
+        assert is_edge(state.faces, edge) and is_edge(flip_edges(state, 3.0).faces, edge)
+        lost += not is_edge(flip_edges(replace(state, inside=inside), 3.0).faces, edge)
     assert lost
 
 
