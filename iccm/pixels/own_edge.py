@@ -49,7 +49,7 @@ def without_own_edge(texture: Texture, outlines: Sequence[Complex]) -> Texture:
         return texture
     fading = inside & (cv2.dilate(falls.astype(np.uint8), WITHIN) > 0)
     full = np.where(fading, _risen(alpha, inside), alpha)
-    known = inside & (2 * alpha >= full)  # beyond the alpha's edge a colour says little
+    known = inside & (alpha > 0) & (2 * alpha >= full)  # beyond the alpha's edge a colour says little
     wanted = fading & ~known | ~inside
     crop = (slice(REACH, -REACH), slice(REACH, -REACH))
     inside, full, known, wanted = (each[crop] for each in (inside, full, known, wanted))

@@ -134,8 +134,15 @@ LIBRARY: list[Mutant] = [
     ),
     Mutant(
         "iccm/pixels/own_edge.py",
+        "known = inside & (alpha > 0) & (2 * alpha >= full)",
         "known = inside & (2 * alpha >= full)",
-        "known = inside & (alpha >= full)",
+        PIXELS + "test_own_edge.py",
+        "black beside the outline where a texture is transparent in parts",
+    ),
+    Mutant(
+        "iccm/pixels/own_edge.py",
+        "known = inside & (alpha > 0) & (2 * alpha >= full)",
+        "known = inside & (alpha > 0) & (alpha >= full)",
         PIXELS + "test_own_edge.py",
         "texels that are covered by more than half lose their colour",
     ),

@@ -95,6 +95,15 @@ def test_a_float_texture_keeps_how_transparent_it_is():
     assert made[..., 3] == pytest.approx(0.6, abs=1e-6)
 
 
+def test_what_is_transparent_up_to_the_outline_lends_no_colour():
+    """Alpha is drawn out along the outline, too, over texels that are transparent, and black."""
+    pixels = sticker()
+    pixels[pixels[..., 3] > 0, :3] = 200
+    pixels[20:] = 0
+    made = without_own_edge(Texture(pixels, BOX, 3), [DISK]).pixels
+    assert (made[made[..., 3] > 0, :3] == 200).all() and (made[24:29, 16, 3] == 0).all()
+
+
 def test_a_sticker_enlarged_is_opaque_up_to_the_targets_own_edge():
     made = iccm.transfer(sticker(), DISK, DISK * 2, size=400, texture_box=BOX)
     plain = iccm.transfer(sticker()[..., :3], DISK, DISK * 2, size=400, texture_box=BOX)
