@@ -239,6 +239,9 @@ def test_landmarks_in_json_tps_and_obj(saved, shapes, iccm):
         and np.array_equal(v[-1, :2], wanted[0])
         and lines[-1] == f"p {len(v)}"
     )
+    (shapes / "n.obj").write_text("o path\nv 50 40 2\nv 60 30 2\nl -2 -1\nv 300 30 2\nl -2 -1\np 1 -1\n")
+    assert iccm("apply", "map.npz", "n.obj", "-o", "o.obj").code == 0  # counted back from there
+    assert (shapes / "o.obj").read_text() == (shapes / "m.obj").read_text()
 
 
 @pytest.mark.parametrize(

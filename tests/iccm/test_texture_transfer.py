@@ -55,6 +55,37 @@ def test_grey_and_float64_are_taken():
     assert np.array_equal(found.pixels[..., 0], grey.astype(np.float32))
 
 
+@pytest.mark.parametrize(
+    ("given", "dtype", "factor"),
+    [(np.bool_, np.uint8, 255), (np.int64, np.uint8, 1), (np.uint32, np.uint16, 1)],
+)
+def test_other_types_become_the_smallest_that_holds_them(given, dtype, factor):
+    top = {np.bool_: 2, np.int64: 256, np.uint32: 65536}[given]
+    texture = np.random.default_rng(0).integers(0, top, (6, 9)).astype(given)
+    texture[0, 0], texture[5, 8] = 0, top - 1
+    oblong = 3 * SQUARE.real + 2j * SQUARE.imag
+    found = iccm.transfer(texture, oblong, oblong, size=(9, 6), filter="nearest")
+    assert found.pixels.dtype == dtype
+    assert np.array_equal(found.pixels[..., 0], factor * texture.astype(int))
+
+
+@pytest.mark.parametrize(("dtype", "grey"), [(np.uint8, 188), (np.float32, 0.5)])
+def test_integers_are_averaged_in_linear_light_and_floats_as_they_are(dtype, grey):
+    texture = np.zeros((64, 64), dtype)
+    texture[:, ::2] = 1 if dtype == np.float32 else 255
+    inner = iccm.transfer(texture, SQUARE, DOUBLED, size=8).pixels[2:-2, 2:-2, 0]
+    assert inner == pytest.approx(np.full((4, 4), grey), rel=0.02)
+
+
+def test_grey_with_alpha_is_not_two_colours():
+    texture = np.zeros((8, 8, 2), np.uint8)
+    texture[:, :4] = 200, 255
+    pixels = iccm.transfer(texture, SQUARE, DOUBLED, size=64).pixels
+    assert pixels.shape == (64, 64, 2) and pixels[32, 8].tolist() == [200, 255] and pixels[32, 56, 1] == 0
+    seen = pixels[pixels[..., 1] > 8]
+    assert seen[:, 0].min() >= 198  # what is transparent has no colour
+
+
 def test_the_command_makes_the_same_picture(tmp_path):
     def drawing(name, z):
         points = " ".join(f"{w.real!r},{-w.imag!r}" for w in z.tolist())

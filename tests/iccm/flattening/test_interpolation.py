@@ -35,6 +35,13 @@ def test_what_is_turned_turns_steadily():
         assert triangle_areas(map.image[map.faces]) == pytest.approx(triangle_areas(map.source[map.faces]))
 
 
+def test_shapes_move_steadily_from_the_one_place_to_the_other():
+    fit = iccm.fit(SQUARE, 2 * SQUARE + 30 - 7j)
+    first, last = fit.map.source.mean(), fit.map.image.mean()
+    for share, map in zip((0.25, 0.75), iccm.morph(fit, [0.25, 0.75])):
+        assert map.image.mean() == pytest.approx((1 - share) * first + share * last)
+
+
 @pytest.mark.slow
 def test_the_ends_are_those_shapes_and_nothing_folds_between():
     fit = iccm.fit(U, 2 * STEPS, fit="whole")

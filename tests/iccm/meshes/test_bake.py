@@ -195,6 +195,41 @@ def test_interpolated_and_solved_texels_agree():
     assert np.abs(solved - quick).max() < 1.0 / 256
 
 
+class Recorder(Texture):
+    """A texture that notes the derivatives that it is asked with."""
+
+    def __init__(self, *given, **options):
+        super().__init__(*given, **options)
+        object.__setattr__(self, "seen", [])
+
+    def places(self, z, right, down):
+        self.seen.append((z, right, down))
+        return super().places(z, right, down)
+
+
+@pytest.mark.parametrize("max_error", [1e-9, 10.0])
+def test_texels_have_the_footprint_of_their_inverse_under_a_sheared_map(max_error):
+    """Where coordinates are the preimages, a texel is a texel of the source again, whatever the map does between."""
+    phi, psi = 2 * SQUARE + 0.1 * SQUARE**2, (0.3 + 0.5j) * SQUARE.conj()
+    sheared = HarmonicMap(SQUARE, phi, psi)
+    texture = Recorder(smooth_texture(), (0, 1 + 1j), transfer="linear")
+    mesh = square_grid(16, lambda z: 2 * z + 0.1 * z**2 + (0.3 + 0.5j) * z.conj())
+    baked(mesh, 32, texture, ExtendedInverse(sheared), max_error=max_error)
+    z, right, down = (np.concatenate(each) for each in zip(*texture.seen))
+    inner = (np.abs(z.real - 0.5) < 0.45) & (np.abs(z.imag - 0.5) < 0.45)
+    assert inner.sum() > 500
+    assert right[inner] == pytest.approx(np.full(inner.sum(), 1 / 32), abs=1e-3)
+    assert down[inner] == pytest.approx(np.full(inner.sum(), -1j / 32), abs=1e-3)
+
+
+def test_an_oblong_picture_has_a_scale_of_its_own_in_each_direction():
+    uv, faces = np.array([[0, 0], [1, 0], [1, 1], [0, 0.75]]), np.array([[0, 1, 2], [0, 2, 3]])
+    grid = layout("grid", uv, faces, Triangles(faces, 4).twin, 48, 16)
+    assert grid.shape == (16, 48)
+    assert grid.corners.tolist() == [[[0, 16], [48, 16], [48, 0]], [[0, 16], [48, 0], [0, 4]]]  # y is down
+    assert grid.owners.owner[15, 47] == 0 and grid.owners.owner[8, 1] == 1 and grid.owners.owner[1, 1] == -1
+
+
 def test_mirrored_and_shifted_charts_show_the_same_colours():
     mesh = square_grid(6, g)
     (plain, _), _ = baked(mesh, max_error=1e-9)

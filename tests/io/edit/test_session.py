@@ -14,6 +14,7 @@ from iccm.io.edit.session import Session
 from iccm.io.edit.shown import LOST
 from iccm.io.pictures import image_files
 from iccm.io.run.job import make
+from iccm.io.shapes import shape
 
 PIN = {"name": "nose", "source": [40, 45], "target": [45, 50]}
 OTHER = {"source": [65, 60], "target": [60, 62]}
@@ -61,6 +62,24 @@ def test_a_view_is_about_one_large_and_upside_down():
     view = PageHalf.of((100 + 50j, 300 + 100j), (120 + 0j, 180 + 60j))
     assert view.box((100 + 0j, 300 + 100j)) == [-0.5, -0.25, 0.5, 0.25]
     assert view.vectors(np.array([20 + 10j])).tolist() == [[pytest.approx(0.1), pytest.approx(-0.05)]]
+
+
+@pytest.mark.parametrize("flip", [True, False])
+def test_the_page_says_how_its_points_are_points_of_the_file(tmp_path, flip):
+    corners = [[10, 20], [90, 20], [90, 50], [10, 40]]
+    if flip:
+        path = tmp_path / "a.svg"
+        points = " ".join(f"{x},{y}" for x, y in corners)
+        path.write_text(
+            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 99 60"><polygon points="{points}"/></svg>'
+        )
+    else:
+        path = tmp_path / "a.geojson"
+        path.write_text(json.dumps({"type": "Polygon", "coordinates": [[*corners, corners[0]]]}))
+    found = shape.read(str(path))
+    side = PageHalf.of(found.box).describe(found, found.box)
+    places = np.array(side["outline"]) * side["signs"] * side["scale"] + side["origin"]
+    assert sorted(places.round(4).tolist()) == sorted(map(list, corners)) and found.flip == flip
 
 
 def test_a_point_is_found_on_the_other_side_and_back(shapes):

@@ -99,6 +99,11 @@ def test_words_of_a_font_are_kerned_letters_with_counters():
     apart = max(each.curve.z.real.max() for each in pair) - min(each.curve.z.real.min() for each in pair)
     assert apart < widths["A"] + widths["V"]  # kerned: V reaches over A
     assert len(shape.read_all(f"{FONT}#text=ij")) == 4
+    low, high = shape.read(f"{FONT}#text=H").curve.box
+    assert (
+        low.imag == pytest.approx(-80) and -30 < high.imag < 0
+    )  # on a baseline at 80, y down, of 100 to the em
+    assert shape.read(f"{FONT}#text=H").box[0].imag == -100
     for said, why in (
         ("", "say what is to be set"),
         ("#text=", "say what is to be set"),
@@ -127,6 +132,10 @@ def test_closed_lines_of_dxf_by_layer(tmp_path):
     document.saveas(path)
     part = shape.read(f"{path}#part")
     assert abs(part.curve.area - (100 + 12.5 * np.pi)) < 0.05 and len(part.holes) == 1 and not part.flip
+    space.add_lwpolyline([(5, 1), (4, 2), (5, 2)], close=True, dxfattribs={"layer": "part"})  # clockwise
+    space.add_lwpolyline([(8, 1), (9, 1), (9, 2)], close=True, dxfattribs={"layer": "part"})
+    document.saveas(path)
+    assert len(shape.read(f"{path}#part").holes) == 3
     joined = shape.read(f"{path}#lines")
     assert abs(joined.curve.area - (50 + 12.5 * np.pi)) < 0.05
     assert any("1 open lines of layer 'lines'" in note for note in joined.notes)
