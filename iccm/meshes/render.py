@@ -52,7 +52,8 @@ def render(
     seen = points @ axes.T
     low, high = seen[:, :2].min(axis=0), seen[:, :2].max(axis=0)
     scale = SAMPLES * (size - 2) / max(*(high - low), 1e-300)
-    width, height = (int(np.ceil(e)) for e in (high - low) * scale + 2 * SAMPLES)
+    # rounded first: the longer side is a whole number but for rounding
+    width, height = (int(np.ceil(round(e, 6))) for e in (high - low) * scale + 2 * SAMPLES)
     screen = (seen[:, :2] - low) * scale + SAMPLES
     screen[:, 1] = height - screen[:, 1]
     width, height = width + width % SAMPLES, height + height % SAMPLES
