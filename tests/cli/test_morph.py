@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from iccm.io.run import morph
+
 QUICK = ("--frames", "3", "--size", "48")
 
 
@@ -175,3 +177,10 @@ def test_what_cannot_be_done_is_told_in_a_line(shapes, iccm, words, message):
     done = iccm("morph", *words)
     assert done.code == 2 and len(done.lines) == 1 and message in done.err, done.err
     assert (shapes / "old.webp").read_bytes() == b"old" and not list(shapes.glob("m*.png"))
+
+
+@pytest.mark.parametrize(("ok", "code"), [(True, 0), (False, 1)])
+def test_a_morph_that_misses_its_target_is_not_good_enough(shapes, iccm, monkeypatch, ok, code):
+    monkeypatch.setattr(morph, "run", lambda *given, **more: (ok, "how it ended", ["m.webp"]))
+    done = iccm("morph", "square.svg", "blob.svg", "-o", "m.webp")
+    assert done.code == code and "how it ended" in done.err

@@ -4,6 +4,9 @@ import json
 
 import pytest
 
+from iccm.cli import logs
+from iccm.io.run.phases import Doubt
+
 MAP = "iccm map square.svg blob.svg --method paper --vertices 40 --size 32 -o out.png --report r.json"
 
 
@@ -84,3 +87,14 @@ def test_info_writes_out_what_a_terminal_would_act_on(shapes, iccm):
     (shapes / "m.obj").write_bytes(mesh.encode())
     done = iccm("info", "m.obj")
     assert done.code == 0 and "a\\x00b\\x1b[31m" in done.out and done.out.replace("\n", "").isprintable()
+
+
+def test_doubts_are_warnings_to_machines(capsys):
+    logs.configure(-1, "json")
+    try:
+        logs.tell(Doubt("the picture overlaps itself"))
+        logs.tell("nothing of that is in doubt")
+    finally:
+        logs.reset()
+    said = json.loads(capsys.readouterr().err)
+    assert said == {"level": "warning", "message": "the picture overlaps itself"}

@@ -54,3 +54,8 @@ def test_a_place_on_a_mesh_where_there_is_none(shapes, iccm, pin):
     ran = iccm("map", "square.svg", "blob.svg", "--pin", pin)
     assert ran.code == 2
     assert ran.lines == [f"error: blob.svg: {place} is a place on a mesh, and this is none; write x,y"]
+
+
+def test_a_place_may_name_a_vertex_by_its_number():
+    assert point_syntax.vertex_of("v5") == 5 and point_syntax.vertex_of("v0") == 0
+    assert point_syntax.vertex_of((1.0, -2.5)) is None

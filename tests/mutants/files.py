@@ -730,14 +730,14 @@ FILES: list[Mutant] = [
         "io/batch/overview.py",
         "pixels = (255 * np.clip(np.nan_to_num(pixels), 0, 1)).astype(np.uint8)",
         "pixels = np.clip(np.nan_to_num(pixels), 0, 1).astype(np.uint8)",
-        "tests/io/batch tests/cli/test_batch_patterns.py",
+        "tests/io/batch/test_overview.py",
         "thumbnails of float pictures are black",
     ),
     Mutant(
         "io/batch/overview.py",
         "pixels = (pixels >> 8).astype(np.uint8)",
         "pixels = pixels.astype(np.uint8)",
-        "tests/io/batch tests/cli/test_batch_patterns.py",
+        "tests/io/batch/test_overview.py",
         "thumbnails of 16-bit pictures are noise",
     ),
     # runs

@@ -394,8 +394,8 @@ LIBRARY: list[Mutant] = [
     ),
     Mutant(
         "iccm/drawings/frame.py",
-        "size = float(np.sqrt(shapely.convex_hull(painted).area))\n    half",
-        "size = float(shapely.convex_hull(painted).area)\n    half",
+        "width = HAIRLINE_WIDTH * size",
+        "width = HAIRLINE_WIDTH * size**2",
         DRAWINGS,
         "how wide a hairline may be depends on the unit of the drawing",
     ),
@@ -708,14 +708,14 @@ LIBRARY: list[Mutant] = [
         "iccm/meshes/render.py",
         "small[..., :3] /= np.maximum(small[..., 3:], 1e-6)",
         "small[..., :3] /= 1",
-        "tests/iccm/meshes/test_bake.py tests/iccm/meshes/test_mesh.py",
+        "tests/iccm/meshes/test_render.py",
         "plots of meshes have dark edges",
     ),
     Mutant(
         "iccm/meshes/render.py",
         "screen[:, 1] = height - screen[:, 1]",
         "screen[:, 1] = screen[:, 1]",
-        "tests/iccm/meshes/test_bake.py tests/iccm/meshes/test_mesh.py",
+        "tests/iccm/meshes/test_render.py",
         "plots of meshes are upside down",
     ),
     Mutant(

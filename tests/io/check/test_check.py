@@ -176,6 +176,15 @@ def test_tolerances_are_per_key(folders, iccm):
     assert typed.code == 2 and "pictures.maximum: unknown key" in typed.err
 
 
+def test_tolerances_that_are_named_hold_instead_of_those_of_the_baselines(folders, iccm):
+    run, base = folders
+    save(run / "a.png", hue(scene()))
+    (base / "tolerances.toml").write_text("[pictures]\nmax = 0.001\nrms = 0.001\n")
+    (run.parent / "loose.toml").write_text("[pictures]\nmax = 0.02\nrms = 0.02\n")
+    assert iccm("check", run, base).code == 1
+    assert iccm("check", run, base, "--tolerances", "loose.toml").code == 0
+
+
 def test_update_rewrites_and_removes(folders, iccm):
     run, base = folders
     save(run / "a.png", shifted(scene()))

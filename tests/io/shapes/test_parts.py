@@ -55,6 +55,33 @@ def test_partners_have_the_same_place_and_size(drawn):
     assert parts.pair(mask, face) == sorted((j, i) for i, j in pairs)
 
 
+def squares(*places):
+    return "".join(f'<path d="M{x} {y}h10v10h-10z"/>' for x, y in places)
+
+
+def left_and_top(shapes):
+    """Where each square begins, y down."""
+    return [(each.curve.box[0].real, -each.curve.box[1].imag) for each in shapes]
+
+
+def test_a_turn_is_counter_clockwise(drawn):
+    """Three squares, and the same a quarter of a circle on."""
+    source, target = (
+        drawn(squares((10, 10), (80, 10), (80, 40))),
+        drawn(squares((10, 80), (10, 10), (40, 10)), "b.svg"),
+    )
+    here, there = left_and_top(source), left_and_top(target)
+    found = {here[i]: there[j] for i, j in parts.pair(source, target, turn=90)}
+    assert found == {(10, 10): (10, 80), (80, 10): (10, 10), (80, 40): (40, 10)}
+
+
+def test_places_are_relative_to_the_middle_of_all_shapes(drawn):
+    """A single square belongs to the one in the middle of a tower."""
+    source, target = drawn(squares((70, 70))), drawn(squares((10, 0), (10, 35), (10, 50), (10, 100)), "b.svg")
+    ((_, j),) = parts.pair(source, target)
+    assert left_and_top(target)[j] == (10, 50)
+
+
 @pytest.mark.parametrize(
     ("name", "given"), [("left", True), ("path12-3", False), ("Layer_1", False), ("g10", False)]
 )

@@ -1,0 +1,39 @@
+"""Thumbnails of a batch's page, in every depth."""
+
+import base64
+from io import BytesIO
+
+import numpy as np
+import pytest
+from PIL import Image as Pillow
+
+from iccm.io.batch import overview
+from iccm.io.pictures import image_files
+from iccm.io.pictures.image_files import Image
+
+
+def shown(pixels, path, **more):
+    image_files.write(path, Image(pixels, **more))
+    address = overview.thumbnail(str(path))
+    with Pillow.open(BytesIO(base64.b64decode(address.partition(",")[2]))) as picture:
+        return np.asarray(picture)
+
+
+@pytest.mark.parametrize(
+    ("dtype", "suffix", "space"),
+    [(np.uint8, ".png", "sRGB"), (np.uint16, ".png", "sRGB"), (np.float32, ".tif", "lin_rec709")],
+)
+def test_black_grey_and_white_stay_so(tmp_path, dtype, suffix, space):
+    top = 1 if dtype == np.float32 else np.iinfo(dtype).max
+    pixels = np.repeat(
+        (np.array([[0, 0.2, 0.6, 1], [1, 0.6, 0.2, 0]]) * top).astype(dtype)[..., None], 3, axis=2
+    )
+    made = shown(pixels, tmp_path / f"a{suffix}", colorspace=space)
+    assert made[..., 0] == pytest.approx(np.array([[0, 51, 153, 255], [255, 153, 51, 0]]), abs=1)
+
+
+def test_oblong_pictures_keep_their_proportions(tmp_path):
+    made = shown(np.full((64, 640, 4), 200, np.uint8), tmp_path / "a.png", alpha=3)
+    assert made.shape[1] == overview.THUMBNAIL and made.shape[0] == pytest.approx(
+        overview.THUMBNAIL / 10, abs=1
+    )
