@@ -15,8 +15,10 @@ from . import earlier, outputs, parts, report
 from .constraints import add_names, go_on, solve
 from .inputs import Inputs
 from .job import Job, Outcome
+from .outputs.output import Output
 from .parts import Pair, Pairs
 from .phases import Doubt, Phases
+from .report import OutputReport
 from .state import Run, Tell
 
 if TYPE_CHECKING:
@@ -53,19 +55,8 @@ def run(
 
 def _run(job: Job, threads: int | None, tell: Tell, phases: Phases, dry: bool, again: bool) -> Outcome:
     with phases.timed("read"):
-        inputs = Inputs(job)
-        job = outputs.name_outputs(job, inputs)
-        own = earlier.own_outputs(job) if again and not job.force else set()
-        wanted = outputs.of(job, inputs)
-        formats.check_report(job.report)
-        try:
-            files.check_outputs(job.outputs, job.inputs, force=job.force, own=own)
-        except InputError:  # hides no mistake in the inputs
-            outputs.check(Run.read(job, inputs, threads, lambda note: None, phases), wanted)
-            raise
-        job = job.model_copy(update={"force": True}) if own else job  # all that exist are its own
-        run = Run.read(job, inputs, threads, tell, phases)
-        wanted = outputs.check(run, wanted)
+        run, wanted = _read(job, threads, tell, phases, again)
+    job = run.job
     if dry:
         outputs.tell_share(run)
         return Outcome(True, "", {}, tuple(name for name in job.outputs if name != "-"), tuple(run.notes))
@@ -74,20 +65,47 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases, dry: bool, a
     solve_pairs(run)
     outputs.tell_share(run)
     run.begin("fit_report")
+    found = list[OutputReport]()
     with files.together(), ExitStack() as stack:
         for output in wanted:
             path = stack.enter_context(files.writing(output.name, force=job.force))
-            output.write(run.with_texture(output.map), path)
+            found.append(output.write(run.with_texture(output.map), path, found))
         progress.tell("evaluate")
-        figures = report.build(run)
+        figures = report.build(run, found)
         if job.report:
             report.write(figures, job.report, stack, force=job.force)
     ok, message = report.verdict(run, figures)
     names = [output.name for output in wanted] + ([job.report] if job.report else [])
-    written = (*(name for name in names if name != "-"), *run.figures.get("also_written", []))
+    others = [name for each in found for name in each.files or ()]
+    written = (*(name for name in names if name != "-"), *others)
     if again:
         earlier.remember(job, written)
     return Outcome(ok, message, figures, written, tuple(run.notes))
+
+
+def _read(job: Job, threads: int | None, tell: Tell, phases: Phases, again: bool) -> tuple[Run, list[Output]]:
+    """Read the inputs of a job and check its outputs, whose names and options are then what they stay.
+
+    Raises:
+        InputError: an input or output is wrong; of an output that may not be written when nothing else is wrong.
+    """
+    inputs = Inputs(job)
+    job = outputs.name_outputs(job, inputs)
+    own = earlier.own_outputs(job) if again and not job.force else set()
+    wanted = outputs.of(job, inputs)
+    formats.check_report(job.report)
+    refusal: InputError | None = None
+    try:
+        files.check_outputs(job.outputs, job.inputs, force=job.force, own=own)
+    except InputError as error:
+        refusal, tell = error, lambda note: None
+    if own:  # all that exist are its own
+        job = job.model_copy(update={"force": True})
+    run = Run.read(job, inputs.of_job(job), threads, tell, phases)
+    wanted = outputs.check(run, wanted)
+    if refusal is not None:
+        raise refusal
+    return run, wanted
 
 
 Settings = tuple[dict[str, Any], bool]

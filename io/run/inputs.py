@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Sequence
+from copy import copy
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -63,6 +64,13 @@ class Inputs(Files):
     """What a job reads; a mesh file is opened once, whatever is asked of it."""
 
     job: Job
+
+    def of_job(self, job: Job) -> Inputs:
+        """The same files for a job that differs in values that name no file to read."""
+        found = copy(self)
+        found.job = job
+        vars(found).pop("_seams", None)  # which depend on its pins
+        return found
 
     def is_mesh(self, text: str) -> bool:
         """Whether a spec names a mesh: by its suffix, and by what is to become of it (`MeshFormat.is_mesh`).

@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import math
 import os
+from collections.abc import Sequence
 from contextlib import ExitStack
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,15 +25,40 @@ if TYPE_CHECKING:
 SCHEMA = "iccm.report/1"
 
 
-def build(run: Run) -> dict[str, Any]:
-    """The report: what the solver found, then time, inputs with their hashes, options and version.
+@dataclass(frozen=True)
+class OutputReport:
+    """What is found in writing an output, for the report of the run.
+
+    Attributes:
+        figures: entries of the report.
+        tile: the number of the tile that they are of, if the output is of one.
+        parts: entries of each part's map, as the output has it, which take the place of the solver's.
+        message: a sentence that takes the place of the solver's.
+        files: names of those that were written beside it; None of a kind of output that never has any.
+    """
+
+    figures: dict[str, Any] = field(default_factory=dict)
+    tile: int | None = None
+    parts: Sequence[dict[str, Any]] = ()
+    message: str | None = None
+    files: Sequence[str] | None = None
+
+
+def build(run: Run, outputs: Sequence[OutputReport]) -> dict[str, Any]:
+    """Build the report: what the solver found, then time, inputs with their hashes, options and version.
 
     What puts the picture in doubt becomes notes. Seconds are left out when SOURCE_DATE_EPOCH is set, so that the same
     job then gives the same bytes.
+
+    Args:
+        run: the job.
+        outputs: what was found in writing each output.
     """
-    note_doubts(run)
-    report = {"schema": SCHEMA, "version": __version__, **run.fit_report, **run.figures}
-    if run.fit.status.ok and has_flips(run.figures):
+    found = map_figures(run, outputs)
+    note_doubts(run, found)
+    figures = run.figures | output_figures(outputs)
+    report = {"schema": SCHEMA, "version": __version__, **found, **figures}
+    if run.fit.status.ok and has_flips(figures):
         report |= {"status": Status.FLIPPED.name.lower(), "message": Status.FLIPPED.value}
     if "SOURCE_DATE_EPOCH" not in os.environ:
         report["seconds"] = run.phases.report()
@@ -41,12 +68,40 @@ def build(run: Run) -> dict[str, Any]:
     return as_json(report)
 
 
-def note_doubts(run: Run) -> None:
-    """Note, once, what the solver has to say and what puts the picture in doubt."""
+def map_figures(run: Run, outputs: Sequence[OutputReport]) -> dict[str, Any]:
+    """The solver's report, with what outputs measured in the place of what it knows."""
+    found = dict(run.fit_report)
+    if "parts" in found:
+        found["parts"] = [dict(part) for part in found["parts"]]
+    for output in outputs:
+        for part, figures in zip(found.get("parts", []), output.parts):
+            part |= {key: part[key] | value for key, value in figures.items() if key in part}
+        for figures in output.parts[:1]:
+            found |= {key: found[key] | value for key, value in figures.items()}
+        if output.message:
+            found["message"] = output.message
+    return found
+
+
+def output_figures(outputs: Sequence[OutputReport]) -> dict[str, Any]:
+    """The entries of the report that outputs add: those of tiles by their numbers, files beside them in one list."""
+    found = dict[str, Any]()
+    for output in outputs:
+        if output.tile is None:
+            found |= output.figures
+        else:
+            found.setdefault("tiles", {})[str(output.tile)] = output.figures
+        if output.files is not None:
+            found["also_written"] = [*found.get("also_written", []), *output.files]
+    return found
+
+
+def note_doubts(run: Run, found: dict[str, Any]) -> None:
+    """Note, once, what the solver has to say and what puts the picture in doubt, by its figures (`map_figures`)."""
     weighed = not run.job.exact
-    parts = run.fit_report.get("parts", [run.fit_report])
+    parts = found.get("parts", [found])
     for pair, fit, part in zip(run.pairs, run.fits, parts):
-        doubted = doubts(run.fit_report | part, run.job.tolerance, run.job.quasi is not None, weighed=weighed)
+        doubted = doubts(found | part, run.job.tolerance, run.job.quasi is not None, weighed=weighed)
         noted = [note if note in fit.notes else Doubt(note) for note in part["notes"]]
         run.note(*(type(note)(label(pair, note)) for note in [*noted, *doubted]))
 

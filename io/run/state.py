@@ -52,7 +52,7 @@ class Run:
         phases: what each part took, and what is under way.
         threads: for the pixels; None for all cores.
         notes: remarks on the inputs and on the solving.
-        figures: what making the outputs adds to the report.
+        figures: what reading and solving add to the solver's report.
         fits: the map of each pair, once it is there.
         constraints: pins and strokes that must meet, and an earlier map to go on from, as `iccm.fit` takes them.
         called: the names of pins and strokes.
@@ -86,7 +86,8 @@ class Run:
         inputs.check_trace()
         pins = inputs.same_vertices()
         if pins:
-            job = inputs.job = job.model_copy(update={"pin": pins})
+            job = job.model_copy(update={"pin": pins})
+            inputs = inputs.of_job(job)
         if job.several:
             pairs, notes, figures = parts.read(job, inputs)
         else:

@@ -5,6 +5,7 @@ checks         checks that several kinds share
 picture        the texture on the target's canvas
 artwork        the drawing as SVG
 textured_mesh  the mesh with new texture coordinates
+new_uvs        these coordinates
 baked          the texture in the mesh's own layout
 stmap          the map as a picture
 saved_map      the map itself, exactly

@@ -14,6 +14,7 @@ from ...meshes.mesh_files import names_layout
 from ...spec import Spec
 from .. import framing
 from ..job import Job
+from ..report import OutputReport
 from ..state import Run
 from .output import Output
 
@@ -54,9 +55,10 @@ class Artwork(Output):
         check(run.source, run.target, len(run.pairs) if run.job.parts == "each" else 1)
         run.note(*framing.remarks(run.job, run.source, run.target))
 
-    def write(self, run: Run, path: Path) -> None:
+    def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
         """All of it, and notes on what was cut off or left out."""
         self.write_faded(run, path, 0.0)
+        return OutputReport()
 
     def write_faded(self, run: Run, path: Path, opacity: float) -> None:
         """The same, of which what the target does not paint is seen with an opacity."""

@@ -22,6 +22,7 @@ from ...pictures.tiles import number_of
 from ...shapes.mesh_shape import MeshShape, as_mesh
 from ...shapes.shape import Shape
 from .. import framing
+from ..report import OutputReport
 from ..state import Run
 from . import checks
 from .picture import Picture
@@ -44,7 +45,7 @@ class Baked(Picture):
         run.room.check(room, BAKED)
         self.check_format(run, image, width, height)
 
-    def write(self, run: Run, path: Path) -> None:
+    def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
         """The whole at once."""
         options: dict[str, Any] = {"padding": run.job.padding, "max_error": run.job.max_pixel_error}
         own, partial = run.image.alpha, is_partial(run)
@@ -60,9 +61,10 @@ class Baked(Picture):
                 **options,
             )
             made = run.image.with_pixels(pixels, pixels.shape[2] - 1 if options["alpha"] else own)
-        report_bake(run, figures, self.tile)
+        found = report_bake(run, figures, self.tile)
         with run.phases.timed("write"):
             image_files.write(path, made)
+        return found
 
 
 def check_layouts(run: Run, tile: complex | None) -> None:
@@ -140,17 +142,14 @@ def baked_parts(
     ]
 
 
-def report_bake(run: Run, figures: dict[str, Any], tile: complex | None) -> None:
-    """Report what was found in baking, a tile by its number, and say what a person should know."""
-    if tile is None:
-        run.figures |= figures
-    else:
-        run.figures.setdefault("tiles", {})[str(number_of(tile))] = figures
+def report_bake(run: Run, figures: dict[str, Any], tile: complex | None) -> OutputReport:
+    """Report what was found in baking, a tile by its number, and note texels that lie in several triangles."""
     if count := figures["overlapping_texels"]:
         where = "" if tile is None else f" in tile {number_of(tile)}"
         run.note(
             f"{run.target.spec}: {count} texels{where} lie in several triangles of its layout; the first one's is kept"
         )
+    return OutputReport(figures, tile=None if tile is None else number_of(tile))
 
 
 def parts_of(run: Run) -> Parts:

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
+
+from ..report import OutputReport
 
 if TYPE_CHECKING:
     from ..job import Job
@@ -54,5 +57,11 @@ class Output(ABC):
         return []
 
     @abstractmethod
-    def write(self, run: Run, path: Path) -> None:
-        """Write it into a temporary file with the suffix of its name."""
+    def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
+        """Write it into a temporary file with the suffix of its name.
+
+        Args:
+            run: the job, its maps solved for.
+            path: the file.
+            before: what was found in writing the outputs before it, for a figure that shows it.
+        """

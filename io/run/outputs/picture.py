@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from ...pictures import image_files
 from ...pictures.image import Image, prepare, unassociate
 from ..blank_picture import Colours
 from ..job import Job
+from ..report import OutputReport
 from ..state import Run
 from ..texture import own_pictures
 from . import checks
@@ -79,20 +80,20 @@ class Picture(Output):
             unsaid = f"{suffix} does not say the colour space {image.colorspace}; its numbers are kept"
             run.note(f"{self.name}: {unsaid}")
 
-    def write(self, run: Run, path: Path) -> None:
+    def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
         """Rows as they are made, or with padding the whole at once."""
         if not run.job.padding:
-            self._stream(run, path)
-            return
-        image = self._padded(run)
+            return self._stream(run, path)
+        image, found = self._padded(run)
         with run.phases.timed("write"):
             image_files.write(path, image)
+        return found
 
     def _warp(self, run: Run) -> Warp:
         canvas, error = run.canvas_of(self.tile), run.job.max_pixel_error
         return Warp(run.mapping, run.sampler, canvas, placing=run.placing, max_error=error)
 
-    def _padded(self, run: Run) -> Image:
+    def _padded(self, run: Run) -> tuple[Image, OutputReport]:
         """The picture with its colours extended beyond the outline, which needs all of it at once."""
         job, canvas = run.job, run.canvas
         with run.phases.timed("resample"):
@@ -106,10 +107,9 @@ class Picture(Output):
             )
         colours = Colours()
         colours.see(warped.pixels, warped.alpha)
-        _report_pixels(run, colours, warped.diagnostics, canvas)
-        return image
+        return image, _report_pixels(run, colours, warped.diagnostics, canvas)
 
-    def _stream(self, run: Run, path: Path) -> None:
+    def _stream(self, run: Run, path: Path) -> OutputReport:
         """The picture, written as it is made: memory for some rows only."""
 
         def blocks() -> Iterator[NDArray]:
@@ -121,7 +121,7 @@ class Picture(Output):
             work, colours = self._warp(run), Colours()
             like = replace(run.image, alpha=work.alpha)
             image_files.write_bands(path, like, run.canvas.height, run.canvas.width, blocks())
-        _report_pixels(run, colours, work.diagnostics, run.canvas)
+        return _report_pixels(run, colours, work.diagnostics, run.canvas)
 
 
 def displayed(run: Run, canvas: Canvas) -> NDArray:
@@ -130,11 +130,11 @@ def displayed(run: Run, canvas: Canvas) -> NDArray:
     return prepare(run.image.with_pixels(warped.pixels, warped.alpha), formats.picture(".webp")).pixels
 
 
-def _report_pixels(run: Run, colours: Colours, seen: Diagnostics, canvas: Canvas) -> None:
-    """Report the size of the picture and what became of its pixels, and say so when they show nothing."""
-    run.figures["pixels"] = {"width": canvas.width, "height": canvas.height, **seen.as_dict()}
+def _report_pixels(run: Run, colours: Colours, seen: Diagnostics, canvas: Canvas) -> OutputReport:
+    """Report the size of the picture and what became of its pixels, and note where they show nothing."""
     textured = bool(run.job.texture) and run.job.texture_box != "bbox" and not run.on_mesh
-    if colours.single and own_pictures(run.job, run.source) and not run.job.texture:
-        return  # a drawing of one colour, such as of lines, shows that colour
-    if note := colours.note(bool(seen.inside or seen.edge), textured):
+    # a drawing of one colour, such as of lines, shows that colour
+    is_own_colour = colours.single and own_pictures(run.job, run.source) and not run.job.texture
+    if not is_own_colour and (note := colours.note(bool(seen.inside or seen.edge), textured)):
         run.note(note)
+    return OutputReport({"pixels": {"width": canvas.width, "height": canvas.height, **seen.as_dict()}})

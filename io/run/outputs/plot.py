@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from ....pixels.canvas import Canvas, proportional
 from ... import formats
 from .. import report
 from ..job import Job
+from ..report import OutputReport
 from ..state import Run
 from .output import Output
 from .picture import displayed
@@ -29,24 +31,26 @@ class Plot(Output):
         """A suffix of figures."""
         formats.check(self.name, "plot", "unknown suffix for --plot")
 
-    def write(self, run: Run, path: Path) -> None:
+    def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
         """matplotlib is imported here: it takes longer than many runs."""
         from .. import plots
 
         with run.phases.timed("plot"):
-            report.note_doubts(run)
+            figures = report.map_figures(run, before)
+            report.note_doubts(run, figures)
             if not run.target.is_mesh:
                 if len(run.fits) > 1:
                     run.note(f"{self.name}: the grids and figures are those of the largest part alone")
-                found = run.fit_report | {"notes": run.notes}
+                found = figures | {"notes": run.notes}
                 plots.save(run.fit.plot(found, _names(run.job), _carried(run)), path)
-                return
+                return OutputReport()
             from ...shapes.mesh_shape import as_mesh
 
             placed, target = run.image.texture(run.box, kind=run.job.kind), as_mesh(run.target)
-            words = in_words(run.fit_report | {"notes": run.notes})
+            words = in_words(figures | {"notes": run.notes})
             given: dict[str, Any] = {"map": run.fit.map, "source": run.source, "pins": run.fit.pins}
             plots.draw(target, path, words, texture=placed, **given)
+        return OutputReport()
 
 
 def _carried(run: Run) -> tuple[NDArray, Box]:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ....errors import InputError
 from ....saved.map_file import Plane
 from ..job import Job
+from ..report import OutputReport
 from ..state import Run
 from .output import Output
 
@@ -31,12 +33,13 @@ class SavedMap(Output):
             if shape.is_mesh:
                 raise self._refusal(shape.spec)
 
-    def write(self, run: Run, path: Path) -> None:
+    def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
         """The map, and what of the job says how pictures are made with it."""
         with run.phases.timed("write"):
             job = {name: value for name, value in run.job.solver.items() if _plain(value)}
             planes = plane_of(run.source), plane_of(run.target)
             run.fit.save(path, planes, job=job | {"holes": run.job.holes, "target_box": run.job.target_box})
+        return OutputReport()
 
     def _refusal(self, spec: str) -> InputError:
         return InputError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from ....arrays import Box
@@ -10,6 +11,7 @@ from ....pixels.stmap import flat
 from ....pixels.texture import Placing, Texture, Wrapped
 from ...pictures import stmap_files
 from ..job import Job
+from ..report import OutputReport
 from ..state import Run
 from . import baked, checks
 from .output import Output
@@ -36,7 +38,7 @@ class STMap(Output):
         width, _ = checks.canvas(run, self.tile)
         run.room.check(stmap_files.band_bytes(width), f"rows of {width} pixels")
 
-    def write(self, run: Run, path: Path) -> None:
+    def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
         """Rows as they are computed; a baked one at once."""
         lying, job = run.flat, run.job
         with run.phases.timed("resample"):
@@ -51,13 +53,13 @@ class STMap(Output):
                     room=room,
                     threads=run.threads,
                 )
-                return
+                return OutputReport()
             parts = baked.parts_of(run)
             grid = baked.layout_of([target for target, _, _ in parts], *baked.size(run), self.tile)
             placed = baked.baked_parts(parts, lying, run.threads, _unit(run), partial=baked.is_partial(run))
             st, figures = baking.bake_stmap(placed, grid, padding=job.padding, threads=run.threads)
             stmap_files.write_whole(path, st)
-        baked.report_bake(run, figures, self.tile)
+        return baked.report_bake(run, figures, self.tile)
 
 
 def _placing(run: Run, lying: Texture) -> Placing:

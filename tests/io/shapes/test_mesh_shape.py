@@ -11,7 +11,7 @@ from iccm.io.meshes import mesh_files, obj
 from iccm.io.pictures import image_files
 from iccm.io.run import plots
 from iccm.io.run.outputs.baked import bake
-from iccm.io.run.outputs.textured_mesh import new_uvs
+from iccm.io.run.outputs.new_uvs import new_uvs
 from iccm.io.shapes import mesh_reading
 from iccm.maps.extended_inverse import ExtendedInverse
 from iccm.maps.harmonic import HarmonicMap
@@ -55,7 +55,7 @@ def test_new_coordinates_are_where_the_texture_lies_over_the_flattening(tmp_path
     path = write_mesh(tmp_path / "hill.obj", uv=False, head="# kept\no hill")
     target = mesh_reading.read(str(path))
     box = target.box
-    figures = new_uvs(
+    written = new_uvs(
         [(target, identity(target), target_plane(target))],
         stmap.flat(box),
         tmp_path / "t.obj",
@@ -69,8 +69,8 @@ def test_new_coordinates_are_where_the_texture_lies_over_the_flattening(tmp_path
     old = [line for line in path.read_text().splitlines() if line[0] != "f"]
     new = [line for line in (tmp_path / "t.obj").read_text().splitlines() if not line.startswith(("f", "vt"))]
     assert old == new
-    assert figures["flattening"]["method"] == "lscm"
-    assert figures["also_written"] == []
+    assert written.figures["flattening"]["method"] == "lscm"
+    assert written.files == []
 
 
 def target_plane(shape):
@@ -81,14 +81,14 @@ def test_a_texture_is_bound_beside_the_mesh(tmp_path):
     path = write_mesh(tmp_path / "hill.obj")
     target = mesh_reading.read(str(path))
     out = tmp_path / "o.obj"
-    figures = new_uvs(
+    written = new_uvs(
         [(target, identity(target), target_plane(target))],
         stmap.flat(target.box),
         out,
         name=out,
         texture=tmp_path / "my cloth.png",
     )
-    assert figures["also_written"] == [str(tmp_path / "o.mtl")]
+    assert written.files == [str(tmp_path / "o.mtl")]
     assert "map_Kd my cloth.png" in (tmp_path / "o.mtl").read_text()
     text = out.read_text().splitlines()
     assert text[0] == "mtllib o.mtl"
@@ -163,12 +163,12 @@ def test_a_mesh_gives_its_texture_to_another_mesh(tmp_path):
     shift = target.box[0] - source.box[0]
     map_ = HarmonicMap(source.curve.z, source.curve.z + shift, 0 * source.curve.z)
     out = tmp_path / "o.obj"
-    figures = new_uvs([(target, map_, source)], stmap.flat(source.box), out, name=out)
+    written = new_uvs([(target, map_, source)], stmap.flat(source.box), out, name=out)
     made = obj.read(out)
     uv = np.empty((len(made.v), 2))
     uv[made.corners[:, 0]] = made.vt[made.corners[:, 1]]
     assert np.abs(uv - made.v[:, :2]).max() < 0.01  # the two flattenings differ by their discretisation
-    assert figures["torn_triangles"] == 0
+    assert written.figures["torn_triangles"] == 0
 
 
 def torn(path):
@@ -190,19 +190,19 @@ def test_faces_keep_to_one_chart_of_a_source(tmp_path):
     """A mesh through itself has its coordinates at every corner, along the seam between charts, too."""
     source = mesh_reading.read(str(torn(tmp_path / "a.obj")))
     out = tmp_path / "o.obj"
-    figures = new_uvs([(source, identity(source), source)], stmap.flat(source.box), out, name=out)
+    written = new_uvs([(source, identity(source), source)], stmap.flat(source.box), out, name=out)
     before, made = obj.read(tmp_path / "a.obj"), obj.read(out)
     assert made.vt[made.corners[:, 1]] == pytest.approx(before.vt[before.corners[:, 1]], abs=1e-6)
-    assert figures["torn_triangles"] == 0
+    assert written.figures["torn_triangles"] == 0
 
 
 def test_a_torn_source_is_reported(tmp_path):
     source = mesh_reading.read(str(torn(tmp_path / "a.obj")))
     target = mesh_reading.read(str(write_mesh(tmp_path / "b.obj", n=5)))
     out = tmp_path / "o.obj"
-    figures = new_uvs([(target, identity(source), source)], stmap.flat(source.box), out, name=out)
-    assert figures["torn_triangles"] == 10
-    assert "10 triangles lie across seams" in figures["material_notes"][0]
+    written = new_uvs([(target, identity(source), source)], stmap.flat(source.box), out, name=out)
+    assert written.figures["torn_triangles"] == 10
+    assert "10 triangles lie across seams" in written.notes[0]
 
 
 def test_a_mesh_rebaked_through_itself_keeps_its_texture(tmp_path):
@@ -580,10 +580,10 @@ def test_a_texture_of_another_format_becomes_png(tmp_path):
     Image.fromarray(colours().pixels).save(tmp_path / "c.webp", lossless=True)
     content = (tmp_path / "c.webp").read_bytes()
     out, plane = tmp_path / "o.obj", target_plane(target)
-    figures = new_uvs(
+    written = new_uvs(
         [(target, identity(target), plane)], stmap.flat(target.box), out, name=out, texture=content
     )
-    assert figures["also_written"] == [str(tmp_path / name) for name in ("o.mtl", "o-texture.png")]
+    assert written.files == [str(tmp_path / name) for name in ("o.mtl", "o-texture.png")]
     assert (mesh_reading.read_texture(mesh_reading.read(str(out))).pixels == colours().pixels).all()
     out = tmp_path / "o.glb"
     new_uvs(

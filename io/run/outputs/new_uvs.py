@@ -1,0 +1,211 @@
+"""New texture coordinates for the target mesh: where its vertices come from, in the picture or layout of the source."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ....arrays import Complex, Flags, Index, Real, complex_of, xy_of
+from ....curve import Curve
+from ....flattening.opening import concave, not_convex
+from ....maps.approximation import AnyMap
+from ....maps.extended_inverse import ExtendedInverse
+from ....maps.triangulated.map import TriangulatedMap
+from ....meshes import layout
+from ....meshes.flatten import Flattening
+from ....meshes.locate import barycentric
+from ....pixels.stmap import point_of, st_of
+from ....pixels.texture import Texture
+from ....surfaces.as_written import Written
+from ....surfaces.boundary_slivers import with_room
+from ...materials.carried_maps import CarriedMaps
+from ...meshes import mesh_files
+from ...meshes.mesh_format import NewCoordinates, ShownPictures
+from ...shapes.mesh_parts import join
+from ...shapes.mesh_shape import MeshShape, as_mesh
+from ...shapes.shape import Shape
+from ...shapes.split_rims import subdivide_rims
+from .baked import Parts
+
+SAME_POINT = 1e-6  # of the source's diagonal: points this close are the same
+
+
+@dataclass(frozen=True, eq=False)
+class NewUVs:
+    """What came of writing a mesh with new texture coordinates.
+
+    Attributes:
+        figures: entries of the report.
+        measured: what the coordinates of each part are as written; empty for those in a mesh's layout.
+        files: names of the files that were written beside the mesh.
+        notes: what could not be kept, or is not as one would expect.
+    """
+
+    figures: dict[str, Any]
+    measured: list[Written] = field(default_factory=list)
+    files: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+
+def new_uvs(
+    parts: Parts,
+    lying: Texture,
+    out: Path,
+    *,
+    name: Path,
+    texture: Path | bytes | None = None,
+    normals: Path | None = None,
+    force: bool = False,
+    threads: int | None = None,
+    carried_maps: CarriedMaps | None = None,
+    tolerance: float | None = None,
+) -> NewUVs:
+    """Write the target with texture coordinates that show the source's texture.
+
+    Args:
+        parts: those of the mesh, the map from the source's plane to each one's, and the source's shape; a mesh gives
+            its own texture coordinates.
+        lying: a texture of one texel, as the texture lies in the source's plane (not used with a mesh).
+        out: temporary file to write.
+        name: its final name.
+        texture: picture file to bind to the mesh, or its content; None writes coordinates only.
+        normals: a normal map to bind to it, y up, where the format shows one.
+        force: whether the files beside it may be replaced (see `MeshFormat.companions`).
+        threads: as many as there are processors by default.
+        carried_maps: the other maps of its materials, if they are carried to the new coordinates.
+        tolerance: relative to the source's diagonal: triangles at the rim are split until the chords of coordinates are
+            off its outline by no more; None splits none.
+
+    Raises:
+        InputError: the format holds no texture coordinates, or the source has none.
+    """
+    pulls = [ExtendedInverse(map, threads) for _, map, _ in parts]
+    figures, measured, rim_notes = dict[str, Any](), list[Written](), list[str]()
+    if tolerance is not None:
+        shapes, maps, sources = zip(*parts)
+        trials = [ExtendedInverse(map, threads) for map in maps]  # these count what lies outside, too
+        images = [pull(part.flattening.flat) for pull, part in zip(trials, shapes)]
+
+        def placed(map: AnyMap, pull: ExtendedInverse, layout: Flattening) -> Complex:
+            return complex_of(mesh_files.as_written(st_of(lying, _pull_back(map, pull, layout)), name))
+
+        placing = [partial(placed, *each) for each in zip(maps, trials)]
+        split, rims, rim_notes = subdivide_rims(shapes, images, maps, tolerance, placing)
+        parts, figures = list(zip(split, maps, sources)), figures | rims
+    target = join([part for part, _, _ in parts])
+    found = [
+        _uv_of(source, lying, _pull_back(map, pull, part.flattening), part, threads)
+        for (part, map, source), pull in zip(parts, pulls)
+    ]
+    corners, triangles = target.corners
+    uv, faces = _joined(found)
+    corners[target.flattening.patch.corner] = faces
+    new = NewCoordinates(uv, corners, triangles)
+    pictures = {}
+    if carried_maps is not None:
+        pictures = carried_maps.carry(target.file, new, shown=texture is not None, threads=threads)
+    shown = ShownPictures(texture, normals, pictures)
+    written = mesh_files.write(target.file, new, shown, out, name, force=force)
+    notes = [*written.notes]
+    if parts[0][2].is_mesh:
+        figures["torn_triangles"] = torn = sum(each.torn for each in found)
+        if torn:
+            seams = f"across seams of {parts[0][2].spec}, and show its texture up to there"
+            cure = "--bake makes a picture without seams"
+            notes.append(f"{name}: {torn} triangles lie {seams}; {cure}")
+    else:  # a mesh's own layout may have mirrored charts
+        rounded, patch = mesh_files.as_written(uv, name), target.flattening.patch
+        points = np.split(point_of(lying, rounded), np.cumsum([len(each.uv) for each in found])[:-1])
+        for z, (part, _, source) in zip(points, parts):
+            measured.append(Written.of(z, part.flattening, source.curve))
+        figures["uv"] = layout.turned_over(rounded[faces])
+        figures["concave_polygons"] = count = concave(rounded, patch)
+        if count:
+            notes.append(f"{name}: {not_convex(count)}")
+    figures["flattening"] = parts[0][0].flattening.report()
+    figures["outside_points"] = sum(pull.outside for pull in pulls)
+    away = [pull.away / part.curve.diagonal for (part, _, _), pull in zip(parts, pulls)]
+    figures["outside_distance"] = max(away)
+    notes += [f"{name}: {note}" for note in rim_notes]
+    return NewUVs(figures, measured, written.files, notes)
+
+
+def _pull_back(map: AnyMap, pull: ExtendedInverse, layout: Flattening) -> Complex:
+    """Where a mesh's vertices come from; triangles for which the source's outline leaves no room are given some."""
+    z = pull(layout.flat)
+    if not isinstance(map, TriangulatedMap):
+        return z
+    return with_room(z, layout, Curve(map.polygon).diagonal)
+
+
+class _Coordinates(NamedTuple):
+    """New coordinates of a part of the target.
+
+    Attributes:
+        uv: (t, 2) coordinates.
+        faces: (m, 3) those of its triangles' corners.
+        torn: triangles that reach into several charts of the source.
+    """
+
+    uv: Real
+    faces: Index
+    torn: int = 0
+
+
+def _joined(parts: Sequence[_Coordinates]) -> tuple[Real, Index]:
+    """The coordinates of all parts, and those of their triangles' corners."""
+    firsts = np.cumsum([0, *(len(part.uv) for part in parts)])
+    faces = [part.faces + first for part, first in zip(parts, firsts)]
+    return np.concatenate([part.uv for part in parts]), np.concatenate(faces)
+
+
+def _uv_of(source: Shape, lying: Texture, z: Complex, target: MeshShape, threads: int | None) -> _Coordinates:
+    """Of the target's vertices, which come from points z of the source's plane.
+
+    On a mesh each face of the target is on the chart that its middle is on: corners beyond that chart's border are at
+    the border's nearest point.
+    """
+    patch = target.flattening.patch
+    if not source.is_mesh:
+        return _Coordinates(st_of(lying, z), patch.faces)
+    mesh = as_mesh(source)
+    faces = mesh.uv_faces
+    triangle, weights = mesh.locator(z, threads)
+    uv = np.einsum("pk,pkc->pc", weights, mesh.uv[faces[triangle]])
+    chart = layout.charts(faces, len(mesh.uv))[faces[:, 0]]
+    _, face = np.unique(patch.polygon, return_inverse=True)
+    centre, count = z[patch.faces].mean(axis=1), np.bincount(face)
+    middle = complex_of(np.column_stack([np.bincount(face, part) / count for part in xy_of(centre).T]))
+    own = np.repeat(chart[mesh.locator(middle, threads)[0]][face][:, None], 3, axis=1)
+    beyond = chart[triangle][patch.faces] != own
+    wanted, number = np.unique(
+        np.column_stack([own[beyond], patch.faces[beyond]]), axis=0, return_inverse=True
+    )
+    more, away = np.empty((len(wanted), 2)), np.empty(len(wanted))
+    for k in np.unique(wanted[:, 0]):
+        at = wanted[:, 0] == k
+        more[at], away[at] = _on_chart(mesh, chart == k, z[wanted[at, 1]])
+    rows, torn = patch.faces.copy(), np.zeros(beyond.shape, bool)
+    rows[beyond], torn[beyond] = z.size + number, (away > SAME_POINT * mesh.curve.diagonal)[number]
+    return _Coordinates(np.concatenate([uv, more]), rows, int(torn.any(axis=1).sum()))
+
+
+def _on_chart(mesh: MeshShape, chart: Flags, z: Complex) -> tuple[Real, Real]:
+    """(p, 2) coordinates at those points of some triangles (m,) of a mesh that are nearest to points z of its plane,
+    and (p,) how far these are."""
+    import igl
+
+    flat, faces = mesh.flattening.flat, mesh.flattening.patch.faces[chart]
+    points, at = (np.column_stack([*xy_of(w).T, np.zeros(w.size)]) for w in (flat, z))
+    tree = igl.AABB()
+    tree.init(points, faces)
+    squared, triangle, closest = tree.squared_distance(points, faces, at)
+    triangle = np.atleast_1d(triangle)
+    weights = barycentric(points[faces[triangle]], np.reshape(closest, (-1, 3)))
+    uv = mesh.uv[mesh.uv_faces[chart][triangle]]
+    return np.einsum("pk,pkc->pc", weights, uv), np.sqrt(np.atleast_1d(squared))
