@@ -80,6 +80,51 @@ class Transfer:
         return f"<Transfer: {'×'.join(map(str, self.pixels.shape))} {self.pixels.dtype}, {self.fit!r}>"
 
 
+@dataclass(frozen=True, kw_only=True)
+class PictureOptions:
+    """How a texture is carried into a picture: the options that `transfer` and `warp` have in common, passed on as one.
+
+    Attributes:
+        size, texture_box, target_box, filter, kind, edge, encoding, padding, threads: as for `transfer`.
+    """
+
+    size: int | tuple[int, int] = LONGER_SIDE
+    texture_box: Box | None = None
+    target_box: Box | None = None
+    filter: str = "auto"
+    kind: str = "colour"
+    edge: str = "clamp"
+    encoding: str | None = None
+    padding: int = 0
+    threads: int | None = None
+
+    def sampler(self, texture: ArrayLike, box: Box, outlines: Sequence[Complex]) -> Sampler:
+        """Make a texture ready to be filtered.
+
+        Args:
+            texture: its pixels, as for `transfer`.
+            box: what it covers of the source's plane, unless `texture_box` says so.
+            outlines: of the source and its holes, see `Sampler`.
+        """
+        pixels = _pixels(texture)
+        encoding = self.encoding or ("linear" if pixels.dtype.kind == "f" else "srgb")
+        if encoding not in ("srgb", "linear"):
+            raise InputError(f"encoding {encoding!r}: not one of srgb, linear")
+        alpha = pixels.shape[2] - 1 if pixels.shape[2] in (2, 4) else -1
+        placed = Texture(pixels, _box(self.texture_box or box, "texture_box"), alpha, encoding)
+        return Sampler(placed, self.filter, self.kind, self.edge, outlines=outlines, threads=self.threads)
+
+    def canvas(self, box: Box) -> Canvas:
+        """Make the raster of the picture, which shows a box of the target's plane unless `target_box` says what."""
+        return _canvas(self.size, self.target_box or box)
+
+    def carry(self, fit: Fit, sampler: Sampler, canvas: Canvas) -> Transfer:
+        """Carry a texture through a map."""
+        work = warping.Warp(fit.map, sampler, canvas)
+        warped = warping.whole(work, padding=self.padding, threads=self.threads)
+        return Transfer(warped.pixels, canvas.box, fit, warped.diagnostics)
+
+
 @plain_signature
 @on_one_thread
 def transfer(
@@ -141,9 +186,20 @@ def transfer(
     holes = [outlines_of(hole, "hole", axes).outline for hole in options.get("source_holes", ())]
     domain = as_domain(known.outline, "source")
     outlines = [domain.z, *(as_domain(hole, "hole").z for hole in (holes or known.holes))]
-    sampler = _sampler(texture, texture_box or domain.box, outlines, filter, kind, edge, encoding, threads)
-    canvas = _canvas(size, target_box or as_domain(goal.outline, "target").box)
-    return _carried(solve.fit(source, target, **options), sampler, canvas, padding, threads)
+    picture = PictureOptions(
+        size=size,
+        texture_box=texture_box,
+        target_box=target_box,
+        filter=filter,
+        kind=kind,
+        edge=edge,
+        encoding=encoding,
+        padding=padding,
+        threads=threads,
+    )
+    sampler = picture.sampler(texture, domain.box, outlines)
+    canvas = picture.canvas(as_domain(goal.outline, "target").box)
+    return picture.carry(solve.fit(source, target, **options), sampler, canvas)
 
 
 @plain_signature
@@ -173,10 +229,19 @@ def warp(
     ((-1.5+0j), (4.5+3j))
     """
     outlines = [loop.z for loop in (fit.source, *fit.source_holes)]
-    boxes = fit.boxes
-    sampler = _sampler(texture, texture_box or boxes[0], outlines, filter, kind, edge, encoding, threads)
-    canvas = _canvas(size, target_box or boxes[1])
-    return _carried(fit, sampler, canvas, padding, threads)
+    picture = PictureOptions(
+        size=size,
+        texture_box=texture_box,
+        target_box=target_box,
+        filter=filter,
+        kind=kind,
+        edge=edge,
+        encoding=encoding,
+        padding=padding,
+        threads=threads,
+    )
+    covered, shown = fit.boxes
+    return picture.carry(fit, picture.sampler(texture, covered, outlines), picture.canvas(shown))
 
 
 @on_one_thread
@@ -234,32 +299,6 @@ def from_stmap(st: ArrayLike, *, texture_box: Box = (0j, 1 + 1j), target_box: Bo
     height, width = stored.shape[:2]
     canvas = _canvas((width, height), target_box or (0j, complex(width, height)))
     return stmaps.transform(stored, _box(texture_box, "texture_box"), canvas)
-
-
-def _carried(fit: Fit, sampler: Sampler, canvas: Canvas, padding: int, threads: int | None) -> Transfer:
-    work = warping.Warp(fit.map, sampler, canvas)
-    warped = warping.whole(work, padding=padding, threads=threads)
-    return Transfer(warped.pixels, canvas.box, fit, warped.diagnostics)
-
-
-def _sampler(
-    texture: ArrayLike,
-    box: Box,
-    outlines: Sequence[Complex],
-    filter: str,
-    kind: str,
-    edge: str,
-    encoding: str | None,
-    threads: int | None,
-) -> Sampler:
-    """The texture in its box, ready to be filtered."""
-    pixels = _pixels(texture)
-    encoding = encoding or ("linear" if pixels.dtype.kind == "f" else "srgb")
-    if encoding not in ("srgb", "linear"):
-        raise InputError(f"encoding {encoding!r}: not one of srgb, linear")
-    alpha = pixels.shape[2] - 1 if pixels.shape[2] in (2, 4) else -1
-    placed = Texture(pixels, _box(box, "texture_box"), alpha, encoding)
-    return Sampler(placed, filter, kind, edge, outlines=outlines, threads=threads)
 
 
 def _pixels(texture: ArrayLike) -> NDArray:
