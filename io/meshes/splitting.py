@@ -72,8 +72,31 @@ def replaced(plan: Subdivision, count: int) -> Flags:
 
 
 def subdivided(mesh: Mesh, plan: Subdivision) -> Mesh:
-    """A mesh without coordinates and normals with triangles in the place of some polygons."""
-    mixed = plan.mixtures(mesh.corners, len(mesh.points))
-    corners, starts = with_triangles(mesh.starts, mesh.corners, plan, mixed.number)
-    points = np.concatenate([mesh.points, mixed.of(mesh.points)])
-    return replace(mesh, points=points, corners=corners, starts=starts, lines=None)
+    """Put triangles in the place of some polygons of a mesh; positions, texture coordinates and normals of new
+    vertices are interpolated."""
+    points, corners, starts = _subdivided(mesh, plan, mesh.points, mesh.corners)
+    uv, uv_corners, normals, normal_corners = mesh.uv, mesh.uv_corners, mesh.normals, mesh.normal_corners
+    if uv is not None and uv_corners is not None:
+        uv, uv_corners, _ = _subdivided(mesh, plan, uv, uv_corners)
+    if normals is not None and normal_corners is not None:
+        normals, normal_corners, _ = _subdivided(mesh, plan, normals, normal_corners)
+        with np.errstate(invalid="ignore", divide="ignore"):  # one that is 0 stays no direction
+            normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    return replace(
+        mesh,
+        points=points,
+        corners=corners,
+        starts=starts,
+        uv=uv,
+        uv_corners=uv_corners,
+        normals=normals,
+        normal_corners=normal_corners,
+        lines=None,
+    )
+
+
+def _subdivided(mesh: Mesh, plan: Subdivision, values: Real, at: Index) -> tuple[Real, Index, Index]:
+    """Values (n, k) with those of new vertices after them, which each corner has, and where polygons begin."""
+    mixed = plan.mixtures(at, len(values))
+    corners, starts = with_triangles(mesh.starts, at, plan, mixed.number)
+    return np.concatenate([values, mixed.of(values)]), corners, starts
