@@ -34,7 +34,7 @@ FLAT = (128 / 255, 128 / 255, 1.0)  # a normal that changes nothing
 
 
 @dataclass(frozen=True)
-class How:
+class BakeSettings:
     """How pictures are carried.
 
     Attributes:
@@ -60,20 +60,20 @@ class How:
 
 
 @dataclass(eq=False)
-class Carrier:
+class MaterialBaker:
     """Makes the pictures of one material of a new layout.
 
     Attributes:
         material_set: what the pictures are of.
         sheet: the triangles of the new layout that show the material.
         pairs: `meshes.relayout.partners` of the set's triangles and these.
-        how: they are carried.
+        settings: how they are carried.
     """
 
     material_set: MaterialSet
     sheet: Charted
     pairs: tuple[Index, Index]
-    how: How = field(default_factory=How)
+    settings: BakeSettings = field(default_factory=BakeSettings)
 
     def __post_init__(self) -> None:
         self.origins: dict[tuple[int, int], Origin] = {}
@@ -85,7 +85,7 @@ class Carrier:
     def materials(self) -> list[int]:
         """The materials that the new layout shows something of, the one with most texels first."""
         origin = self.origin(self.size)
-        owner = self.material_set.owner[origin.triangles[origin.reached(self.how.limit)]]
+        owner = self.material_set.owner[origin.triangles[origin.reached(self.settings.limit)]]
         counts = np.bincount(owner, minlength=len(self.material_set.materials))
         return [int(k) for k in np.argsort(-counts, kind="stable") if counts[k]]
 
@@ -125,12 +125,17 @@ class Carrier:
             return self._together(slot, maps, origin)
         assert maps[0] is not None
         image, sampler = self._ready(maps[0])
-        origin, how = self._shown(origin, maps[0]), self.how
+        origin, settings = self._shown(origin, maps[0]), self.settings
         pixels = carry(
-            origin, sampler, how.limit, wrap=maps[0].wrap, padding=how.padding, threads=how.threads
+            origin,
+            sampler,
+            settings.limit,
+            wrap=maps[0].wrap,
+            padding=settings.padding,
+            threads=settings.threads,
         )
         image = image.with_pixels(pixels, image.alpha)
-        if self.how.settled:
+        if self.settings.settled:
             self._settle(slot, image, np.ones(pixels.shape[:2], bool), self.materials[0])
         return image
 
@@ -150,8 +155,8 @@ class Carrier:
 
     def _size(self, *materials: int, slots: Container[str] | None = None) -> tuple[int, int]:
         """Width and height of a picture that shows those of materials, in some slots or in all of them."""
-        if self.how.size:
-            return self.how.size
+        if self.settings.size:
+            return self.settings.size
         sides = [
             self._across(k, each)
             for k in materials
@@ -164,7 +169,9 @@ class Carrier:
         """How many texels wide a picture is that shows a material's."""
         if id(map) not in self._sides:
             probe = self.origin((PROBED, PROBED))
-            shown = probe.reached(self.how.limit) & (self.material_set.owner[probe.triangles] == material)
+            shown = probe.reached(self.settings.limit) & (
+                self.material_set.owner[probe.triangles] == material
+            )
             size = self._read(map).pixels.shape[1::-1] if shown.any() else (1, 1)
             wanted = texels_across(self._shown(probe, map), shown, size, wrap=map.wrap)
             self._sides[id(map)] = limited(wanted, size)
@@ -175,14 +182,14 @@ class Carrier:
     def _read(self, map: MaterialMap) -> Image:
         key = (map.picture, map.opaque)
         if key not in self._images:
-            self._images[key] = map.image(self.how.max_pixels)
+            self._images[key] = map.image(self.settings.max_pixels)
         return self._images[key]
 
     def _ready(self, map: MaterialMap, like: Image | None = None) -> tuple[Image, Sampler]:
         image = like or self._read(map)
         check_kind(map.kind, image.pixels.shape[2], map.where)
         texture = image.texture((0j, 1 + 1j), map.kind)
-        return image, Sampler(texture, self.how.filter, map.kind, threads=self.how.threads)
+        return image, Sampler(texture, self.settings.filter, map.kind, threads=self.settings.threads)
 
     def _together(self, slot: str, maps: list[MaterialMap | None], origin: Origin) -> Image:
         """One picture of what several materials show, with or without pictures; factors that differ go into it."""
@@ -198,7 +205,7 @@ class Carrier:
         )
         dtype, top, channels = (np.uint16, 65535, 4) if deep else (np.uint8, 255, 4)
         channels -= int(not clear)
-        reached = origin.reached(self.how.limit)
+        reached = origin.reached(self.settings.limit)
         owner = np.where(reached, self.material_set.owner[origin.triangles], -1)
         out = np.zeros((*reached.shape, channels), dtype)
         for k, each, image, factor in zip(self.materials, maps, read, factors):
@@ -208,12 +215,19 @@ class Carrier:
                 out[own] = np.rint(np.array((*level, 1.0)[:channels]) * top)
             else:
                 _, sampler = self._ready(each, _widen(image, np.dtype(dtype), clear))
-                paint(out, self._shown(origin, each), sampler, own, wrap=each.wrap, threads=self.how.threads)
+                paint(
+                    out,
+                    self._shown(origin, each),
+                    sampler,
+                    own,
+                    wrap=each.wrap,
+                    threads=self.settings.threads,
+                )
             if factor:
                 _multiply(out, own, factor, srgb=kind == "colour")
-            if self.how.settled or len({self.material_set.kinds[each] for each in self.materials}) > 1:
+            if self.settings.settled or len({self.material_set.kinds[each] for each in self.materials}) > 1:
                 self._settle(slot, Image(out, alpha=3 if clear else -1), own, k)
-        spread(out, reached, self.how.padding)
+        spread(out, reached, self.settings.padding)
         return Image(out, alpha=3 if clear else -1)
 
     def _settle(self, slot: str, image: Image, own: Flags, material: int) -> None:

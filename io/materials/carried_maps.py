@@ -15,7 +15,7 @@ from ..meshes.gltf_format import primitives_of
 from ..meshes.mesh_format import MeshFile, NewCoordinates
 from ..pictures.image_files import as_png
 from . import of_gltf, of_mtl
-from .carried import Carrier, How
+from .carried import BakeSettings, MaterialBaker
 from .material_set import MaterialSet, part
 
 TEXTURE_SLOTS = (gltf_materials.BASE, gltf_materials.DIFFUSE, "map_kd")  # where a texture that is mapped goes
@@ -96,9 +96,9 @@ class CarriedMaps:
         for k, material in enumerate(material_set.materials):
             own = np.flatnonzero(material_set.owner == k)
             same = own, np.tile(np.arange(3), (own.size, 1))
-            carrier = Carrier(material_set, part(sheet, own), same, How(threads=threads))
+            baker = MaterialBaker(material_set, part(sheet, own), same, BakeSettings(threads=threads))
             slots = [slot for slot in material.maps if own.size and not (shown and slot in TEXTURE_SLOTS)]
-            made[material.key] = {slot: as_png(carrier.image(slot)) for slot in slots}
+            made[material.key] = {slot: as_png(baker.image(slot)) for slot in slots}
         return made
 
 

@@ -111,12 +111,12 @@ class MaterialSet:
     def instead(self, given: dict[str, MaterialMap]) -> "MaterialSet":
         """The same with these pictures in the place of the materials' own, wrapped as these."""
 
-        def dressed(material: Material) -> Material:
+        def with_pictures(material: Material) -> Material:
             own = material.maps
             new = {slot: replace(each, wrap=own.get(slot, each).wrap) for slot, each in given.items()}
             return replace(material, maps=own | new)
 
-        return replace(self, materials=tuple(dressed(material) for material in self.materials))
+        return replace(self, materials=tuple(with_pictures(material) for material in self.materials))
 
 
 def part(sheet: Charted, triangles: Flags | Index) -> Charted:

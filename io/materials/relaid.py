@@ -18,7 +18,7 @@ from ..meshes.gltf_format import primitives_of
 from ..meshes.mesh_format import MeshFile
 from ..pictures.image import Image
 from . import of_gltf, of_mtl
-from .carried import Carrier, How
+from .carried import BakeSettings, MaterialBaker
 from .material_set import MaterialMap, MaterialSet, check_pictures, part
 
 GIVEN = {
@@ -74,13 +74,13 @@ class Relaid:
         before: what the old mesh shows.
         meshes: all that was read of the new mesh's file.
         name: what the new file will be called.
-        how: pictures are carried; its limit is that of `meshes.relayout.carry`.
+        settings: how pictures are carried; their limit is that of `meshes.relayout.carry`.
     """
 
     before: MaterialSet
     meshes: Sequence[MeshFile]
     name: Path
-    how: How
+    settings: BakeSettings
 
     def __post_init__(self) -> None:
         self.notes: list[str] = [*self.before.notes, *self.after.notes]
@@ -109,14 +109,15 @@ class Relaid:
             able = " and ".join(mesh_files.suffixes_with_materials())
             raise InputError(f"{self.name}: materials are written to {able}")
         if self.dialect == "mtl" and own != "mtl":
+            path = self.meshes[0].path
             raise InputError(
-                f"{self.name}: is written of an OBJ, and {self.meshes[0].path} is none; use .glb"
+                f"{self.name}: an OBJ with materials is made from an OBJ, not from {path}; use .glb"
             )
 
     @cached_property
     def _pairs(self) -> tuple[Charted, Index, Index]:
         """The new triangles brought to the old ones, and `partners` of both."""
-        sheet = matched(self.before.sheet, self.after.sheet, self.how.match)
+        sheet = matched(self.before.sheet, self.after.sheet, self.settings.match)
         return sheet, *partners(self.before.sheet, sheet)
 
     @cached_property
@@ -136,7 +137,7 @@ class Relaid:
         return np.unique(names.size * own + kind[self.before.owner[old]], return_inverse=True)[1]
 
     @cached_property
-    def carriers(self) -> list[Carrier]:
+    def bakers(self) -> list[MaterialBaker]:
         """What makes the pictures of each material of the new mesh; of those that show nothing of the old one none."""
         sheet, first, order = self._pairs
         found, count = [], len(self.after.materials)
@@ -147,25 +148,25 @@ class Relaid:
                 self.told([f"has {count} materials, as {kinds} among those of {self.before.sheet.name}"])
         for k in range(count):
             own = np.flatnonzero(self.owner == k)
-            carrier = Carrier(self.before, part(sheet, own), (first[own], order[own]), self.how)
+            baker = MaterialBaker(self.before, part(sheet, own), (first[own], order[own]), self.settings)
             if self.before.dialect != self.dialect:  # two pictures may become one: all are of one size
-                carrier.how = replace(self.how, size=carrier.size, settled=self.dialect == "mtl")
-            found.append(carrier)
+                baker.settings = replace(self.settings, size=baker.size, settled=self.dialect == "mtl")
+            found.append(baker)
         return found
 
     @property
     def origins(self) -> list[Origin]:
         """Where texels came from, for reports: of each material's largest picture."""
-        return [carrier.origin(carrier.size) for carrier in self.carriers]
+        return [baker.origin(baker.size) for baker in self.bakers]
 
     @cached_property
     def pictures(self) -> list[dict[str, Image]]:
         """Of each material, by slots of the old materials."""
         found = []
-        for carrier in self.carriers:
-            found.append({slot: carrier.image(slot) for slot in carrier.slots})
-            self.told(carrier.notes)
-            if len({self.before.kinds[k] for k in carrier.materials}) > 1:
+        for baker in self.bakers:
+            found.append({slot: baker.image(slot) for slot in baker.slots})
+            self.told(baker.notes)
+            if len({self.before.kinds[k] for k in baker.materials}) > 1:
                 self.told(
                     ["materials that differ in more than pictures become one, as triangles show several"]
                 )

@@ -10,9 +10,9 @@ from ..meshes.gltf_format import primitives_of
 from ..meshes.material_library import Library
 from ..meshes.obj_format import obj_content
 from ..pictures.image_files import as_png
-from . import gltf_dressed, of_gltf, translate
-from .carried import Carrier, Pictures, without_profile
-from .gltf_dressed import Clothes
+from . import gltf_assignment, of_gltf, translate
+from .carried import MaterialBaker, Pictures, without_profile
+from .gltf_assignment import MaterialAssignment
 from .relaid import Relaid
 
 
@@ -48,26 +48,28 @@ def _glb(relaid: Relaid) -> bytes:
         shown = [primitive for primitive in primitives if of_gltf.has_layout(primitive)]
         document, groups = gltf_write.parted(shown, relaid.owner)
     else:
-        document = gltf_dressed.sheets(relaid.meshes[0].path.stem, relaid.after.sheet, relaid.owner)
-        groups = [[gltf.Primitive(document, 0, k)] for k in range(len(relaid.carriers))]
-    found = zip(relaid.carriers, relaid.pictures, groups)
-    clothes = [_clothes(relaid, *each) for each in found if each[0].material is not None]
-    used = dict.fromkeys(name for each in clothes for name in each.material.get("extensions", {}))
-    return gltf_dressed.dress(document, clothes, list(used))
+        document = gltf_assignment.sheets(relaid.meshes[0].path.stem, relaid.after.sheet, relaid.owner)
+        groups = [[gltf.Primitive(document, 0, k)] for k in range(len(relaid.bakers))]
+    found = zip(relaid.bakers, relaid.pictures, groups)
+    assignments = [_assignment(relaid, *each) for each in found if each[0].material is not None]
+    used = dict.fromkeys(name for each in assignments for name in each.material.get("extensions", {}))
+    return gltf_assignment.assign_materials(document, assignments, list(used))
 
 
-def _clothes(relaid: Relaid, carrier: Carrier, images: Pictures, group: list[gltf.Primitive]) -> Clothes:
-    source_material, samplers = carrier.material, {}
+def _assignment(
+    relaid: Relaid, baker: MaterialBaker, images: Pictures, group: list[gltf.Primitive]
+) -> MaterialAssignment:
+    source_material, samplers = baker.material, {}
     assert source_material is not None
     if relaid.before.dialect == "gltf":
         material = deepcopy(source_material.source)
-        of_gltf.multiplied_slots(material, carrier.multiplied)
+        of_gltf.multiplied_slots(material, baker.multiplied)
         samplers = {slot: each.options for slot, each in source_material.maps.items() if each.options}
     else:
-        images, material, notes = translate.to_gltf(_without_profiles(images), carrier.kinds, source_material)
+        images, material, notes = translate.to_gltf(_without_profiles(images), baker.kinds, source_material)
         relaid.told(notes)
     contents = {slot: as_png(image) for slot, image in images.items()}
-    return Clothes(group, material, contents, samplers, of_gltf.layout_of(group[0]))
+    return MaterialAssignment(group, material, contents, samplers, of_gltf.layout_of(group[0]))
 
 
 def _obj(relaid: Relaid, out: Path, force: bool) -> list[str]:
@@ -78,13 +80,13 @@ def _obj(relaid: Relaid, out: Path, force: bool) -> list[str]:
     )
     assert content is not None  # see Relaid.check
     whole, materials = content.obj, content.library
-    rename, unclothed = obj_materials.rename(whole, faces)
+    rename, plain = obj_materials.rename(whole, faces)
     relaid.notes += materials.missing
     made, contents = dict[str, list[str]](), dict[Path, bytes]()
-    for carrier, images, old in zip(relaid.carriers, relaid.pictures, relaid.after.materials):
-        if carrier.material is None:
+    for baker, images, old in zip(relaid.bakers, relaid.pictures, relaid.after.materials):
+        if baker.material is None:
             continue
-        images, lines = _statements(relaid, carrier, images)
+        images, lines = _statements(relaid, baker, images)
         paths = {word: _picture(relaid, old.name, word) for word in images}
         contents |= {paths[word]: as_png(image) for word, image in images.items()}
         names = {word: material_library.name_of(path, library.parent) for word, path in paths.items()}
@@ -92,23 +94,23 @@ def _obj(relaid: Relaid, out: Path, force: bool) -> list[str]:
         body = [f"newmtl {own}", *(line for line in lines if _stays(line, set(images)))]
         made[own] = material_library.with_maps(body, names)
     others = [line for name, lines in materials.materials().items() if name not in made for line in lines]
-    text = material_library.bind(Library(tuple(others), materials.folder), {}, unclothed, {}, library)
+    text = material_library.bind(Library(tuple(others), materials.folder), {}, plain, {}, library)
     text += "".join(f"{line}\n" for lines in made.values() for line in lines)
     contents[library] = text.lstrip("\n").encode("utf-8", "surrogateescape")
-    binding = obj_write.Binding(library.name, rename, unclothed)
+    binding = obj_write.Binding(library.name, rename, plain)
     out.write_bytes(obj_write.rebind(whole, faces, binding))
     for path, data in contents.items():
         files.write_bytes(path, data, force=force)
     return [str(path) for path in contents]
 
 
-def _statements(relaid: Relaid, carrier: Carrier, images: Pictures) -> tuple[Pictures, list[str]]:
+def _statements(relaid: Relaid, baker: MaterialBaker, images: Pictures) -> tuple[Pictures, list[str]]:
     """The pictures of a material by statements, and its other lines."""
-    assert carrier.material is not None
+    assert baker.material is not None
     if relaid.before.dialect == "mtl":
-        return images, list(carrier.material.source or translate.PLAIN)
-    material = replace(carrier.material, source=deepcopy(carrier.material.source))
-    of_gltf.multiplied_slots(material.source, carrier.multiplied)
+        return images, list(baker.material.source or translate.PLAIN)
+    material = replace(baker.material, source=deepcopy(baker.material.source))
+    of_gltf.multiplied_slots(material.source, baker.multiplied)
     images, lines, notes = translate.to_mtl(_without_profiles(images), material)
     relaid.told(notes)
     return images, lines

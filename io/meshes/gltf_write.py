@@ -27,7 +27,7 @@ TANGENTS = {"componentType": 5126, "type": "VEC4"}
 PLACED = ("values", "arrayOffsets", "stringOffsets")  # keys of EXT_structural_metadata that name views
 
 
-class Draft:
+class GltfEditor:
     """A copy of a file that is being changed; views that nothing names any more are used again."""
 
     def __init__(self, source: Gltf) -> None:
@@ -160,36 +160,41 @@ def with_coordinates(
     Returns:
         The bytes of a GLB file, and notes on textures that stay on the old coordinates.
     """
-    draft, notes = Draft(parts[0].document), dict[str, None]()
+    editor, notes = GltfEditor(parts[0].document), dict[str, None]()
     own = np.split(faces, np.cumsum([len(part.faces) for part in parts])[:-1])
     corners = np.split(uv_corners, 3 * np.cumsum([each.sum() for each in own])[:-1])
     for part, each, at in zip(parts, own, corners):
         if each.any():
-            notes |= dict.fromkeys(_change(draft, part, each, uv, at, pictures.get(part.key, {})))
-    return draft.bytes(), list(notes)
+            notes |= dict.fromkeys(_change(editor, part, each, uv, at, pictures.get(part.key, {})))
+    return editor.bytes(), list(notes)
 
 
 def _change(
-    draft: Draft, part: Primitive, faces: Flags, uv: Real, uv_corners: Index, pictures: Mapping[str, bytes]
+    editor: GltfEditor,
+    part: Primitive,
+    faces: Flags,
+    uv: Real,
+    uv_corners: Index,
+    pictures: Mapping[str, bytes],
 ) -> list[str]:
     """Give triangles (m,) of a primitive new coordinates; the notes. Arguments as for `with_coordinates`."""
-    primitive = _alone(draft, part, faces)
+    primitive = _alone(editor, part, faces)
     attributes, before = primitive["attributes"], dict(part.attributes)
-    count = draft.tree["accessors"][attributes["POSITION"]]["count"]
+    count = editor.tree["accessors"][attributes["POSITION"]]["count"]
     split = Split.of(part.faces[faces].ravel(), uv_corners, count)
-    staying = _staying(draft, primitive, set(pictures)) if "TEXCOORD_0" in before else []
+    staying = _staying(editor, primitive, set(pictures)) if "TEXCOORD_0" in before else []
     kept = next(k for k in range(len(before) + 2) if f"TEXCOORD_{k}" not in before) if staying else None
     if kept is not None:
         attributes[f"TEXCOORD_{kept}"] = attributes.pop("TEXCOORD_0")
-    _copy(draft, primitive, split, {"TEXCOORD_0"})
+    _copy(editor, primitive, split, {"TEXCOORD_0"})
     old = part.document.floats(before["TEXCOORD_0"]) if "TEXCOORD_0" in before else np.zeros((count, 2))
     values = split.values(np.column_stack([uv[:, 0], 1 - uv[:, 1]]), old).astype("<f4")
-    attributes["TEXCOORD_0"] = draft.accessor(values, COORDINATES, ATTRIBUTE, attributes.get("TEXCOORD_0"))
+    attributes["TEXCOORD_0"] = editor.accessor(values, COORDINATES, ATTRIBUTE, attributes.get("TEXCOORD_0"))
     if split.copies.size or not faces.all() or primitive.get("mode", TRIANGLES) != TRIANGLES:
-        _index(draft, primitive, split.number, primitive.get("indices"), split.order.size)
-    _rebind(draft, primitive, pictures, kept)
+        _index(editor, primitive, split.number, primitive.get("indices"), split.order.size)
+    _rebind(editor, primitive, pictures, kept)
     if "TANGENT" in attributes and "normalTexture" in pictures:
-        _with_tangents(draft, primitive, part, split, uv, uv_corners, faces)
+        _with_tangents(editor, primitive, part, split, uv, uv_corners, faces)
     return _notes(staying, kept)
 
 
@@ -198,53 +203,53 @@ def parted(parts: Sequence[Primitive], owner: Index) -> tuple[Gltf, list[list[Pr
 
     A primitive whose triangles have several numbers becomes as many, which have its vertices in common.
     """
-    draft = Draft(parts[0].document)
+    editor = GltfEditor(parts[0].document)
     places: list[list[tuple[int, int]]] = [[] for _ in range(int(owner.max()) + 1)]
     for part, own in zip(parts, np.split(owner, np.cumsum([len(part.faces) for part in parts])[:-1])):
-        faces, inside = part.faces, draft.tree["meshes"][part.mesh]["primitives"]
+        faces, inside = part.faces, editor.tree["meshes"][part.mesh]["primitives"]
         numbers = np.unique(own)
         for number in numbers[1:]:
             count = part.document.tree["accessors"][part.attributes["POSITION"]]["count"]
             inside.append(deepcopy(inside[part.number]))
-            _index(draft, inside[-1], faces[own == number].ravel(), part.tree.get("indices"), count)
+            _index(editor, inside[-1], faces[own == number].ravel(), part.tree.get("indices"), count)
             places[number].append((part.mesh, len(inside) - 1))
         if numbers.size > 1:
             _index(
-                draft, inside[part.number], faces[own == numbers[0]].ravel(), part.tree.get("indices"), count
+                editor, inside[part.number], faces[own == numbers[0]].ravel(), part.tree.get("indices"), count
             )
         if numbers.size:
             places[numbers[0]].append((part.mesh, part.number))
-    made = Gltf(parts[0].document.path, draft.tree, draft.views)
+    made = Gltf(parts[0].document.path, editor.tree, editor.views)
     return made, [[Primitive(made, *place) for place in group] for group in places]
 
 
 def subdivided(parts: Sequence[Primitive], plan: Subdivision) -> tuple[Primitive, ...]:
     """The primitives, of one file, with smaller triangles in the place of some, of all of them one after the other."""
     source = parts[0].document
-    draft = Draft(source)
+    editor = GltfEditor(source)
     first = 0
     for part in parts:
         own = (plan.faces >= first) & (plan.faces < first + len(part.faces))
         if own.any():
             smaller = Subdivision(plan.faces[own] - first, plan.corners[own] - 3 * first, plan.weights[own])
-            _subdivide(draft, part, smaller)
+            _subdivide(editor, part, smaller)
         first += len(part.faces)
-    made = Gltf(source.path, draft.tree, draft.views)
+    made = Gltf(source.path, editor.tree, editor.views)
     return tuple(Primitive(made, part.mesh, part.number) for part in parts)
 
 
-def _subdivide(draft: Draft, part: Primitive, plan: Subdivision) -> None:
-    primitive = draft.tree["meshes"][part.mesh]["primitives"][part.number]
-    faces, count = part.faces, draft.source.tree["accessors"][part.attributes["POSITION"]]["count"]
+def _subdivide(editor: GltfEditor, part: Primitive, plan: Subdivision) -> None:
+    primitive = editor.tree["meshes"][part.mesh]["primitives"][part.number]
+    faces, count = part.faces, editor.source.tree["accessors"][part.attributes["POSITION"]]["count"]
     mixed = plan.mixtures(faces.ravel(), count)
     corners, _ = with_triangles(3 * np.arange(len(faces) + 1), faces.ravel(), plan, mixed.number)
     for held in (primitive["attributes"], *primitive.get("targets", [])):
         before = dict(held)
         for name, number in before.items():
-            values = _mixed(draft.source, before, name, mixed, target=held is not primitive["attributes"])
-            stored = np.concatenate([draft.source.values(number), values])
-            held[name] = draft.accessor(stored, draft.source.tree["accessors"][number], ATTRIBUTE, number)
-    _index(draft, primitive, corners, primitive.get("indices"), count + len(mixed.parents))
+            values = _mixed(editor.source, before, name, mixed, target=held is not primitive["attributes"])
+            stored = np.concatenate([editor.source.values(number), values])
+            held[name] = editor.accessor(stored, editor.source.tree["accessors"][number], ATTRIBUTE, number)
+    _index(editor, primitive, corners, primitive.get("indices"), count + len(mixed.parents))
 
 
 def _mixed(
@@ -310,71 +315,71 @@ def plain(
     tree |= {"scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0, "name": name}]}
     attributes: dict[str, int] = {}
     primitives = tree.setdefault("meshes", [{"name": name, "primitives": [{"attributes": attributes}]}])[0]
-    draft = Draft(Gltf(None, {}, []))  # type: ignore[arg-type]
-    draft.tree = tree
+    editor = GltfEditor(Gltf(None, {}, []))  # type: ignore[arg-type]
+    editor.tree = tree
     bounds = {"min": at.min(axis=0).tolist(), "max": at.max(axis=0).tolist()}
-    attributes["POSITION"] = draft.accessor(at, POINTS | bounds, ATTRIBUTE)
+    attributes["POSITION"] = editor.accessor(at, POINTS | bounds, ATTRIBUTE)
     if normals is not None:
         values = normals[0][normals[1].ravel()[first]].astype("<f4")
-        attributes["NORMAL"] = draft.accessor(values, POINTS, ATTRIBUTE)
+        attributes["NORMAL"] = editor.accessor(values, POINTS, ATTRIBUTE)
     if uv is not None:
         u, v = uv[0][uv[1].ravel()[first]].T
         values = np.column_stack([u, 1 - v]).astype("<f4")
-        attributes["TEXCOORD_0"] = draft.accessor(values, COORDINATES, ATTRIBUTE)
+        attributes["TEXCOORD_0"] = editor.accessor(values, COORDINATES, ATTRIBUTE)
     owner = np.zeros(len(faces), np.int64) if owner is None else owner
     made: list[dict[str, Any]] = []
     for k in range(int(owner.max()) + 1):
         made.append({"attributes": dict(attributes), "mode": TRIANGLES})
         primitives["primitives"] = [*made, {"attributes": attributes}]  # so that nothing is taken for unused
-        _index(draft, made[-1], faces[owner == k].ravel(), None, len(at))
+        _index(editor, made[-1], faces[owner == k].ravel(), None, len(at))
     primitives["primitives"] = made
-    return Gltf(None, tree, draft.views)  # type: ignore[arg-type]
+    return Gltf(None, tree, editor.views)  # type: ignore[arg-type]
 
 
-def _alone(draft: Draft, part: Primitive, faces: Flags) -> dict[str, Any]:
+def _alone(editor: GltfEditor, part: Primitive, faces: Flags) -> dict[str, Any]:
     """The primitive of the triangles that change; others stay in the one that there was."""
-    inside = draft.tree["meshes"][part.mesh]["primitives"]
+    inside = editor.tree["meshes"][part.mesh]["primitives"]
     old = inside[part.number]
     if faces.all():
         return old
     new = deepcopy(old)
-    count = draft.tree["accessors"][old["attributes"]["POSITION"]]["count"]
-    _index(draft, old, part.faces[~faces].ravel(), old.get("indices"), count)
+    count = editor.tree["accessors"][old["attributes"]["POSITION"]]["count"]
+    _index(editor, old, part.faces[~faces].ravel(), old.get("indices"), count)
     if "indices" in new:
         new.pop("indices")
     inside.append(new)
     return new
 
 
-def _index(draft: Draft, primitive: dict, vertices: Index, instead: int | None, count: int) -> None:
+def _index(editor: GltfEditor, primitive: dict, vertices: Index, instead: int | None, count: int) -> None:
     """Give a primitive triangles."""
     kind = next(k for k, most in ((5121, 255), (5123, 65535), (5125, 2**32 - 1)) if count <= most)
-    kind = max(kind, draft.tree["accessors"][instead]["componentType"] if instead is not None else 5123)
+    kind = max(kind, editor.tree["accessors"][instead]["componentType"] if instead is not None else 5123)
     values = vertices.astype({5121: "<u1", 5123: "<u2", 5125: "<u4"}[kind])[:, None]
     said = {"componentType": kind, "type": "SCALAR"}
-    primitive["indices"] = draft.accessor(values, said, INDEX, instead)
+    primitive["indices"] = editor.accessor(values, said, INDEX, instead)
     if primitive.get("mode", TRIANGLES) != TRIANGLES:
         primitive["mode"] = TRIANGLES
 
 
-def _copy(draft: Draft, primitive: dict, split: Split, but: set[str]) -> None:
+def _copy(editor: GltfEditor, primitive: dict, split: Split, but: set[str]) -> None:
     """Every attribute of the vertices that are split, morph targets' too."""
     if not split.copies.size:
         return
     for held in (primitive["attributes"], *primitive.get("targets", [])):
         for name in held:
             if name not in but or held is not primitive["attributes"]:
-                values = draft.source.values(held[name])[split.order]
-                said = draft.source.tree["accessors"][held[name]]
-                held[name] = draft.accessor(values, said, ATTRIBUTE, held[name])
+                values = editor.source.values(held[name])[split.order]
+                said = editor.source.tree["accessors"][held[name]]
+                held[name] = editor.accessor(values, said, ATTRIBUTE, held[name])
 
 
-def _staying(draft: Draft, primitive: dict, pictures: set[str]) -> list[str]:
+def _staying(editor: GltfEditor, primitive: dict, pictures: set[str]) -> list[str]:
     """The slots that go on reading the old coordinates, of the material and of its variants."""
     own = primitive.get("material")
     found = list[str]()
     for number in [own, *(mapping["material"] for mapping in gltf_materials.variants(primitive))]:
-        material = {} if number is None else draft.tree["materials"][number]
+        material = {} if number is None else editor.tree["materials"][number]
         shown = _shown(material, pictures) if number == own else set()
         found += [
             slot for slot, info in gltf_materials.slots(material) if set_of(info) == 0 and slot not in shown
@@ -388,35 +393,35 @@ def _shown(material: dict, pictures: set[str]) -> set[str]:
     return pictures | ({gltf_materials.DIFFUSE} if twice else set())
 
 
-def _rebind(draft: Draft, primitive: dict, pictures: Mapping[str, bytes], kept: int | None) -> None:
+def _rebind(editor: GltfEditor, primitive: dict, pictures: Mapping[str, bytes], kept: int | None) -> None:
     """Materials of its own for the primitive, if they change: new pictures, others on the coordinates that are kept."""
     if not pictures and kept is None:
         return
     own = primitive.get("material")
     for holder in [primitive, *gltf_materials.variants(primitive)]:
-        holder["material"] = _own_material(draft, holder.get("material"))
-        material = draft.tree["materials"][holder["material"]]
+        holder["material"] = _own_material(editor, holder.get("material"))
+        material = editor.tree["materials"][holder["material"]]
         new = pictures if holder is primitive else {}
         slots = _shown(material, set(new))
         for slot in sorted(slots):
             old = dict(gltf_materials.slots(material)).get(slot, {}).get("index")
-            texture = draft.texture(new.get(slot, new.get(gltf_materials.BASE, b"")), old)
+            texture = editor.texture(new.get(slot, new.get(gltf_materials.BASE, b"")), old)
             gltf_materials.shown_picture(material, slot, texture)
         if kept is not None and (holder is primitive or own is not None):
             gltf_materials.move_maps(material, kept, slots)
 
 
-def _own_material(draft: Draft, number: int | None) -> int:
+def _own_material(editor: GltfEditor, number: int | None) -> int:
     """The number of a material that only one thing names."""
-    materials = draft.tree.setdefault("materials", [])
-    if number is not None and list(_named(draft.tree["meshes"], "material")).count(number) == 1:
+    materials = editor.tree.setdefault("materials", [])
+    if number is not None and list(_named(editor.tree["meshes"], "material")).count(number) == 1:
         return number
     materials.append(deepcopy(gltf_materials.NEW if number is None else materials[number]))
     return len(materials) - 1
 
 
 def _with_tangents(
-    draft, primitive: dict, part: Primitive, split: Split, uv, uv_corners, faces: Flags
+    editor, primitive: dict, part: Primitive, split: Split, uv, uv_corners, faces: Flags
 ) -> None:
     """Tangents for the new coordinates."""
     document, attributes = part.document, primitive["attributes"]
@@ -426,12 +431,12 @@ def _with_tangents(
     sheet = Charted(
         "", points, corners, uv, uv_corners.reshape(-1, 3), normals, None if normals is None else corners
     )
-    values = draft.source.floats(part.attributes["TANGENT"])[split.order]
+    values = editor.source.floats(part.attributes["TANGENT"])[split.order]
     tangents = np.concatenate(
         [sheet.frames[1], np.broadcast_to(sheet.mirrored[:, None, None], (len(corners), 3, 1))], axis=2
     )
     values[split.number] = tangents.reshape(-1, 4)
-    attributes["TANGENT"] = draft.accessor(values.astype("<f4"), TANGENTS, ATTRIBUTE, attributes["TANGENT"])
+    attributes["TANGENT"] = editor.accessor(values.astype("<f4"), TANGENTS, ATTRIBUTE, attributes["TANGENT"])
 
 
 def _notes(staying: list[str], kept: int | None) -> list[str]:

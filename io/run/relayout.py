@@ -29,7 +29,7 @@ from ...pixels.texture import check_kind
 from ...surfaces.matching import cut_alike, matched
 from .. import files, formats, references
 from ..materials import relaid, written
-from ..materials.carried import How
+from ..materials.carried import BakeSettings
 from ..meshes import mesh_files
 from ..meshes.mesh_format import MeshFile
 from ..pictures import image_files, tiles
@@ -102,11 +102,13 @@ def _pictures(maps: Sequence[tuple[str, str]], outputs: Sequence[str]) -> list[C
 class _Mesh:
     """The new mesh with the old one's materials, about to be written; all of it is checked when it is made."""
 
-    def __init__(self, name: str, job: RelayoutJob, before: _Read, after: _Read, how: How) -> None:
+    def __init__(
+        self, name: str, job: RelayoutJob, before: _Read, after: _Read, settings: BakeSettings
+    ) -> None:
         material_set = relaid.material_set_of(before, plain=True)
         material_set = material_set.instead(relaid.given_maps(job.maps, material_set.dialect))
         self.name, self.force = name, job.force
-        self.relaid = relaid.Relaid(material_set, after, Path(name), how)
+        self.relaid = relaid.Relaid(material_set, after, Path(name), settings)
         self.relaid.check()
         for path in written.beside(self.relaid):
             files.check_output(path, force=job.force)
@@ -127,13 +129,18 @@ class _Pictures:
     """Pictures for the new layout, about to be written; all of it is checked when it is made."""
 
     def __init__(
-        self, wanted: Sequence[CarriedPicture], before: _Read, after: _Read, how: How, force: bool
+        self,
+        wanted: Sequence[CarriedPicture],
+        before: _Read,
+        after: _Read,
+        settings: BakeSettings,
+        force: bool,
     ) -> None:
         self.before = relaid.sheet_of(before)
-        self.after = matched(self.before, relaid.sheet_of(after), how.match)
-        self.wanted, self.how, self.force = wanted, how, force
+        self.after = matched(self.before, relaid.sheet_of(after), settings.match)
+        self.wanted, self.settings, self.force = wanted, settings, force
         self.read = [
-            tiles.read_any(each.path, lambda: _middles(self.before), max_pixels=how.max_pixels)
+            tiles.read_any(each.path, lambda: _middles(self.before), max_pixels=settings.max_pixels)
             for each in wanted
         ]
         for each, (image, _) in zip(wanted, self.read):
@@ -142,7 +149,7 @@ class _Pictures:
         self.files = [_outputs(each.output, self.after, force) for each in wanted]
         self.tiles = list(dict.fromkeys(tile for names in self.files for tile in names))
         self.cut = list[str]()
-        self.size = how.size or self._square()
+        self.size = settings.size or self._square()
         width, height = self.size
         for each, (image, _) in zip(wanted, self.read):
             image_files.check(each.output, image, height, width)
@@ -152,7 +159,7 @@ class _Pictures:
         sides = [0]
         for tile in self.tiles:
             probe = self._origin(PROBED, PROBED, tile)
-            shown = probe.reached(self.how.limit)
+            shown = probe.reached(self.settings.limit)
             for image, box in self.read:
                 size = image.pixels.shape[1::-1]
                 wanted = texels_across(probe, shown, size, box)
@@ -175,14 +182,18 @@ class _Pictures:
 
     def write(self, stack: ExitStack) -> tuple[list[str], list[Origin]]:
         """The names of what is written, and where its texels came from."""
-        how, origins = self.how, {tile: self._origin(*self.size, tile) for tile in self.tiles}
+        settings, origins = self.settings, {tile: self._origin(*self.size, tile) for tile in self.tiles}
         for each, (image, box), names in zip(self.wanted, self.read, self.files):
             sampler = Sampler(
-                image.texture((0j, 1 + 1j), each.kind), how.filter, each.kind, threads=how.threads
+                image.texture((0j, 1 + 1j), each.kind), settings.filter, each.kind, threads=settings.threads
             )
             for tile, name in names.items():
-                options: dict[str, Any] = {"tiles": box, "padding": how.padding, "threads": how.threads}
-                made = carry(origins[tile], sampler, how.limit, **options)
+                options: dict[str, Any] = {
+                    "tiles": box,
+                    "padding": settings.padding,
+                    "threads": settings.threads,
+                }
+                made = carry(origins[tile], sampler, settings.limit, **options)
                 path = stack.enter_context(files.writing(name, force=self.force))
                 image_files.write(path, image.with_pixels(made, image.alpha))
         return [name for names in self.files for name in names.values()], list(origins.values())
@@ -220,19 +231,21 @@ def write_all(job: RelayoutJob, wanted: Plan, threads: int | None, stack: ExitSt
     notes = [f"{each.mesh.name}: {note}" for read in sources for each in read for note in each.notes]
     diagonal = _diagonal(before)
     fixed = size_within(job.size, 1 + 1j, job.max_pixels) if job.size else None
-    how = How(fixed, job.filter, job.limit * diagonal, job.padding, job.max_pixels, job.match, threads)
+    settings = BakeSettings(
+        fixed, job.filter, job.limit * diagonal, job.padding, job.max_pixels, job.match, threads
+    )
     if len(before) == len(after) == 1:
         after = [replace(after[0], mesh=cut_alike(before[0].mesh, after[0].mesh))]
     work: list[_Mesh | _Pictures] = []
     if wanted.mesh:
-        work.append(_Mesh(wanted.mesh, job, before, after, how))
+        work.append(_Mesh(wanted.mesh, job, before, after, settings))
     if wanted.pictures:
-        work.append(_Pictures(wanted.pictures, before, after, how, job.force))
+        work.append(_Pictures(wanted.pictures, before, after, settings, job.force))
     names, origins = list[str](), list[Origin]()
     for each in work:
         made, where = each.write(stack)
         names, origins, notes = names + made, origins + where, notes + each.notes
-    _demand_partners(origins, job.old, job.new, how)
+    _demand_partners(origins, job.old, job.new, settings)
     figures = _figures(origins, job.limit, diagonal, expand_tiles(job.inputs))
     notes += _blank(origins, job.new)
     return figures | {"notes": list(dict.fromkeys(notes)), "written": names}
@@ -247,18 +260,18 @@ def _doubt(found: dict[str, Any], job: RelayoutJob) -> str | None:
     return None
 
 
-def _demand_partners(origins: Sequence[Origin], old: str, new: str, how: How) -> None:
+def _demand_partners(origins: Sequence[Origin], old: str, new: str, settings: BakeSettings) -> None:
     """Refuse a mesh no texel of which lies on the old one.
 
     Raises:
         InputError: saying how they were looked for.
     """
     covered = any(origin.grid.owners.owner.max() >= 0 for origin in origins)
-    if covered and not any(origin.reached(how.limit).any() for origin in origins):
+    if covered and not any(origin.reached(settings.limit).any() for origin in origins):
         tried = {"index": "face by face", "topology": "by connectivity"}
         tried["position"] = "by place, as it is and after a similarity"
         tried["auto"] = "by place, face by face, by connectivity, and after a similarity"
-        raise InputError(f"{new}: nothing of it lies on {old}; tried {tried[how.match]}")
+        raise InputError(f"{new}: nothing of it lies on {old}; tried {tried[settings.match]}")
 
 
 def _blank(origins: Sequence[Origin], new: str) -> list[str]:

@@ -201,7 +201,7 @@ def box_of(
     )
 
 
-class Latest:
+class LastValueCache:
     """What was made last, while it is small: jobs of a batch that follow each other often share their texture."""
 
     def __init__(self) -> None:
@@ -216,7 +216,7 @@ class Latest:
         return made
 
 
-_read, _ready = Latest(), Latest()
+_read, _ready = LastValueCache(), LastValueCache()
 
 
 def outlines_of(job: Job, sources: Sequence[Shape]) -> list[Complex]:

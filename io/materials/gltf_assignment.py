@@ -9,11 +9,11 @@ from ...arrays import Index
 from ...meshes.charted import Charted
 from ..meshes import gltf_materials
 from ..meshes.gltf import Gltf, Primitive
-from ..meshes.gltf_write import Draft, plain
+from ..meshes.gltf_write import GltfEditor, plain
 
 
 @dataclass(frozen=True, eq=False)
-class Clothes:
+class MaterialAssignment:
     """A material for primitives.
 
     Attributes:
@@ -31,50 +31,52 @@ class Clothes:
     coordinates: int = 0
 
 
-def dress(document: Gltf, clothes: Sequence[Clothes], used: Sequence[str] = ()) -> bytes:
+def assign_materials(
+    document: Gltf, assignments: Sequence[MaterialAssignment], used: Sequence[str] = ()
+) -> bytes:
     """The file as GLB with these materials; `used` are the extensions that they need."""
-    draft = Draft(document)
-    materials = draft.tree.setdefault("materials", [])
-    held = [_own(draft, each) for each in clothes]
+    editor = GltfEditor(document)
+    materials = editor.tree.setdefault("materials", [])
+    held = [_own(editor, each) for each in assignments]
     for number in held:
         materials[number] = {}
-    for number, each in zip(held, clothes):
+    for number, each in zip(held, assignments):
         materials[number] = deepcopy(each.material)
-        _paint(draft, materials[number], each)
+        _paint(editor, materials[number], each)
         for part in each.primitives:
-            draft.tree["meshes"][part.mesh]["primitives"][part.number]["material"] = number
-    if extensions := [name for name in used if name not in draft.tree.get("extensionsUsed", [])]:
-        draft.tree.setdefault("extensionsUsed", []).extend(extensions)
-    draft.forget()
-    return draft.bytes()
+            editor.tree["meshes"][part.mesh]["primitives"][part.number]["material"] = number
+    if extensions := [name for name in used if name not in editor.tree.get("extensionsUsed", [])]:
+        editor.tree.setdefault("extensionsUsed", []).extend(extensions)
+    editor.forget()
+    return editor.bytes()
 
 
-def _own(draft: Draft, clothes: Clothes) -> int:
+def _own(editor: GltfEditor, assignment: MaterialAssignment) -> int:
     """The number of the material that only these primitives show, or of a new one."""
-    own = {(part.mesh, part.number) for part in clothes.primitives}
-    number = clothes.primitives[0].tree.get("material")
+    own = {(part.mesh, part.number) for part in assignment.primitives}
+    number = assignment.primitives[0].tree.get("material")
     shown = {
         (k, n)
-        for k, mesh in enumerate(draft.tree["meshes"])
+        for k, mesh in enumerate(editor.tree["meshes"])
         for n, primitive in enumerate(mesh["primitives"])
         for variant in (primitive, *gltf_materials.variants(primitive))
         if variant.get("material") == number
     }
     if number is not None and shown <= own:
         return number
-    draft.tree["materials"].append({})
-    return len(draft.tree["materials"]) - 1
+    editor.tree["materials"].append({})
+    return len(editor.tree["materials"]) - 1
 
 
-def _paint(draft: Draft, material: dict[str, Any], clothes: Clothes) -> None:
+def _paint(editor: GltfEditor, material: dict[str, Any], assignment: MaterialAssignment) -> None:
     """Have a material of the file show its new pictures and no others."""
-    gltf_materials.bare(material, set(clothes.pictures))
-    for slot, content in sorted(clothes.pictures.items()):
+    gltf_materials.bare(material, set(assignment.pictures))
+    for slot, content in sorted(assignment.pictures.items()):
         name = (
             f"{material.get('name', '')} {gltf_materials.name_slots([slot]).removesuffix('Texture')}".strip()
         )
-        texture = draft.new_texture(content, clothes.samplers.get(slot), name)
-        gltf_materials.shown_picture(material, slot, texture, clothes.coordinates)
+        texture = editor.new_texture(content, assignment.samplers.get(slot), name)
+        gltf_materials.shown_picture(material, slot, texture, assignment.coordinates)
 
 
 def sheets(name: str, whole: Charted, owner: Index) -> Gltf:
