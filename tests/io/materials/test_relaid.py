@@ -397,3 +397,11 @@ def test_pictures_beside_an_obj_are_not_replaced_unasked(there, iccm):
     done = iccm("relayout", "old.obj", "new.obj", "-o", "out.obj", "--size", N)
     assert done.code == 2 and "out-kd.png: the file exists" in done.err
     assert (there / "out-kd.png").read_bytes() == b"mine" and not (there / "out.obj").exists()
+
+
+def test_materials_for_a_mesh_that_is_no_obj_are_written_to_glb(there, iccm):
+    """An OBJ with a library is written of an OBJ's own lines; it ended with an internal error."""
+    assert iccm("flatten", "new.obj", "--uv", "new.ply").code == 0
+    done = iccm("relayout", "old.glb#body", "new.ply", "-o", "out.obj", "--size", N)
+    assert done.code == 2 and "new.ply" in done.err and "use .glb" in done.err and len(done.lines) == 1
+    assert iccm("relayout", "old.glb#body", "new.ply", "-o", "out.glb", "--size", N).code == 0
