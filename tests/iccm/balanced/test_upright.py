@@ -7,7 +7,7 @@ import pytest
 
 import iccm
 from iccm.balanced.minimise.energy import NO_SLOTS, RestShapes, geometry
-from iccm.balanced.minimise.upright import Upright, rotation_derivatives, rotation_factor
+from iccm.balanced.minimise.upright import Upright, rotation_cost, rotation_derivatives, rotation_factor
 from iccm.balanced.model.boundary_pairs import Match
 from iccm.balanced.model.energy import WITHOUT_ROTATION, Energy
 from iccm.balanced.model.measures import turn_of
@@ -40,6 +40,7 @@ def test_a_similarity_costs_what_its_turn_does():
         assert turn_of(z, u, faces) == pytest.approx(turn, abs=1e-12)
         found = rotation_factor(Upright.of(rest, z.size, 3.0), u, 2.0)
         assert found == pytest.approx((1 + 1.5 * (1 - np.cos(turn))) ** 2)
+        assert rotation_cost(3.0, np.cos(turn)) ** 2 == pytest.approx(found)
 
 
 def test_the_inverse_map_turns_the_other_way():

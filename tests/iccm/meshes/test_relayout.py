@@ -8,7 +8,7 @@ from matplotlib.tri import LinearTriInterpolator, Triangulation
 
 from iccm.io.pictures import image_files
 from iccm.meshes.charted import Charted
-from iccm.meshes.relayout import partners
+from iccm.meshes.relayout import Origin, partners
 
 N = 256
 MIDDLE = np.array([0.5, 0.5])
@@ -336,3 +336,19 @@ def test_partners_are_found_however_faces_are_ordered_and_turned():
     assert (np.take_along_axis(shuffled, turn, axis=1) == faces[order]).all()
     apart = Charted("m", points + np.array([0, 0, 1]), faces, points[:, :2], faces)
     assert (partners(old, apart)[0] == -1).all()
+
+
+def test_footprints_of_a_rotated_layout_are_rotated():
+    """The new layout is half as large, a quarter of a circle on: a texel to the right of it is two texels down the old
+    one, whose picture is twice as wide as high."""
+    points, faces = (
+        np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float),
+        np.array([[0, 1, 2], [0, 2, 3]]),
+    )
+    uv = points[:, :2]
+    old = Charted("old", points, faces, uv, faces)
+    new = Charted("new", points, faces, 0.5 + 0.5 * (uv - 0.5) @ np.array([[0, 1], [-1, 0]]), faces)
+    found = Origin.of(old, new, 64, 64)
+    rows, columns = np.array([30, 20]), np.array([40, 25])
+    places = found.places(rows, columns, (128, 64))
+    assert places.turn == pytest.approx(np.array([[0, -4, 2, 0]] * 2), abs=1e-6)

@@ -12,6 +12,7 @@ from concurrent.futures import BrokenExecutor, Future, wait
 
 import pytest
 
+from iccm import deadline
 from iccm.io.batch import dispatch, journal, pools, worker
 from iccm.io.batch.journal import Journal
 from iccm.io.batch.manifest import ManifestError, Task
@@ -91,6 +92,13 @@ def play(tmp_path, monkeypatch):
         return {r["name"]: r for r in results}, pool
 
     return run
+
+
+def test_a_job_ends_by_itself_before_it_is_killed():
+    """A map that has been found by then is the result; a worker that is killed leaves nothing."""
+    assert dispatch.Policy(timeout=10).seconds == pytest.approx(8)
+    assert dispatch.Policy(timeout=10, time_limit=3).seconds == 3
+    assert dispatch.Policy().seconds == deadline.DEFAULT
 
 
 def test_a_failed_job_does_not_stop_the_others(play):
