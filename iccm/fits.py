@@ -39,6 +39,11 @@ class FitMode:
         return bool(self.fills) and not self.compares
 
     @property
+    def is_searched(self) -> bool:
+        """Whether maps are compared, if nothing else is asked for: of outlines, or of frames around drawings."""
+        return self.compares or self.of_drawings
+
+    @property
     def leaves_bare(self) -> bool:
         """Whether parts of the target stay bare on demand."""
         return self.is_partial and "source" in self.fills

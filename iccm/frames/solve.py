@@ -6,6 +6,7 @@ from dataclasses import replace
 from ..balanced.fit import coverage_notes, settings_of
 from ..drawings.drawing import Drawing
 from ..errors import InputError
+from ..fits import FITS
 from ..problem import Options
 from ..result import Fit
 from .choice import Choice, Way, choices, may_pair
@@ -48,9 +49,9 @@ def fit_drawings(
     NoMapError
         No map without folds was found.
     """
-    if not searched or options.fit in ("whole", "contain", "cover") or options.holes == "keep":
+    if not searched or not FITS[options.fit].is_searched or options.holes == "keep":
         return solve_choice(_unsearched(source, target, options), source, target, options, solver)
-    framed = options.fit == "frame"
+    framed = FITS[options.fit].of_drawings
     ranked = choices(source, target, settings_of(options), free_gaps=free_gaps, framed=framed)
     ranked.sort(
         key=lambda choice: _excess(choice, options)
@@ -91,7 +92,7 @@ def _unsearched(source: Drawing, target: Drawing, options: Options) -> Choice:
     """Return the choice of the tightest frames that contain all of both drawings, mapped as the options say."""
     ways: dict[str, Way] = {"contain": "contain", "cover": "cover"}
     way = ways.get(options.fit, "whole")
-    holed = source.is_one_part and target.is_one_part and options.fit != "frame"
+    holed = source.is_one_part and target.is_one_part and not FITS[options.fit].of_drawings
     return Choice((source.tightest, target.tightest), way, holed)
 
 

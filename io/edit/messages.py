@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import ConfigDict, Field, TypeAdapter, ValidationError, model_validator
 
 from ...errors import InputError
-from ...fits import FitName
+from ...fits import FITS, FitName
 from .. import limits
 from ..checked import Checked, first
 from ..point_syntax import Place as Spot
@@ -45,7 +45,8 @@ class Scene(_Message):
     def whole(self) -> bool:
         """Whether the outlines, or the tightest frames, of both drawings go onto each other for certain, so that maps
         may continue from each other."""
-        return self.fit == "whole" or (self.fit in ("auto", "frame") and self.constrained)
+        mode = FITS[self.fit]
+        return not mode.is_partial and (self.constrained or not mode.is_searched)
 
     @property
     def key(self) -> str:

@@ -51,6 +51,7 @@ def test_what_a_fit_becomes_elsewhere_is_a_fit():
         assert fits.FITS[fits.of_outlines(name)].of_drawings is False
         assert fits.FITS[fits.with_constraints(name)].compares is False
         assert fits.is_partial(name) == (mode.fills in (("source",), ("target",)))
+    assert [name for name, mode in fits.FITS.items() if mode.is_searched] == ["auto", "frame"]
     assert [name for name in fits.FITS if fits.leaves_bare(name)] == ["contain"]
     assert not fits.is_partial(None) and not fits.leaves_bare(None)
 
