@@ -51,6 +51,7 @@ $(PAGES): $(READY)
 # The site, into build/site: broken links and warnings fail, nothing is fetched.
 docs: $(PAGES)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+	@$(BIN)/python docs/links.py build/site
 
 bench: $(CORE)
 	$(BIN)/python -m tests.bench

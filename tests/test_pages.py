@@ -24,7 +24,7 @@ def loaded(name):
     return module
 
 
-RECIPES, SITE = loaded("recipes"), loaded("site")
+RECIPES, SITE, LINKS = loaded("recipes"), loaded("site"), loaded("links")
 
 
 def name_of(page):
@@ -87,6 +87,18 @@ def test_the_links_of_a_page_lead_somewhere(page):
         target = (page.parent / name) if name else page
         assert target.is_file(), link
         assert not anchor or anchor in anchors(target), link
+
+
+def test_the_link_check_of_the_site_finds_what_is_broken(tmp_path):
+    (tmp_path / "b.html").write_text('<h2 id="there">There</h2>')
+    (tmp_path / "a.html").write_text(
+        '<a href="b.html#there"></a><a href="b.html#gone"></a><a href="c.html"></a><a href="https://example.org"></a>'
+        '<img src="https://example.org/a.png"><img src="data:image/png;base64,AA">'
+    )
+    messages = LINKS.broken(tmp_path, tmp_path / "a.html")
+    assert len(messages) == 3
+    assert all(word in text for word, text in zip(("gone", "c.html", "a.png"), messages))
+    assert LINKS.main(tmp_path) == 1
 
 
 def test_every_page_is_in_the_site():
@@ -161,6 +173,29 @@ def test_every_command_and_option_shown_exists():
 
 def test_the_readme_is_one_screen():
     assert len((ROOT / "README.md").read_text().splitlines()) <= 130
+
+
+def test_pictures_that_need_care_on_dark_pages_are_marked(tmp_path):
+    from PIL import Image
+
+    docs = ROOT / "docs"
+    assert SITE.tone(docs, "files/shield.svg") == "ink"
+    assert SITE.tone(docs, "files/heart.svg") == ""
+    assert SITE.tone(docs / "cookbook", "../samples/pins/face.png") == ""
+    Image.new("RGB", (5, 3), "white").save(tmp_path / "plot.png")
+    Image.new("RGBA", (5, 3), (255, 255, 255, 0)).save(tmp_path / "clear.png")
+    assert [SITE.tone(tmp_path, name) for name in ("plot.png", "clear.png", "missing.png")] == [
+        "figure",
+        "",
+        "",
+    ]
+
+
+def test_links_to_samples_lead_to_their_place_on_the_site():
+    text = "![a](../../samples/pins/cat.svg) and [b](../../samples/pins/README.md)"
+    assert (
+        SITE.on_page_markdown(text) == "![a](../samples/pins/cat.svg) and [b](../../samples/pins/README.md)"
+    )
 
 
 def test_tables_of_options_have_every_option_once():
