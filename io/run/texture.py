@@ -8,8 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import shapely
 
 from ...arrays import Box, Complex
+from ...curve import polygon_of
+from ...drawings.drawing import Drawing
 from ...errors import InputError
 from ...plane import bounding_box
 from .. import formats
@@ -223,8 +226,12 @@ def outlines_of(job: Job, sources: Sequence[Shape]) -> list[Complex]:
     """The outlines of sources, and of the holes that a map takes into account, where a texture lies flat on them."""
     if sources[0].is_mesh:
         return []
-    holes = [shape.holes[k] for shape in sources for k in shape.mappable_holes if job.holed]
-    return [*(shape.curve.z for shape in sources), *holes]
+    holes = [[shape.holes[k] for k in shape.mappable_holes if job.holed] for shape in sources]
+    if len(sources) == 1:
+        return [sources[0].curve.z, *holes[0]]
+    # parts may lie on each other, such as an eye on a face: where one is, the texture goes on below it
+    painted = shapely.union_all([polygon_of(shape.curve.z, *own) for shape, own in zip(sources, holes)])
+    return Drawing(painted).rings
 
 
 def sampler_of(

@@ -228,3 +228,11 @@ def test_artwork_shows_all_parts_that_are_mapped_one_by_one(shapes, iccm):
     assert len(area.parts) == 3 and area.region.area == pytest.approx(
         50 * 40 + 8 * 30 + 20 * 24 - 10 * 14, rel=0.02
     )
+
+
+def test_parts_that_lie_on_others_keep_their_own_colours(drawings, iccm):
+    done = iccm(*ALL, "-o", "own.png")
+    assert done.code == 0, done.err
+    pixels = np.asarray(Image.open("own.png"))
+    assert pixels[2 * 44, 2 * 32].tolist() == [0, 0, 0, 255]  # the right eye
+    assert pixels[2 * 80, 2 * 50].tolist() == [255, 204, 0, 255]
