@@ -190,9 +190,11 @@ class Options:
         for name, words in (("fit", tuple(FITS)), ("place", PLACES), ("holes", HOLES)):
             if getattr(self, name) not in words:
                 raise InputError(f"{name}: {getattr(self, name)!r} is not one of {', '.join(words)}")
-        if self.place != "fill" and (others := self._given(("fit", "holes"))):
+        if self.place != "fill" and (
+            others := self._given(("fit", "holes", "max_left_out", "max_uncovered"))
+        ):
             raise InputError(
-                f"{others[0]}: place {self.place} keeps the drawing's proportions, so nothing is fitted; "
+                f"{others[0]}: place {self.place} keeps the drawing's proportions, so no fits are compared; "
                 "leave one of the two out"
             )
         if max(self.max_left_out, self.max_uncovered) > 1:

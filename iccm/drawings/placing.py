@@ -166,11 +166,16 @@ def _angles() -> Sequence[float]:
 
 
 def _starts(search: _Search, angles: Sequence[float]) -> Iterator[Similarity]:
-    """Yield copies that lie inside but for the rounding of the raster, each among the largest of its rotation."""
+    """Yield copies that lie inside but for the rounding of the raster: one in the largest circle, which there always
+    is, then the largest of each rotation."""
     low_x, low_y, high_x, high_y = search.outer.bounds
     box = complex(low_x, low_y), complex(high_x, high_y)
     canvas = Canvas.about(*proportional(RASTER, box[1] - box[0]), box)
     outside = np.pad(1 - painted_share(rings_of(search.outer), canvas), 1, constant_values=1.0)
+    near = 1 / RASTER * float(np.sqrt(search.outer.area))
+    circle = shapely.maximum_inscribed_circle(search.outer, near)  # a line from its centre to its boundary
+    middle, edge = complex_of(shapely.get_coordinates(circle))
+    yield Similarity(complex(np.exp(1j * angles[0]) * abs(edge - middle) / search.extent), complex(middle))
     largest = 0.0
     for angle in angles:
         turn = complex(np.exp(1j * angle))

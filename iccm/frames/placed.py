@@ -29,6 +29,9 @@ ROUNDED = 1e-9
 """Of the target's diagonal: points as close are the same."""
 MOST_CUT = 0.5
 """Of the copy's area: where pins put more of it outside, the drawing has no place there."""
+HIDDEN_INSIDE = 3.0
+"""How many times a part of the source drawing counts that gaps of the target hide, where all was to be inside: so a
+drawing is put beside the hole of a ring, but not beside small holes."""
 SLIVER = 1e-4
 """Of the copy's area: smaller pieces that are cut off come from rounding."""
 
@@ -76,8 +79,16 @@ def fit_placed(
     InputError
         There is no place for the drawing where the pins ask for one.
     """
-    found = [_placement(inner, outer, options, pins) for inner, outer in _regions(source, target, options)]
-    best = min(found, key=lambda placement: _cost(placement, source, target, opaque=opaque))
+    regions = list(_regions(source, target, options))
+    if len(pins) > 1:
+        regions = regions[:1]  # the pins say where the copy lies, whatever it may lie in
+    placements = [_placement(inner, outer, options, pins) for inner, outer in regions]
+    found = [placement for placement in placements if placement is not None]
+    if not found:
+        raise InputError(
+            f"place: no similar copy fits {options.place} where the pins ask for it; move them, or use place fill"
+        )
+    best = min(found, key=lambda placement: _cost(placement, source, target, options.place, opaque=opaque))
     turn = float(np.degrees(np.angle(best.similarity.factor)))
     whole = replace(options, place="fill", fit="whole", turn=turn)
     fit = solver(best.source, best.target, [], [], whole, pinned=not best.meets(pins))
@@ -94,13 +105,14 @@ def _regions(source: Drawing, target: Drawing, options: Options) -> Iterator[tup
         yield inner.tightest.outline, outer.painted
 
 
-def _placement(inner: Curve, outer: shapely.Geometry, options: Options, pins: Complex) -> Placement:
-    """Return the placement for a frame that is copied and the region that must contain the copy.
+def _placement(inner: Curve, outer: shapely.Geometry, options: Options, pins: Complex) -> Placement | None:
+    """Return the placement for a frame that is copied and the region that must contain the copy; None where no copy
+    lies as the pins ask.
 
     Raises
     ------
     InputError
-        There is none where the pins ask for one.
+        Most of the copy lies outside, or the rest is in pieces.
     """
     is_inside = options.place == "inside"
     turn = None if options.turn == "any" else np.radians(options.turn or 0.0)
@@ -114,9 +126,7 @@ def _placement(inner: Curve, outer: shapely.Geometry, options: Options, pins: Co
     else:
         copied = largest_copy(inner.polygon, outer, rotation)
     if copied is None:
-        raise InputError(
-            f"place: no similar copy fits {options.place} where the pins ask for it; move them, or use place fill"
-        )
+        return None
     copy = _within(Curve(copied(inner.z)), outer)
     return Placement(copied, inner, copy) if is_inside else Placement(copied.inverse(), copy, inner)
 
@@ -160,11 +170,13 @@ def _within(copy: Curve, outer: shapely.Geometry) -> Curve:
     return Curve.domain(complex_of(shapely.get_coordinates(pieces[0].exterior)[:-1]))
 
 
-def _cost(placement: Placement, source: Drawing, target: Drawing, *, opaque: bool) -> float:
+def _cost(placement: Placement, source: Drawing, target: Drawing, place: str, *, opaque: bool) -> float:
     """Return the cost of a placement (see `drawings.cost`), as if nothing were bent."""
     domain = placement.source.polygon
     seen_through = shapely.intersection(domain, moved(target.painted, placement.similarity.inverse()))
     shown = float(shapely.intersection(seen_through, source.painted).area)
     covered = (seen_through.area if opaque else shown) * abs(placement.similarity.factor) ** 2
     hidden, bare = 1 - shown / source.region.area, 1 - covered / target.region.area
+    if place == "inside":
+        hidden *= HIDDEN_INSIDE
     return price(1.0, (hidden, bare), 1.0)

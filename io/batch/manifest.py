@@ -383,6 +383,8 @@ def _why_no_sequence(values: dict[str, Any]) -> str:
     """Why frames do not go on from each other with these values; empty where they do."""
     if values.get("parts") in ("all", "each") or values.get("method") not in (None, "balanced"):
         return "frames go on from each other by the balanced method, one part each"
+    if values.get("place") not in (None, "fill"):
+        return "frames go on from each other with maps onto all of the target (place fill)"
     if values["fit"] != "whole":
         return "frames go on from each other with whole outlines (fit whole)"
     if values.get("start") or not values.get("target"):

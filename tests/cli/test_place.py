@@ -135,6 +135,13 @@ def test_meshes_are_filled(drawings, iccm):
     assert done.code == 2 and "two.obj" in done.err and "--place" in done.err
 
 
+def test_frames_of_a_sequence_are_not_placed(drawings, iccm):
+    for number in (1, 2):
+        (drawings / f"f{number}.svg").write_text(SVG.format(80, 100, SHIELD))
+    done = iccm("map", "sign.svg", "f*.svg", "--sequence", "--place", "inside", "-o", "o{number}.png")
+    assert done.code == 2 and "place" in done.err
+
+
 def test_manifests_take_it(drawings, iccm):
     (drawings / "jobs.toml").write_text(
         '[[job]]\nsource = "sign.svg"\ntarget = "shield.svg"\nplace = "slice"\noutput = "o.png"\nsize = 200\n'

@@ -66,6 +66,22 @@ def test_a_copy_avoids_holes_and_other_parts():
     assert far.covers(moved(SIGN, found)) and abs(found.factor) > 0.6
 
 
+def test_there_is_a_copy_in_thin_lines_too():
+    lines = shapely.MultiLineString([[(0, 0), (100, 3)], [(50, 1), (48, 90)], [(48, 60), (90, 80)]]).buffer(
+        0.05
+    )
+    found = largest_copy(SHIELD, lines)
+    assert lines.covers(moved(SHIELD, found)) and abs(found.factor) * 8 > 0.06
+
+
+def test_inside_a_ring_nothing_is_hidden():
+    ring = shapely.Point(0, 0).buffer(9).difference(shapely.Point(1, 0).buffer(3.5))
+    fit = iccm.fit(SIGN, ring, place="inside")
+    assert fit.shown == pytest.approx(1, abs=1e-3)
+    speck = shapely.Point(0, 0).buffer(9).difference(shapely.Point(1, 0).buffer(0.3))
+    assert iccm.fit(SIGN, speck, place="inside").covered > 0.4  # small holes may lie in it
+
+
 def test_a_point_says_where_the_copy_lies():
     found = largest_copy_about(SIGN, SHIELD, 1 + 1j, 4 + 6j)
     assert found(1 + 1j) == pytest.approx(4 + 6j)
@@ -129,6 +145,7 @@ def test_two_pins_are_met_and_what_sticks_out_is_bent():
         ({"place": "under"}, "place"),
         ({"place": "inside", "fit": "cover"}, "fit"),
         ({"place": "slice", "holes": "keep"}, "holes"),
+        ({"place": "slice", "max_left_out": 0.1}, "max_left_out"),
         ({"place": "inside", "method": "conformal"}, "place"),
         ({"place": "inside", "pins": [(1 + 1j, 0.1 + 9j), (4 + 1j, 8 + 9.9j)]}, "place.*pins"),
         ({"place": "inside", "pins": [(1 + 1j, 5 + 5j), (4 + 1j, 3 + 5j)], "turn": 0}, "place.*pins"),
