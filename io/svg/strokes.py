@@ -90,11 +90,12 @@ def areas(
     Raises:
         InputError: a malformed width, or lines that cross too often.
     """
-    seen = list(_bearable(shapes))
-    base, rest = _base(seen)
+    filled = Fills()
+    seen = list(_bearable(shapes, filled))
+    base, rest = _base(seen, filled)
     fills = [base]
     for drawn, runs in rest:
-        fills += [cut(drawn, part) for part in _filled([(drawn, runs)])]
+        fills += [cut(drawn, part) for part in filled.of(drawn, runs)]
     strokes = [
         (drawn, cut(drawn, painted_by_stroke(drawn, runs)))
         for drawn, runs in _uncovered(base, seen)
@@ -104,7 +105,21 @@ def areas(
     return unite(fills), strokes
 
 
-def _bearable(shapes: Iterable[Seen]) -> Iterator[Seen]:
+class Fills:
+    """What the fills of shapes paint, each computed once."""
+
+    def __init__(self) -> None:
+        self._known: dict[Node, list[shapely.Polygon]] = {}
+
+    def of(self, drawn: Node, runs: Sequence[Subpath]) -> list[shapely.Polygon]:
+        """What the fill of one shape paints."""
+        if drawn not in self._known:
+            rings = [run.z for run in runs if run.z.size > 2]
+            self._known[drawn] = painted(rings, drawn.properties.get("fill-rule", "nonzero").strip())
+        return self._known[drawn]
+
+
+def _bearable(shapes: Iterable[Seen], filled: Fills) -> Iterator[Seen]:
     """The shapes, looked at for crossings of what they fill as they come, ever more of them at once, so that what is
     refused has not been read to its end.
 
@@ -117,29 +132,29 @@ def _bearable(shapes: Iterable[Seen]) -> Iterator[Seen]:
         seen.append((drawn, runs))
         count += len(runs) if drawn.filled else 0
         if count >= look:
-            _base(seen)
+            _base(seen, filled)
             look = MORE * count
         yield drawn, runs
 
 
-def _base(seen: Sequence[Seen]) -> tuple[shapely.Geometry, list[Seen]]:
+def _base(seen: Sequence[Seen], filled: Fills) -> tuple[shapely.Geometry, list[Seen]]:
     """What the LARGEST fills paint together, and the other shapes that fill and that it does not cover: those that it
     does have no part in the silhouette, however often their lines cross.
 
     Raises:
         InputError: lines of the others cross too often.
     """
-    filled = [(drawn, runs) for drawn, runs in seen if drawn.filled and runs]
-    filled.sort(key=lambda each: -_box(*each).area)
+    shapes = [(drawn, runs) for drawn, runs in seen if drawn.filled and runs]
+    shapes.sort(key=lambda each: -_box(*each).area)
     base, taken = shapely.Polygon(), set[Node]()
-    for each in [each for each in filled if not each[0].clips][:LARGEST_FILLS]:
+    for each in [each for each in shapes if not each[0].clips][:LARGEST_FILLS]:
         try:
             crossings.check([*_closed([each]), *rings_of(base)])
-            base = unite([base, *_filled([each])])
+            base = unite([base, *filled.of(*each)])
         except crossings.TooMuch:
             continue
         taken.add(each[0])
-    rest = _uncovered(base, [each for each in filled if each[0] not in taken])
+    rest = _uncovered(base, [each for each in shapes if each[0] not in taken])
     crossings.check([*_closed(rest), *rings_of(base)])
     return base, rest
 
@@ -149,15 +164,6 @@ def _uncovered(base: shapely.Geometry, shapes: Sequence[Seen]) -> list[Seen]:
     shapely.prepare(base)
     hidden = shapely.covers(base, np.array([_box(drawn, runs) for drawn, runs in shapes], dtype=object))
     return [each for each, covered in zip(shapes, hidden) if not covered]
-
-
-def _filled(shapes: Iterable[Seen]) -> list[shapely.Polygon]:
-    """What the fills of shapes paint."""
-    found: list[shapely.Polygon] = []
-    for drawn, runs in shapes:
-        rings = [run.z for run in runs if run.z.size > 2]
-        found += painted(rings, drawn.properties.get("fill-rule", "nonzero").strip())
-    return found
 
 
 def _closed(shapes: Iterable[Seen]) -> list[Complex]:
