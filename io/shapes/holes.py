@@ -134,6 +134,8 @@ def _fit_drawings(
             source.domain, target.domain, start=start, hole_partners=partners if both else (), **given
         )
     except NoMapError:
+        if not (source.holes or target.holes):
+            raise
         tell(f"{target.spec}: {UNMAPPED}")
         return iccm.fit(filled(source).domain, filled(target).domain, start=start, **given)
 
