@@ -30,6 +30,8 @@ SAMPLES = {
 }
 """Pairs to try: folder, source, target and texture."""
 KEPT = 30  # days after which a file that was dropped on the page, and not opened since, is removed
+ALL = "all"
+"""What the page calls the whole drawing among its parts."""
 PARTS = 30  # of a drawing, from the largest, that are shown as thumbnails
 POINTS = 300  # about, of a thumbnail's outlines
 ROLES = ("source", "target", "texture")
@@ -157,7 +159,7 @@ def samples_of(name: str) -> list[str]:
 def parts_of(path: str) -> list[dict[str, Any]]:
     """The shapes that a drawing or picture can be read as: what picks each, its names, and its outline as SVG's `d`.
 
-    The silhouette of an SVG is the last. Meshes have none.
+    Where there are several, the whole drawing is the first, and the silhouette of an SVG the last. Meshes have none.
 
     Raises:
         InputError: the file is wrong, or draws nothing.
@@ -166,8 +168,11 @@ def parts_of(path: str) -> list[dict[str, Any]]:
         return []
     found = shape.read_all(path)
     parts = [_part(each, f"{path}#{each.part}", ", ".join(each.names[:1])) for each in found[:PARTS]]
+    if len(found) > 1:
+        with suppress(InputError):  # its largest part may be no shape
+            parts.insert(0, _part(shape.read(path, whole=True), path, ALL))
     if len(found) > 1 and formats.suffix_of(path) in (".svg", ".svgz"):
-        whole = shape.read(f"{path}#{SILHOUETTE}")
+        whole = shape.read(f"{path}#{SILHOUETTE}", whole=True)
         parts.append(_part(whole, whole.spec, SILHOUETTE))
     return parts
 
@@ -177,8 +182,10 @@ def _part(part: Shape, spec: str, name: str) -> dict[str, Any]:
     low, high = part.box
     size = max((high - low).real, (high - low).imag)
 
+    rings = part.drawing.rings if part.drawing else (part.curve.z, *part.holes)
+
     def ring(z: np.ndarray) -> str:
         points = xy_of((np.asarray(z)[:: max(1, len(z) // POINTS)] - low) / size)
         return "M" + "L".join(f"{x:.3f} {1 - y:.3f}" for x, y in points) + "Z"
 
-    return {"spec": spec, "name": name, "d": "".join(map(ring, (part.curve.z, *part.holes)))}
+    return {"spec": spec, "name": name, "d": "".join(map(ring, rings))}

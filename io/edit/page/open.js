@@ -46,7 +46,7 @@ function thumbnail(role, part, parts) {
   const button = document.createElement('button'), picture = document.createElementNS(SVG, 'svg');
   picture.setAttribute('viewBox', '-0.04 -0.04 1.08 1.08');
   picture.setAttribute('aria-hidden', 'true');
-  for (const each of [parts.at(-1), part]) {  // the last is all of it
+  for (const each of [parts[0], part]) {  // the first is all of it
     const path = picture.appendChild(document.createElementNS(SVG, 'path'));
     path.setAttribute('d', each.d);
     path.setAttribute('fill-rule', 'evenodd');

@@ -816,10 +816,10 @@ def test_files_are_chosen_on_the_page_and_parts_by_their_pictures(page, tmp_path
     line = edited.js("document.getElementById('command').textContent")
     assert re.search(r"iccm map \S+/two.svg leaf.svg ", line)  # that in this folder is named as it is there
     edited.js("document.getElementById('choose').click()")
-    edited.wait("document.querySelectorAll('[data-role=source] .parts button').length === 3")
+    edited.wait("document.querySelectorAll('[data-role=source] .parts button').length === 4")
     names = "[...document.querySelectorAll('[data-role=source] .parts button')].map((e) => e.title)"
-    assert edited.js(names) == ["part 1", "dot", "silhouette"]
-    edited.js("document.querySelectorAll('[data-role=source] .parts button')[1].click()")
+    assert edited.js(names) == ["all", "part 1", "dot", "silhouette"]
+    edited.js("document.querySelectorAll('[data-role=source] .parts button')[2].click()")
     edited.js("document.getElementById('files-open').click()")
     edited.wait(
         "!document.querySelector('#files[open]') && globalThis.iccm?.panes.source.shape.name.endsWith('#2')"
