@@ -56,7 +56,8 @@ def run_pytest(folder: Path, environment: Mapping[str, str], tests: Sequence[str
         os.dup2(file.fileno(), 2)
     import pytest
 
-    options = ["-x", "-q", "-n", "0", "-m", "not slow", "-p", "no:cacheprovider", "--rootdir", str(folder)]
+    options = ["-x", "-q", "-n", "0", "-m", "not slow", "-p", "no:cacheprovider", "-o", "timeout=0"]
+    options += ["--rootdir", str(folder)]
     sys.exit(int(pytest.main([*options, *tests])))
 
 
@@ -102,10 +103,12 @@ class Copy:
         """What the last tests printed."""
         return self.log.read_text(encoding="utf-8", errors="replace")
 
-    def compile(self) -> None:
-        """Bring the compiled core up to date with its sources."""
+    def compile(self) -> bool:
+        """Bring the compiled core up to date with its sources; whether that succeeds."""
         command = [sys.executable, "core/compile.py"]
-        subprocess.run(command, cwd=self.folder, env=self.environment, check=True, capture_output=True)
+        return not subprocess.run(
+            command, cwd=self.folder, env=self.environment, capture_output=True
+        ).returncode
 
     def try_mutant(self, mutant: Mutant, tests: Sequence[str] = ()) -> str:
         """Return "caught" or "survived" after running the mutant's tests, or those given, or why that is impossible."""
@@ -116,8 +119,8 @@ class Copy:
             return "not applicable: the text is not found once"
         self._write(path, mutated.encode())
         try:
-            if mutant.compiled:
-                self.compile()
+            if mutant.compiled and not self.compile():
+                return "not applicable: cannot be compiled"
             code = self.test(tests or mutant.tests.split())
         finally:
             self._write(path, original)
