@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from iccm.balanced.meshing.mesh import Sizes, triangulate
 from iccm.balanced.minimise import energy
 from iccm.balanced.minimise.energy import Objective, RestShapes
+from iccm.balanced.model.measures import stretch_quantile
 from iccm.linalg.cholesky import system_of
 
 ANGLES = 2 * np.pi * np.arange(16) / 16
@@ -113,3 +114,13 @@ def test_the_gradient_by_the_sources_area_alone():
     way = np.exp(1j * np.arange(Z.size))
     ends = [energy.total(REST, BENT + h * way, Objective(1.0, 3.0, 0.0, 0.0)) for h in (1e-6, -1e-6)]
     assert np.sum((gradient.conj() * way).real) == pytest.approx((ends[0] - ends[1]) / 2e-6, rel=1e-5)
+
+
+def test_the_stretch_of_a_share_counts_both_areas():
+    """Two halves of a source, one of which is three times as large as the other in the image."""
+    faces = np.array([[0, 1, 2], [0, 2, 3]])
+    z = np.array([0, 4, 4 + 2j, 2j]) / np.sqrt(8)
+    u = np.array([0, 4, 4 + 2j, 6j]) / 4
+    large = np.linalg.svd([[1, 0], [-1, 3]], compute_uv=False)[0] / np.sqrt(2)
+    found = [stretch_quantile(z, u, faces, share) for share in (0.36, 0.39)]  # (1/2 + 1/4)/2 are kept
+    assert found == pytest.approx([np.sqrt(2), large])

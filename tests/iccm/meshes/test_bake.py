@@ -267,6 +267,8 @@ def test_charts_are_counted_and_seams_padded():
     assert (some[32, :10] == 0).all()
     assert (full[32, :16] == full[32, 16]).all()
     assert (some[covered] == bare[covered]).all()
+    (usual, report), _ = baked(mesh, 64, pull=identity)
+    assert report["padding"] == 4 and (usual[32, 12:16] == usual[32, 16]).all() and not usual[32, :11].any()
 
 
 def test_alpha_and_integers_keep_their_form():

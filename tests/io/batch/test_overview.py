@@ -26,10 +26,10 @@ def shown(pixels, path, **more):
 def test_black_grey_and_white_stay_so(tmp_path, dtype, suffix, space):
     top = 1 if dtype == np.float32 else np.iinfo(dtype).max
     pixels = np.repeat(
-        (np.array([[0, 0.2, 0.6, 1], [1, 0.6, 0.2, 0]]) * top).astype(dtype)[..., None], 3, axis=2
+        (np.array([[0, 0.21, 0.63, 1], [1, 0.63, 0.21, 0]]) * top).astype(dtype)[..., None], 3, axis=2
     )
     made = shown(pixels, tmp_path / f"a{suffix}", colorspace=space)
-    assert made[..., 0] == pytest.approx(np.array([[0, 51, 153, 255], [255, 153, 51, 0]]), abs=1)
+    assert made[..., 0] == pytest.approx(np.array([[0, 53.5, 160.6, 255], [255, 160.6, 53.5, 0]]), abs=1)
 
 
 def test_oblong_pictures_keep_their_proportions(tmp_path):

@@ -77,7 +77,7 @@ def test_a_turn_is_counter_clockwise(drawn):
 
 def test_places_are_relative_to_the_middle_of_all_shapes(drawn):
     """A single square belongs to the one in the middle of a tower."""
-    source, target = drawn(squares((70, 70))), drawn(squares((10, 0), (10, 35), (10, 50), (10, 100)), "b.svg")
+    source, target = drawn(squares((70, 70))), drawn(squares((10, 0), (10, 50), (10, 65), (10, 100)), "b.svg")
     ((_, j),) = parts.pair(source, target)
     assert left_and_top(target)[j] == (10, 50)
 
