@@ -125,7 +125,6 @@ NOT_CHECKED = (
     "CHANGELOG.md",
     "docs/glossary.md",
     "docs/developers/first-attempts.md",
-    "docs/developers/terms.md",
 )
 """History, the lists of terms, and quotations of what earlier versions printed."""
 
