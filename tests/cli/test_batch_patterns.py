@@ -3,9 +3,11 @@
 import json
 import re
 import shutil
+from pathlib import Path
 
 import pytest
 
+from iccm.cli import batch
 from iccm.io.batch import manifest
 
 SMALL = ("--size", "24", "--method", "paper", "--vertices", "40", "-j", "1")
@@ -96,3 +98,10 @@ def test_every_key_that_the_starter_shows_in_comments_is_valid(icons, iccm):
     body = re.sub(r"^# (?=\w+ = |\[\[)", "", text, flags=re.MULTILINE)
     tasks = manifest.read(body, "jobs.toml", root=icons)
     assert [task.job.command for task in tasks] == ["map"] * 4
+
+
+@pytest.mark.parametrize("force", [True, False])
+def test_force_holds_for_every_job_of_a_manifest(icons, force):
+    Path("two.jsonl").write_text('{"source": "icons/*.svg", "target": "disk.svg"}')
+    tasks = batch._tasks("two.jsonl", Path("."), outside=False, force=force)
+    assert len(tasks) > 1 and all(task.job.force == force for task in tasks)

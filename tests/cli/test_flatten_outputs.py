@@ -31,3 +31,9 @@ def test_a_flat_mesh_is_still_one(half, iccm):
         line.split()[3] for line in (half / "flat.obj").read_text().splitlines() if line.startswith("v ")
     }
     assert len(heights) == 1
+
+
+def test_a_drawing_is_named_after_its_mesh(shapes, iccm):
+    (shapes / "sail.obj").write_text("v 0 0 0\nv 3 0 0\nv 3 2 1\nv 0 2 0\nf 1 2 3\nf 1 3 4\n")
+    assert iccm("flatten", "sail.obj").code == 0
+    assert [path.name for path in shapes.glob("*flat*")] == ["sail-flat.svg"]

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from iccm.cli import COMMANDS, settings
+from iccm.cli import COMMANDS, options, settings
 from iccm.io.options import of_command, options_of, size
 from iccm.io.pictures import image_files
 
@@ -155,3 +155,8 @@ def test_other_names_are_documented():
         for name, (_, option) in of_command(command).items():
             for other in (*dict(option.aliases), *option.old):
                 assert f"`--{other}" in page, (command, name, other)
+
+
+def test_zero_is_a_value_and_no_default():
+    given = {"padding": 0, "quasi": 0.0, "parts": "", "texture": None, "pin": ()}
+    assert options.values(given) == {"padding": 0, "quasi": 0.0, "parts": "", "pin": []}

@@ -117,6 +117,8 @@ def test_outline_pixels_hold_their_exact_coverage():
     assert np.abs(out.pixels[..., 1] - truth).max() < 2e-3
     hard = warp(map, Texture(np.ones((8, 8, 1), np.float32), BOX), canvas, antialias=False)
     assert set(np.unique(hard.pixels[..., 1])) == {0.0, 1.0}
+    away = np.abs(out.pixels[..., 1] - 0.5) > 1e-3
+    assert np.array_equal(hard.pixels[away, 1] == 1, out.pixels[away, 1] > 0.5)
 
 
 def test_coverage_ignores_direction_and_cuts_at_the_border():

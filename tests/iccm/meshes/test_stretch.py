@@ -1,0 +1,37 @@
+"""Linear maps of the plane by two complex numbers, against matrices."""
+
+import numpy as np
+import pytest
+
+from iccm.meshes.stretch import Linear, laid_flat, linear, stretches
+
+RNG = np.random.default_rng(4)
+
+
+def numbers(*shape):
+    return RNG.normal(size=shape) + 1j * RNG.normal(size=shape)
+
+
+def test_maps_are_composed_and_inverted():
+    first, then, z = Linear(numbers(5), numbers(5)), Linear(numbers(5), numbers(5)), numbers(5)
+    image = first.a * z + first.b * z.conj()
+    both = then @ first
+    assert both.a * z + both.b * z.conj() == pytest.approx(then.a * image + then.b * image.conj())
+    assert both.determinant == pytest.approx(first.determinant * then.determinant)
+    back = first.inverse()
+    assert back.a * image + back.b * image.conj() == pytest.approx(z)
+
+
+def test_triangles_go_onto_triangles():
+    z, w = numbers(5, 3), numbers(5, 3)
+    found = linear(z, w)
+    step = z[:, 1:] - z[:, :1]
+    assert found.a[:, None] * step + found.b[:, None] * step.conj() == pytest.approx(w[:, 1:] - w[:, :1])
+
+
+def test_stretches_are_singular_values():
+    space = RNG.normal(size=(1, 3, 3))
+    flat = laid_flat(space)
+    plane = 3 * flat.real + 0.5j * flat.imag
+    assert [float(each[0]) for each in stretches(space, plane)] == pytest.approx([3, 0.5])
+    assert [float(each[0]) for each in stretches(space, plane.conj())] == pytest.approx([3, -0.5])
