@@ -17,7 +17,8 @@ from ...result import Fit, Status
 from ..run.report import as_json
 from .messages import Scene
 
-LOST = ("shown", "covered", "left_out", "uncovered")  # of drawings, and of partial maps
+SEEN = ("shown", "covered")  # of drawings
+LOST = ("left_out", "uncovered")  # of partial maps
 MISSED = 1e-6  # of the target's diagonal; pins that are met are met to 1e-9
 MISSED_STROKE = 1e-3  # likewise, of strokes, which lie on theirs to 2e-4
 
@@ -85,7 +86,7 @@ class Shown:
 def figures(report: dict[str, Any]) -> dict[str, Any]:
     """What the page shows of a report."""
     names = ("status", "boundary", "stretch", "dilatation", "scale", "turn", "injective", "notes")
-    return {name: report[name] for name in (*names, *LOST) if name in report}
+    return {name: report[name] for name in (*names, *SEEN, *LOST) if name in report}
 
 
 def verdict(status: Status, report: dict[str, Any], *, deformed: bool) -> str:
