@@ -16,11 +16,13 @@ from . import solve
 from .arrays import Box, Complex, as_complex
 from .blas import on_one_thread
 from .errors import InputError
-from .given import outlines_of
+from .given import drawing_of, outlines_of
 from .maps.triangulated.map import TriangulatedMap
 from .pixels import stmap as stmaps
 from .pixels import warp as warping
 from .pixels.canvas import LONGER_SIDE, Canvas, Diagnostics, proportional
+from .pixels.composed import Cut
+from .pixels.preimages import AnyMap
 from .pixels.sampler import Sampler
 from .pixels.texture import Texture
 from .problem import OptionValues, as_domain
@@ -120,9 +122,16 @@ class PictureOptions:
 
     def carry(self, fit: Fit, sampler: Sampler, canvas: Canvas) -> Transfer:
         """Carry a texture through a map."""
-        work = warping.Warp(fit.map, sampler, canvas)
+        work = warping.Warp(_shown(fit), sampler, canvas)
         warped = warping.whole(work, padding=self.padding, threads=self.threads)
         return Transfer(warped.pixels, canvas.box, fit, warped.diagnostics)
+
+
+def _shown(fit: Fit) -> AnyMap:
+    """Return the map as pictures show it: that of whole drawings is cut to what the target paints."""
+    if fit.drawings is None:
+        return fit.map
+    return Cut(fit.map, fit.moved_rings if fit.target is None else fit.drawings[1].rings)
 
 
 @plain_signature
@@ -182,6 +191,20 @@ def transfer(
         )
     solve.refuse_unknown(transfer, options, passed_to=solve.fit)
     axes = options.get("axes", "xy")
+    if drawing_of(source, "source", axes) or drawing_of(target, "target", axes):
+        return warp(
+            solve.fit(source, target, **options),
+            texture,
+            size=size,
+            texture_box=texture_box,
+            target_box=target_box,
+            filter=filter,
+            kind=kind,
+            edge=edge,
+            encoding=encoding,
+            padding=padding,
+            threads=threads,
+        )
     known, goal = outlines_of(source, "source", axes), outlines_of(target, "target", axes)
     holes = [outlines_of(hole, "hole", axes).outline for hole in options.get("source_holes", ())]
     domain = as_domain(known.outline, "source")
@@ -271,7 +294,7 @@ def stmap(
     boxes = fit.boxes
     canvas = _canvas(size, target_box or boxes[1])
     box = _box(texture_box or boxes[0], "texture_box")
-    return np.concatenate(list(stmaps.stmap(fit.map, box, canvas, threads=threads)))
+    return np.concatenate(list(stmaps.stmap(_shown(fit), box, canvas, threads=threads)))
 
 
 def from_stmap(st: ArrayLike, *, texture_box: Box = (0j, 1 + 1j), target_box: Box | None = None) -> Transform:

@@ -25,7 +25,6 @@ from ...errors import InputError
 from ...maps.distortion import in_middles
 from ...maps.moved_rings import move_rings
 from ...maps.triangulated.map import TriangulatedMap
-from ...pixels.own_edge import without_own_edge
 from ...pixels.paper import on_paper
 from ...result import Fit, Status
 from ..point_syntax import Place
@@ -134,7 +133,7 @@ class Session:
             image = lay_out(self.job, source, image, self._boxes[0], most)
         if texture.on_paper(self.job, source) and image.alpha >= 0:
             placed = image.texture(self._boxes[0], kind=self.job.kind)
-            filled = on_paper(without_own_edge(placed, texture.outlines_of(self.job, [source])))
+            filled = on_paper(placed)  # with its antialiased edge, since all of it is shown
             image = image.with_pixels(filled.pixels, filled.alpha)
         return png(image, most)
 

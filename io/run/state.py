@@ -326,16 +326,25 @@ class Run:
         if part == "sampler" and texture.drawing_of(self.job, self.source):
             return
         if thread_count(self.threads) > 1:
-            self._begun[part] = beside(getattr(self, f"_{part}"))
+            make = self._early_sampler if part == "sampler" else self._fit_report
+            self._begun[part] = beside(make)
 
     @cached_property
     def sampler(self) -> Sampler:
         """The texture ready to be filtered."""
-        return self._begun["sampler"].result() if "sampler" in self._begun else self._sampler()
+        made: Sampler | None = self._begun["sampler"].result() if "sampler" in self._begun else None
+        return made or self._sampler()
+
+    def _early_sampler(self) -> Sampler | None:
+        """The same before the map is known; None if it depends on that: transparent edges of a whole drawing are those
+        of the frame that is chosen, and where they are not, a gap begins that is part of the picture."""
+        if self.source.drawing is not None and self.image.alpha >= 0:
+            return None
+        return self._sampler()
 
     def _sampler(self) -> Sampler:
         with self.phases.timed("prepare"):
-            outlines = texture.outlines_of(self.job, self.shapes(0))
+            outlines = texture.outlines_of(self.job, self.shapes(0), self.fits)
             image = self._rendered() if texture.drawing_of(self.job, self.source) else self.image
             on_paper = texture.on_paper(self.job, self.source)
             made = texture.sampler_of(

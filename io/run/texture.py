@@ -222,11 +222,15 @@ class LastValueCache:
 _read, _ready = LastValueCache(), LastValueCache()
 
 
-def outlines_of(job: Job, sources: Sequence[Shape]) -> list[Complex]:
-    """The outlines of sources, and of the holes that a map takes into account, where a texture lies flat on them."""
+def outlines_of(job: Job, sources: Sequence[Shape], fits: Sequence[Fit]) -> list[Complex]:
+    """The outlines of sources, and of the holes that a map takes into account, where a texture lies flat on them.
+
+    In frames of whole drawings no holes are mapped: there they are gaps, which are part of the picture.
+    """
     if sources[0].is_mesh:
         return []
-    holes = [[shape.holes[k] for k in shape.mappable_holes if job.holed] for shape in sources]
+    mapped = job.holed and not any(fit.drawings and not fit.source_holes for fit in fits)
+    holes = [[shape.holes[k] for k in shape.mappable_holes if mapped] for shape in sources]
     if len(sources) == 1:
         return [sources[0].curve.z, *holes[0]]
     # parts may lie on each other, such as an eye on a face: where one is, the texture goes on below it

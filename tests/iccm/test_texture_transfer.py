@@ -4,6 +4,7 @@ import importlib
 
 import numpy as np
 import pytest
+import shapely
 
 import iccm
 from iccm.io.pictures import image_files
@@ -178,3 +179,13 @@ def test_mistakes_are_input_errors(change, said):
     given = {"texture": np.zeros((2, 2, 3), np.uint8), "source": SQUARE, "target": ELLIPSE} | change
     with pytest.raises(iccm.InputError, match=said):
         iccm.transfer(**given)
+
+
+def test_whole_drawings_are_cut_to_what_the_target_paints():
+    target = shapely.MultiPolygon([shapely.box(0, 0, 2, 3), shapely.box(3, 1, 5, 4)])
+    carried = iccm.transfer(iccm.checkerboard(64), shapely.box(0, 0, 5, 4.5), target, size=100)
+    assert carried.pixels.shape == (80, 100, 4)
+    alpha = carried.pixels[..., 3] / 255
+    assert abs(alpha.mean() - target.area / 20) < 0.005
+    assert alpha[40, 50] == 0 and alpha[40, 20] == alpha[30, 80] == 1
+    np.testing.assert_allclose(iccm.stmap(carried.fit, size=100)[..., 3], alpha, atol=1 / 255)

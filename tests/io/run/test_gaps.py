@@ -51,3 +51,25 @@ def test_a_texture_that_is_given_keeps_its_transparent_parts(iccm, files):
     Image.fromarray(given).save("given.png")
     pixels, _ = picture(iccm, "--texture", "given.png")
     assert 0.3 < (pixels[..., 3] == 0).mean() < 0.8
+
+
+def test_gaps_of_a_picture_are_not_filled_with_colours_from_beside_them(iccm, files):
+    """A hook with a hole: its frame closes the bay, where neither the colour beside it nor that of the hole goes on."""
+    hook = np.zeros((60, 90, 4), np.uint8)
+    hook[4:56, 6:84] = 30, 120, 40, 255
+    hook[4:30, 6:84] = 150, 40, 30, 255
+    hook[18:42, 30:90] = 0
+    hook[24:36, 12:22] = 0
+    Image.fromarray(hook).save("hook.png")
+    pixels = {}
+    for gaps in ("paper", "transparent"):
+        arguments = "hook.png", "plate.svg", "--fit", "frame", "--gaps", gaps, "-o", "out.png", "--force"
+        done = iccm("map", *arguments, "--report", "out.json")
+        assert done.code == 0, done.err
+        pixels[gaps] = np.asarray(Image.open("out.png").convert("RGBA")).astype(int)
+        report = json.load(open("out.json"))
+    open_share = (pixels["transparent"][..., 3] < 128).mean()
+    assert abs(report["covered"] - (1 - open_share)) < 0.03
+    assert open_share > 0.15
+    gap = pixels["transparent"][..., 3] == 0
+    assert np.median(pixels["paper"][gap][:, :3].min(axis=1)) > 200
