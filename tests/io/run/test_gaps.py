@@ -1,6 +1,7 @@
 """What pictures show where a drawing that is its own texture paints nothing: --gaps."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,7 +24,8 @@ def files(tmp_path, monkeypatch):
 def picture(iccm, *options):
     done = iccm("map", "bars.svg", "plate.svg", "-o", "out.png", "--report", "out.json", "--force", *options)
     assert done.code == 0, done.err
-    return np.asarray(Image.open("out.png").convert("RGBA")).astype(int), json.load(open("out.json"))
+    report = json.loads(Path("out.json").read_text())
+    return np.asarray(Image.open("out.png").convert("RGBA")).astype(int), report
 
 
 def test_paper_fills_the_gap_between_two_bars(iccm, files):
@@ -67,7 +69,7 @@ def test_gaps_of_a_picture_are_not_filled_with_colours_from_beside_them(iccm, fi
         done = iccm("map", *arguments, "--report", "out.json")
         assert done.code == 0, done.err
         pixels[gaps] = np.asarray(Image.open("out.png").convert("RGBA")).astype(int)
-        report = json.load(open("out.json"))
+        report = json.loads(Path("out.json").read_text())
     open_share = (pixels["transparent"][..., 3] < 128).mean()
     assert abs(report["covered"] - (1 - open_share)) < 0.03
     assert open_share > 0.15
