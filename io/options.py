@@ -455,8 +455,9 @@ class JobOptions:
 
     texture: str | None = _option(
         "Picture or SVG to carry along; checker is a numbered checkerboard.  "
-        "[default: SOURCE itself where it has colours of its own, else checker]", "IMAGE", commands=MORPHED, basic=True,
-        brief="The picture or SVG to carry along.  [default: SOURCE's own colours, else a checkerboard]",
+        "[default: SOURCE if it has several colours, else checker; --texture SOURCE shows one of a single colour]",
+        "IMAGE", commands=MORPHED, basic=True,
+        brief="The picture or SVG to carry along.  [default: SOURCE if it has several colours, else a checkerboard]",
         aliases=(("image", "{}"), ("picture", "{}"), ("photo", "{}")), words="pattern input material fill",
     )  # fmt: skip
     normal: tuple[str, ...] = _option(

@@ -62,7 +62,8 @@ def in_words(report: dict[str, Any]) -> list[str]:
 
 
 def in_short(report: dict[str, Any]) -> str:
-    """What a glance wants to know, in one line: size, how even scales are, folds, a missed outline, seconds."""
+    """What a glance wants to know, in one line: size, how even scales are, folds, a missed outline, seconds, and
+    whether the picture is the test picture."""
     seconds = report.get("seconds")
     parts = [
         _picture_size(report.get("pixels", {})),
@@ -72,6 +73,7 @@ def in_short(report: dict[str, Any]) -> str:
         _scale(report.get("scale", {})),
         _folds(report["injective"]),
         f"{seconds['total']:.1f} s" if seconds else "",
+        "numbered checkerboard" if report.get("pixels", {}).get("checkerboard") else "",
     ]
     return " · ".join(part for part in parts if part)
 

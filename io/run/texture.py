@@ -58,12 +58,20 @@ def own_pictures(job: Job, source: Shape) -> tuple[Path | bytes, ...]:
     return () if job.checkered else source.pictures
 
 
+def shows_itself(job: Job, source: Shape) -> bool:
+    """Whether the texture is the drawing that is the source: by its colours, or because --texture names its file."""
+    if source.is_mesh:
+        return False
+    if job.texture:
+        return Path(job.texture).absolute() == Path(source.path).absolute()
+    return bool(own_pictures(job, source))
+
+
 def on_paper(job: Job, source: Shape) -> bool:
     """Whether paper is shown where the texture is transparent: below a drawing that is its own picture, unless it is
     placed inside the target, which need not be filled then."""
-    own = not job.texture and not source.is_mesh and bool(own_pictures(job, source))
     return (
-        own
+        shows_itself(job, source)
         and job.place != "inside"
         and job.gaps == "paper"
         and job.target is not None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from numpy.typing import NDArray
 
@@ -18,7 +19,7 @@ from ..blank_picture import Colours
 from ..job import Job
 from ..report import OutputReport
 from ..state import Run
-from ..texture import own_pictures
+from ..texture import has_texture, shows_itself
 from . import checks
 from .output import Output
 
@@ -134,7 +135,10 @@ def _report_pixels(run: Run, colours: Colours, seen: Diagnostics, canvas: Canvas
     """Report the size of the picture and what became of its pixels, and note where they show nothing."""
     textured = bool(run.job.texture) and run.job.texture_box != "bbox" and not run.on_mesh
     # a drawing of one colour, such as of lines, shows that colour
-    is_own_colour = colours.single and own_pictures(run.job, run.source) and not run.job.texture
+    is_own_colour = colours.single and shows_itself(run.job, run.source)
     if not is_own_colour and (note := colours.note(bool(seen.inside or seen.edge), textured)):
         run.note(note)
-    return OutputReport({"pixels": {"width": canvas.width, "height": canvas.height, **seen.as_dict()}})
+    pixels: dict[str, Any] = {"width": canvas.width, "height": canvas.height, **seen.as_dict()}
+    if not has_texture(run.job, run.source):
+        pixels["checkerboard"] = True
+    return OutputReport({"pixels": pixels})

@@ -75,3 +75,13 @@ def test_gaps_of_a_picture_are_not_filled_with_colours_from_beside_them(iccm, fi
     assert open_share > 0.15
     gap = pixels["transparent"][..., 3] == 0
     assert np.median(pixels["paper"][gap][:, :3].min(axis=1)) > 200
+
+
+def test_a_drawing_of_one_colour_shows_itself_on_paper_where_texture_names_it(iccm, files):
+    (files / "bars.svg").write_text(TWO_BARS.replace("#1830a0", "#c01818"))
+    _, report = picture(iccm)
+    assert report["pixels"]["checkerboard"]
+    pixels, report = picture(iccm, "--texture", "bars.svg")
+    assert "checkerboard" not in report["pixels"] and not any("colour" in note for note in report["notes"])
+    left, middle = (pixels[pixels.shape[0] // 2, round(share * pixels.shape[1])] for share in (0.1, 0.44))
+    assert left[0] > left[2] + 80 and middle[:3].min() > 200
