@@ -414,7 +414,7 @@ def coverage_notes(fit: Fit) -> list[str]:
 
 
 def rotation_notes(found: float, asked: float | None) -> list[str]:
-    """A sentence where the picture is turned by another angle, in radians, than was asked for; None asks for any."""
+    """A sentence where the picture is rotated by another angle, in radians, than was asked for; None asks for any."""
     if asked is None:
         return []
     away = np.degrees(np.angle(np.exp(1j * (found - asked))))
@@ -422,5 +422,6 @@ def rotation_notes(found: float, asked: float | None) -> list[str]:
         return []
     turn = np.degrees(np.angle(np.exp(1j * found)))
     return [
-        f"The picture is turned by {turn:.0f} degrees, though {np.degrees(asked):g} were asked for (turn)."
+        f"The picture is rotated by {turn:.0f} degrees instead of {np.degrees(asked):g} (turn): "
+        "the shapes or the constraints require it."
     ]

@@ -143,7 +143,7 @@ def _read(path: str | Path, max_pixels: int, colorspace: str | None, room: Memor
                 "itself draws"
             )
         if not form.picture:
-            raise InputError(f"{path}: is no picture; use one of {' '.join(formats.holding('picture'))}")
+            raise InputError(f"{path}: not an image; iccm reads {' '.join(formats.holding('picture'))}")
         raise InputError(f"{path}: cannot be read as a picture: {said}")
     try:
         if file.format_name() not in DECODERS:

@@ -171,7 +171,7 @@ def test_an_existing_output_hides_no_other_mistake(shapes, iccm):
     [
         (("map", "folder", "disk.svg"), "folder: is a folder"),
         (("map", "square.xyz", "disk.svg"), ".glb"),
-        (("map", "square.svg", "disk.svg", "--texture", "square.xyz"), "is no picture; use one of .png"),
+        (("map", "square.svg", "disk.svg", "--texture", "square.xyz"), "not an image; iccm reads .png"),
         (("map", "square.svg", "disk.svg", "-o", "folder"), "folder: is a folder"),
         (("map", "square.svg", "disk.svg", "-o", "out.xyz"), ".svg .svgz .obj .glb"),
         (("flatten", "none.obj", "-o", "old.svg"), "none.obj: no such file"),

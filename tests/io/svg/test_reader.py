@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from iccm import InputError
 from iccm.io.shapes import shape as shapes
-from iccm.io.svg import affine
+from iccm.io.svg import affine, reader
 
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" {}>{}</svg>'
 
@@ -710,3 +710,11 @@ def test_an_id_that_draws_no_outline_is_not_called_missing(svg):
     one_line(lambda: svg(body, chosen="#title"), "<text> 'title' draws no outline", "text into paths")
     one_line(lambda: svg(body, chosen="#old"), "<rect> 'old' draws no outline", "hidden")
     one_line(lambda: svg(body, chosen="#young"), "no 'young' in the file")
+
+
+@pytest.mark.parametrize(("start", "kind"), [(b"\xff\xd8\xff\xe0", "JPEG"), (b"\x89PNG\r\n", "PNG")])
+def test_a_picture_with_the_suffix_of_a_drawing_is_named(tmp_path, start, kind):
+    path = tmp_path / "photo.svg"
+    path.write_bytes(start + bytes(range(256)))
+    with pytest.raises(InputError, match=kind):
+        reader.read(path)
