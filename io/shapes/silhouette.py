@@ -87,8 +87,8 @@ def read(
     drawing.outlines.extend(_enlarged(each, reading.scale) for each in found)
     if rest:
         drawing.notes.append(
-            f"left out {rest} speck{'s' * (rest > 1)} of less than {SPECK} pixels or beyond the {limits.PIECES} largest "
-            "pieces"
+            f"left out {rest} speck{'s' * (rest > 1)} of less than {SPECK} pixels or beyond the {limits.PIECES} "
+            "largest pieces"
         )
     return drawing
 
