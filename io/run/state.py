@@ -244,13 +244,13 @@ class Run:
 
     @property
     def free_gaps(self) -> bool:
-        """Whether gaps of the source may be shown at no cost. The checkerboard and paper have no background around the
-        shape, as a photo has; and where a drawing has several parts, none of them says where it ends."""
+        """Whether gaps of the source may be shown at no cost. The checkerboard has no background around the shape, as
+        a photo has; and where a drawing has several parts, none of them says where it ends. Paper around a drawing of
+        one part costs as much as leaving the target bare: more of the drawing is better where it can be bent to it."""
         if not self.opaque:
             return False
-        if not texture.has_texture(self.job, self.source) or texture.on_paper(self.job, self.source):
-            return True
-        return self.source.drawing is not None and not self.source.drawing.is_one_part
+        several = self.source.drawing is not None and not self.source.drawing.is_one_part
+        return several or not texture.has_texture(self.job, self.source)
 
     @cached_property
     def tiled(self) -> TiledImage | None:
