@@ -47,6 +47,9 @@ MOST_MATCHED_HOLES = 3
 """Drawings with more holes are mapped with their holes filled: each one needs a boundary of its own."""
 MOST_PAIRED_PARTS = 8
 """Drawings with more parts are mapped joined: each pair of parts needs a map of its own."""
+CLOSED_GAIN = 0.95
+"""Times the cost of the tightest pair of frames: a frame that shows gaps of the source must cost less, since the eye
+sees a bite in an outline before the mean over the area does."""
 PAIRED_GAIN = 0.95
 """Times the cost of the best joined map: pairing parts must cost less, since it moves them against each other."""
 
@@ -129,6 +132,9 @@ def _joined(
                 found.append(judge.choice(tightest, "whole", holed, holed=True))
     found += search.descents()
     found.sort(key=lambda choice: choice.cost)
+    if first is not None and not free_gaps and found[0].cost > CLOSED_GAIN * first.cost:
+        found.remove(first)
+        found.insert(0, first)
     return tuple(found or [Choice(tightest)])
 
 
