@@ -48,8 +48,8 @@ MOST_MATCHED_HOLES = 3
 MOST_PAIRED_PARTS = 8
 """Drawings with more parts are mapped joined: each pair of parts needs a map of its own."""
 CLOSED_GAIN = 0.95
-"""Times the cost of the tightest pair of frames: a frame that shows gaps of the source must cost less, since the eye
-sees a bite in an outline before the mean over the area does."""
+"""Times the cost with the source's tightest frame: one that shows more gaps of the source must cost less, since the
+eye sees a bite in an outline before the mean over the area does."""
 PAIRED_GAIN = 0.95
 """Times the cost of the best joined map: pairing parts must cost less, since it moves them against each other."""
 
@@ -132,9 +132,10 @@ def _joined(
                 found.append(judge.choice(tightest, "whole", holed, holed=True))
     found += search.descents()
     found.sort(key=lambda choice: choice.cost)
-    if first is not None and not free_gaps and found[0].cost > CLOSED_GAIN * first.cost:
-        found.remove(first)
-        found.insert(0, first)
+    least_closed = [choice for choice in found if choice.frames[0].radius <= tightest[0].radius]
+    if least_closed and not free_gaps and found[0].cost > CLOSED_GAIN * least_closed[0].cost:
+        found.remove(least_closed[0])
+        found.insert(0, least_closed[0])
     return tuple(found or [Choice(tightest)])
 
 

@@ -86,7 +86,10 @@ def test_every_field_is_an_option_of_the_command_line_and_back():
     fields = {"source", "target", *options_of()}
     for command, own in (
         (map.command, set()),
-        (deform.command, {"target", "bake", "gaps", "parts", "place", "carry_maps", "subdivide_rim", *MAP_ALONE}),
+        (
+            deform.command,
+            {"target", "bake", "gaps", "parts", "place", "carry_maps", "subdivide_rim", *MAP_ALONE},
+        ),
     ):
         names = {parameter.name for parameter in command.params} - {
             "help",
