@@ -40,6 +40,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from .pixels.preimages import AnyMap as PixelMap
+
 PLOTTED = 480  # pixels of the picture in a plot, on its longer side
 INTERIOR_POINTS = 2000  # at which figures over an area are taken (by hand)
 MOST_LOST = 0.01  # of the source's area
@@ -477,6 +479,16 @@ class Fit:
     def moved_rings(self) -> list[Complex]:
         """The rings of the source drawing where the map takes them, edges subdivided so that they follow it."""
         return [] if self.drawings is None else move_rings(self.map, self.drawings[0].rings)
+
+    @property
+    def visible_map(self) -> "PixelMap":
+        """The map as pictures show it: that of whole drawings is cut to what the target paints, and that of a deformed
+        drawing to what it paints itself, moved."""
+        if self.drawings is None:
+            return self.map
+        from .pixels.composed import Cut
+
+        return Cut(self.map, self.moved_rings if self.target is None else self.drawings[1].rings)
 
     @property
     def shown(self) -> float | None:

@@ -21,8 +21,6 @@ from .maps.triangulated.map import TriangulatedMap
 from .pixels import stmap as stmaps
 from .pixels import warp as warping
 from .pixels.canvas import LONGER_SIDE, Canvas, Diagnostics, proportional
-from .pixels.composed import Cut
-from .pixels.preimages import AnyMap
 from .pixels.sampler import Sampler
 from .pixels.texture import Texture
 from .problem import OptionValues, as_domain
@@ -120,18 +118,17 @@ class PictureOptions:
         """Make the raster of the picture, which shows a box of the target's plane unless `target_box` says what."""
         return _canvas(self.size, self.target_box or box)
 
+    def carry_through(self, fit: Fit, texture: ArrayLike) -> Transfer:
+        """Carry a texture through a map that is known, by default all of its source into all of its target."""
+        outlines = [loop.z for loop in (fit.source, *fit.source_holes)]
+        covered, shown = fit.boxes
+        return self.carry(fit, self.sampler(texture, covered, outlines), self.canvas(shown))
+
     def carry(self, fit: Fit, sampler: Sampler, canvas: Canvas) -> Transfer:
         """Carry a texture through a map."""
-        work = warping.Warp(_shown(fit), sampler, canvas)
+        work = warping.Warp(fit.visible_map, sampler, canvas)
         warped = warping.whole(work, padding=self.padding, threads=self.threads)
         return Transfer(warped.pixels, canvas.box, fit, warped.diagnostics)
-
-
-def _shown(fit: Fit) -> AnyMap:
-    """Return the map as pictures show it: that of whole drawings is cut to what the target paints."""
-    if fit.drawings is None:
-        return fit.map
-    return Cut(fit.map, fit.moved_rings if fit.target is None else fit.drawings[1].rings)
 
 
 @plain_signature
@@ -191,24 +188,6 @@ def transfer(
         )
     solve.refuse_unknown(transfer, options, passed_to=solve.fit)
     axes = options.get("axes", "xy")
-    if drawing_of(source, "source", axes) or drawing_of(target, "target", axes):
-        return warp(
-            solve.fit(source, target, **options),
-            texture,
-            size=size,
-            texture_box=texture_box,
-            target_box=target_box,
-            filter=filter,
-            kind=kind,
-            edge=edge,
-            encoding=encoding,
-            padding=padding,
-            threads=threads,
-        )
-    known, goal = outlines_of(source, "source", axes), outlines_of(target, "target", axes)
-    holes = [outlines_of(hole, "hole", axes).outline for hole in options.get("source_holes", ())]
-    domain = as_domain(known.outline, "source")
-    outlines = [domain.z, *(as_domain(hole, "hole").z for hole in (holes or known.holes))]
     picture = PictureOptions(
         size=size,
         texture_box=texture_box,
@@ -220,6 +199,15 @@ def transfer(
         padding=padding,
         threads=threads,
     )
+    drawings = drawing_of(source, "source", axes), drawing_of(target, "target", axes)
+    if any(drawings):
+        fit = solve.fit(drawings[0] or source, drawings[1] or target, **options)
+        return picture.carry_through(fit, texture)
+    # what is wrong with the texture is reported before the map is solved for
+    known, goal = outlines_of(source, "source", axes), outlines_of(target, "target", axes)
+    holes = [outlines_of(hole, "hole", axes).outline for hole in options.get("source_holes", ())]
+    domain = as_domain(known.outline, "source")
+    outlines = [domain.z, *(as_domain(hole, "hole").z for hole in (holes or known.holes))]
     sampler = picture.sampler(texture, domain.box, outlines)
     canvas = picture.canvas(as_domain(goal.outline, "target").box)
     return picture.carry(solve.fit(source, target, **options), sampler, canvas)
@@ -251,7 +239,6 @@ def warp(
     >>> warp(fit(square, 3 * square), checkerboard(64), size=(16, 8)).box
     ((-1.5+0j), (4.5+3j))
     """
-    outlines = [loop.z for loop in (fit.source, *fit.source_holes)]
     picture = PictureOptions(
         size=size,
         texture_box=texture_box,
@@ -263,8 +250,7 @@ def warp(
         padding=padding,
         threads=threads,
     )
-    covered, shown = fit.boxes
-    return picture.carry(fit, picture.sampler(texture, covered, outlines), picture.canvas(shown))
+    return picture.carry_through(fit, texture)
 
 
 @on_one_thread
@@ -294,7 +280,7 @@ def stmap(
     boxes = fit.boxes
     canvas = _canvas(size, target_box or boxes[1])
     box = _box(texture_box or boxes[0], "texture_box")
-    return np.concatenate(list(stmaps.stmap(_shown(fit), box, canvas, threads=threads)))
+    return np.concatenate(list(stmaps.stmap(fit.visible_map, box, canvas, threads=threads)))
 
 
 def from_stmap(st: ArrayLike, *, texture_box: Box = (0j, 1 + 1j), target_box: Box | None = None) -> Transform:

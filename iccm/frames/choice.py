@@ -107,9 +107,8 @@ def choices(
     return found
 
 
-@lru_cache(
-    maxsize=1 + MOST_PAIRED_PARTS
-)  # whether parts are paired is asked before any of the maps is solved for
+# Whether parts are paired is asked before any map is solved for, which asks again for the same drawings.
+@lru_cache(maxsize=1 + MOST_PAIRED_PARTS)
 def _joined(
     source: Drawing, target: Drawing, settings: Settings, free_gaps: bool, framed: bool
 ) -> tuple[Choice, ...]:
@@ -230,7 +229,7 @@ class _FrameSearch:
         for start, step in (((0, 0), 1), (hulls, -1)):
             best, at = start, None
             while best != at:
-                at = best
+                at = best  # its own cost is compared, too, so that a descent ends where no neighbour is cheaper
                 neighbours = [
                     (i, j)
                     for i, j in (at, (at[0], at[1] + step), (at[0] + step, at[1]))

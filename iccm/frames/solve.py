@@ -53,9 +53,8 @@ def fit_drawings(
         return solve_choice(_unsearched(source, target, options), source, target, options, solver)
     framed = FITS[options.fit].of_drawings
     ranked = choices(source, target, settings_of(options), free_gaps=free_gaps, framed=framed)
-    ranked.sort(
-        key=lambda choice: _excess(choice, options)
-    )  # stable: among those within the bounds by their cost
+    # the order is stable: among those within the bounds it stays that of their cost
+    ranked.sort(key=lambda choice: _excess(choice, options))
     missed: Fit | None = None
     failure: InputError | None = None
     for choice in ranked[:MOST_SOLVED]:

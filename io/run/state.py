@@ -197,7 +197,7 @@ class Run:
         return self._compose(True)
 
     def _compose(self, in_layout: bool) -> AnyMap:
-        from ...pixels.composed import Cut, Holed, Reflected
+        from ...pixels.composed import Holed, Reflected
 
         maps: list[AnyMap] = []
         for (source, target), fit, holes in zip(self.pairs, self.fits, self._holes):
@@ -205,13 +205,8 @@ class Run:
                 source.mirror if in_layout else None,
                 target.mirror if self.job.target or in_layout else None,
             )
-            made: AnyMap = fit.map
-            if fit.drawings is not None and fit.target is not None:
-                made = Cut(fit.map, fit.drawings[1].rings)
-            elif fit.drawings is not None:
-                made = Cut(fit.map, fit.moved_rings)
-            elif holes:
-                made = Holed(fit.map, holes)
+            is_holed = fit.drawings is None and holes
+            made: AnyMap = Holed(fit.map, holes) if is_holed else fit.visible_map
             maps.append(Reflected(made, *lines) if lines != (None, None) else made)
         return maps[0] if len(maps) == 1 else parts.compose(self.pairs, self.fits, maps)
 
