@@ -12,19 +12,38 @@ constexpr Index AFTER = 7;    // and from 2 j on
 constexpr Index LANES = 4;    // channels that are weighed side by side
 constexpr Index PIECE = 1024; // numbers of a row that are added up in the processor's nearest cache
 
-// The weighted sum of TAPS rows of a picture around row 2 i, into `line`.
+// The weighted sum of TAPS rows of a picture around row 2 i, into `line`; within their range if CLAMPED.
+//
+// The negative lobes of the filter overshoot at edges. Clamping each step keeps the range of the texels below it, and
+// changes nothing where there is no overshoot.
+template <bool CLAMPED>
 void halve_down(const float *picture, Index height, Index size, Index i, const float *taps, Edge edge, float *line) {
+    float least[PIECE], most[PIECE];
+    const bool outside = edge == Edge::clear && (2 * i < BEFORE || 2 * i - BEFORE + TAPS > height);  // zeros are read
     for (Index first = 0; first < size; first += PIECE) {
         const Index count = min(PIECE, size - first);
         float *piece = line + first;
         for (Index j = 0; j < count; j++) piece[j] = 0;
+        if (CLAMPED) {
+            const float *middle = picture + 2 * i * size + first;
+            for (Index j = 0; j < count; j++) {
+                least[j] = outside ? min(middle[j], 0.0f) : middle[j];
+                most[j] = outside ? max(middle[j], 0.0f) : middle[j];
+            }
+        }
         for (Index t = 0; t < TAPS; t++) {
             const Index row = 2 * i + t - BEFORE;
             if (edge == Edge::clear && (row < 0 || row >= height)) continue;
             const float *from = picture + inside(row, height, edge) * size + first;
             const float tap = taps[t];
-            for (Index j = 0; j < count; j++) piece[j] += tap * from[j];
+            for (Index j = 0; j < count; j++) {
+                const float texel = from[j];
+                piece[j] += tap * texel;
+                if (CLAMPED) least[j] = min(least[j], texel), most[j] = max(most[j], texel);
+            }
         }
+        if (CLAMPED)
+            for (Index j = 0; j < count; j++) piece[j] = min(max(piece[j], least[j]), most[j]);
     }
 }
 
@@ -34,16 +53,40 @@ void surround(float *row, Index width, Index c, Edge edge) {
     for (Index k = 0; k < AFTER * c; k++) row[width * c + k] = row[inside(width + k / c, width, edge) * c + k % c];
 }
 
-// The weighted sums of TAPS texels around each second one of a row, which has its surroundings.
+// The weighted sums of TAPS texels around each second one of a row, which has its surroundings; within their range if
+// CLAMPED.
+template <bool CLAMPED>
 void halve_across(const float *row, Index width, Index c, const float *taps, float *out) {
     for (Index j = 0; j < width; j++)
         for (Index first = 0; first < c; first += LANES) {
             const float *from = row + (2 * j - BEFORE) * c + first;
             Double4 value = {0, 0, 0, 0};
-            for (Index t = 0; t < TAPS; t++) value += double(taps[t]) * widen(load(from + t * c));
-            const Float4 rounded = narrow(value);
+            Float4 least = load(from), most = least;
+            for (Index t = 0; t < TAPS; t++) {
+                const Float4 texel = load(from + t * c);
+                value += double(taps[t]) * widen(texel);
+                if (CLAMPED) least = lower(texel, least), most = higher(texel, most);
+            }
+            Float4 rounded = narrow(value);
+            if (CLAMPED) rounded = lower(higher(rounded, least), most);
             memcpy(out + j * c + first, &rounded, sizeof(float) * size_t(min(c - first, LANES)));
         }
+}
+
+template <bool CLAMPED>
+Index halve(const float *picture, Index height, Index width, Index c, const float *taps, Edge edge, float *out) {
+    const Index out_height = (height + 1) / 2, out_width = (width + 1) / 2;
+    // zeros around the row, which is what is there if nothing is; LANES more, since a register reaches beyond the last
+    // texel's channels
+    Buffer<float> line((width + BEFORE + AFTER) * c + LANES, 0.0f);
+    if (!line) return OUT_OF_MEMORY;
+    float *row = line.data + BEFORE * c;
+    for (Index i = 0; i < out_height; i++) {
+        halve_down<CLAMPED>(picture, height, width * c, i, taps, edge, row);
+        if (edge != Edge::clear) surround(row, width, c, edge);
+        halve_across<CLAMPED>(row, out_width, c, taps, out + i * out_width * c);
+    }
+    return 0;
 }
 
 template <typename Stored>
@@ -68,21 +111,12 @@ using namespace iccm;
 //   picture  (height, width, c)
 //   taps     (TAPS,)
 //   edge     see Edge
+//   clamped  whether each channel stays between the least and the greatest of the texels that are read
 //   out      (ceil(height / 2), ceil(width / 2), c) written
 ICCM_EXPORT int64_t iccm_pixels_halve(const float *picture, int64_t height, int64_t width, int64_t c, const float *taps,
-                                      int64_t edge, float *out) {
-    const Index out_height = (height + 1) / 2, out_width = (width + 1) / 2;
-    // zeros around the row, which is what is there if nothing is; LANES more, since a register reaches beyond the last
-    // texel's channels
-    Buffer<float> line((width + BEFORE + AFTER) * c + LANES, 0.0f);
-    if (!line) return OUT_OF_MEMORY;
-    float *row = line.data + BEFORE * c;
-    for (Index i = 0; i < out_height; i++) {
-        halve_down(picture, height, width * c, i, taps, Edge(edge), row);
-        if (Edge(edge) != Edge::clear) surround(row, width, c, Edge(edge));
-        halve_across(row, out_width, c, taps, out + i * out_width * c);
-    }
-    return 0;
+                                      int64_t edge, bool clamped, float *out) {
+    if (clamped) return halve<true>(picture, height, width, c, taps, Edge(edge), out);
+    return halve<false>(picture, height, width, c, taps, Edge(edge), out);
 }
 
 // Stored integers as linear premultiplied numbers.

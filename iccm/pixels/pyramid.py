@@ -15,7 +15,8 @@ Picture = record("""struct Pyramid {
     const uint8_t *base; int64_t base_bytes; int64_t channels; const float *decode; int64_t alpha; const float *texels;
     const int64_t *levels; int64_t level_count; int64_t edge; }""")
 _halve = function("""int64_t iccm_pixels_halve(
-    const float *picture, int64_t height, int64_t width, int64_t c, const float *taps, int64_t edge, float *out)""")
+    const float *picture, int64_t height, int64_t width, int64_t c, const float *taps, int64_t edge, bool clamped,
+    float *out)""")
 _decode = function("""int64_t iccm_pixels_decode(
     const uint8_t *pixels, int64_t bytes, int64_t count, int64_t c, const float *table, int64_t alpha, float *out)""")
 FRAME = 12  # texels around a spline's coefficients: the spline's pole to this power is 0.43 ** 12 = 4e-5
@@ -70,6 +71,7 @@ def pyramid(
     *,
     reduced: bool = True,
     spline: bool = False,
+    clamped: bool = False,
 ) -> Pyramid:
     """What a filter reads of an (h, w, c) picture that is ready: linear and premultiplied.
 
@@ -79,11 +81,12 @@ def pyramid(
         memory: where the reductions are kept.
         threads: never change the result.
         reduced, spline: whether the filter reads reductions, and the spline.
+        clamped: whether reductions stay within the range of the texels that they are made of.
     """
     c = picture.shape[2]
     smooth = _coefficients(picture, edge) if spline else np.empty((0, 0, c), dtype=np.float32)
     no = np.empty((0, c), dtype=np.float32)
-    levels = _reductions(picture.shape, picture.__getitem__, int(reduced), edge, memory, threads)
+    levels = _reductions(picture.shape, picture.__getitem__, int(reduced), edge, clamped, memory, threads)
     return _stacked(picture, no, -1, levels, edge, smooth)
 
 
@@ -96,6 +99,7 @@ def compact(
     threads: int | None = None,
     *,
     reduced: bool = True,
+    clamped: bool = False,
 ) -> Pyramid:
     """The same of a large picture that stays as it is stored, in unsigned integers.
 
@@ -106,14 +110,14 @@ def compact(
         pixels: (h, w, c) uint8 or uint16.
         decode: (levels, c) the linear value of every integer, by channel.
         alpha: the channel to premultiply by, or -1.
-        edge, memory, threads, reduced: as for `pyramid`.
+        edge, memory, threads, reduced, clamped: as for `pyramid`.
     """
     spline = np.empty((0, 0, pixels.shape[2]), dtype=np.float32)
 
     def read(rows: Any) -> Float:
         return ready(pixels[rows], decode, alpha)
 
-    levels = _reductions(pixels.shape, read, 2 * reduced, edge, memory, threads)
+    levels = _reductions(pixels.shape, read, 2 * reduced, edge, clamped, memory, threads)
     return _stacked(pixels, decode, alpha, levels, edge, spline)
 
 
@@ -137,6 +141,7 @@ def _reductions(
     read: Callable[[Any], Float],
     halvings: int,
     edge: int,
+    clamped: bool,
     memory: Memory | None,
     threads: int | None,
 ) -> tuple[Float, list[Float], list[int]]:
@@ -146,7 +151,7 @@ def _reductions(
         shape: (h, w, c) of the picture.
         read: gives rows of it.
         halvings: before the first reduction; later ones are halves of those before. None at all for 0.
-        edge, memory, threads: as for `pyramid`.
+        edge, clamped, memory, threads: as for `pyramid`.
     """
     (h, w, c), memory = shape, memory or Memory()
     sizes: list[int] = []
@@ -157,7 +162,7 @@ def _reductions(
     texels = memory((int(ends[-1]), c), np.float32)
     levels = [texels[i : i + a * b].reshape(a, b, c) for i, (a, b) in zip(ends, shapes)]
     for out in levels:
-        _shrink(read, h, out, halvings, edge, memory, threads)
+        _shrink(read, h, out, halvings, edge, clamped, memory, threads)
         read, h, halvings = out.__getitem__, len(out), 1
     return texels, levels, sizes
 
@@ -168,6 +173,7 @@ def _shrink(
     out: Float,
     halvings: int,
     edge: int,
+    clamped: bool,
     memory: Memory,
     threads: int | None,
 ) -> None:
@@ -182,7 +188,7 @@ def _shrink(
             above, below = min(rows.start, HALO[halvings]), min(height - rows.stop, HALO[halvings])
             part = read(slice(rows.start - above, rows.stop + below))
         for _ in range(halvings):
-            part = _reduced(part, edge)
+            part = _reduced(part, edge, clamped)
         first = rows.start // by
         out[first : -(-rows.stop // by)] = part[above // by :][: -(-(rows.stop - rows.start) // by)]
         memory.release()
@@ -200,15 +206,19 @@ def _stacked(base, decode, alpha, levels: tuple[Float, list[Float], list[int]], 
     return Pyramid(base, decode, alpha, texels, size, start.astype(np.int64), height, width, edge, spline)
 
 
-def _reduced(a: Float, edge: int) -> Float:
-    """(h, w, c) halved both ways with a Lanczos-windowed half-band kernel of 12 taps."""
+def _reduced(a: Float, edge: int, clamped: bool = False) -> Float:
+    """Halve (h, w, c) both ways with a Lanczos-windowed half-band kernel of 12 taps.
+
+    If `clamped`, the kernel's negative lobes do not take a colour out of the range of the texels that are read. The
+    filters clamp to the range of a level's texels, which is that of the picture only if every level keeps it.
+    """
     x = (np.arange(6) + 0.5) / 2
     side = np.sinc(x) * np.sinc(x / 3)
     taps = np.concatenate([side[::-1], side]).astype(np.float32)
     taps /= taps.sum()
     h, w, c = a.shape
     out = np.empty(((h + 1) // 2, (w + 1) // 2, c), np.float32)
-    _halve(np.ascontiguousarray(a, np.float32), h, w, c, taps, edge, out)
+    _halve(np.ascontiguousarray(a, np.float32), h, w, c, taps, edge, clamped, out)
     return out
 
 

@@ -104,7 +104,9 @@ class Sampler:
         if pixels.dtype.kind == "u" and not texture.associated:
             decode = colour.tables(pixels.dtype, self.channels, texture.alpha, srgb=self.srgb)
             if pixels.size > LARGE:
-                return pyramid.compact(pixels, decode, over, edge, memory, threads, reduced=reduced)
+                return pyramid.compact(
+                    pixels, decode, over, edge, memory, threads, reduced=reduced, clamped=self.clamped
+                )
 
             def ready(rows: NDArray) -> Float:
                 return pyramid.ready(rows, decode, over)
@@ -126,7 +128,9 @@ class Sampler:
         if pixels.dtype.kind == "f" and reduced:
             mend(picture, over, memory, threads)
         smooth = self.filter == filters.SPLINE
-        return pyramid.pyramid(picture, edge, memory, threads, reduced=reduced, spline=smooth)
+        return pyramid.pyramid(
+            picture, edge, memory, threads, reduced=reduced, spline=smooth, clamped=self.clamped
+        )
 
     def __call__(self, places: Callable[[slice], Places], count: int, threads: int | None = None) -> NDArray:
         """(count, c) pixels as the texture stores them.
