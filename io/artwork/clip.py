@@ -25,6 +25,7 @@ from ..svg.path_data import PenPath
 CORNER = 0.2  # radians: where the boundary turns by more, an arc of it is cut in two
 MOST = 4096  # vertices of a piece
 OFF_MIDDLE = 0.217  # of the inscribed radius: any number that drawings do not use
+FLAT = 1e-6  # of a run's length: what stays nearer to a line encloses nothing
 TAIL = 20  # times as far as counts as inside: the longest end of a line that is cut off there
 
 
@@ -140,10 +141,16 @@ class Domain:
         middle = z[z.size // 2 : z.size // 2 + 1] if z.size > 2 else z.mean(keepdims=True)
         return next((k for k, (hole, _) in enumerate(self.holes) if hole.contains(middle)[0]), None)
 
-    def clip(self, runs: Sequence[PenPath], *, seams: bool = False) -> Clipped:
-        """Cuts the runs of one shape; each of them has at least one piece. Lines do not go over a seam with `seams`."""
+    def clip(self, runs: Sequence[PenPath], *, seams: bool = False, filled: bool = True) -> Clipped:
+        """Cuts the runs of one shape; each of them has at least one piece. Lines do not go over a seam with `seams`.
+
+        If `filled`, what closes open runs counts as part of the shape.
+        """
         found = [self._stretches(run.pieces, run.closed and not seams) for run in runs]
         away = any(stretch.away for stretches in found for stretch in stretches)
+        if filled and not away:
+            chords = [_closed(run)[-1:] for run in runs if not (run.closed or is_flat(run.pieces))]
+            away = any(stretch.away for chord in chords for stretch in self._stretches(chord, False))
         if not (away or (self.holes and any(self._laps(run) for run in runs))):
             return Clipped([(list(run.pieces), run.closed) for run in runs])
         ends = self._within(np.array([runs[0].start, runs[-1].pieces[-1].last()]))
@@ -154,6 +161,8 @@ class Domain:
             inner = [s if whole else self._landed(run.pieces, s) for s in stretches if not s.away]
             spans = [_spans(run.pieces, stretch) for stretch in inner]
             out.line.extend((parts, whole) for parts in spans if parts)
+            if is_flat(run.pieces):
+                continue
             pieces = _closed(run)
             stretches = self._stretches(pieces, True)
             if stretches[0].away and len(stretches) == 1 and self._hole_of(stretches[0].z) is not None:
@@ -243,6 +252,14 @@ class Domain:
 def _closed(run: PenPath) -> Sequence[Piece]:
     """The pieces of a run as a fill closes it."""
     return run.pieces if run.closed else [*run.pieces, Bezier((run.pieces[-1].last(), run.start))]
+
+
+def is_flat(pieces: Sequence[Part]) -> bool:
+    """Whether a run stays on a straight line, so that its fill paints nothing, wherever the run goes."""
+    z = np.concatenate([piece.at(np.linspace(0, 1, 17)) for piece in pieces])
+    away = z - z[0]
+    far = away[np.argmax(np.abs(away))]
+    return bool(np.abs(cross(far, away)).max() <= FLAT * abs(far) ** 2)
 
 
 def _point_in(hole: Curve) -> complex:

@@ -64,7 +64,15 @@ class MappedElement:
         bent = [piece.at(np.linspace(0, 1, 33)) for piece in pieces if piece.bend()]
         return np.concatenate([np.concatenate(straight), *bent])
 
-    def write(self, clipped: Clipped, fill: list[Cubics], line: list[Cubics], digits: int) -> None:
+    def write(
+        self,
+        clipped: Clipped,
+        fill: list[Cubics],
+        line: list[Cubics],
+        digits: int,
+        *,
+        line_is_filled: bool = True,
+    ) -> None:
         """Makes the element a path, or a group where fill, line and markers need one each.
 
         Args:
@@ -72,10 +80,12 @@ class MappedElement:
             fill: closed runs of the fill, where it differs from the line; those around the whole source come last.
             line: runs of the line, or of both.
             digits: after the decimal point.
+            line_is_filled: whether the runs of the line are those of the fill. They are not where the fill is cut off,
+                closes an open run, or encloses nothing.
         """
         drawn: list[tuple[str, dict[str, str]]] = []
         if line:
-            style = {"fill": "none"} if fill else {}
+            style = {} if line_is_filled else {"fill": "none"}
             kept = {"marker-start": clipped.begins, "marker-mid": False, "marker-end": clipped.ends}
             style |= {name: "none" for name in sorted(self.markers) if not kept[name]}
             drawn.append((_data(line, digits), style))

@@ -17,9 +17,10 @@ from ...maps.bezier_fit import refit
 from ...maps.harmonic import HarmonicMap
 from ..shapes.shape import Shape
 from ..svg.affine import Affine
+from ..svg.curves import Bezier
 from ..svg.path_data import PenPath
 from .affine_part import AffinePart, Samples, affine_part
-from .clip import Clipped, Domain, Part
+from .clip import Clipped, Domain, Part, is_flat
 from .element import MappedElement
 
 NEAR = 3e-4  # of the source's diagonal: no farther outside counts as on the outline, which is flattened
@@ -127,8 +128,8 @@ class PathMapping:
         """Applies the effects, then gives every shape's element its path, or takes the element out."""
         left = [self._left(shape) for shape in shapes]
         clipped = [_together([clipped for _, clipped in each]) for each in left]
-        parts = [_parts(shape, each) for shape, each in zip(shapes, left)]
-        runs = [run for fill, line in parts for run in fill + line]
+        parts = [_to_fit(shape, each) for shape, each in zip(shapes, left)]
+        runs = [run for part in parts for run in part.fill + part.line]
         pieces = [piece for run in runs for piece in run.pieces]
         owners = [run.region for run in runs for _ in run.pieces]
         fitted = refit(
@@ -138,7 +139,7 @@ class PathMapping:
         samples = _samples(pieces, owners)
         sampled: dict[MappedElement, Samples] = {}
         last = 0
-        for shape, (fill, line) in zip(shapes, parts):
+        for shape, (fill, line, _) in zip(shapes, parts):
             first, begin = last, last + sum(len(run.pieces) for run in fill)
             last = begin + sum(len(run.pieces) for run in line)
             lined = (np.arange(first, last) >= begin) | (not line)
@@ -149,7 +150,7 @@ class PathMapping:
             self.notes[note] += bool(note)
         cubics = iter(fitted)
         digits = max(0, int(np.ceil(-np.log10(self.tolerance / 20))))
-        for shape, each, (fill, line) in zip(shapes, clipped, parts):
+        for shape, each, (fill, line, line_is_filled) in zip(shapes, clipped, parts):
             fills, lines = (
                 [([next(cubics) for _ in run.pieces], run.closed) for run in kind] for kind in (fill, line)
             )
@@ -157,18 +158,21 @@ class PathMapping:
                 shape.parent.remove(shape.out)
                 self.notes[LOST] += 1
             elif fills or lines:
-                shape.write(each, fills, lines, digits)
+                shape.write(each, fills, lines, digits, line_is_filled=line_is_filled)
                 self.notes[CUT] += each.cut and not shape.aside
             else:
                 shape.parent.remove(shape.out)
-                self.notes[OUTSIDE] += not shape.aside
+                self.notes[OUTSIDE] += each.cut and not shape.aside
         self.notes = +self.notes
 
     def _left(self, shape: MappedElement) -> list[tuple[Region, Clipped]]:
         """What is left of a shape in each region that it is carried by."""
         runs = [_core(run) for run in shape.runs]
         regions = self.regions.of(runs) if shape.copy is None else [self.regions.given[shape.copy]]
-        found = [(region, region.domain.clip(runs, seams=bool(shape.markers))) for region in regions]
+        found = [
+            (region, region.domain.clip(runs, seams=bool(shape.markers), filled=shape.filled))
+            for region in regions
+        ]
         seen = [(region, each) for region, each in found if each.line or each.fill or any(each.turns)]
         return seen or found[:1]
 
@@ -181,6 +185,20 @@ class Placement(NamedTuple):
     region: Region
 
 
+class ToFit(NamedTuple):
+    """What is to be fitted of a shape.
+
+    Attributes:
+        fill: runs of its fill, where they differ from the line's; those around a whole region come last.
+        line: runs of its line.
+        line_is_filled: whether these are the runs of its fill, too.
+    """
+
+    fill: list[Placement]
+    line: list[Placement]
+    line_is_filled: bool = True
+
+
 def _together(found: Sequence[Clipped]) -> Clipped:
     """What is left of a shape in several regions."""
     if len(found) == 1:
@@ -191,27 +209,37 @@ def _together(found: Sequence[Clipped]) -> Clipped:
     return Clipped(lines, True, fills, turns, begins, ends)
 
 
-def _parts(
-    shape: MappedElement, left: Sequence[tuple[Region, Clipped]]
-) -> tuple[list[Placement], list[Placement]]:
-    """What is to be fitted of a shape: runs of its fill, where they differ from the line's, and of its line.
-
-    The runs around a whole region come last.
-    """
+def _to_fit(shape: MappedElement, left: Sequence[tuple[Region, Clipped]]) -> "ToFit":
+    """What is to be fitted of a shape."""
     cut = any(clipped.cut for _, clipped in left)
     lines = [Placement(run, closed, region) for region, each in left for run, closed in each.line]
-    if not cut:
-        return [], lines
-    if shape.lined and not shape.filled:
-        return [], lines
-    fills = [Placement(run, True, region) for region, each in left for run in each.fill]
-    fills += [
-        Placement(region.domain.around(turns), True, region)
-        for region, each in left
-        for turns in each.turns
-        if turns
-    ]
-    return fills, lines if shape.lined else []
+    if not shape.filled and (shape.lined or not cut):
+        return ToFit([], lines)
+    if cut:
+        fills = [Placement(run, True, region) for region, each in left for run in each.fill]
+        fills += [
+            Placement(region.domain.around(turns), True, region)
+            for region, each in left
+            for turns in each.turns
+            if turns
+        ]
+    else:
+        fills = [
+            Placement(_closed(run), True, region)
+            for region, each in left
+            for run, _ in each.line
+            if not is_flat(run)
+        ]
+        if len(fills) == len(lines) and all(closed for _, closed, _ in lines):
+            return ToFit([], lines)
+    return ToFit(fills, lines if shape.lined else [], line_is_filled=False)
+
+
+def _closed(run: list[Part]) -> list[Part]:
+    """A run as its fill closes it: by a chord of the source, which the map carries like any other line."""
+    ends = np.array([0.0, 1.0])
+    start, end = complex(run[0].at(ends)[0]), complex(run[-1].at(ends)[1])
+    return run if start == end else [*run, Bezier((end, start))]
 
 
 def _jet(owners: Sequence[Region], which: NDArray[np.intp], z: Complex) -> tuple[Complex, ...]:

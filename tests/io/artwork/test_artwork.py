@@ -634,3 +634,62 @@ def test_lines_of_an_icon_move_by_the_map_of_what_they_enclose(tmp_path, iccm, m
     assert max(middles["left"].imag, middles["right"].imag) < middles["mouth"].imag - 3
     head = reader.runs_of(found["head"], 1e-3)[0].z
     assert np.ptp(head.real) == pytest.approx(17, abs=0.6) and np.ptp(head.imag) == pytest.approx(16, abs=0.6)
+
+
+def area_of(d):
+    """What the fill of path data encloses."""
+    (run,) = path_data.subpaths(d, affine.Affine(), 1e-6)
+    z = run.z - run.z[0]
+    return abs((z[:-1].conj() * z[1:]).imag.sum() / 2)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        '<line x1="-60" y1="20" x2="50" y2="30" stroke="red"/>',
+        '<path d="M-60 40H50" stroke="red"/>',
+        '<polyline points="-60,10 -20,10 50,10" stroke="red"/>',
+        '<path d="M-60 -40H50Z" stroke="red"/>',
+    ],
+)
+def test_straight_lines_paint_no_inside_where_they_are_bent(line, source, tmp_path):
+    """SVG fills them by default, which shows nothing while they are straight."""
+    (tmp_path / "a.svg").write_text(HEAD + DRAWING.replace("</svg>", line + "</svg>"))
+    source = shape.read(f"{tmp_path}/a.svg#shape")
+    artwork.carry(source, curved(source), source, tmp_path / "b.svg")
+    bent = [d for d in drawn(tmp_path / "b.svg") if d.properties.get("stroke") == "red"]
+    assert bent and not any(d.filled for d in bent)
+    assert area_of(bent[0].properties["d"]) > 20 or "Z" in line
+
+
+@pytest.mark.parametrize("stroke", ["", ' stroke="red"'])
+def test_what_closes_an_open_fill_is_mapped_too(stroke, source, tmp_path):
+    """The chord of the source, not that of the target, bounds the fill; the line stays open."""
+    open_path = f'<path d="M-60 20 L-5 60 L50 30" fill="gold"{stroke}/>'
+    (tmp_path / "a.svg").write_text(HEAD + DRAWING.replace("</svg>", open_path + "</svg>"))
+    source = shape.read(f"{tmp_path}/a.svg#shape")
+    map = curved(source)
+    artwork.carry(source, map, source, tmp_path / "b.svg", tolerance=0.01)
+    gold = [d for d in drawn(tmp_path / "b.svg") if d.properties.get("fill") == "gold" and d.filled]
+    (fill,) = [d for d in gold if not d.stroked]
+    z = Curve(np.array([-60 - 20j, -5 - 60j, 50 - 30j])).resample(4000).z
+    w = map(z)
+    assert area_of(fill.properties["d"]) == pytest.approx(
+        abs(np.imag(w.conj() @ np.roll(w, -1)) / 2), rel=2e-3
+    )
+    lines = [d for d in drawn(tmp_path / "b.svg") if d.properties.get("stroke") == "red"]
+    assert [d.properties["d"].endswith("Z") for d in lines] == [False] * bool(stroke)
+    assert not any(d.filled for d in lines)
+
+
+def test_an_open_fill_is_cut_where_only_what_closes_it_is_outside(source, tmp_path):
+    """The chord of a crescent's horn leaves the shape; the horn itself does not."""
+    crescent = "M0 80 C-100 80 -100 -80 0 -80 C-60 -50 -60 50 0 80Z"
+    arc = '<path d="M-12 70 C-80 60 -80 -60 -12 -70" fill="gold"/>'
+    (tmp_path / "a.svg").write_text(f'{HEAD}<path id="shape" d="{crescent}" fill="tan"/>{arc}</svg>')
+    source = shape.read(f"{tmp_path}/a.svg#shape")
+    notes = artwork.carry(source, curved(source, lambda z: z), source, tmp_path / "b.svg", tolerance=0.05)
+    (fill,) = [d for d in drawn(tmp_path / "b.svg") if d.properties.get("fill") == "gold"]
+    (horn,) = [d for d in drawn(source.path) if d.properties.get("fill") == "gold"]
+    assert any("cut off" in note for note in notes)
+    assert area_of(fill.properties["d"]) < 0.7 * area_of(horn.properties["d"])
