@@ -11,7 +11,8 @@ solve             `fit` and `deform`: which method solves a problem
 texture_transfer  `transfer`, `warp` and STMaps: arrays in, arrays out
 given             shapes as people have them: arrays, polygons, paths, contours
 capabilities      which method takes which constraint, on which kinds of shapes
-problem           the domains, constraints and options of a solve
+problem           the domains and constraints of a solve, checked
+options           its options, with their ranges
 result            `Fit`: the map, how the solver ended, figures that judge it
 transform         maps as scikit-image has transforms: called, turned round, composed
 balanced/         the default method: outline held, nothing folded, sizes even

@@ -32,7 +32,8 @@ from .maps.summary import CERTAIN_SHARE, SEEN_CRACKS, SEEN_FOLDS, WELL_SEEN, in_
 from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
 from .meshes.surface_distortion import on_surfaces, surface_distances
-from .problem import ON_OUTLINE, PLACES, TOLERANCE
+from .options import PLACES, TOLERANCE
+from .problem import ON_OUTLINE
 from .saved.map_file import DRAWING_RINGS, RINGS, MapFile, Plane, read
 from .transform import Transform
 

@@ -23,7 +23,8 @@ from .given import Outlines, as_points_of, drawing_of, flattening_of, outlines_o
 from .maps.regions import Region, mean_scale
 from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
-from .problem import NEAR, ON_OUTLINE, Options, OptionValues, Problem, as_domain, as_pins, as_strokes
+from .options import Options, OptionValues
+from .problem import NEAR, ON_OUTLINE, Problem, as_domain, as_pins, as_strokes
 from .progress import Progress, listening
 from .result import Fit, Status
 from .signatures import plain_signature
@@ -144,7 +145,7 @@ def fit(
     cancel
         A function that is called from time to time; when it returns true, `iccm.Cancelled` is raised.
     **options
-        See `iccm.problem.Options`: `method`, `turn`, `fit`, `balance`, `effort`, `tolerance` and others.
+        See `iccm.options.Options`: `method`, `turn`, `fit`, `balance`, `effort`, `tolerance` and others.
 
     Returns
     -------
@@ -545,7 +546,7 @@ def deform(
             revolution, in steps. With pins at the same source points the mesh is kept, which takes hundredths of a
             second (balanced).
         axes, progress, cancel: as for `fit`.
-        **options: see `iccm.problem.Options`.
+        **options: see `iccm.options.Options`.
 
     Raises:
         InputError: as `fit`; no pins and no strokes.

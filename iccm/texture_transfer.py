@@ -18,12 +18,13 @@ from .blas import on_one_thread
 from .errors import InputError
 from .given import drawing_of, outlines_of
 from .maps.triangulated.map import TriangulatedMap
+from .options import OptionValues
 from .pixels import stmap as stmaps
 from .pixels import warp as warping
 from .pixels.canvas import LONGER_SIDE, Canvas, Diagnostics, proportional
 from .pixels.sampler import Sampler
 from .pixels.texture import Texture
-from .problem import OptionValues, as_domain
+from .problem import as_domain
 from .progress import Progress
 from .result import Fit
 from .signatures import plain_signature

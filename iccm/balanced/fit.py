@@ -16,7 +16,8 @@ from ..maps.distortion import Distortion
 from ..maps.regions import SIZE_OFF, Region, Rings, mean_scale, triangles_in
 from ..maps.triangulated.map import TriangulatedMap
 from ..maps.triangulated.patches import NO_FACES, bulges
-from ..problem import Options, Problem
+from ..options import Options
+from ..problem import Problem
 from ..result import Fit, Status
 from . import cartogram, rings
 from .constraints.validate import check, check_free

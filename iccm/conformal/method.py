@@ -22,11 +22,12 @@ from ..arrays import Complex, Real, complex_of
 from ..blas import on_one_thread
 from ..curve import Curve, boundary_samples, hausdorff
 from ..maps.harmonic import HarmonicMap
+from ..options import Options
 from ..paper.algorithm1 import assemble, discretise, finish, iterate
 from ..paper.energies import Basis
 from ..paper.initial import constraint_points
 from ..paper.least_squares import System
-from ..problem import Options, Problem, from_farthest
+from ..problem import Problem, from_farthest
 from ..result import Fit, Status
 from .correspondence import CircleMap, Correspondence, View
 from .harmonic_measure import HarmonicMeasure

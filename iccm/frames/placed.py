@@ -20,8 +20,8 @@ from ..drawings.cost import price
 from ..drawings.drawing import Drawing
 from ..drawings.placing import largest_copy, largest_copy_about, moved
 from ..errors import InputError
+from ..options import Options
 from ..plane import Similarity
-from ..problem import Options
 from ..result import Fit
 from .solve import Solver, without_outline_losses
 

@@ -7,7 +7,7 @@ from ..balanced.fit import coverage_notes, settings_of
 from ..drawings.drawing import Drawing
 from ..errors import InputError
 from ..fits import FITS
-from ..problem import Options
+from ..options import Options
 from ..result import Fit
 from .choice import Choice, Way, choices, may_pair
 

@@ -10,7 +10,8 @@ from ..arrays import Complex, Real
 from ..blas import on_one_thread
 from ..curve import Curve, boundary_samples, resampled_knots
 from ..errors import InputError
-from ..problem import MOST_VERTICES, Options, Problem, measure_of
+from ..options import MAX_POLYGON_VERTICES, Options
+from ..problem import Problem, measure_of
 from ..result import Fit, Status
 from . import initial
 from .energies import Basis, Target, Term, closeness, consistency, points, quasiconformal, smoothness, stroke
@@ -63,9 +64,9 @@ def discretise(source: Curve, vertices: int | str | None) -> tuple[Curve, Real]:
     if vertices != "source":
         s = resampled_knots(source, int(vertices or PAPER_VERTICES))
         return Curve(source.at(s)), s
-    if source.z.size > MOST_VERTICES:
+    if source.z.size > MAX_POLYGON_VERTICES:
         raise InputError(
-            f"vertices: the source has {source.z.size}, more than {MOST_VERTICES}; give a number instead"
+            f"vertices: the source has {source.z.size}, more than {MAX_POLYGON_VERTICES}; give a number instead"
         )
     return source, source.knots[:-1]
 

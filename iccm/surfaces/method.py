@@ -21,7 +21,8 @@ from ..balanced.search.final_mesh import Meshed
 from ..balanced.search.levels import UnitProblem
 from ..balanced.search.warm_start import continue_from
 from ..maps.triangulated.map import TriangulatedMap
-from ..problem import Options, Problem
+from ..options import Options
+from ..problem import Problem
 from ..result import Fit
 from . import icp_start, rigid
 from .ground import ground_of

@@ -9,7 +9,8 @@ from ..balanced import fit, method
 from ..balanced.injectivity import refuse_folds
 from ..balanced.model.settings import Solution
 from ..maps.triangulated.map import TriangulatedMap
-from ..problem import Options, Problem
+from ..options import Options
+from ..problem import Problem
 from ..result import Fit
 from .problem import Layouts, SurfaceProblem
 

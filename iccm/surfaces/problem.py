@@ -15,7 +15,8 @@ from ..balanced.model.settings import Settings, SolveLog
 from ..balanced.search import multilevel
 from ..balanced.search.levels import UnitProblem
 from ..meshes.flatten import Flattening
-from ..problem import Options, Problem
+from ..options import Options
+from ..problem import Problem
 from .side import Side
 
 ROUNDED = 0.2  # of the tolerance: for outlines between two surfaces, by hand

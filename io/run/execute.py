@@ -175,7 +175,7 @@ def pair_parts(run: Run) -> None:
     if not (asked and free and job.target and source.drawing and target.drawing):
         return
     from ...frames.solve import paired_parts
-    from ...problem import Options
+    from ...options import Options
 
     pairs = paired_parts(source.drawing, target.drawing, Options(**job.solver), free_gaps=run.free_gaps)
     if pairs:

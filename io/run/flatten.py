@@ -13,8 +13,8 @@ from ...flattening import METHODS
 from ...flattening.opening import concave, not_convex
 from ...meshes import layout
 from ...meshes.flatten import overlap
+from ...options import Options
 from ...plane import longer_side
-from ...problem import Options
 from ...surfaces.as_written import Written
 from .. import files, formats, references
 from ..materials.carried_maps import CarriedMaps

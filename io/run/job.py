@@ -278,7 +278,7 @@ class Job(Textured, JobOptions):
     @property
     def exact(self) -> bool:
         """Whether pins and strokes are met, not weighed: what lies outside the target could not be."""
-        from ...problem import Options as Solver
+        from ...options import Options as Solver
 
         return Solver(**self.solver).is_balanced
 

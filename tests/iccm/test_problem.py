@@ -9,7 +9,7 @@ import pytest
 import iccm
 from iccm import InputError
 from iccm.arrays import xy_of
-from iccm.problem import OTHERS, OWN, Options, OptionValues
+from iccm.options import BALANCED_ONLY, WEIGHTED_ONLY, Options, OptionValues
 from iccm.texture_transfer import FitOptions
 
 GIVEN = {"balance": 2.0, "turn": "any", "max_dilatation": 3.0, "max_stretch": 3.0}
@@ -35,8 +35,8 @@ CONFORMAL = {
 @pytest.mark.parametrize("name", CONFORMAL)
 def test_what_the_balanced_method_alone_does_is_refused_by_others(name):
     options = CONFORMAL[name]
-    assert not Options(**options).is_balanced and set(GIVEN) == set(OWN)
-    for own in set(OWN) - set(options):
+    assert not Options(**options).is_balanced and set(GIVEN) == set(BALANCED_ONLY)
+    for own in set(BALANCED_ONLY) - set(options):
         with pytest.raises(
             InputError, match=f"^{own}: an option of --method balanced, not of (conformal|paper)"
         ):
@@ -46,7 +46,7 @@ def test_what_the_balanced_method_alone_does_is_refused_by_others(name):
 def test_what_the_others_do_is_refused_by_the_balanced_method():
     for own, value in GIVEN.items():
         assert Options(**{own: value}).is_balanced
-    for name in OTHERS:
+    for name in WEIGHTED_ONLY:
         values = {"vertices": 50, "order": 1}
         with pytest.raises(
             InputError, match=f"^{name}: an option of --method conformal or paper, not of balanced"

@@ -17,10 +17,10 @@ from iccm.drawings.seen import middles, seen
 from iccm.errors import InputError
 from iccm.frames.choice import Choice, choices
 from iccm.frames.solve import solve_choice
+from iccm.options import Options
 from iccm.pixels.canvas import Canvas
 from iccm.pixels.composed import Cut
 from iccm.pixels.preimages import of as preimages_of
-from iccm.problem import Options
 
 BARS = shapely.MultiPolygon([shapely.box(0, 0, 5, 1), shapely.box(1, 2, 4, 3.5), shapely.box(0.5, 4, 5, 4.7)])
 RING = shapely.Polygon([(0, 0), (7, 0), (7, 5), (0, 4)], [[(2, 1), (2, 3), (4, 3), (4, 1)]])

@@ -7,11 +7,12 @@ import pytest
 
 import iccm
 from iccm.curve import Curve
+from iccm.options import Options
 from iccm.paper.algorithm1 import assemble, discretise, first_targets, iterate
 from iccm.paper.energies import Basis
 from iccm.paper.initial import arclength, from_constraints
 from iccm.paper.least_squares import System
-from iccm.problem import Options, Problem
+from iccm.problem import Problem
 from iccm.result import Status
 from tests.shapes import arrow, blob, circle, ell, inside, pear, square, star
 

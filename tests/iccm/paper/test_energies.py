@@ -5,6 +5,7 @@ import pytest
 
 from iccm.curve import Curve
 from iccm.maps import cauchy_green
+from iccm.options import Options
 from iccm.paper.algorithm1 import assemble
 from iccm.paper.energies import (
     Basis,
@@ -17,7 +18,7 @@ from iccm.paper.energies import (
     smoothness,
     stroke,
 )
-from iccm.problem import Options, Problem, measure_of
+from iccm.problem import Problem, measure_of
 from tests.shapes import CauchyIntegral, arrow, inside, random_polygon, square
 
 

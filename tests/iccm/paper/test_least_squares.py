@@ -5,10 +5,11 @@ import pytest
 import scipy.optimize
 
 from iccm.curve import Curve
+from iccm.options import Options
 from iccm.paper.algorithm1 import assemble
 from iccm.paper.energies import Basis, Target, Term, closeness, fixed, points
 from iccm.paper.least_squares import System
-from iccm.problem import Options, Problem, measure_of
+from iccm.problem import Problem, measure_of
 from tests.shapes import arrow, blob, inside, pear, random_polygon
 
 LAMBDA = 0.3
