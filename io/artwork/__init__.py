@@ -6,9 +6,11 @@ gradients, patterns and filters its affine part. Of what lies outside the source
 document      the drawing written anew, without transforms and `use`
 element       one shape, and the elements that it becomes
 mapping       paths carried through a map and refitted
+regions       the domains of maps
 affine_part   the map over some shapes as an affine map
 clip          runs cut at the domain's boundary
 paint_server  gradients, patterns and markers
+embedded      pictures that are embedded, resampled
 filters       filters, by the map's affine part
 attributes    attributes and styles that stay
 references    references, kept within the drawing
@@ -88,6 +90,7 @@ def carry_parts(
     drawing = _document(parts[0][0], target, len(parts) if each else 1)
     mapping = PathMapping(parts, tolerance or TOLERANCE * target.curve.diagonal)
     mapping.carry(drawing.elements, drawing.effects)
+    mapping.carry_pictures(drawing.pictures)
     if painted:
         drawing.cut_by(painted, opacity)
     drawing.finish()

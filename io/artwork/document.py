@@ -11,31 +11,29 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from xml.etree.ElementTree import Element, SubElement
 
+import numpy as np
+
 from ...arrays import Complex
 from ...errors import InputError
 from .. import limits
 from ..shapes.shape import Shape
-from ..svg import affine, reader, tree
-from ..svg.affine import Affine
+from ..svg import reader, tree
 from ..svg.budget import Quota
 from ..svg.document import local
 from ..svg.drawing import Rectangle
 from ..svg.tree import Node
-from . import attributes
+from . import attributes, embedded
 from .element import SVG, MappedElement, box_of, restyle, runs_of
 from .filters import MARGIN, filtered
-from .mapping import OUTSIDE, Effect
-from .paint_server import SIDES, Definitions, Space, lined, scale, shown
-from .references import confine, typed
+from .mapping import Effect
+from .paint_server import SIDES, Definitions, Space, lined, scale
+from .references import confine
 
-CELL = 1 / 24
-"""Of the source's diagonal: size of the parts of a picture that follow the map each by its affine part."""
-OVERLAP = 0.02  # of a part: so much it reaches under the next, which leaves no seam
 _TEXT = "<{}>, left out (turn it into paths: Inkscape, Path > Object to Path; Illustrator, Type > Create Outlines)"
 _UNREAD = "style rule that is not read but kept: a malformed selector, or a pseudo-class such as :hover"
 _CARRIED = (
-    f"as artwork these are more than {limits.ARTWORK_CURVES} lines and curves, with clip paths, masks and parts of "
-    "pictures for each place that uses them; simplify the drawing, or carry a picture of it (--texture)"
+    f"as artwork these are more than {limits.ARTWORK_CURVES} lines and curves, with clip paths and masks for "
+    "each place that uses them; simplify the drawing, or carry a picture of it (--texture)"
 )
 _COVERED = (
     f"as artwork more than {limits.ARTWORK_COVERED} lines and curves lie under clip paths, masks and filters, counted "
@@ -59,8 +57,7 @@ class MappedDocument:
         shapes: those of `elements` that are drawn in the present place, not in a clip path or mask that is used there.
         aside: whether the present place is a clip path or mask.
         copy: the number of the present copy of the drawing, if there are several.
-        pictures: groups of the parts of a picture.
-        cell: size of these, in the source's units.
+        pictures: those that are embedded.
         notes: what was left out.
         carried: lines and curves to carry.
         covered: of these, each as often as a clip path, mask or filter applies to it or to a group around it.
@@ -70,13 +67,12 @@ class MappedDocument:
     definitions: Definitions
     document: tree.Document
     region: dict[str, str]
-    cell: float
     elements: list[MappedElement] = field(default_factory=list)
     effects: list[Effect] = field(default_factory=list)
     shapes: list[MappedElement] = field(default_factory=list)
     aside: bool = False
     copy: int | None = None
-    pictures: list[Element] = field(default_factory=list)
+    pictures: list[embedded.EmbeddedPicture] = field(default_factory=list)
     notes: Counter[str] = field(default_factory=Counter)
     carried: Quota = field(default_factory=lambda: Quota(limits.ARTWORK_CURVES, _CARRIED))
     covered: Quota = field(default_factory=lambda: Quota(limits.ARTWORK_COVERED, _COVERED))
@@ -100,7 +96,6 @@ class MappedDocument:
             Definitions(document),
             document,
             {name: f"{value:.9g}" for (name, _), value in zip(SIDES, around)},
-            CELL * abs(source.bounds[1] - source.bounds[0]),
         )
         out.attrib |= drawing._styled(node, "svg")
         out.extend(copy.deepcopy(e) for e in document.top.iter() if local(e) == "style")
@@ -149,10 +144,7 @@ class MappedDocument:
         return [f"{value:.9g}" for value in (x - width, y - height, 3 * width, 3 * height)]
 
     def finish(self) -> None:
-        """After the map has carried the shapes: drops parts of pictures outside, and adds the definitions in use."""
-        for group in self.pictures:
-            group[:] = [part for part in group if part[0].get("transform")]
-            self.notes[OUTSIDE] += not len(group)
+        """Add the definitions in use, after the map has carried the shapes and pictures."""
         self.definitions.collect(self.out)
         if len(self.definitions.out):
             self.out.insert(0, self.definitions.out)
@@ -238,31 +230,39 @@ class MappedDocument:
             self.effects.append(Effect([shape], lined(shape, node.element, said, space)))
 
     def _picture(self, node: Node, parent: Element) -> None:
-        """A picture in parts: each is cut out as the map has it, and shows the picture under the affine part there."""
-        element, said = node.element, node.properties
-        link = next((k for k in tree.LINKS if element.get(k, "").strip().startswith("data:")), None)
-        if link is None or any(said.get(k, "auto").strip() == "auto" for k in ("width", "height")):
-            self.notes["<image> that is not embedded, or without width and height, left out"] += 1
+        """Add the place of an embedded picture, cut out as the map has it. The picture follows with the map."""
+        link = next((k for k in tree.LINKS if node.element.get(k, "").strip().startswith("data:")), None)
+        if link is None:
+            self.notes["<image> that is not embedded, left out"] += 1
             return
-        place = _rectangle(node)
-        if local(parent) == "clipPath" or min(place[2:]) <= 0:
+        if local(parent) == "clipPath":
             return
-        kept = {link: typed(element.get(link, ""))} | {
-            k: f"{v:.9g}" for k, v in zip(("width", "height"), place[2:])
-        }
-        picture = self.definitions.picture(kept | {k: said[k] for k in ("preserveAspectRatio",) if k in said})
-        inside = node.affine @ affine.translation(*place[:2])
+        address = embedded.typed(node.element.get(link, ""))
+        found = embedded.size_of(address)
+        if found is None:
+            self.notes["<image> that cannot be read, left out"] += 1
+            return
+        content, width, height = found
+        place = _picture_place(node, width / height, height)
+        if min(place[2:]) <= 0:
+            return
+        aspect = node.properties.get("preserveAspectRatio", "")
+        fit, seen = embedded.placed(place, (width / height, 1.0), aspect)
         group = SubElement(parent, f"{SVG}g", self._styled(node, "g"))
-        shapes: list[MappedElement] = []
-        cells = _cells(place, node.affine, self.cell)
-        self.carried.check(4 * len(cells))
-        for cell in cells:
-            clip, corners = self._clip_to(cell, node)
-            part = SubElement(group, f"{SVG}g", {"clip-path": clip})
-            use = SubElement(part, f"{SVG}use", {tree.LINKS[1]: f"#{picture.get('id')}"})
-            self.effects.append(Effect(corners, shown(use, inside)))
-            shapes += corners
-        self.pictures.append(group)
+        clip, shapes = self._clip_to(seen, node)
+        self.pictures.append(
+            embedded.EmbeddedPicture(
+                SubElement(group, f"{SVG}g", {"clip-path": clip}),
+                group,
+                content,
+                address,
+                node.affine(_corners(seen)),
+                node.affine @ fit,
+                width / height,
+                smooth=node.properties.get("image-rendering", "auto").strip() not in embedded.NEAREST,
+                copy=self.copy,
+            )
+        )
         self.shapes += shapes
         self._applied(node, group, shapes)
 
@@ -385,17 +385,21 @@ def _holds(outer: Rectangle, inner: Rectangle) -> bool:
     )
 
 
-def _cells(place: Rectangle, map: Affine, size: float) -> list[Rectangle]:
-    """A rectangle in parts of about a size under a map, 24 by 24 at most; each reaches a little under the next."""
+def _picture_place(node: Node, ratio: float, height: float) -> Rectangle:
+    """The rectangle of a picture in its user space, by its own size where the drawing states none."""
+    wide, high = (
+        node.properties.get(name, "auto").strip() not in ("", "auto") for name in ("width", "height")
+    )
+    x, y, across, down = _rectangle(node)
+    if not wide:
+        across = ratio * (down if high else height)
+    return x, y, across, down if high else across / ratio
+
+
+def _corners(place: Rectangle) -> Complex:
+    """The corners of a rectangle, one after the other."""
     x, y, width, height = place
-    across, down = abs(map.alpha + map.beta) * width, abs(map.alpha - map.beta) * height
-    columns, rows = (min(24, max(1, round(length / size))) for length in (across, down))
-    w, h = width / columns, height / rows
-    return [
-        (x + i * w, y + j * h, w * (1 + OVERLAP * (i < columns - 1)), h * (1 + OVERLAP * (j < rows - 1)))
-        for j in range(rows)
-        for i in range(columns)
-    ]
+    return complex(x, y) + np.array([0, width, complex(width, height), 1j * height])
 
 
 def _path_of(rings: Sequence[Complex]) -> str:

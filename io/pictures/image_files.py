@@ -234,6 +234,14 @@ def as_png(image: Image) -> bytes:
         return path.read_bytes()
 
 
+def as_jpeg(image: Image) -> bytes:
+    """The picture as a JPEG file."""
+    with scratch() as folder:
+        path = folder / "a.jpg"
+        write(path, image)
+        return path.read_bytes()
+
+
 def write_bands(path: str | Path, like: Image, height: int, width: int, blocks: Iterable[NDArray]) -> None:
     """Writes (rows, width, c) blocks that follow each other from the top, as `write`, without ever holding them all.
 

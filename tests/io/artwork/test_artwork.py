@@ -1,5 +1,6 @@
 """SVG drawings carried through a map: true to the tolerance, styles kept, what is left out is told."""
 
+import base64
 from xml.etree import ElementTree
 
 import numpy as np
@@ -9,6 +10,8 @@ import iccm
 from iccm.curve import Curve
 from iccm.errors import InputError
 from iccm.io import artwork
+from iccm.io.pictures import image_files
+from iccm.io.pictures.image import Image
 from iccm.io.shapes import shape
 from iccm.io.svg import affine, css, path_data, reader, tree
 from iccm.maps.bezier_fit import refit
@@ -457,34 +460,89 @@ def test_masks_are_carried_where_they_are_used(tmp_path):
     assert not notes and "m" not in found
 
 
-def test_pictures_are_carried_in_parts(tmp_path):
-    drawing = """<image id="a" x="10" y="20" width="60" height="30" transform="scale(.5)" opacity=".5"
-    href="data:image/png,"/>
-    <image id="b" x="85" width="60" height="9" href="data:image/png,"/>
-    <image id="c" x="300" width="9" height="9" href="data:image/png,"/>
-    <image id="d" width="9" height="9" href="d.png"/><image id="e" href="data:image/png,"/>"""
-    found, notes = body(tmp_path, drawing, lambda z: z + 0.002 * z**2)
-    cut = [(referred(found, part, "clip-path")[0], part[0]) for part in found["a"]]
-    z = np.concatenate([outline(corners) for corners, _ in cut])
-    (picture,) = {use.get("{http://www.w3.org/1999/xlink}href") for _, use in cut}
-    assert len(cut) == 3 and found["a"].get("opacity") == ".5" and found[picture[1:]].get("width") == "60"
-    exact = (lambda z: z + 0.002 * z**2)(np.array([5 + 10j, 35 + 10j, 35 + 25j, 5 + 25j]))
-    assert np.abs(z - exact[:, None]).min(axis=1).max() < 0.02
-    for corners, use in cut:
-        place, w = affine.parse(use.get("transform")), outline(corners)
-        middle = (w.real.min() + w.real.max() + 1j * (w.imag.min() + w.imag.max())) / 2
-        back = (np.sqrt(1 + 0.008 * middle) - 1) / 0.004  # in the root's units, half the picture's
-        assert abs(place(2 * back - (10 + 20j)) - middle) < 0.1  # the picture itself is kept at the origin
-    assert (
-        0 < len(found["b"]) < len(found["a"])
-        and not len(found["c"])
-        and "d" not in found
-        and "e" not in found
+def embedded_png(pixels):
+    return "data:image/png;base64," + base64.b64encode(image_files.as_png(Image(pixels))).decode()
+
+
+def pixels_in(address):
+    """The pixels of a picture that a drawing holds."""
+    return image_files.read_held(base64.b64decode(address.partition(",")[2]), "it").pixels
+
+
+def bent(z):
+    return z + 0.002 * z**2
+
+
+def test_an_embedded_picture_is_resampled_as_one(tmp_path):
+    """Its pixels are where the map takes them, and one clip path bounds it: no seams, and no bites at its outline."""
+    i, j = np.mgrid[:60, :120]
+    ramp = np.stack([2 * j, 4 * i, 0 * i + 77], axis=2).astype(np.uint8)
+    drawing = f"""<image id="a" x="10" y="20" width="60" height="30" transform="scale(.5)" opacity=".5"
+    href="{embedded_png(ramp)}"/>"""
+    found, notes = body(tmp_path, drawing, bent)
+    (part,) = found["a"]
+    (picture,) = part
+    (corners,) = referred(found, part, "clip-path")
+    assert found["a"].get("opacity") == ".5" and "transform" not in picture.attrib
+    exact = bent(np.array([5 + 10j, 35 + 10j, 35 + 25j, 5 + 25j]))
+    assert np.abs(outline(corners) - exact[:, None]).min(axis=1).max() < 0.02
+    pixels = pixels_in(picture.get("href"))
+    height, width = pixels.shape[:2]
+    assert any(f"{width} × {height}" in note for note in notes)
+    x, y, across, down = (float(picture.get(name)) for name in ("x", "y", "width", "height"))
+    rows, columns = np.mgrid[:height, :width]
+    w = x + (columns + 0.5) * across / width + 1j * (y + (rows + 0.5) * down / height)
+    z = (np.sqrt(1 + 0.008 * w) - 1) / 0.004
+    texel = (z - (5 + 10j)) * 4  # four texels a unit of the root
+    inside = (texel.real > 2) & (texel.real < 118) & (texel.imag > 2) & (texel.imag < 58)
+    assert inside.sum() > 10_000
+    wanted = np.stack([2 * (texel.real - 0.5), 4 * (texel.imag - 0.5), 0 * texel.real + 77], axis=2)
+    assert np.abs(pixels[..., :3] - wanted)[inside].max() < 1.5
+
+
+@pytest.mark.parametrize("size", [1, 40])
+def test_an_embedded_picture_of_one_colour_stays_one(size, tmp_path):
+    flat = np.full((size, 2 * size, 3), (180, 60, 20), np.uint8)
+    found, _ = body(
+        tmp_path, f'<image id="a" x="-60" width="120" height="60" href="{embedded_png(flat)}"/>', bent
     )
-    assert notes == (
-        "2 × <image> that is not embedded, or without width and height, left out",
-        "1 × shape outside the source, left out",
-    )
+    assert (pixels_in(found["a"][0][0].get("href")) == (180, 60, 20)).all()
+
+
+@pytest.mark.parametrize("aspect", ["none", "xMinYMax meet", "xMidYMid slice"])
+def test_an_embedded_picture_under_a_similarity_stays_what_it_is(aspect, tmp_path):
+    address = embedded_png(np.arange(8 * 16 * 3, dtype=np.uint8).reshape(8, 16, 3))
+    drawing = f"""<image id="a" x="10" y="20" width="30" height="30" href="{address}"
+    preserveAspectRatio="{aspect}" transform="rotate(20)"/>"""
+    found, notes = body(tmp_path, drawing, lambda z: (1.5 + 0.5j) * z + 7)
+    (part,) = found["a"]
+    (picture,) = part
+    assert picture.get("href") == address and not any("picture" in note for note in notes)
+    placed = affine.parse(picture.get("transform"))
+    box = [complex(x, y) for x in (0, float(picture.get("width"))) for y in (0, 1)]
+    fit = affine.viewport((10, 20, 30, 30), (0, 0, 16, 8), aspect)
+    turn = affine.rotation(20)
+    wanted = [np.conj((1.5 + 0.5j) * np.conj(turn(fit(complex(x, y)))) + 7) for x in (0, 16) for y in (0, 8)]
+    assert np.allclose([placed(z) for z in box], wanted, atol=0.02)
+    (corners,) = referred(found, part, "clip-path")
+    assert np.ptp(outline(corners).real) > 20
+
+
+def test_pictures_outside_and_those_that_cannot_be_read_are_left_out(tmp_path):
+    flat = embedded_png(np.full((4, 4, 3), 90, np.uint8))
+    cut = flat[:-40]
+    drawing = f"""<image id="b" x="85" width="60" height="9" preserveAspectRatio="none" href="{flat}"/>
+    <image id="c" x="300" width="9" height="9" href="{flat}"/>
+    <image id="d" width="9" height="9" href="d.png"/><image id="e" width="9" height="9" href="data:image/png,"/>
+    <image id="f" width="9" height="9" href="{cut}"/><image id="g" x="-50" y="-60" href="{flat}"/>"""
+    found, notes = body(tmp_path, drawing, bent)
+    assert len(found["b"]) == 1 and not {"d", "e"}.intersection(found)
+    assert not len(found["c"]) and not len(found["f"])
+    (own_size,) = referred(found, found["g"][0], "clip-path")
+    assert np.ptp(outline(own_size).real) == pytest.approx(4, rel=0.3)
+    assert sum("not embedded" in note for note in notes) == 1
+    assert sum("read" in note and "left out" in note for note in notes) == 2
+    assert "1 × shape outside the source, left out" in notes
 
 
 def test_a_symbol_is_drawn_where_it_is_used_and_clipped_to_its_view(tmp_path):

@@ -1,0 +1,278 @@
+"""Pictures that are embedded in a drawing, each carried as one picture: exactly, and cut once at its outline.
+
+Where the map is affine over all of a picture, the picture itself stays and is transformed. Elsewhere it is resampled in
+the target, as finely as the map needs it, and shown inside the image of its rectangle.
+"""
+
+import base64
+import binascii
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from urllib.parse import unquote_to_bytes
+from xml.etree.ElementTree import Element, SubElement
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from ... import deadline
+from ...arrays import Box, Complex, complex_of
+from ...errors import InputError
+from ...pixels import preimages
+from ...pixels.canvas import BAND, Canvas
+from ...pixels.padding import pad
+from ...pixels.sampler import Sampler
+from ...pixels.texture import Places, Texture
+from ...plane import bounding_box
+from ..pictures import image_files, pillow
+from ..pictures.image import Image
+from ..svg import affine
+from ..svg.affine import Affine
+from ..svg.drawing import Rectangle
+from .references import typed
+from .regions import Region
+
+MAX_PIXELS = 1 << 24
+"""Of one picture that is made: more than screens and most prints show of a part of a drawing."""
+MAX_ENLARGEMENT = 4
+"""Pixels that are made of each of the picture's, at most."""
+LEAST_SIDE = 512
+"""Pixels on the longer side of what a small picture is made, so that the bend of the map is seen between its texels."""
+FINE_SHARE = 0.25
+"""Of a picture may be shown with less than one pixel for each of its own; the rest has more."""
+ACROSS = 33  # points of a picture in each direction at which the map is looked at
+OUTLINE_POINTS = 128  # on each side of a picture: between them its image is straight to less than a pixel
+MARGIN_PIXELS = 2  # around what the map covers, which the smoothing of viewers reaches
+TEXEL_ERROR = 0.1  # of texture coordinates
+NEAREST = frozenset(["pixelated", "crisp-edges", "optimizeSpeed"])
+_ENCODED = re.compile(r"data:(?P<kind>[^,]*?)(?P<base64>;base64)?,", re.IGNORECASE)
+
+
+@dataclass(eq=False)
+class EmbeddedPicture:
+    """A picture of the drawing, on its way through the map.
+
+    Attributes:
+        out: where it is shown, cut to its outline.
+        group: the element that `out` is in, which has the picture's styles.
+        content: the file.
+        address: the same as written in the drawing, with its kind.
+        place: the rectangle that it is seen in, in its user space.
+        to_root: from the pixels of the picture, as wide as it is in proportion to its height of 1, to the root's units.
+        smooth: whether its pixels are interpolated.
+        copy: the number of the map that alone carries it, if there is one.
+    """
+
+    out: Element
+    group: Element
+    content: bytes
+    address: str
+    place: Complex
+    to_root: Affine
+    ratio: float
+    smooth: bool = True
+    copy: int | None = None
+
+    def carry(self, regions: Sequence[Region], tolerance: float) -> str:
+        """Show the picture in what regions make of it, and return what is to be noted."""
+        corners = self.place.conj()
+        polygon = shapely.Polygon(np.column_stack([corners.real, corners.imag]))
+        met = [region for region in regions if region.domain.reach.intersects(polygon)]
+        if len(met) == 1 and (map := _affine_map(met[0], polygon, corners, tolerance)):
+            size = {"width": f"{self.ratio:.9g}", "height": "1", "preserveAspectRatio": "none"}
+            whole = affine.written(_conjugated(map) @ self.to_root)
+            SubElement(self.out, _name("image"), size | {"href": self.address, "transform": whole})
+            return ""
+        try:
+            image = image_files.read_held(self.content, "embedded picture")
+        except InputError as error:
+            return f"{error}; left out"
+        notes = [self._resampled(region, polygon, image, alone=len(met) == 1) for region in met]
+        return next((note for note in notes if note), "")
+
+    def _resampled(self, region: Region, polygon: shapely.Polygon, image: Image, *, alone: bool) -> str:
+        """Add the picture as a region's map shows it."""
+        visible = shapely.intersection(polygon, region.domain.polygon)
+        z = _inside(visible, polygon)
+        if not z.size:
+            return ""
+        height, width = image.pixels.shape[:2]
+        to_root = self.to_root @ Affine.matrix(self.ratio / width, 0, 0, 1 / height, 0, 0)
+        texels = to_root.inverse
+        _, w, alpha, beta = region.jet(z)
+        scales = np.sqrt(np.maximum(np.abs(np.abs(alpha) ** 2 - np.abs(beta) ** 2), 1e-300))
+        density = np.sqrt(abs(texels.determinant)) / np.quantile(scales, FINE_SHARE)
+        _, rim, _, _ = region.jet(_outline(visible))
+        box = bounding_box(np.concatenate([w, rim]))
+        texel_count = width * height * min(1.0, visible.area / polygon.area)
+        canvas = _canvas(box, density, texel_count)
+        made = _warped(region, image, texels, canvas, smooth=self.smooth, alone=alone)
+        low, high = canvas.box
+        place = zip(("x", "y", "width", "height"), (low.real, -high.imag, *_size(canvas.box)))
+        attributes = {name: f"{value:.9g}" for name, value in place} | {"preserveAspectRatio": "none"}
+        SubElement(self.out, _name("image"), attributes | {"href": _address(made, self.address)})
+        return f"embedded picture resampled, such as one to {canvas.width} × {canvas.height} pixels"
+
+
+def content_of(address: str) -> bytes | None:
+    """The file that a `data:` address holds; None where it is malformed."""
+    found = _ENCODED.match(address.strip())
+    if not found:
+        return None
+    text = address.strip()[found.end() :]
+    try:
+        raw = unquote_to_bytes(text)
+        return base64.b64decode(b"".join(raw.split())) if found["base64"] else raw
+    except (ValueError, binascii.Error):
+        return None
+
+
+def size_of(address: str) -> tuple[bytes, int, int] | None:
+    """The file that an address holds, and its width and height as shown; None where it is not one that is read."""
+    content = content_of(typed(address))
+    if not content:
+        return None
+    try:
+        with pillow.opened(content, "embedded picture", pillow.EMBEDDED) as image:
+            width, height = image.size
+            turned = image.getexif().get(0x0112, 1) > 4
+    except InputError:
+        return None
+    return (content, height, width) if turned else (content, width, height)
+
+
+def placed(place: Rectangle, size: tuple[float, float], aspect: str) -> tuple[Affine, Rectangle]:
+    """From a picture of a size to user space, and the rectangle of that in which it is seen.
+
+    Raises:
+        InputError: `aspect` is malformed.
+    """
+    fit = affine.viewport(place, (0.0, 0.0, *size), aspect or "xMidYMid")
+    corner, far = fit(0j), fit(complex(*size))
+    left, top = max(corner.real, place[0]), max(corner.imag, place[1])
+    right, bottom = min(far.real, place[0] + place[2]), min(far.imag, place[1] + place[3])
+    return fit, (left, top, right - left, bottom - top)
+
+
+@dataclass(frozen=True, eq=False)
+class _Placing:
+    """Where points of the source's plane lie in a picture that is placed by an affine map; see `Placing`."""
+
+    texels: Affine
+
+    @property
+    def scale(self) -> tuple[float, float]:
+        """As `Placing.scale`."""
+        largest = abs(self.texels.alpha) + abs(self.texels.beta)
+        return largest, largest
+
+    def places(self, z: Complex, right: NDArray, down: NDArray) -> Places:
+        """As `Placing.places`."""
+        linear = Affine(self.texels.alpha, self.texels.beta)
+        at, across, below = self.texels(z.conj()), linear(right.conj()), linear(down.conj())
+        turn = np.stack([across.real, below.real, across.imag, below.imag], axis=1)
+        return Places(np.stack([at.real, at.imag], axis=1), turn, right, down)
+
+
+def _warped(
+    region: Region, image: Image, texels: Affine, canvas: Canvas, *, smooth: bool, alone: bool
+) -> Image:
+    """The picture as the map shows it on a canvas, its colours extended over what the map does not cover.
+
+    Unless it is `alone`, it is transparent there.
+    """
+    height, width = image.pixels.shape[:2]
+    texture: Texture = image.texture((0j, complex(width, height)))
+    sampler = Sampler(texture, "auto" if smooth else "nearest")
+    placing = _Placing(texels)
+    bands = preimages.of(region.map, canvas, TEXEL_ERROR / placing.scale[0])
+    out = np.zeros((canvas.height * canvas.width, sampler.channels), sampler.dtype)
+    known = np.zeros(canvas.height * canvas.width, bool)
+    for row in range(0, canvas.height, BAND):
+        deadline.check("carrying embedded pictures")
+        band = bands(row)
+        at = np.flatnonzero(band.coverage)
+        z, right, down = band.z.ravel()[at], band.right.ravel()[at], band.down.ravel()[at]
+        at += row * canvas.width
+        known[at] = True
+        for first in range(0, at.size, 1 << 15):
+            part = slice(first, first + (1 << 15))
+            values = sampler.values(placing.places(z[part], right[part], down[part]))
+            out[at[part]] = sampler.stored(values)
+    pixels, covered = out.reshape(canvas.height, canvas.width, -1), known.reshape(canvas.height, -1)
+    alpha = texture.alpha
+    if not alone:
+        reached = np.zeros((*covered.shape, 1), pixels.dtype)
+        reached[covered] = np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else 1
+        pixels, alpha = (
+            (pixels, alpha) if alpha >= 0 else (np.concatenate([pixels, reached], axis=2), pixels.shape[2])
+        )
+    pad(pixels, covered, -1 if alone else MARGIN_PIXELS)
+    return image.with_pixels(np.ascontiguousarray(pixels), alpha)
+
+
+def _canvas(box: Box, density: float, texels: float) -> Canvas:
+    """The raster over a box with a number of pixels a unit, within what pictures may have."""
+    width, height = _size(box)
+    density = max(density, LEAST_SIDE / max(width, height))
+    most = min(MAX_PIXELS, max(MAX_ENLARGEMENT * texels, LEAST_SIDE**2))
+    density *= min(1.0, np.sqrt(most / max(width * density * height * density, 1e-300)))
+    columns, rows = (max(1, int(np.ceil(side * density))) + 2 * MARGIN_PIXELS for side in (width, height))
+    middle, half = (box[0] + box[1]) / 2, complex(columns, rows) / (2 * density)
+    return Canvas(columns, rows, (middle - half, middle + half))
+
+
+def _affine_map(
+    region: Region, polygon: shapely.Polygon, corners: Complex, tolerance: float
+) -> Affine | None:
+    """The affine map that a region's map is over all of a picture, in the core plane; None where it is another."""
+    z = _inside(shapely.intersection(polygon, region.domain.polygon), polygon)
+    if z.size < 3:
+        return None
+    _, w, _, _ = region.jet(z)
+    centre, size = corners.mean(), np.abs(corners - corners.mean()).max()
+    away = (z - centre) / size
+    matrix = np.stack([away, away.conj(), np.ones_like(away)], axis=1)
+    (a, b, c), *_ = np.linalg.lstsq(matrix, w, rcond=None)
+    if not np.abs(matrix @ [a, b, c] - w).max() <= tolerance:
+        return None
+    linear = Affine(complex(a / size), complex(b / size))
+    return replace(linear, gamma=complex(c) - linear(complex(centre)))
+
+
+def _inside(visible: shapely.Geometry, polygon: shapely.Polygon) -> Complex:
+    """Points of a picture, in the core plane, all over what is seen of it."""
+    a, b, _, d = complex_of(shapely.get_coordinates(polygon)[:4])
+    share = (np.arange(ACROSS) + 0.5) / ACROSS
+    z = (a + share * (b - a) + share[:, None] * (d - a)).ravel()
+    return z[shapely.contains_xy(visible, z.real, z.imag)]
+
+
+def _outline(visible: shapely.Geometry) -> Complex:
+    """Points around what is seen of a picture, close to each other."""
+    step = max(np.ptp(shapely.get_coordinates(visible), axis=0).max() / OUTLINE_POINTS, 1e-300)
+    return complex_of(shapely.get_coordinates(shapely.segmentize(visible, step)))
+
+
+def _conjugated(map: Affine) -> Affine:
+    """A map of the core plane, whose y points up, as one with y down."""
+    return Affine(
+        complex(map.alpha).conjugate(), complex(map.beta).conjugate(), complex(map.gamma).conjugate()
+    )
+
+
+def _address(image: Image, before: str) -> str:
+    """The picture in an address: as JPEG where it was one and nothing of it is transparent."""
+    lossy = image.alpha < 0 and before[:16].lower().startswith("data:image/jp")
+    kind, content = ("jpeg", image_files.as_jpeg(image)) if lossy else ("png", image_files.as_png(image))
+    return f"data:image/{kind};base64,{base64.b64encode(content).decode()}"
+
+
+def _size(box: Box) -> tuple[float, float]:
+    size = box[1] - box[0]
+    return size.real, size.imag
+
+
+def _name(tag: str) -> str:
+    return f"{{http://www.w3.org/2000/svg}}{tag}"
