@@ -29,7 +29,6 @@ import os
 import shlex
 import sys
 from collections.abc import Callable
-from contextlib import suppress
 from difflib import get_close_matches
 from importlib import import_module
 from pathlib import Path
@@ -123,11 +122,10 @@ def iccm(ctx: click.Context) -> int:
 
 
 def main(arguments: list[str] | None = None, started: Callable[[], object] | None = None) -> NoReturn:
-    """Run the command line and leave with its exit code; `started` is called once failures are explained.
+    """Run the command line and raise SystemExit with its exit code; `started` is called once failures are explained.
 
-    Everything is written and closed by then. Python would take its modules and their libraries apart before it ends,
-    for a quarter of a second: only a batch, which has processes to take leave of, waits for that. Nor is garbage
-    looked for, which takes a tenth of a small job's time: a job leaves a thousand objects that refer to each other.
+    Garbage is not collected, which takes a tenth of a small job's time: a job leaves a thousand objects that refer to
+    each other.
     """
     gc.disable()
     # Plug-ins of pydantic would be looked for in every package that is installed.
@@ -139,13 +137,7 @@ def main(arguments: list[str] | None = None, started: Callable[[], object] | Non
     if process.lacks_memory():
         sys.exit(explain(MemoryError()))
     logs.silence_others()
-    code = run(arguments, started)
-    if f"{__package__}.batch" in sys.modules:
-        sys.exit(code)
-    for stream in (sys.stdout, sys.stderr):
-        with suppress(OSError, ValueError):
-            stream.flush()
-    os._exit(code)
+    sys.exit(run(arguments, started))
 
 
 def run(arguments: list[str] | None = None, started: Callable[[], object] | None = None) -> int:

@@ -2,6 +2,8 @@
 
 import os
 import signal
+import sys
+from contextlib import suppress
 from typing import NoReturn
 
 
@@ -13,7 +15,25 @@ def main() -> NoReturn:
         signal.signal(signal.SIGINT, _leave)
     from .cli import main as run
 
-    run(started=lambda: signal.signal(signal.SIGINT, usual))
+    try:
+        run(started=lambda: signal.signal(signal.SIGINT, usual))
+    except SystemExit as ended:
+        if "iccm.cli.batch" in sys.modules:
+            raise
+        _end(ended.code)
+
+
+def _end(code: int | str | None) -> NoReturn:
+    """End the process at once, with an exit code.
+
+    Everything is written and closed by then. Python would take its modules and their libraries apart, for a quarter of
+    a second: only a batch, which has processes to take leave of, waits for that. This is here and not in
+    `iccm.cli.main`, so that a test or a program that calls that goes on, or fails, by SystemExit.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError, ValueError):
+            stream.flush()
+    os._exit(code if isinstance(code, int) else 1)
 
 
 def _leave(number: int, frame: object) -> NoReturn:

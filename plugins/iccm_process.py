@@ -34,7 +34,7 @@ def python(program: str) -> str:
 def start(interpreter: str, arguments: list[str], folder: str, log: str) -> subprocess.Popen:
     """A process `iccm ARGUMENTS` in a folder, whose messages go to the file `log`."""
     environment = {name: value for name, value in os.environ.items() if name not in THEIRS}
-    command = [interpreter, "-c", "from iccm.cli import main; main()", *arguments]
+    command = [interpreter, "-c", "from iccm.__main__ import main; main()", *arguments]
     flags = {"creationflags": 0x08000000} if sys.platform == "win32" else {}  # no console window
     with open(log, "wb") as messages:
         try:

@@ -63,3 +63,20 @@ def test_an_interrupt_while_the_command_is_imported_prints_nothing(tmp_path):
         process.send_signal(signal.SIGINT)
         _, said = process.communicate(timeout=60)
     assert process.returncode == 130 and said == ""
+
+
+def test_a_caller_of_the_command_line_is_not_ended():
+    """Only the entry points end the process: a test that calls `main` must not end silently, as if it had passed."""
+    done = subprocess.run([sys.executable, "-c", CALLING], capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (3, "left with 2\n"), done.stderr
+
+
+CALLING = """
+import sys
+from iccm.cli import main
+try:
+    main(["map", "missing.svg", "missing.svg"])
+except SystemExit as ended:
+    print("left with", ended.code)
+sys.exit(3)
+"""
