@@ -7,8 +7,9 @@ PAGES  := $(VENV)/.docs
 
 CORE   := $(VENV)/.core
 ZIG    := $(VENV)/.zig
+NODE   := node_modules/.ready
 
-.PHONY: demo test test-slow lint docs bench gallery wheels wasm clean
+.PHONY: demo test test-slow lint lint-page docs bench gallery wheels wasm clean
 
 $(READY): pyproject.toml setup.py
 	@echo "Installing iccm and what it needs into $(VENV) (some minutes, once) ..."
@@ -37,12 +38,22 @@ test-slow: $(CORE) $(ZIG)
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -m slow -n auto --maxprocesses 4
 
 # mypy must see the package as it is installed, not the folders of the repository: stage it.
-lint: $(READY)
+lint: $(READY) lint-page
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	rm -rf build/typecheck && mkdir -p build/typecheck
 	cp -R iccm build/typecheck/iccm && cp -R cli io build/typecheck/iccm
 	cd build/typecheck && ../../$(BIN)/mypy --config-file ../../pyproject.toml -p iccm
+
+# The page of `iccm edit`, by eslint and by TypeScript, which checks the types that its comments give. Its unit tests
+# are among those of pytest.
+lint-page:
+	@if command -v npm >/dev/null; then $(MAKE) --no-print-directory $(NODE) && npm run --silent lint && npm run --silent types; \
+	else echo "JAVASCRIPT IS NOT CHECKED: install Node.js with npm"; fi
+
+$(NODE): package.json package-lock.json
+	npm ci --silent --no-audit --no-fund
+	touch $@
 
 $(PAGES): $(READY)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[docs]'
@@ -72,4 +83,4 @@ $(ZIG): $(READY)
 	touch $@
 
 clean:
-	rm -rf $(VENV) build dist iccm/native/lib out *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) node_modules build dist iccm/native/lib out *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis

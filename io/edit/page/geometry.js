@@ -1,27 +1,69 @@
-// Points [x, y] of the page's own coordinates, polygons, and the way to a file's units.
+// Points of the page's own coordinates, polygons and lines, and the conversion to a file's units.
 
+/** @import {Point} from './types.d.ts' */
+
+const MAX_DIGITS = 15;         // that a number of JavaScript can have after its point
+const BISECTIONS = 40;         // steps after which a crossing is exact to 1e-12 of a segment
+const PARTS_OF_SEGMENT = 8;    // in which a segment is mapped: its image is curved
+
+/**
+ * @param {Point} a
+ * @param {Point} b
+ */
 export const distance = (a, b) => Math.hypot(...a.map((value, k) => value - b[k]));
 
-/** Between a file's units and the page's coordinates, of the plane or of space. */
+/**
+ * The point at a share of the way from one to another.
+ * @param {Point} a
+ * @param {Point} b
+ * @param {number} share
+ */
+export const between = (a, b, share) => a.map((value, k) => value + share * (b[k] - value));
+
+/**
+ * The name of a file without its folder, with the part that is meant.
+ * @param {string} spec
+ */
+export const fileName = (spec) => spec.replace(/^[^#]*[\\/]/, '');
+
+/** Conversion between a file's units and the page's coordinates, of the plane or of space. */
 export class Units {
+  /**
+   * @param {{origin: number[], scale: number, signs: number[]}} shape
+   * @param {number} digits that matter, relative to the shape's size
+   */
   constructor({origin, scale, signs}, digits) {
-    Object.assign(this, {origin, scale, signs});
-    this.digits = Math.max(0, Math.min(15, digits - Math.floor(Math.log10(scale))));
+    this.origin = origin;
+    this.scale = scale;
+    this.signs = signs;
+    this.digits = Math.max(0, Math.min(MAX_DIGITS, digits - Math.floor(Math.log10(scale))));
   }
 
-  /** Rounded, so that the page, the file and the command line say the same. */
-  file(p) {
-    return p.map((value, k) => Number((this.origin[k] + this.signs[k] * this.scale * value).toFixed(this.digits)));
+  /**
+   * Coordinates of the file, rounded, so that the page, the file and the command line have the same ones.
+   * @param {Point} point
+   */
+  file(point) {
+    return point.map((value, k) => {
+      const exact = this.origin[k] + this.signs[k] * this.scale * value;
+      return Number(exact.toFixed(this.digits));
+    });
   }
 
+  /**
+   * @param {number[]} place
+   * @returns {Point}
+   */
   page(place) {
     return place.map((value, k) => this.signs[k] * (value - this.origin[k]) / this.scale);
   }
 }
 
-/** What a file is called, without its folder, and the part of it. */
-export const called = (spec) => spec.replace(/^[^#]*[\\/]/, '');
-
+/**
+ * Whether a point is inside of a closed polygon (even-odd rule).
+ * @param {Point[]} ring
+ * @param {Point} point
+ */
 export function inside(ring, [x, y]) {
   let odd = false;
   ring.forEach(([a, b], k) => {
@@ -31,67 +73,106 @@ export function inside(ring, [x, y]) {
   return odd;
 }
 
-/** The longest part of a line that is inside a closed polygon. */
+/**
+ * The longest part of a line that is inside of a closed polygon.
+ * @param {Point[]} ring
+ * @param {Point[]} line
+ */
 export function clipped(ring, line) {
-  const parts = [[]];
-  line.forEach((p, k) => {
-    const here = inside(ring, p), before = k > 0 && inside(ring, line[k - 1]);
-    if (k > 0 && here !== before) parts.at(-1).push(crossing(ring, line[k - 1], p, before));
-    if (here) parts.at(-1).push(p);
-    else if (before) parts.push([]);
+  /** @type {Point[][]} */
+  const parts = [];
+  let wasInside = false;
+  line.forEach((point, k) => {
+    const isInside = inside(ring, point);
+    if (isInside && !wasInside) parts.push([]);
+    const part = parts[parts.length - 1];
+    if (k > 0 && isInside !== wasInside) part.push(crossing(ring, line[k - 1], point, wasInside));
+    if (isInside) part.push(point);
+    wasInside = isInside;
   });
-  const length = (part) => part.reduce((sum, p, k) => sum + (k ? distance(p, part[k - 1]) : 0), 0);
-  return parts.reduce((best, part) => (length(part) > length(best) ? part : best));
+  return parts.reduce((best, part) => (length(part) > length(best) ? part : best), parts[0] ?? []);
 }
 
-/** Where a segment crosses a closed polygon, by bisection. */
-function crossing(ring, a, b, begun) {
-  let [low, high] = [0, 1];
-  for (let k = 0; k < 40; k++) {
+/** @param {Point[]} line */
+export const length = (line) => line.reduce((sum, point, k) => sum + (k ? distance(point, line[k - 1]) : 0), 0);
+
+/**
+ * Where a segment crosses a closed polygon, by bisection.
+ * @param {Point[]} ring
+ * @param {Point} a
+ * @param {Point} b
+ * @param {boolean} startsInside
+ */
+function crossing(ring, a, b, startsInside) {
+  let low = 0, high = 1;
+  for (let k = 0; k < BISECTIONS; k++) {
     const middle = (low + high) / 2;
-    if (inside(ring, between(a, b, middle)) === begun) low = middle;
+    if (inside(ring, between(a, b, middle)) === startsInside) low = middle;
     else high = middle;
   }
   return closest(ring, between(a, b, low)).point;
 }
 
-/** The closest point of a closed polygon: {point, away, edge, share}. */
-export function closest(ring, p) {
-  let best = {away: Infinity};
-  ring.forEach((a, edge) => {
-    const {point, share} = foot(a, ring[(edge + 1) % ring.length], p), away = distance(point, p);
-    if (away < best.away) best = {point, away, edge, share};
+/**
+ * The closest point of a closed polygon, its distance, the edge that it is on, and its share of that edge.
+ * @param {Point[]} ring
+ * @param {Point} point
+ */
+export function closest(ring, point) {
+  /** @type {{point: Point, away: number, edge: number, share: number}} */
+  let best = {point: ring[0], away: Infinity, edge: 0, share: 0};
+  ring.forEach((start, edge) => {
+    const foot = footOn(start, ring[(edge + 1) % ring.length], point), away = distance(foot.point, point);
+    if (away < best.away) best = {point: foot.point, away, edge, share: foot.share};
   });
   return best;
 }
 
-export const between = (a, b, share) => a.map((value, k) => value + share * (b[k] - value));
-
-/** The closest point of an edge. */
-function foot(a, b, p) {
-  let over = 0, square = 0;
+/**
+ * The closest point of an edge.
+ * @param {Point} a
+ * @param {Point} b
+ * @param {Point} point
+ */
+function footOn(a, b, point) {
+  let along = 0, square = 0;
   a.forEach((value, k) => {
-    over += (p[k] - value) * (b[k] - value);
+    along += (point[k] - value) * (b[k] - value);
     square += (b[k] - value) ** 2;
   });
-  const share = Math.min(1, Math.max(0, over / (square || 1)));
+  const share = Math.min(1, Math.max(0, along / (square || 1)));
   return {point: between(a, b, share), share};
 }
 
-/** A drawn line with fewer points, within `near` of it (Ramer, Douglas and Peucker). */
-export function simplified(points, near) {
-  const [a, b] = [points[0], points.at(-1)];
-  let far = 0, at = 0;
-  points.forEach((p, k) => {
-    const away = distance(foot(a, b, p).point, p);
-    if (away > far) [far, at] = [away, k];
+/**
+ * A line with fewer points, within a tolerance of it (Ramer 1972; Douglas and Peucker 1973).
+ * @param {Point[]} points
+ * @param {number} tolerance
+ * @returns {Point[]}
+ */
+export function simplified(points, tolerance) {
+  const a = points[0], b = points[points.length - 1];
+  let farthest = 0, at = 0;
+  points.forEach((point, k) => {
+    const away = distance(footOn(a, b, point).point, point);
+    if (away > farthest) [farthest, at] = [away, k];
   });
-  if (far <= near || points.length < 3) return [a, b];
-  return [...simplified(points.slice(0, at + 1), near), ...simplified(points.slice(at), near).slice(1)];
+  if (farthest <= tolerance || points.length < 3) return [a, b];
+  const first = simplified(points.slice(0, at + 1), tolerance), second = simplified(points.slice(at), tolerance);
+  return [...first, ...second.slice(1)];
 }
 
-/** A line with points between its own: its image is not straight where it is. */
-export function finer(points, parts = 8) {
-  const pieces = (a, b) => Array.from({length: parts}, (_, k) => between(a, b, k / parts));
-  return [...points.slice(0, -1).flatMap((a, k) => pieces(a, points[k + 1])), points.at(-1)];
+/**
+ * A line with further points on each of its segments.
+ * @param {Point[]} points
+ * @param {number} [parts] of each segment
+ */
+export function finer(points, parts = PARTS_OF_SEGMENT) {
+  /** @type {Point[]} */
+  const line = [];
+  for (let k = 1; k < points.length; k++) {
+    for (let part = 0; part < parts; part++) line.push(between(points[k - 1], points[k], part / parts));
+  }
+  line.push(points[points.length - 1]);
+  return line;
 }

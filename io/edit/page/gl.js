@@ -1,129 +1,94 @@
-// What is painted, by WebGL 2: a map as its triangles, each a quadratic patch from the target back to the source, so
-// that the texture is as sharp at any zoom as it is; the texture itself; grid and stretch over both.
+// The painter of a shape, by WebGL 2: a map as its triangles, each a quadratic patch from the target back to the source,
+// so that the texture is as sharp at any zoom as it is; the texture itself; grid and stretch over both.
 
-const COLOUR = `#version 300 es
-precision highp float;
-uniform sampler2D texture_;
-uniform vec4 box;          // of the texture: left, top, right, bottom
-uniform bool bounded;      // whether nothing is beyond it
-uniform float opacity, grid, step_, stretch, mean;
-out vec4 colour;
+import {SHADERS} from './shaders.js';
 
-float encoded(float v) { return v <= 0.0031308 ? 12.92 * v : 1.055 * pow(v, 1.0 / 2.4) - 0.055; }
+/** @import {Box, Look, Overlay, PaintedView, Point, ShapeInfo} from './types.d.ts' */
+/** @import {Surface} from './surface.js' */
 
-/** The texture at a place; the metric says how long steps of a pixel are on the target. */
-void paint(vec2 s, mat2 metric) {
-  vec2 uv = (s - box.xy) / (box.zw - box.xy);
-  bool beyond = any(lessThan(uv, vec2(0))) || any(greaterThan(uv, vec2(1)));
-  vec4 c = textureGrad(texture_, bounded ? clamp(uv, 0.0, 1.0) : uv, dFdx(uv), dFdy(uv));
-  if (beyond && bounded) c = vec4(0);
-  vec3 rgb = c.a > 0.0 ? c.rgb / c.a : vec3(0);
-  c = vec4(vec3(encoded(rgb.r), encoded(rgb.g), encoded(rgb.b)) * c.a, c.a) * opacity;
-  mat2 j = mat2(dFdx(s), dFdy(s)), m = j * inverse(metric) * transpose(j) / (mean * mean);
-  float size = m[0][0] + m[1][1], area = sqrt(max(determinant(m), 0.0));
-  float root = sqrt(max(size * size - 4.0 * area * area, 0.0));
-  float most = max(sqrt(0.5 * (size + root)), 1.0 / max(sqrt(max(0.5 * (size - root), 0.0)), 1e-4));
-  float heat = clamp(0.5 * log2(most), 0.0, 1.0) * stretch;
-  vec3 hot = mix(vec3(1.0, 0.85, 0.2), vec3(0.65, 0.0, 0.15), heat);
-  c = mix(c, vec4(hot, 1.0) * opacity, 0.85 * smoothstep(0.0, 0.35, heat));
-  vec2 at = s / step_, line = abs(fract(at - 0.5) - 0.5) / max(fwidth(at), vec2(1e-9));
-  float ink = grid * (1.0 - smoothstep(0.4, 1.4, min(line.x, line.y)));
-  colour = mix(c, vec4(0.05, 0.1, 0.2, 1.0) * max(c.a, 0.4), 0.7 * ink);
-}`;
+/** @typedef {{array: WebGLVertexArrayObject, buffer: WebGLBuffer, count: number}} Fan a polygon as a triangle fan */
+/** @typedef {{texture: WebGLTexture} & Look} Layer */
+/** @typedef {{handle: WebGLProgram, at: (name: string) => WebGLUniformLocation | null}} Program */
 
-const PLACE = `
-uniform vec2 centre, reach;
-vec4 placed(vec2 p) { return vec4((p - centre) * reach, 0, 1); }`;
-
-const SHADERS = {
-  patches: [`#version 300 es
-    ${PLACE}
-    in vec2 a0, a1, a2, b0, b1, b2, d0, d1, d2;
-    out vec3 l;
-    flat out vec4 e, f, g;
-    void main() {
-      l = vec3(gl_VertexID == 0, gl_VertexID == 1, gl_VertexID == 2);
-      e = vec4(b0, b1); f = vec4(b2, d0); g = vec4(d1, d2);
-      gl_Position = placed(a0 * l.x + a1 * l.y + a2 * l.z);
-    }`, `${COLOUR}
-    in vec3 l;
-    flat in vec4 e, f, g;
-    uniform float pixel;
-    void main() {
-      paint(l.x * e.xy + l.y * e.zw + l.z * f.xy + 2.0 * (l.y * l.z * f.zw + l.z * l.x * g.xy + l.x * l.y * g.zw),
-        mat2(pixel * pixel));
-    }`],
-  plane: [`#version 300 es
-    ${PLACE}
-    in vec2 a0;
-    out vec2 at;
-    void main() { at = a0; gl_Position = placed(a0); }`, `${COLOUR}
-    in vec2 at;
-    void main() { paint(at, mat2(1)); }`],
-  mesh: [`#version 300 es
-    ${PLACE}
-    uniform mat3 turn;
-    in vec3 place;
-    in vec2 source;
-    out vec3 at;
-    out vec2 s;
-    void main() {
-      vec3 p = turn * place;
-      at = place;
-      s = source;
-      gl_Position = vec4(placed(p.xy).xy, -0.5 * p.z, 1);
-    }`, `${COLOUR}
-    uniform mat3 turn;
-    uniform bool lit;
-    in vec3 at;
-    in vec2 s;
-    void main() {
-      vec3 p = dFdx(at), q = dFdy(at);
-      paint(s, mat2(dot(p, p), dot(p, q), dot(p, q), dot(q, q)));
-      if (!lit) return;
-      float facing = abs((turn * normalize(cross(p, q))).z);
-      colour = vec4((colour.rgb + 0.7 * (1.0 - colour.a)) * (0.45 + 0.55 * facing), 1.0);
-    }`],
-};
-const FLOATS = 18;
-const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;  // what paints where there is no graphics card
+const PATCH_ATTRIBUTES = ['a0', 'a1', 'a2', 'b0', 'b1', 'b2', 'd0', 'd1', 'd2'];  // of a triangle, each a point
+const FLOATS = 2 * PATCH_ATTRIBUTES.length;
+const FLOAT_BYTES = 4;
+const OUTSIDE_OPACITY = 0.22;  // of the texture beyond the source
+const MAX_ANISOTROPY = 8;
+const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;  // renderers without a graphics card
 
 export class Painter {
-  #gl; #programs = {}; #texture = null; #drawing = null; #shape; #count = 0; #buffers = {}; #arrays = {}; #fans = [];
+  #gl;
+  #shape;
+  /** @type {Record<string, Program>} */
+  #programs = {};
+  /** @type {Layer | null} */
+  #texture = null;
+  /** @type {Layer | null} what the file itself shows */
+  #drawing = null;
+  /** @type {Fan[]} the outlines, the outer one first */
+  #rings = [];
+  /** @type {Fan | null} the box of the texture */
+  #quad = null;
+  /** @type {Fan | null} the bounds of the shape */
+  #cover = null;
+  /** @type {Fan | null} the box of the file's own drawing */
+  #canvas = null;
+  #patches;
+  #patchBuffer;
+  /** @type {{array: WebGLVertexArrayObject, source: WebGLBuffer, indices: number} | null} */
+  #mesh = null;
+  /** Triangles of the map, or of a mesh indices of their corners. */
+  #count = 0;
+  /** @type {PaintedView} */
+  #view = {x: 0, y: 0, zoom: 1, width: 1, height: 1};
+  /** @type {Overlay} */
+  #overlay = {grid: false, stretch: false, own: 0, mapped: false, holes: false, mean: 1, step: 1};
 
-  /** @param shape what the server says of this side: outline, holes, and what a whole drawing paints. */
+  /**
+   * @param {HTMLCanvasElement} canvas
+   * @param {ShapeInfo} shape
+   */
   constructor(canvas, shape) {
     const gl = canvas.getContext('webgl2', {antialias: true, stencil: true, premultipliedAlpha: true});
     if (!gl) throw new Error('This browser, or its graphics, has no WebGL 2.');
     this.#gl = gl;
-    this.most = gl.getParameter(gl.MAX_TEXTURE_SIZE);
-    const told = gl.getExtension('WEBGL_debug_renderer_info');
-    this.software = SOFTWARE.test(gl.getParameter(told ? told.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
     this.#shape = shape;
-    for (const [name, sources] of Object.entries(SHADERS)) this.#programs[name] = program(gl, ...sources);
+    /** @type {number} pixels of a side of a texture */
+    this.maxSide = gl.getParameter(gl.MAX_TEXTURE_SIZE);
+    const info = gl.getExtension('WEBGL_debug_renderer_info');
+    /** Whether there is no graphics card. */
+    this.software = SOFTWARE.test(gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+    for (const [name, [vertex, fragment]] of Object.entries(SHADERS)) this.#programs[name] = link(gl, vertex, fragment);
     this.outlines(shape.painted ?? [shape.outline, ...shape.holes]);
-    this.#arrays.patches = gl.createVertexArray();
-    this.#buffers.patches = gl.createBuffer();
-    gl.bindVertexArray(this.#arrays.patches);
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.#buffers.patches);
-    ['a0', 'a1', 'a2', 'b0', 'b1', 'b2', 'd0', 'd1', 'd2'].forEach((name, k) => {
+    this.#patches = gl.createVertexArray();
+    this.#patchBuffer = gl.createBuffer();
+    gl.bindVertexArray(this.#patches);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.#patchBuffer);
+    PATCH_ATTRIBUTES.forEach((name, k) => {
       const at = gl.getAttribLocation(this.#programs.patches.handle, name);
       gl.enableVertexAttribArray(at);
-      gl.vertexAttribPointer(at, 2, gl.FLOAT, false, 4 * FLOATS, 8 * k);
+      gl.vertexAttribPointer(at, 2, gl.FLOAT, false, FLOAT_BYTES * FLOATS, 2 * FLOAT_BYTES * k);
       gl.vertexAttribDivisor(at, 1);
     });
   }
 
-  /** Those of the shape, the outer one first; of one that is deformed they move. */
+  /**
+   * Take the outlines of the shape, the outer one first; those of a shape that is deformed move.
+   * @param {Point[][]} rings
+   */
   outlines(rings) {
-    const gl = this.#gl;
-    for (const {array, buffer} of this.#fans.splice(0)) {
-      gl.deleteVertexArray(array);
-      gl.deleteBuffer(buffer);
+    for (const {array, buffer} of this.#rings) {
+      this.#gl.deleteVertexArray(array);
+      this.#gl.deleteBuffer(buffer);
     }
-    this.#fans.push(...rings.map((ring) => this.#points(ring.flat())));
+    this.#rings = rings.map((ring) => this.#points(ring.flat()));
   }
 
+  /**
+   * @param {number[]} floats coordinates of points
+   * @returns {Fan}
+   */
   #points(floats) {
     const gl = this.#gl, array = gl.createVertexArray(), buffer = gl.createBuffer();
     gl.bindVertexArray(array);
@@ -135,44 +100,66 @@ export class Painter {
     return {array, buffer, count: floats.length / 2};
   }
 
-  /** @param surface its triangles; `source`, if it is known by now, their places in the texture's plane */
+  /**
+   * Take the triangles of a mesh, and their places in the texture's plane, if they are known by now.
+   * @param {Surface} surface
+   */
   mesh({places, faces, source}) {
-    const gl = this.#gl, {handle} = this.#programs.mesh;
-    this.#arrays.mesh = gl.createVertexArray();
-    gl.bindVertexArray(this.#arrays.mesh);
-    for (const [name, size, data] of [['place', 3, places], ['source', 2, source]]) {
-      this.#buffers[name] = gl.createBuffer();
-      gl.bindBuffer(gl.ARRAY_BUFFER, this.#buffers[name]);
-      gl.bufferData(gl.ARRAY_BUFFER, data, gl.DYNAMIC_DRAW);
-      const at = gl.getAttribLocation(handle, name);
-      gl.enableVertexAttribArray(at);
-      gl.vertexAttribPointer(at, size, gl.FLOAT, false, 0, 0);
-    }
+    const gl = this.#gl, array = gl.createVertexArray();
+    gl.bindVertexArray(array);
+    this.#attribute('place', 3, places);
+    const buffer = this.#attribute('source', 2, source);
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, faces, gl.STATIC_DRAW);
     this.#count = source.length ? faces.length : 0;
-    this.faces = faces.length;
+    this.#mesh = {array, source: buffer, indices: faces.length};
   }
 
-  /** @param image a bitmap @param look {box, edge, filter} */
+  /**
+   * An attribute of the mesh's vertices.
+   * @param {string} name
+   * @param {number} size numbers of each vertex
+   * @param {Float32Array} data
+   */
+  #attribute(name, size, data) {
+    const gl = this.#gl, buffer = gl.createBuffer(), at = gl.getAttribLocation(this.#programs.mesh.handle, name);
+    gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
+    gl.bufferData(gl.ARRAY_BUFFER, data, gl.DYNAMIC_DRAW);
+    gl.enableVertexAttribArray(at);
+    gl.vertexAttribPointer(at, size, gl.FLOAT, false, 0, 0);
+    return buffer;
+  }
+
+  /**
+   * @param {ImageBitmap} image
+   * @param {Look} look
+   */
   texture(image, look) {
-    const gl = this.#gl;
     this.#texture = this.#layer(image, look);
-    this.#fans.quad = this.#box(look.box);
-    const [a, b, c, d] = this.#shape.bounds;
-    this.#fans.cover = this.#points([a, b, c, b, c, d, a, d]);
+    this.#quad = this.#box(look.box);
+    this.#cover = this.#box(this.#shape.bounds);
   }
 
-  /** What the shape's own file shows. @param image a bitmap @param box left, top, right, bottom */
+  /**
+   * Take what the shape's own file shows.
+   * @param {HTMLImageElement} image
+   * @param {Box} box
+   */
   drawing(image, box) {
     this.#drawing = this.#layer(image, {box, edge: 'transparent', filter: ''});
-    this.#fans.canvas = this.#box(box);
+    this.#canvas = this.#box(box);
   }
 
+  /** @param {Box} box */
   #box([left, top, right, bottom]) {
     return this.#points([left, top, right, top, right, bottom, left, bottom]);
   }
 
+  /**
+   * @param {TexImageSource} image
+   * @param {Look} look
+   * @returns {Layer}
+   */
   #layer(image, look) {
     const gl = this.#gl, texture = gl.createTexture();
     gl.bindTexture(gl.TEXTURE_2D, texture);
@@ -182,74 +169,82 @@ export class Painter {
     gl.generateMipmap(gl.TEXTURE_2D);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, near ? gl.NEAREST : gl.LINEAR_MIPMAP_LINEAR);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, near ? gl.NEAREST : gl.LINEAR);
-    const wrap = {repeat: gl.REPEAT, mirror: gl.MIRRORED_REPEAT}[look.edge] ?? gl.CLAMP_TO_EDGE;
-    for (const side of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, side, wrap);
-    const finer = gl.getExtension('EXT_texture_filter_anisotropic');
-    if (finer && !near) gl.texParameteri(gl.TEXTURE_2D, finer.TEXTURE_MAX_ANISOTROPY_EXT, 8);
+    /** @type {Record<string, number>} */
+    const wraps = {repeat: gl.REPEAT, mirror: gl.MIRRORED_REPEAT};
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_S, wraps[look.edge] ?? gl.CLAMP_TO_EDGE);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_T, wraps[look.edge] ?? gl.CLAMP_TO_EDGE);
+    const anisotropy = gl.getExtension('EXT_texture_filter_anisotropic');
+    if (anisotropy && !near) gl.texParameteri(gl.TEXTURE_2D, anisotropy.TEXTURE_MAX_ANISOTROPY_EXT, MAX_ANISOTROPY);
     return {texture, ...look};
   }
 
-  /** @param floats (m, 18), on a mesh (n, 2): see `image_of` in io/edit/session.py */
+  /**
+   * Take a map: (m, 18) numbers, or of a mesh (n, 2); see `image_of` in io/edit/session.py.
+   * @param {Float32Array} floats
+   */
   map(floats) {
     const gl = this.#gl;
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.faces ? this.#buffers.source : this.#buffers.patches);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.#mesh ? this.#mesh.source : this.#patchBuffer);
     gl.bufferData(gl.ARRAY_BUFFER, floats, gl.DYNAMIC_DRAW);
-    this.#count = this.faces ?? floats.length / FLOATS;
+    this.#count = this.#mesh ? this.#mesh.indices : floats.length / FLOATS;
   }
 
-  /** @param view {x, y, zoom, width, height, turn, left, bottom}: the middle, pixels by unit, pixels, of meshes a rotation;
-   *  where it is a part of the canvas, from where
-   *  @param overlay {grid, stretch, step, mean, own, plain} */
+  /**
+   * Paint all of the canvas, or a part of it.
+   * @param {PaintedView} view
+   * @param {Overlay} overlay
+   */
   draw(view, overlay) {
-    const gl = this.#gl;
-    const part = [view.left ?? 0, view.bottom ?? 0, view.width, view.height];
-    gl.viewport(...part);
+    const gl = this.#gl, left = view.left ?? 0, bottom = view.bottom ?? 0;
+    gl.viewport(left, bottom, view.width, view.height);
     gl.enable(gl.SCISSOR_TEST);
-    gl.scissor(...part);
+    gl.scissor(left, bottom, view.width, view.height);
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.STENCIL_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     if (!this.#texture) return;
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     gl.enable(gl.STENCIL_TEST);
-    this.view = view;
-    this.overlay = overlay;
-    if (this.faces) this.#drawMesh();
+    this.#view = view;
+    this.#overlay = overlay;
+    if (this.#mesh) this.#drawMesh();
     else if (overlay.mapped) this.#drawTarget();
     else this.#drawSource();
-    if (this.#drawing && overlay.own > 0 && !overlay.plain) this.#drawOwn();
+    this.#drawOwn();
   }
 
-  /** How much of what is carried is seen beside the shape's own drawing. */
-  get #carried() {
-    return this.#drawing && !this.overlay.plain ? 1 - this.overlay.own : 1;
+  /** How much of the texture is visible beside the file's own drawing. */
+  get #textureShare() {
+    return this.#drawing && !this.#overlay.plain ? 1 - this.#overlay.own : 1;
   }
 
   #drawOwn() {
-    this.#use('plane', this.overlay.own, false, this.#drawing);
-    this.#gl.disable(this.#gl.STENCIL_TEST);
-    this.#gl.blendFunc(this.#gl.ONE, this.#gl.ONE);  // shares of both add up to one
-    this.#fan(this.#fans.canvas);
+    const gl = this.#gl, {own, plain} = this.#overlay;
+    if (!this.#drawing || plain || own <= 0) return;
+    this.#use('plane', own, false, this.#drawing);
+    gl.disable(gl.STENCIL_TEST);
+    gl.blendFunc(gl.ONE, gl.ONE);  // shares of both add up to one
+    this.#fan(this.#canvas);
   }
 
   #drawSource() {
     const gl = this.#gl;
-    this.#cut(this.#fans);
-    this.#use('plane', this.#carried);
+    this.#cut(this.#rings);
+    this.#use('plane', this.#textureShare);
     gl.stencilFunc(gl.EQUAL, 255, 255);
-    this.#fan(this.#fans.cover);
-    this.#use('plane', 0.22 * this.#carried, false);
+    this.#fan(this.#cover);
+    this.#use('plane', OUTSIDE_OPACITY * this.#textureShare, false);
     gl.stencilFunc(gl.EQUAL, 0, 255);
-    this.#fan(this.#fans.quad);
+    this.#fan(this.#quad);
   }
 
+  /** The map where the shape is: of a frame what the drawing paints, else all but holes. */
   #drawTarget() {
-    const gl = this.#gl;
-    const {painted} = this.#shape;  // what is seen of the map of a frame; else all of the map but holes
-    this.#cut(painted ? this.#fans : this.overlay.holes ? this.#fans.slice(1) : []);
-    this.#use('patches', this.#carried);
+    const gl = this.#gl, {painted} = this.#shape;
+    this.#cut(painted ? this.#rings : this.#overlay.holes ? this.#rings.slice(1) : []);
+    this.#use('patches', this.#textureShare);
     gl.stencilFunc(gl.EQUAL, painted ? 255 : 0, 255);
-    gl.bindVertexArray(this.#arrays.patches);
+    gl.bindVertexArray(this.#patches);
     if (this.#count) gl.drawArraysInstanced(gl.TRIANGLES, 0, 3, this.#count);
   }
 
@@ -258,12 +253,15 @@ export class Painter {
     gl.disable(gl.STENCIL_TEST);
     gl.enable(gl.DEPTH_TEST);
     this.#use('mesh', 1);
-    gl.bindVertexArray(this.#arrays.mesh);
+    gl.bindVertexArray(this.#mesh?.array ?? null);
     gl.drawElements(gl.TRIANGLES, this.#count, gl.UNSIGNED_INT, 0);
     gl.disable(gl.DEPTH_TEST);
   }
 
-  /** Marks in the stencil what is inside of an odd number of rings. */
+  /**
+   * Mark in the stencil what is inside of an odd number of rings.
+   * @param {Fan[]} rings
+   */
   #cut(rings) {
     const gl = this.#gl;
     this.#use('plane', 0, false);
@@ -275,19 +273,28 @@ export class Painter {
     gl.stencilOp(gl.KEEP, gl.KEEP, gl.KEEP);
   }
 
-  #fan(ring) {
-    this.#gl.bindVertexArray(ring.array);
-    this.#gl.drawArrays(this.#gl.TRIANGLE_FAN, 0, ring.count);
+  /** @param {Fan | null} fan */
+  #fan(fan) {
+    if (!fan) return;
+    this.#gl.bindVertexArray(fan.array);
+    this.#gl.drawArrays(this.#gl.TRIANGLE_FAN, 0, fan.count);
   }
 
-  #use(name, opacity, overlaid = true, look = this.#texture) {
-    const gl = this.#gl, {handle, at} = this.#programs[name], {view, overlay} = this;
+  /**
+   * @param {string} name of the program
+   * @param {number} opacity
+   * @param {boolean} [overlaid] whether with grid and stretch
+   * @param {Layer | null} [layer]
+   */
+  #use(name, opacity, overlaid = true, layer = this.#texture) {
+    const gl = this.#gl, {handle, at} = this.#programs[name], view = this.#view, overlay = this.#overlay;
+    if (!layer) return;
     gl.useProgram(handle);
-    gl.bindTexture(gl.TEXTURE_2D, look.texture);
+    gl.bindTexture(gl.TEXTURE_2D, layer.texture);
     gl.uniform2f(at('centre'), view.x, view.y);
     gl.uniform2f(at('reach'), 2 * view.zoom / view.width, -2 * view.zoom / view.height);
-    gl.uniform4fv(at('box'), look.box);
-    gl.uniform1i(at('bounded'), look.edge === 'transparent' ? 1 : 0);
+    gl.uniform4fv(at('box'), layer.box);
+    gl.uniform1i(at('bounded'), layer.edge === 'transparent' ? 1 : 0);
     gl.uniform1f(at('opacity'), opacity);
     gl.uniform1f(at('grid'), overlay.grid && overlaid ? 1 : 0);
     gl.uniform1f(at('stretch'), overlay.stretch && overlaid && overlay.mapped ? 1 : 0);
@@ -299,20 +306,38 @@ export class Painter {
   }
 }
 
-function program(gl, vertex, fragment) {
-  const handle = gl.createProgram(), places = new Map();
-  for (const [kind, source] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
-    const shader = gl.createShader(kind);
-    gl.shaderSource(shader, source);
-    gl.compileShader(shader);
-    if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader));
-    gl.attachShader(handle, shader);
-  }
+/**
+ * @param {WebGL2RenderingContext} gl
+ * @param {string} vertex source of the vertex shader
+ * @param {string} fragment and of the fragment shader
+ * @returns {Program}
+ */
+function link(gl, vertex, fragment) {
+  const handle = gl.createProgram();
+  compile(gl, handle, gl.VERTEX_SHADER, vertex);
+  compile(gl, handle, gl.FRAGMENT_SHADER, fragment);
   gl.linkProgram(handle);
-  if (!gl.getProgramParameter(handle, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(handle));
-  const at = (name) => {
+  if (!gl.getProgramParameter(handle, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(handle) ?? 'not linked');
+  /** @type {Map<string, WebGLUniformLocation | null>} */
+  const places = new Map();
+  const at = (/** @type {string} */ name) => {
     if (!places.has(name)) places.set(name, gl.getUniformLocation(handle, name));
-    return places.get(name);
+    return places.get(name) ?? null;
   };
   return {handle, at};
+}
+
+/**
+ * @param {WebGL2RenderingContext} gl
+ * @param {WebGLProgram} program
+ * @param {GLenum} kind
+ * @param {string} source
+ */
+function compile(gl, program, kind, source) {
+  const shader = gl.createShader(kind);
+  if (!shader) throw new Error('The graphics context was lost.');
+  gl.shaderSource(shader, source);
+  gl.compileShader(shader);
+  if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader) ?? 'not compiled');
+  gl.attachShader(program, shader);
 }

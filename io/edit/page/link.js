@@ -1,59 +1,103 @@
 // The conversation with the server: JSON both ways, and maps as binary frames (see io/edit/scene.py).
 
-const TAKEN = 4001, TRIES = 4, PAUSE = 500, SELDOM = 2000;
+/** @import {Answer, ErrorMessage, Hello, MapMessage} from './types.d.ts' */
+
+const TAKEN = 4001;          // close code: the pair is open in another tab (see io/edit/link.py)
+const TRIES = 4;             // to connect again before the user hears of it
+const PAUSE = 500;           // milliseconds between these
+const PAUSE_AFTER = 2000;    // and between further ones
+const LENGTH_BYTES = 4;      // of a binary frame, before its JSON text
 
 export class Link {
-  #socket = null;
-  #asked = new Map();
+  /** @type {WebSocket} */
+  #socket;
+  /** @type {Map<number, (answer: Answer) => void>} */
+  #questions = new Map();
   #next = 1;
+  #receive;
+  #end;
 
-  /** `hear(message, floats)` gets what the server says of itself, `end(sentence)` that it is gone; it may come again. */
-  constructor(hear, end) {
-    this.hear = hear;
-    this.end = end;
-    this.#open(TRIES);
+  /**
+   * @param {(message: Hello | MapMessage | ErrorMessage, floats: Float32Array | null) => void} receive is called with
+   *   what the server sends without being asked
+   * @param {(reason: string) => void} end is called when the server is gone; it may come again
+   */
+  constructor(receive, end) {
+    this.#receive = receive;
+    this.#end = end;
+    this.#socket = this.#open(TRIES);
   }
 
+  /**
+   * @param {number} tries left
+   * @returns {WebSocket}
+   */
   #open(tries) {
     const socket = new WebSocket(new URL('link', location.href).href.replace(/^http/, 'ws'));
     socket.binaryType = 'arraybuffer';
-    socket.onmessage = (event) => { tries = TRIES; this.#received(event.data); };
-    socket.onclose = (event) => {
-      for (const answer of this.#asked.values()) answer({error: 'the connection was lost'});
-      this.#asked.clear();
-      if (event.code === TAKEN) this.end('This pair is being edited in another tab.');
-      else {
-        if (tries === 0) this.end('iccm has ended. Start it again by the same command: this page goes on then.');
-        setTimeout(() => this.#open(tries - 1), tries > 0 ? PAUSE : SELDOM);
-      }
+    socket.onmessage = (event) => {
+      tries = TRIES;
+      this.#take(event.data);
     };
-    this.#socket = socket;
+    socket.onclose = (event) => {
+      for (const answer of this.#questions.values()) answer({error: 'the connection was lost'});
+      this.#questions.clear();
+      if (event.code === TAKEN) {
+        this.#end('This pair is being edited in another tab.');
+        return;
+      }
+      if (tries === 0) this.#end('iccm has ended. Start it again by the same command: this page goes on then.');
+      setTimeout(() => { this.#socket = this.#open(tries - 1); }, tries > 0 ? PAUSE : PAUSE_AFTER);
+    };
+    return socket;
   }
 
-  #received(data) {
-    if (typeof data === 'string') {
-      const message = JSON.parse(data);
-      if (message.type !== 'answer') return this.hear(message, null);
-      this.#asked.get(message.id)?.(message);
-      return this.#asked.delete(message.id);
+  /** @param {string | ArrayBuffer} data */
+  #take(data) {
+    if (typeof data !== 'string') {
+      const {head, floats} = readFrame(data);
+      this.#receive(head, floats);
+      return;
     }
-    const length = new DataView(data).getUint32(0, true);
-    const head = JSON.parse(new TextDecoder().decode(new Uint8Array(data, 4, length)));
-    this.hear(head, new Float32Array(data, 4 + length));
+    const message = JSON.parse(data);
+    if (message.type !== 'answer') {
+      this.#receive(message, null);
+      return;
+    }
+    this.#questions.get(message.id)?.(message);
+    this.#questions.delete(message.id);
   }
 
-  /** Say something that has no answer of its own. */
+  /**
+   * Send what has no answer of its own.
+   * @param {object} message
+   */
   say(message) {
     if (this.#socket.readyState === WebSocket.OPEN) this.#socket.send(JSON.stringify(message));
   }
 
-  /** Ask, and wait for the answer; {error} where there is none. */
+  /**
+   * Ask, and wait for the answer.
+   * @param {object} message
+   * @returns {Promise<Answer>}
+   */
   ask(message) {
     if (this.#socket.readyState !== WebSocket.OPEN) return Promise.resolve({error: 'iccm is not connected'});
-    const id = this.#next++;
+    const id = this.#next;
+    this.#next += 1;
     return new Promise((answer) => {
-      this.#asked.set(id, answer);
+      this.#questions.set(id, answer);
       this.say({...message, id});
     });
   }
+}
+
+/**
+ * A binary frame: the length of a JSON text, the text, then numbers.
+ * @param {ArrayBuffer} data
+ */
+export function readFrame(data) {
+  const length = new DataView(data).getUint32(0, true);
+  const head = JSON.parse(new TextDecoder().decode(new Uint8Array(data, LENGTH_BYTES, length)));
+  return {head, floats: new Float32Array(data, LENGTH_BYTES + length)};
 }

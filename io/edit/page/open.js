@@ -1,116 +1,183 @@
-// Files: chosen or dropped, the part of each that is meant, and samples to try.
+// The dialog in which files are chosen or dropped, the part of each that is meant, and samples to try.
+
+import {button, byId, dialog} from './dom.js';
+
+/** @typedef {'source' | 'target' | 'texture'} Role */
+/** @typedef {{spec: string, name: string, d: string}} Part a shape of a file, with its path data in the unit square */
+/** @typedef {Partial<Record<Role, string>>} Chosen the file of each role, with its part */
 
 const SVG = 'http://www.w3.org/2000/svg';
 const PICTURE = /\.(png|jpe?g|tiff?|exr|webp|hdr|bmp|tga|jxl|dpx)$/i;
-const dialog = document.getElementById('files');
-const drops = [...dialog.querySelectorAll('[data-role]')];
-const box = (role) => drops.find((element) => element.dataset.role === role);
-let chosen = {}, before = {}, leave = () => {};
+const NO_FILE = {
+  source: 'none yet', target: 'none: the source is deformed by its pins', texture: 'none: a grid, or a mesh’s own',
+};
+/** @type {Role[]} */
+const ROLES = ['source', 'target', 'texture'];
 
-/** Has the files chosen anew; `empty` where nothing is edited yet, `leaving` is called before the page is loaded again. */
+const files = dialog('files');
+/** @type {Chosen} */
+let chosen = {};
+/** @type {Chosen} what was chosen when the dialog was opened */
+let before = {};
+let leave = () => {};
+
+/**
+ * @param {Role} role
+ * @param {string} selector
+ * @returns {HTMLElement}
+ */
+function within(role, selector) {
+  const element = files.querySelector(`[data-role=${role}] ${selector}`);
+  if (!(element instanceof HTMLElement)) throw new Error(`the page has no ${selector} for the ${role}`);
+  return element;
+}
+
+/** @param {string} text */
+function report(text) {
+  byId('files-said').textContent = text;
+}
+
+/**
+ * Open the dialog.
+ * @param {boolean} empty whether nothing is edited yet
+ * @param {() => void} [leaving] is called before the page is loaded again
+ */
 export async function choose(empty, leaving = leave) {
   leave = leaving;
   const desk = await (await fetch('desk')).json();
   chosen = {...desk.chosen};
   before = {...desk.chosen};
-  dialog.dataset.empty = empty;
-  dialog.querySelector('#files-close').hidden = empty;
-  told('');
-  dialog.querySelector('#samples').replaceChildren(...desk.samples.map((name) => {
-    const button = document.createElement('button');
-    button.textContent = name;
-    button.onclick = () => open({sample: name});
-    return button;
-  }));
-  for (const element of drops) named(element.dataset.role, []);
-  if (!dialog.open) dialog.showModal();
-  for (const role of ['source', 'target']) {
-    if (!chosen[role]) continue;
+  files.dataset.empty = String(empty);
+  button('files-close').hidden = empty;
+  report('');
+  byId('samples').replaceChildren(...desk.samples.map(sampleButton));
+  for (const role of ROLES) showRole(role, []);
+  if (!files.open) files.showModal();
+  for (const role of ROLES) {
+    if (role === 'texture' || !chosen[role]) continue;
     const {parts, error} = await (await fetch(`desk?side=${role}`)).json();
-    if (error) told(error);
-    else named(role, parts);
+    if (error) report(error);
+    else showRole(role, parts);
   }
 }
 
-/** What has been chosen for a role, and thumbnails of what else is in its file. */
-function named(role, parts) {
-  const element = box(role), file = chosen[role]?.split(/[\\/]/).at(-1) ?? '';
-  const none = {texture: 'none: a grid, or a mesh’s own', target: 'none: the source is deformed by its pins'}[role] ?? 'none yet';
-  element.querySelector('.name').textContent = file || none;
-  element.querySelector('.parts').replaceChildren(...(parts.length > 1 ? parts.map((part) => thumbnail(role, part, parts)) : []));
-  dialog.querySelector('#files-open').disabled = !chosen.source;
-  dialog.querySelector('#no-target').hidden = !chosen.target;
+/** @param {string} name */
+function sampleButton(name) {
+  const element = document.createElement('button');
+  element.textContent = name;
+  element.onclick = () => open({sample: name});
+  return element;
 }
 
+/**
+ * Show the file of a role, and thumbnails of what else is in it.
+ * @param {Role} role
+ * @param {Part[]} parts
+ */
+function showRole(role, parts) {
+  const names = (chosen[role] ?? '').split(/[\\/]/), thumbnails = parts.length > 1 ? parts : [];
+  within(role, '.name').textContent = names[names.length - 1] || NO_FILE[role];
+  within(role, '.parts').replaceChildren(...thumbnails.map((part) => thumbnail(role, part, parts)));
+  button('files-open').disabled = !chosen.source;
+  button('no-target').hidden = !chosen.target;
+}
+
+/**
+ * @param {Role} role
+ * @param {Part} part
+ * @param {Part[]} parts the first of which is all of the file
+ */
 function thumbnail(role, part, parts) {
-  const button = document.createElement('button'), picture = document.createElementNS(SVG, 'svg');
+  const element = document.createElement('button'), picture = document.createElementNS(SVG, 'svg');
   picture.setAttribute('viewBox', '-0.04 -0.04 1.08 1.08');
   picture.setAttribute('aria-hidden', 'true');
-  for (const each of [parts[0], part]) {  // the first is all of it
+  for (const each of [parts[0], part]) {
     const path = picture.appendChild(document.createElementNS(SVG, 'path'));
     path.setAttribute('d', each.d);
     path.setAttribute('fill-rule', 'evenodd');
     path.classList.toggle('rest', each !== part);
   }
-  const number = part.spec.slice(part.spec.lastIndexOf('#') + 1), word = part.name || `part ${number}`;
-  const now = chosen[role] === part.spec || (part === parts[0] && !parts.some(({spec}) => spec === chosen[role]));
-  button.append(picture);
-  button.title = word;
-  button.setAttribute('aria-label', `${role}: ${word}`);
-  button.setAttribute('aria-pressed', now);
-  button.onclick = () => {
+  const name = part.name || `part ${part.spec.slice(part.spec.lastIndexOf('#') + 1)}`;
+  const isWhole = part === parts[0] && !parts.some(({spec}) => spec === chosen[role]);
+  element.append(picture);
+  element.title = name;
+  element.setAttribute('aria-label', `${role}: ${name}`);
+  element.setAttribute('aria-pressed', String(isWhole || chosen[role] === part.spec));
+  element.onclick = () => {
     chosen[role] = part.spec;
-    named(role, parts);
-    box(role).querySelector(`[aria-pressed=true]`).focus();
+    showRole(role, parts);
+    within(role, '[aria-pressed=true]').focus();
   };
-  return button;
+  return element;
 }
 
-/** A file of this computer for a role. */
-async function put(role, file) {
-  told(`Reading ${file.name}…`);
-  const {path, parts, error} = await (await fetch(`files/${encodeURIComponent(file.name)}?role=${role}`, {method: 'PUT', body: file})).json();
-  told(error ?? '');
+/**
+ * Take a file of this computer for a role.
+ * @param {Role} role
+ * @param {File} file
+ */
+async function upload(role, file) {
+  report(`Reading ${file.name}…`);
+  const address = `files/${encodeURIComponent(file.name)}?role=${role}`;
+  const {path, parts, error} = await (await fetch(address, {method: 'PUT', body: file})).json();
+  report(error ?? '');
   if (error) return;
   chosen[role] = path;
-  named(role, parts);
+  showRole(role, parts);
 }
 
-async function open(what) {
-  told('Opening…');
-  const answer = await fetch('desk', {method: 'POST', body: JSON.stringify(what)});
-  const {error} = await answer.json();
-  if (error) return told(error);
-  const same = !what.sample && ['source', 'target'].every((role) => (chosen[role] ?? '') === (before[role] ?? ''));
-  if (!same) sessionStorage.removeItem(location.pathname);  // the history is of other shapes
+/**
+ * Edit what was chosen: the page is loaded again.
+ * @param {Chosen | {sample: string}} choice
+ */
+async function open(choice) {
+  report('Opening…');
+  const {error} = await (await fetch('desk', {method: 'POST', body: JSON.stringify(choice)})).json();
+  if (error) {
+    report(error);
+    return;
+  }
+  const sameShapes = (chosen.source ?? '') === (before.source ?? '') && (chosen.target ?? '') === (before.target ?? '');
+  if ('sample' in choice || !sameShapes) sessionStorage.removeItem(location.pathname);  // the history of other shapes
   leave();
-  return location.reload();
+  location.reload();
 }
 
-const told = (text) => { dialog.querySelector('#files-said').textContent = text; };
-
-for (const element of drops) {
-  const {role} = element.dataset, input = element.querySelector('input');
-  input.onchange = () => { if (input.files[0]) put(role, input.files[0]); };
+for (const role of ROLES) {
+  const element = /** @type {HTMLInputElement} */ (within(role, 'input'));
+  element.onchange = () => { if (element.files?.[0]) upload(role, element.files[0]); };
 }
-dialog.querySelector('#no-target').onclick = () => { chosen.target = ''; named('target', []); };
-dialog.querySelector('#files-open').onclick = () => open(chosen);
-dialog.querySelector('#files-close').onclick = () => dialog.close();
-dialog.oncancel = (event) => { if (dialog.dataset.empty === 'true') event.preventDefault(); };
+button('no-target').onclick = () => {
+  chosen.target = '';
+  showRole('target', []);
+};
+button('files-open').onclick = () => open(chosen);
+button('files-close').onclick = () => files.close();
+files.oncancel = (/** @type {Event} */ event) => { if (files.dataset.empty === 'true') event.preventDefault(); };
 
-/** The role of a file that is dropped: where it falls, else a picture is the texture, others what is still wanted. */
-function role(event, file) {
-  const over = event.target.closest?.('[data-role], .pane');
-  const named = over?.dataset.role ?? (PICTURE.test(file.name) ? 'texture' : over?.id);
-  return named ?? (chosen.source && !chosen.target ? 'target' : 'source');
+// ---------------------------------------------------------------- files that are dropped
+
+/**
+ * The role of a file: where it is dropped, else a picture is the texture, and others are what is still missing.
+ * @param {DragEvent} event
+ * @param {File} file
+ * @returns {Role}
+ */
+function roleOf(event, file) {
+  const under = event.target instanceof Element ? event.target.closest('[data-role], .pane') : null;
+  const named = under instanceof HTMLElement ? under.dataset.role : null;
+  const place = named ?? (PICTURE.test(file.name) ? 'texture' : under?.id);
+  return ROLES.find((role) => role === place) ?? (chosen.source && !chosen.target ? 'target' : 'source');
 }
 
 addEventListener('dragover', (event) => event.preventDefault());
 addEventListener('drop', async (event) => {
   event.preventDefault();
-  const files = [...event.dataTransfer.files], roles = files.map((file) => role(event, file));
-  if (!files.length) return;
-  if (!dialog.open) await choose(false);
-  if (files.length > 1 && roles.every((each) => each === 'source')) roles[1] = 'target';
-  for (const [k, file] of files.entries()) await put(roles[k], file);
+  const dropped = [...(event.dataTransfer?.files ?? [])];
+  /** @type {Role[]} */
+  const roles = dropped.map((file) => roleOf(event, file));
+  if (!dropped.length) return;
+  if (!files.open) await choose(false);
+  if (dropped.length > 1 && !roles.some((role) => role !== 'source')) roles[1] = 'target';
+  for (const [k, file] of dropped.entries()) await upload(roles[k], file);
 });

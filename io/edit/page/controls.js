@@ -1,0 +1,152 @@
+// The controls beside and above the shapes: how the map is to be, undo, suggested pins, overlays and the pen.
+
+import {button, byId, input, output, select} from './dom.js';
+import {report} from './status.js';
+
+/** @import {Editor} from './editor.js' */
+/** @import {Link} from './link.js' */
+/** @import {Pane} from './pane.js' */
+/** @import {Actions, Hello, Side} from './types.d.ts' */
+
+/** @type {Record<string, string>} */
+const FIT_HINTS = {
+  auto: 'without pins the cheapest of the others; with pins the outlines, or the tightest frames around all parts',
+  frame: 'gaps between parts, and bays, are closed as far as that costs less',
+  whole: 'every outline onto its partner’s, limbs and bays as well',
+  contain: 'bays of the source open where the target has none; the map follows when you let go',
+  cover: 'what the target has no room for is left out; the map follows when you let go',
+};
+
+/**
+ * @param {object} parts
+ * @param {Editor} parts.editor
+ * @param {Link} parts.link
+ * @param {Record<Side, Pane>} parts.panes
+ * @param {Actions} parts.actions
+ */
+export function listenToControls({editor, link, panes, actions}) {
+  button('undo').onclick = () => editor.travel(-1);
+  button('redo').onclick = () => editor.travel(1);
+  button('fit').onclick = () => {
+    panes.source.showAll();
+    panes.target.showAll();
+  };
+  button('pen').onclick = () => setPen(panes, !panes.source.pen);
+  for (const name of /** @type {const} */ (['grid', 'stretch'])) {
+    input(name).onchange = () => setOverlay(panes, name, input(name).checked);
+  }
+  button('other').onclick = () => {
+    editor.saved = '';  // the file determines which of both maps its command makes
+    editor.solve(button('other').dataset.way);
+  };
+  listenToMapControls(editor);
+  listenToSuggestions(editor, link, actions);
+}
+
+/** @param {Editor} editor */
+function listenToMapControls(editor) {
+  select('how').onchange = () => {
+    editor.scene.fit = select('how').value;
+    editor.commit();
+  };
+  input('balance').oninput = () => {
+    editor.scene.balance = Number((10 ** Number(input('balance').value)).toFixed(2));
+    editor.follow();
+  };
+  input('balance').onchange = () => editor.commit();
+  for (const preset of document.querySelectorAll('[data-balance]')) {
+    const element = /** @type {HTMLButtonElement} */ (preset);
+    element.onclick = () => {
+      editor.scene.balance = Number(element.dataset.balance);
+      editor.commit();
+    };
+  }
+  input('turn').oninput = () => {
+    editor.scene.turn = Number(input('turn').value);
+    editor.solve();
+  };
+  input('turn').onchange = () => editor.commit();
+  input('any').onchange = () => {
+    editor.scene.turn = input('any').checked ? 'any' : Number(input('turn').value);
+    editor.commit();
+  };
+}
+
+/**
+ * @param {Editor} editor
+ * @param {Link} link
+ * @param {Actions} actions
+ */
+function listenToSuggestions(editor, link, actions) {
+  button('suggest').onclick = async () => {
+    const answer = await link.ask({type: 'suggest', scene: editor.scene});
+    if (answer.error) {
+      report(answer.error, true);
+      return;
+    }
+    editor.suggested = answer.pins ?? [];
+    const count = editor.suggested.length;
+    report(count ? `${count} suggested: click those you want.` : 'No corners or names that both drawings have.');
+    editor.changed();
+  };
+  button('accept').onclick = () => actions.accept(...editor.suggested.keys());
+  button('dismiss').onclick = () => {
+    editor.suggested = [];
+    editor.changed();
+  };
+}
+
+/**
+ * Show the state of the editor in the controls.
+ * @param {Editor} editor
+ * @param {Hello} hello
+ */
+export function showControls(editor, hello) {
+  const {scene, suggested, history} = editor, anyTurn = scene.turn === 'any';
+  byId('accept').hidden = suggested.length === 0;
+  byId('dismiss').hidden = suggested.length === 0;
+  byId('none').hidden = scene.pins.length + scene.strokes.length + scene.rigid.length > 0;
+  button('undo').disabled = !history.canUndo;
+  button('redo').disabled = !history.canRedo;
+  input('balance').value = String(Math.log10(scene.balance));
+  output('balance-value').value = scene.balance.toFixed(2);
+  input('any').checked = anyTurn;
+  input('turn').disabled = anyTurn || hello.deforming;
+  if (!anyTurn) input('turn').value = String(scene.turn);
+  output('turn-value').value = anyTurn ? 'any' : `${scene.turn}°`;
+  select('how').value = scene.fit;
+  byId('how-hint').textContent = FIT_HINTS[scene.fit];
+  document.body.classList.toggle('dirty', editor.dirty);
+  document.body.classList.toggle('busy', editor.busy);
+}
+
+/**
+ * Whether clicks draw strokes.
+ * @param {Record<Side, Pane>} panes
+ * @param {boolean} down
+ */
+export function setPen(panes, down) {
+  for (const pane of [panes.source, panes.target]) {
+    if (!down && pane.drawing) {
+      pane.drawing = null;
+      pane.redraw();
+    }
+    pane.pen = down;
+  }
+  button('pen').setAttribute('aria-pressed', String(down));
+  document.body.classList.toggle('pen', down);
+}
+
+/**
+ * @param {Record<Side, Pane>} panes
+ * @param {'grid' | 'stretch'} name
+ * @param {boolean} on
+ */
+export function setOverlay(panes, name, on) {
+  input(name).checked = on;
+  byId('legend').hidden = !input('stretch').checked;
+  for (const pane of [panes.source, panes.target]) {
+    pane.overlay[name] = on;
+    pane.redraw();
+  }
+}

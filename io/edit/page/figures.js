@@ -1,0 +1,75 @@
+// The table of a map's figures.
+
+/** @import {Figures} from './types.d.ts' */
+
+const DIGITS = 3;
+const WHOLE_FROM = 100;  // figures as large have no digits after the point
+
+/**
+ * A figure with three digits.
+ * @param {number | null | undefined} value
+ */
+export function rounded(value) {
+  if (value === null || value === undefined) return '–';
+  return value >= WHOLE_FROM ? value.toFixed(0) : Number(value.toPrecision(DIGITS)).toString();
+}
+
+/** @param {number} share */
+const percent = (share) => `${(100 * share).toFixed(1)} %`;
+
+/** @param {number[]} values */
+const together = (values) => values.map(rounded).join('   ');
+
+/**
+ * Name, explanation and value of each row; the value is null where the figure is not known.
+ * @param {Figures} figures
+ * @returns {[string, string, string | null][]}
+ */
+export function figureRows(figures) {
+  const {stretch, dilatation, scale, boundary, injective, turn} = figures;
+  /** @type {[string, string, string | null][]} */
+  const rows = [
+    ['stretch', 'half, 95 %, largest', stretch ? together([stretch.p50, stretch.p95, stretch.max]) : null],
+    ['dilatation', 'half, 95 %, largest', dilatation ? together([dilatation.median, dilatation.p95, dilatation.max]) : null],
+    ['scale', 'within a factor of 2', scale ? percent(scale.within2) : null],
+    ['turn', 'counter-clockwise', turn === undefined ? null : `${turn.toFixed(1)}°`],
+    ['outline', 'off, of the diagonal', boundary ? boundary.hausdorff.toExponential(1) : null],
+    ['one-to-one', 'certified share', injective ? certificate(injective) : null],
+  ];
+  if (figures.shown !== undefined && figures.covered !== undefined) {
+    rows.push(['shown', 'of the source', percent(figures.shown)], ['covered', 'of the target', percent(figures.covered)]);
+  } else if (figures.left_out !== undefined && figures.uncovered !== undefined) {
+    rows.push(
+      ['left out', 'of the source', percent(figures.left_out)],
+      ['uncovered', 'of the target', percent(figures.uncovered)],
+    );
+  }
+  (figures.regions ?? []).forEach((region, k) => rows.push([
+    `rigid ${k + 1}`, 'dilatation of 95 % of it, and its size by the mean scale',
+    `${region.dilatation.toFixed(3)}   × ${rounded(region.scale)}`,
+  ]));
+  return rows;
+}
+
+/** @param {{certified: boolean, share: number}} injective */
+const certificate = ({certified, share}) => (certified ? `${(100 * share).toFixed(2)} %` : 'not certified');
+
+/**
+ * Show the figures of a map; those of a coarse one are marked by its kind.
+ * @param {HTMLTableElement} table
+ * @param {string} kind
+ * @param {Figures} figures
+ */
+export function showFigures(table, kind, figures) {
+  const body = table.tBodies[0];
+  body.replaceChildren(...figureRows(figures).map(([name, hint, value]) => {
+    const row = document.createElement('tr'), head = document.createElement('th'), cell = document.createElement('td');
+    head.textContent = name;
+    head.title = hint;
+    head.scope = 'row';
+    cell.textContent = value ?? '–';
+    row.append(head, cell);
+    return row;
+  }));
+  body.className = kind;
+}

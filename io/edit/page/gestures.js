@@ -1,0 +1,82 @@
+// Gestures on the shape itself: zoom, pan, rotate a mesh, draw a stroke, click for a pin.
+
+import {followPointer} from './dom.js';
+import {clipped, distance, simplified} from './geometry.js';
+import {ARROWS, CLICK_REACH} from './handles.js';
+
+/** @import {Pane} from './pane.js' */
+/** @import {Point} from './types.d.ts' */
+
+const KEY_PAN = 40;              // pixels by which an arrow key moves the view
+const WHEEL_BY_LINE = 0.05;      // log of the zoom, for a line that a wheel scrolls
+const WHEEL_BY_PIXEL = 0.0015;   // likewise for a pixel
+const MIN_STROKE_LENGTH = 16;    // pixels: shorter ones are slips of the hand
+const MAX_GAP = 16;              // pixels between the ends of a stroke that counts as closed
+const MAX_GAP_SHARE = 0.25;      // likewise, relative to its length
+export const STROKE_TOLERANCE = 2;  // pixels: how far a drawn line may be from its simplified form
+
+/**
+ * @param {HTMLElement} element
+ * @param {Pane} pane
+ */
+export function listen(element, pane) {
+  element.addEventListener('wheel', (event) => {
+    event.preventDefault();
+    pane.zoomBy(Math.exp(-event.deltaY * (event.deltaMode ? WHEEL_BY_LINE : WHEEL_BY_PIXEL)), pane.pixelOf(event));
+  }, {passive: false});
+  element.addEventListener('keydown', (event) => {
+    const direction = ARROWS[event.key];
+    if (!direction || event.target !== element || event.ctrlKey || event.altKey || event.metaKey) return;
+    event.preventDefault();
+    pane.move(KEY_PAN * direction[0], KEY_PAN * direction[1], !pane.surface || event.shiftKey);
+  });
+  element.addEventListener('pointerdown', (event) => press(event, element, pane));
+}
+
+/**
+ * @param {PointerEvent} event
+ * @param {HTMLElement} element
+ * @param {Pane} pane
+ */
+function press(event, element, pane) {
+  if (event.button > 1) return;
+  const start = pane.pixelOf(event), pan = !pane.surface || event.shiftKey || event.button === 1;
+  let moved = false, last = start;
+  const draw = (/** @type {Point} */ pixel) => {
+    const point = pane.surface ? pane.hit(pixel) : pane.at(pixel);
+    if (point) pane.drawing?.push(point);
+  };
+  if (pane.pen && event.button === 0) pane.drawing = [];
+  draw(start);
+  followPointer(element, event, (next) => {
+    const now = pane.pixelOf(next);
+    moved ||= distance(now, start) > CLICK_REACH;
+    if (pane.drawing) draw(now);
+    else if (moved) pane.move(now[0] - last[0], now[1] - last[1], pan);
+    last = now;
+    pane.redraw();
+  }, (end) => {
+    if (pane.drawing) pane.drawn();
+    else if (!moved && event.button === 0 && end.type === 'pointerup') pane.click(start);
+  });
+}
+
+/**
+ * The stroke that a drawn line stands for: inside of the outline, with few points; null where it is too short.
+ * @param {Point[]} drawn
+ * @param {Point[] | null} outline null for lines on a mesh, which lie on it and do not close
+ * @param {number} zoom pixels per unit
+ * @returns {{line: Point[], closed: boolean} | null}
+ */
+export function strokeOf(drawn, outline, zoom) {
+  const whole = outline ? clipped(outline, drawn) : drawn;
+  if (whole.length < 2) return null;
+  const line = simplified(whole, STROKE_TOLERANCE / zoom);
+  let length = 0;
+  for (let k = 1; k < line.length; k++) length += distance(line[k], line[k - 1]);
+  length *= zoom;
+  if (length <= MIN_STROKE_LENGTH) return null;
+  const gap = distance(line[0], line[line.length - 1]) * zoom;
+  const closed = outline !== null && line.length > 3 && gap < Math.min(MAX_GAP, MAX_GAP_SHARE * length);
+  return {line: closed ? line.slice(0, -1) : line, closed};
+}

@@ -1,0 +1,100 @@
+// The lines over a painted shape: outlines, strokes, rigid regions, arms of pins, the guide and the loupe.
+
+import {strokeHue} from './hues.js';
+
+/** @import {Pane} from './pane.js' */
+/** @import {Point, Side} from './types.d.ts' */
+
+/** @typedef {{d: string, class: string, hue?: number}} Line */
+
+const SVG = 'http://www.w3.org/2000/svg';
+const GUIDE_ARM = 14;     // pixels: half the length of the cross where a pin is attracted
+const CROSSHAIR_ARM = 9;  // pixels: likewise in the loupe
+export const LOUPE_SIDE = 150;    // pixels
+export const LOUPE_ZOOM = 4;      // relative to the pane
+
+export class Lines {
+  #paths;
+  #glass;
+
+  /**
+   * @param {HTMLElement} element
+   * @param {Side} side
+   */
+  constructor(element, side) {
+    const svg = element.appendChild(document.createElementNS(SVG, 'svg'));
+    svg.setAttribute('aria-hidden', 'true');
+    const middle = LOUPE_SIDE / 2, start = middle - CROSSHAIR_ARM, length = 2 * CROSSHAIR_ARM;
+    svg.innerHTML = `<g id="lines-${side}"></g><svg class="loupe" width="${LOUPE_SIDE}" height="${LOUPE_SIDE}">
+      <use href="#lines-${side}"></use><rect width="100%" height="100%"></rect>
+      <path d="M${start} ${middle}h${length}m${-CROSSHAIR_ARM} ${-CROSSHAIR_ARM}v${length}"></path></svg>`;
+    this.#paths = /** @type {SVGGElement} */ (svg.firstElementChild);
+    this.#glass = /** @type {SVGSVGElement} */ (svg.lastElementChild);
+  }
+
+  /** @param {Pane} pane */
+  draw(pane) {
+    const lines = linesOf(pane), paths = this.#paths;
+    while (paths.childElementCount > lines.length) paths.lastElementChild?.remove();
+    while (paths.childElementCount < lines.length) paths.append(document.createElementNS(SVG, 'path'));
+    lines.forEach((line, k) => {
+      const element = /** @type {SVGPathElement} */ (paths.children[k]);
+      element.setAttribute('d', line.d);
+      element.setAttribute('class', line.class);
+      element.style.setProperty('--hue', String(line.hue ?? 0));
+    });
+    this.#drawLoupe(pane);
+  }
+
+  /** @param {Pane} pane */
+  #drawLoupe(pane) {
+    this.#glass.style.display = pane.loupe ? '' : 'none';
+    if (!pane.loupe) return;
+    const [x, y] = pane.loupe.map((value) => LOUPE_SIDE / 2 - LOUPE_ZOOM * value);
+    this.#glass.firstElementChild?.setAttribute('transform', `translate(${x} ${y}) scale(${LOUPE_ZOOM})`);
+    const [left, top] = pane.loupeCorner();
+    this.#glass.setAttribute('x', String(left));
+    this.#glass.setAttribute('y', String(top));
+  }
+}
+
+/**
+ * @param {Pane} pane
+ * @returns {Line[]}
+ */
+function linesOf(pane) {
+  const {scene, side, rings, shape} = pane;
+  /**
+   * @param {Point[]} points
+   * @param {boolean} [closed]
+   */
+  const path = (points, closed) => pathData(points.map((p) => pane.pixel(p)), closed);
+  /** @type {Line[]} */
+  const lines = [];
+  if (rings.length > 1 && shape.painted) lines.push({d: path(shape.outline, true), class: 'frame'});
+  lines.push({d: rings.map((ring) => path(ring, true)).join(''), class: 'outline'});
+  for (const region of scene.regions) lines.push({d: path(region[side], true), class: 'region'});
+  scene.strokes.forEach((stroke, k) => {
+    const wrong = scene.wrong.strokes?.includes(k) ? ' wrong' : '';
+    lines.push({d: path(stroke[side].map((place) => pane.page(place))), class: `stroke${wrong}`, hue: strokeHue(k)});
+  });
+  for (const pin of pane.rotatable) {
+    const arm = [pane.pixel(pane.page(pin.target)), pane.armEnd(pin)];
+    lines.push({d: pathData(arm), class: pin.turn === null ? 'arm free' : 'arm'});
+  }
+  if (pane.drawing) lines.push({d: path(pane.drawing), class: 'stroke drawing'});
+  if (pane.guide) {
+    const [x, y] = pane.pixel(pane.guide), length = 2 * GUIDE_ARM;
+    lines.push({d: `M${x - GUIDE_ARM} ${y}h${length}M${x} ${y - GUIDE_ARM}v${length}`, class: 'guide'});
+  }
+  return lines;
+}
+
+/**
+ * @param {Point[]} pixels
+ * @param {boolean} [closed]
+ */
+function pathData(pixels, closed = false) {
+  const written = pixels.map((pixel) => pixel.map((value) => value.toFixed(1)).join(' '));
+  return `M${written.join('L')}${closed ? 'Z' : ''}`;
+}

@@ -1,0 +1,209 @@
+// The data that the page and the server exchange (see io/edit/messages.py and io/edit/session.py), for type checks.
+
+export type Side = 'source' | 'target';
+
+/** Coordinates of the page: [x, y] with y down, or [x, y, z] on the surface of a mesh. */
+export type Point = number[];
+
+/** A place as the file has it: coordinates, or the name of a vertex of a mesh, such as `v5`. */
+export type Place = number[] | string;
+
+/** Left, top, right and bottom. */
+export type Box = number[];
+
+export interface Pin {
+  name: string;
+  weight: number;
+  source: Place;
+  target: Place;
+  /** Degrees by which a deformed shape is rotated there; null where it is free. */
+  turn: number | null;
+}
+
+export interface Stroke {
+  name: string;
+  weight: number;
+  source: Place[];
+  target: Place[];
+  ends: string;
+}
+
+/** What is edited. A rigid region is a polygon, or the name of an element of the drawing. */
+export interface Scene {
+  pins: Pin[];
+  strokes: Stroke[];
+  rigid: (string | Place[])[];
+  balance: number;
+  turn: number | 'any';
+  fit: string;
+}
+
+/** One entry of a scene; of a stroke also one of its points. */
+export interface Item {
+  kind: 'pins' | 'strokes' | 'rigid' | 'suggested';
+  number: number;
+  point?: number;
+}
+
+/** A rigid region of a map, with its outlines in the coordinates of the page. */
+export interface Region {
+  dilatation: number;
+  scale: number;
+  source: Point[];
+  target: Point[];
+}
+
+/** Numbers of pins and strokes that the map does not meet. */
+export interface Wrong {
+  pins?: number[];
+  strokes?: number[];
+}
+
+export interface ShapeInfo {
+  name: string;
+  origin: number[];
+  scale: number;
+  signs: number[];
+  outline: Point[];
+  holes: Point[][];
+  /** The outlines of what a whole drawing paints; then `outline` is the frame around it. */
+  painted: Point[][] | null;
+  box: Box;
+  bounds: Box;
+  canvas: Box;
+  mesh: boolean;
+  /** Of a mesh: right, up and towards the viewer, row by row. */
+  axes: number[];
+  corners?: Point[];
+  axis?: number | null;
+}
+
+/** The server's first message. */
+export interface Hello {
+  type: 'hello';
+  empty?: boolean;
+  source: ShapeInfo;
+  target: ShapeInfo;
+  scene: Scene;
+  saved: Scene;
+  left: Scene | null;
+  notes: string[];
+  edge: string;
+  filter: string;
+  holes: boolean;
+  digits: number;
+  mean: number;
+  deforming: boolean;
+  drawn: boolean;
+  constraints: string;
+  picture: string;
+  ending: string;
+}
+
+/** The figures of a map, as the report has them. */
+export interface Figures {
+  stretch?: {p50: number, p95: number, max: number};
+  dilatation?: {median: number, p95: number, max: number};
+  scale?: {within2: number};
+  boundary?: {hausdorff: number};
+  injective?: {certified: boolean, share: number};
+  turn?: number;
+  left_out?: number;
+  uncovered?: number;
+  shown?: number;
+  covered?: number;
+  regions?: Region[];
+  notes?: string[];
+}
+
+/** A map, or why there is none. */
+export interface MapMessage {
+  type: 'map';
+  kind: 'coarse' | 'full' | 'error';
+  seq: number;
+  ok: boolean;
+  message: string;
+  figures: Figures;
+  wrong: Wrong;
+  outlines?: Point[][];
+  other?: string;
+  command?: string;
+}
+
+export interface ErrorMessage {
+  type: 'error';
+  message: string;
+}
+
+/** The answer to a question of the page. */
+export interface Answer {
+  error?: string;
+  points?: Place[];
+  pins?: Pin[];
+  exists?: string[];
+  written?: string[];
+  command?: string;
+  message?: string;
+  notes?: string[];
+}
+
+/** How a texture lies in the plane, and what is beyond it. */
+export interface Look {
+  box: Box;
+  edge: string;
+  filter: string;
+}
+
+/** What is painted over the texture, and how. */
+export interface Overlay {
+  grid: boolean;
+  stretch: boolean;
+  /** How much of the file's own drawing is visible, from 0 to 1. */
+  own: number;
+  mapped: boolean;
+  holes: boolean;
+  mean: number;
+  step: number;
+  /** The texture alone, without shading or the file's own drawing. */
+  plain?: boolean;
+}
+
+/** What the painter shows: the middle, pixels per unit, and the size in pixels. */
+export interface PaintedView {
+  x: number;
+  y: number;
+  zoom: number;
+  width: number;
+  height: number;
+  /** Of a mesh: its rotation, row by row. */
+  turn?: number[];
+  /** Of a part of the canvas: where that begins. */
+  left?: number;
+  bottom?: number;
+}
+
+/** What the user does on the shapes and in the list. */
+export interface Actions {
+  select(item: Item): void;
+  lock(item: Item): void;
+  accept(...numbers: number[]): void;
+  place(side: Side, place: Place): Promise<void>;
+  stroke(side: Side, places: Place[], closed: boolean): Promise<void>;
+  /** Returns whether it was moved. */
+  drag(side: Side, item: Item, place: Place): boolean;
+  turn(item: Item, degrees: number | null): void;
+  drop(): void;
+  remove(item: Item, whole?: boolean): void;
+  rename(item: Item, name: string): void;
+  move(item: Item, typed: number[]): void;
+  hover(item: Item | null): void;
+}
+
+/** What a pane shows of the editor. */
+export interface PaneScene extends Scene {
+  wrong: Wrong;
+  suggested: Pin[];
+  selected: Set<number>;
+  locked: (entry: Pin | Stroke) => boolean;
+  regions: Region[];
+}

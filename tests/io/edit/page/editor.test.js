@@ -1,0 +1,159 @@
+import assert from 'node:assert/strict';
+import {mock, test} from 'node:test';
+
+import {Editor} from '../../../../io/edit/page/editor.js';
+import {describeChange, History} from '../../../../io/edit/page/history.js';
+
+/** @import {MapMessage, Pin, Scene} from '../../../../io/edit/page/types.d.ts' */
+
+/** @returns {Pin} */
+const pin = (/** @type {number} */ x, name = '') => ({name, weight: 1, source: [x, 1], target: [x, 2], turn: null});
+/** @returns {Scene} */
+const scene = (/** @type {Partial<Scene>} */ values = {}) => (
+  {pins: [], strokes: [], rigid: [], balance: 1, turn: 0, fit: 'auto', ...values});
+
+/** What a browser keeps for a page. */
+function storage() {
+  /** @type {Map<string, string>} */
+  const kept = new Map();
+  return {
+    kept, full: false,
+    getItem(/** @type {string} */ key) { return kept.get(key) ?? null; },
+    removeItem(/** @type {string} */ key) { kept.delete(key); },
+    setItem(/** @type {string} */ key, /** @type {string} */ value) {
+      if (this.full) throw new Error('the quota is exceeded');
+      kept.set(key, value);
+    },
+  };
+}
+
+function begun(store = storage()) {
+  /** @type {any[]} */
+  const said = [];
+  const editor = new Editor((message) => said.push(structuredClone(message)), new History(store, '/pair/'), () => {});
+  editor.begin(scene());
+  return {editor, said, store};
+}
+
+/** @returns {MapMessage} */
+const mapMessage = (/** @type {Partial<MapMessage>} */ values) => (
+  {type: 'map', kind: 'full', seq: 1, ok: true, message: '', figures: {}, wrong: {}, ...values});
+
+test('steps are undone and redone, and a new one replaces those that were undone', () => {
+  const {editor} = begun();
+  for (const x of [1, 2, 3]) {
+    editor.scene.pins.push(pin(x));
+    editor.commit();
+  }
+  editor.commit();  // nothing has changed: not a step
+  editor.travel(-2);
+  assert.deepEqual(editor.scene.pins.map(({source}) => source), [[1, 1]]);
+  assert.ok(editor.history.canUndo && editor.history.canRedo);
+  editor.travel(1);
+  assert.equal(editor.scene.pins.length, 2);
+  editor.scene.balance = 3;
+  editor.commit();
+  assert.equal(editor.history.canRedo, false);
+  assert.deepEqual(editor.history.describe(), ['as it began', '1 pin placed', '1 pin placed', 'balance 3'].map(
+    (text) => text.replace('1 pin', 'pin')));
+  editor.travel(-9);
+  assert.equal(editor.scene.balance, 3);
+});
+
+test('steps outlast a page that is loaded again, if it shows the same scene', () => {
+  const {editor, store} = begun();
+  editor.scene.pins.push(pin(1));
+  editor.commit();
+  const again = new History(store, '/pair/');
+  again.begin(scene({pins: [pin(1)]}));
+  assert.equal(again.canUndo, true);
+  const other = new History(store, '/pair/');
+  other.begin(scene({pins: [pin(4)]}));
+  assert.equal(other.canUndo, false);
+});
+
+test('where the browser has no room the old steps are not kept', () => {
+  const {editor, store} = begun();
+  editor.scene.pins.push(pin(1));
+  editor.commit();
+  store.full = true;
+  editor.scene.pins.push(pin(2));
+  editor.commit();
+  assert.equal(store.kept.size, 0);
+  editor.travel(-1);
+  assert.equal(editor.scene.pins.length, 1);
+});
+
+test('what a step changed is named', () => {
+  const before = scene({pins: [pin(1), pin(2)]});
+  const moved = structuredClone(before);
+  moved.pins[1].target = [5, 5];
+  const turned = structuredClone(before);
+  turned.pins[0].turn = 20;
+  const cases = /** @type {[Scene, string][]} */ ([
+    [scene({pins: [pin(1)]}), 'pin removed'], [scene(), '2 pins removed'], [moved, 'pin 2 moved'],
+    [turned, 'pin 1 turned'], [scene({pins: [pin(1), pin(2, 'nose')]}), 'pin 2 named'],
+    [scene({pins: [pin(3), pin(4)]}), '2 pins moved'], [{...before, turn: 'any'}, 'turn any'],
+    [{...before, rigid: ['#logo']}, 'rigid region drawn'], [before, 'as before'],
+  ]);
+  for (const [after, words] of cases) assert.equal(describeChange(before, after), words);
+});
+
+test('it is dirty until what is there is saved', () => {
+  const {editor} = begun();
+  editor.saved = JSON.stringify([[], [], []]);
+  assert.equal(editor.dirty, false);
+  editor.scene.pins.push(pin(1));
+  assert.equal(editor.dirty, true);
+  editor.scene.pins.pop();
+  editor.scene.balance = 2;  // not in the file of pins and strokes
+  assert.equal(editor.dirty, false);
+});
+
+test('of maps that come late only those that are still wanted count', () => {
+  const {editor} = begun();
+  editor.follow();
+  editor.follow();
+  assert.equal(editor.receive(mapMessage({kind: 'coarse', seq: 1})), true);
+  assert.equal(editor.receive(mapMessage({kind: 'coarse', seq: 1})), false);
+  editor.solve();
+  assert.equal(editor.busy, true);
+  assert.equal(editor.receive(mapMessage({kind: 'full', seq: 2})), false);
+  assert.equal(editor.receive(mapMessage({kind: 'coarse', seq: 2})), true);
+  assert.equal(editor.busy, true);
+  assert.equal(editor.receive(mapMessage({kind: 'error', seq: 3, ok: false, wrong: {pins: [1]}})), true);
+  assert.deepEqual([editor.busy, editor.wrong], [false, {pins: [1]}]);
+});
+
+test('what is held still is solved for after a while, but not where the map cannot follow', () => {
+  mock.timers.enable({apis: ['setTimeout']});
+  const {editor, said} = begun();
+  editor.follow();
+  mock.timers.tick(249);
+  editor.follow();
+  mock.timers.tick(249);
+  assert.deepEqual(said.map(({type}) => type), ['follow', 'follow']);
+  mock.timers.tick(1);
+  assert.deepEqual(said.map(({type}) => type), ['follow', 'follow', 'solve']);
+  editor.drop();  // the whole map was asked for already
+  assert.equal(said.length, 3);
+  editor.follow();
+  editor.receive(mapMessage({kind: 'coarse', seq: 4, ok: false}));
+  mock.timers.tick(1000);
+  assert.equal(said.length, 4);
+  editor.drop();
+  assert.equal(said[4].type, 'solve');
+  mock.timers.reset();
+});
+
+test('locked pins stay when others are moved together', () => {
+  const {editor} = begun();
+  editor.scene.pins = [pin(1), pin(2), pin(3)];
+  editor.toggleSelected(0);
+  editor.toggleSelected(2);
+  assert.deepEqual([editor.movedWith(0), editor.movedWith(1)], [[0, 2], [1]]);
+  editor.toggleLock(editor.scene.pins[2]);
+  assert.deepEqual(editor.movedWith(0), [0]);
+  editor.toggleLock(editor.scene.pins[2]);
+  assert.deepEqual(editor.movedWith(2), [0, 2]);
+});

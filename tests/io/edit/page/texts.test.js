@@ -1,0 +1,52 @@
+import assert from 'node:assert/strict';
+import {test} from 'node:test';
+
+import {figureRows, rounded} from '../../../../io/edit/page/figures.js';
+import {pinHue, strokeHue} from '../../../../io/edit/page/hues.js';
+import {readFrame} from '../../../../io/edit/page/link.js';
+import {numbersIn} from '../../../../io/edit/page/list.js';
+import {formatOf} from '../../../../io/edit/page/saving.js';
+
+test('numbers are read from what is typed', () => {
+  assert.deepEqual(numbersIn('250, -150.5 -> +.5 1e-3 ∠ 30°'), [250, -150.5, 0.5, 0.001, 30]);
+  assert.deepEqual(numbersIn('nose'), []);
+});
+
+test('figures have three digits, and large ones none after the point', () => {
+  assert.deepEqual([0.123456, 12.3456, 1234.56, null].map(rounded), ['0.123', '12.3', '1235', '–']);
+});
+
+test('each figure has a row, and those that are not known a dash', () => {
+  const rows = figureRows({
+    stretch: {p50: 1.02, p95: 1.5, max: 210.4}, scale: {within2: 0.987}, injective: {certified: true, share: 1},
+    shown: 0.95, covered: 0.5, regions: [{dilatation: 1.00049, scale: 0.5, source: [], target: []}],
+  });
+  const values = Object.fromEntries(rows.map(([name, , value]) => [name, value]));
+  assert.deepEqual(values, {
+    stretch: '1.02   1.5   210', dilatation: null, scale: '98.7 %', turn: null, outline: null,
+    'one-to-one': '100.00 %', shown: '95.0 %', covered: '50.0 %', 'rigid 1': '1.000   × 0.5',
+  });
+  const partial = figureRows({left_out: 0.25, uncovered: 0, injective: {certified: false, share: 0.5}});
+  assert.deepEqual(partial.slice(5).map(([, , value]) => value), ['not certified', '25.0 %', '0.0 %']);
+});
+
+test('binary frames have a JSON text and numbers', () => {
+  const text = new TextEncoder().encode('{"seq": 7}  '), data = new ArrayBuffer(4 + text.length + 8);
+  new DataView(data).setUint32(0, text.length, true);
+  new Uint8Array(data, 4, text.length).set(text);
+  new Float32Array(data, 4 + text.length).set([0.5, -2]);
+  assert.deepEqual(readFrame(data), {head: {seq: 7}, floats: new Float32Array([0.5, -2])});
+});
+
+test('the format is what the name of the file ends in', () => {
+  const formats = ['', '.png', '.tif', '.stmap.exr'];
+  assert.equal(formatOf('A.PNG', formats), '.png');
+  assert.equal(formatOf('map.stmap.exr', formats), '.stmap.exr');
+  assert.equal(formatOf('map.exr', formats), '');
+});
+
+test('the first pins, and the first strokes, have hues that differ', () => {
+  const hues = Array.from({length: 8}, (_, k) => pinHue(k));
+  for (const a of hues) for (const b of hues) assert.ok(a === b || Math.abs(a - b) > 15);
+  assert.notEqual(pinHue(0), strokeHue(0));
+});
