@@ -32,15 +32,16 @@ def kept(document: Document, element: Element, tag: str, *, named: bool) -> dict
     if not named:
         rest.pop("id", None)
     sheet = document.sheet
-    before, after = (sheet.style(element), sheet.simple_style(tag, rest)) if sheet else ({}, {})
-    style = {k: v for k, v in before.items() if after.get(k) != v}
-    style |= {k: own.get(k, "inherit") for k in after if k not in before}
-    style |= css.declarations(rest.pop("style", ""))
-    style = {k: v for k, v in style.items() if k not in _PLACED}
+    nothing = css.Style()
+    before, after = (sheet.style(element), sheet.simple_style(tag, rest)) if sheet else (nothing, nothing)
+    style = before.only(k for k, v in before.items() if after.get(k) != v)
+    style.add({k: own.get(k, "inherit") for k in after if k not in before})
+    style.add(css.declarations(rest.pop("style", "")))
+    style = style.only(k for k in style if k not in _PLACED)
     if "transform" in after:
-        style["transform"] = "none"
+        style.add(css.Style({"transform": "none"}, after.important.intersection(["transform"])))
     rest |= {k: v for k, v in element.attrib.items() if k in _NAMED}
-    return rest | ({"style": _written(style)} if style else {})
+    return rest | ({"style": style.text()} if style else {})
 
 
 def settled(document: Document) -> Document:
@@ -50,13 +51,9 @@ def settled(document: Document) -> Document:
         return document
     said = [(e, sheet.style(e), sheet.simple_style(local(e), e.attrib)) for e in document.top.iter()]
     for element, before, after in said:
-        if style := {k: v for k, v in before.items() if after.get(k) != v}:
-            element.set("style", _written(style | css.declarations(element.get("style", ""))))
+        if style := before.only(k for k, v in before.items() if after.get(k) != v):
+            element.set("style", style.add(css.declarations(element.get("style", ""))).text())
         if local(element) == "style":
             element.text = sheet.without_contextual("".join(element.itertext()))
             element[:] = []
     return Document(document.top)
-
-
-def _written(style: dict[str, str]) -> str:
-    return ";".join(f"{k}:{v}" for k, v in style.items())

@@ -145,10 +145,21 @@ class MappedDocument:
 
     def finish(self) -> None:
         """Add the definitions in use, after the map has carried the shapes and pictures."""
+        self._share_pictures()
         self.definitions.collect(self.out)
         if len(self.definitions.out):
             self.out.insert(0, self.definitions.out)
         self.notes["reference to another file, left out"] += confine(self.out)
+
+    def _share_pictures(self) -> None:
+        """Hold each picture that is kept as it is, and shown more than once, once."""
+        kept = [(out, out[0]) for out in (picture.out for picture in self.pictures) if len(out) == 1]
+        uses = Counter(image.get("href") for _, image in kept)
+        for out, image in kept:
+            if uses[image.get("href")] > 1 and (transform := image.attrib.pop("transform", "")):
+                held = self.definitions.picture(image.attrib)
+                link = {tree.LINKS[1]: f"#{held.get('id')}", "transform": transform}
+                out[0] = Element(f"{SVG}use", link)
 
     def _children(self, node: Node, parent: Element) -> None:
         for child in self.document.children(node):
@@ -196,6 +207,7 @@ class MappedDocument:
         if any(name.startswith((reader.PIN, reader.STROKE)) for name in node.names):
             return
         runs = runs_of(node)
+        self.notes["shape whose path data or points are malformed, drawn up to there"] += bool(node.faults)
         if not runs or not scale(node.affine):
             return
         self.carried.spend(sum(len(run.pieces) for run in runs))
@@ -243,6 +255,7 @@ class MappedDocument:
             self.notes["<image> that cannot be read, left out"] += 1
             return
         content, width, height = found
+        self.carried.spend(embedded.COST)
         place = _picture_place(node, width / height, height)
         if min(place[2:]) <= 0:
             return

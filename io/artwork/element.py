@@ -10,7 +10,7 @@ import numpy as np
 from ...arrays import Complex
 from ...errors import InputError
 from .. import limits
-from ..svg import css, reader
+from ..svg import basic_shapes, css
 from ..svg.affine import Affine
 from ..svg.batches import batches
 from ..svg.curves import Bezier
@@ -121,7 +121,7 @@ def runs_of(drawn: Node) -> list[PenPath]:
         InputError: a malformed attribute, or coordinates that are too large.
     """
     out = []
-    for run in reader.pen_paths(drawn):
+    for run in basic_shapes.pen_paths(drawn):
         pieces = list(run.pieces)
         if run.closed and pieces and pieces[-1].last() != run.start:
             pieces.append(Bezier((pieces[-1].last(), run.start)))
@@ -155,9 +155,10 @@ def restyle(out: Element, style: dict[str, str]) -> None:
     """Adds declarations to an element's own, which win over attributes and style sheets."""
     for name in style:
         out.attrib.pop(name, None)
-    both = css.declarations(out.get("style", "")) | style
+    both = css.declarations(out.get("style", ""))
+    both.update(style)
     if both:
-        out.set("style", ";".join(f"{k}:{v}" for k, v in both.items()))
+        out.set("style", both.text())
 
 
 def _data(runs: Sequence[Cubics], digits: int) -> str:

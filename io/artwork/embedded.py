@@ -37,13 +37,16 @@ MAX_PIXELS = 1 << 24
 """Of one picture that is made: more than screens and most prints show of a part of a drawing."""
 MAX_ENLARGEMENT = 4
 """Pixels that are made of each of the picture's, at most."""
-LEAST_SIDE = 512
-"""Pixels on the longer side of what a small picture is made, so that the bend of the map is seen between its texels."""
+COST = 200
+"""Lines and curves that a picture counts as, among those that a drawing may have."""
+LEAST_PIXELS = 1 << 18
+"""That a picture of few pixels may get at least, so that the bend of the map is seen between its texels."""
 FINE_SHARE = 0.25
 """Of a picture may be shown with less than one pixel for each of its own; the rest has more."""
 ACROSS = 33  # points of a picture in each direction at which the map is looked at
 OUTLINE_POINTS = 128  # on each side of a picture: between them its image is straight to less than a pixel
 MARGIN_PIXELS = 2  # around what the map covers, which the smoothing of viewers reaches
+TOLERANCE_PIXELS = 5  # times the tolerance of paths: a pixel of small pictures, a thousandth of the target
 TEXEL_ERROR = 0.1  # of texture coordinates
 NEAREST = frozenset(["pixelated", "crisp-edges", "optimizeSpeed"])
 _ENCODED = re.compile(r"data:(?P<kind>[^,]*?)(?P<base64>;base64)?,", re.IGNORECASE)
@@ -88,10 +91,13 @@ class EmbeddedPicture:
             image = image_files.read_held(self.content, "embedded picture")
         except InputError as error:
             return f"{error}; left out"
-        notes = [self._resampled(region, polygon, image, alone=len(met) == 1) for region in met]
+        finest = 1 / (TOLERANCE_PIXELS * tolerance)
+        notes = [self._resampled(region, polygon, image, finest, alone=len(met) == 1) for region in met]
         return next((note for note in notes if note), "")
 
-    def _resampled(self, region: Region, polygon: shapely.Polygon, image: Image, *, alone: bool) -> str:
+    def _resampled(
+        self, region: Region, polygon: shapely.Polygon, image: Image, finest: float, *, alone: bool
+    ) -> str:
         """Add the picture as a region's map shows it."""
         visible = shapely.intersection(polygon, region.domain.polygon)
         z = _inside(visible, polygon)
@@ -102,11 +108,11 @@ class EmbeddedPicture:
         texels = to_root.inverse
         _, w, alpha, beta = region.jet(z)
         scales = np.sqrt(np.maximum(np.abs(np.abs(alpha) ** 2 - np.abs(beta) ** 2), 1e-300))
-        density = np.sqrt(abs(texels.determinant)) / np.quantile(scales, FINE_SHARE)
+        density = float(np.sqrt(abs(texels.determinant)) / np.quantile(scales, FINE_SHARE))
         _, rim, _, _ = region.jet(_outline(visible))
         box = bounding_box(np.concatenate([w, rim]))
         texel_count = width * height * min(1.0, visible.area / polygon.area)
-        canvas = _canvas(box, density, texel_count)
+        canvas = _canvas(box, max(density, finest), texel_count)
         made = _warped(region, image, texels, canvas, smooth=self.smooth, alone=alone)
         low, high = canvas.box
         place = zip(("x", "y", "width", "height"), (low.real, -high.imag, *_size(canvas.box)))
@@ -215,8 +221,7 @@ def _warped(
 def _canvas(box: Box, density: float, texels: float) -> Canvas:
     """The raster over a box with a number of pixels a unit, within what pictures may have."""
     width, height = _size(box)
-    density = max(density, LEAST_SIDE / max(width, height))
-    most = min(MAX_PIXELS, max(MAX_ENLARGEMENT * texels, LEAST_SIDE**2))
+    most = min(MAX_PIXELS, max(MAX_ENLARGEMENT * texels, LEAST_PIXELS))
     density *= min(1.0, np.sqrt(most / max(width * density * height * density, 1e-300)))
     columns, rows = (max(1, int(np.ceil(side * density))) + 2 * MARGIN_PIXELS for side in (width, height))
     middle, half = (box[0] + box[1]) / 2, complex(columns, rows) / (2 * density)

@@ -94,11 +94,20 @@ class Definitions:
         numbered = (f"mapped-{number}" for number in count(1))
         self._free = (name for name in numbered if name not in self.document.ids)
 
+        self._pictures: dict[tuple[tuple[str, str], ...], Element] = {}
+
     def new(self, tag: str, attributes: Mapping[str, str] | None = None) -> Element:
         """A new, empty definition with an id of its own."""
         made = Element(f"{SVG}{tag}", {"id": next(self._free), **(attributes or {})})
         self.out.append(made)
         return made
+
+    def picture(self, attributes: Mapping[str, str]) -> Element:
+        """A picture at the origin, the same for all that are alike."""
+        key = tuple(sorted(attributes.items()))
+        if key not in self._pictures:
+            self._pictures[key] = self.new("image", attributes)
+        return self._pictures[key]
 
     def copied(self, element: Element) -> list[Element]:
         """Copies of what is in an element.

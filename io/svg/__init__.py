@@ -4,6 +4,8 @@ reader     a drawing's outlines and drawn constraints
 document   its bytes, compressed or not, XML read safely, and the size of the drawing
 tree       what it renders: `use`, symbols, views, styles and clips resolved
 stylesheet  rules and their selectors
+basic_shapes  runs of paths, circles, rectangles and so on
+fonts_in_css  sizes of fonts, and lengths that refer to them
 lettering  a <text>, where the fonts that it asks for are found
 fonts      lines of letters as path data
 css        declarations

@@ -8,7 +8,9 @@ from functools import lru_cache
 from ...errors import InputError
 
 _FUNCTION = re.compile(r"[\s,]*+([A-Za-z]++)\s*+\(([^()]*+)\)")
-_ARGUMENT = re.compile(r"\s*+(?:,\s*+)?([+-]?(?:\d++\.?\d*+|\.\d++)(?:[eE][+-]?\d++)?)(px|deg)?")
+_ARGUMENT = re.compile(
+    r"\s*+(?:,\s*+)?([+-]?(?:\d++\.?\d*+|\.\d++)(?:[eE][+-]?\d++)?)(px|deg|rad|grad|turn)?"
+)
 _ALLOWED = {
     "matrix": (6,),
     "translate": (1, 2),
@@ -16,7 +18,9 @@ _ALLOWED = {
     "rotate": (1, 3),
     "skewX": (1,),
     "skewY": (1,),
+    **dict.fromkeys(("translateX", "translateY", "scaleX", "scaleY", "rotateZ"), (1,)),
 }
+_DEGREES = {"rad": 180 / math.pi, "grad": 0.9, "turn": 360.0}
 
 
 @dataclass(frozen=True)
@@ -83,7 +87,7 @@ def parse(text: str) -> Affine:
 def _function(name: str, text: str) -> Affine:
     values, position = [], 0
     while match := _ARGUMENT.match(text, position):
-        values.append(float(match[1]))
+        values.append(float(match[1]) * _DEGREES.get(match[2] or "", 1.0))
         position = match.end()
     if (
         text[position:].strip()
@@ -95,9 +99,14 @@ def _function(name: str, text: str) -> Affine:
         return Affine.matrix(*values)
     if name == "translate":
         return translation(*values)
+    if name in ("translateX", "translateY"):
+        return translation(*(values if name == "translateX" else [0, *values]))
+    if name in ("scaleX", "scaleY"):
+        x, y = (values[0], 1) if name == "scaleX" else (1, values[0])
+        return Affine.matrix(x, 0, 0, y, 0, 0)
     if name == "scale":
         return Affine.matrix(values[0], 0, 0, values[-1], 0, 0)
-    if name == "rotate":
+    if name in ("rotate", "rotateZ"):
         return rotation(*values)
     shear = math.tan(math.radians(values[0]))
     return Affine.matrix(1, 0, shear, 1, 0, 0) if name == "skewX" else Affine.matrix(1, shear, 0, 1, 0, 0)

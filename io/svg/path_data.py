@@ -46,21 +46,44 @@ class Subpath:
     before: int = 0
 
 
-def commands(d: str) -> Iterator[tuple[str, list[float]]]:
+def commands(d: str, faults: list[str] | None = None) -> Iterator[tuple[str, list[float]]]:
     """The commands of path data with their arguments, in order.
 
+    Args:
+        d: path data.
+        faults: where what SVG's grammar does not allow is added, with its place (a character number from 1), and the
+            commands before it are all that there are; arguments before it that are complete count.
+
     Raises:
-        InputError: anything that SVG's grammar does not allow, with the place (a character number from 1).
+        InputError: what would be added to `faults`, if there are none.
+    """
+    try:
+        yield from _commands(d, keep=faults is not None)
+    except _FaultError as error:
+        if faults is None:
+            raise InputError(str(error)) from None
+        faults.append(str(error))
+
+
+class _FaultError(Exception):
+    """What SVG's grammar does not allow."""
+
+
+def _commands(d: str, *, keep: bool) -> Iterator[tuple[str, list[float]]]:
+    """As `commands`; complete arguments of a malformed command are given first, if they are to be kept.
+
+    Raises:
+        _FaultError: at the first fault.
     """
     position, previous, tidy = _skip(d, 0), "", True
     while position < len(d):
         match = _COMMAND.match(d, position)
         if not match or match[0].upper() not in _COUNTS:
-            raise InputError(
+            raise _FaultError(
                 f"d: character {position + 1}: {d[position : position + 12]!r} is not a path command"
             )
         if not previous and match[0] not in "Mm":
-            raise InputError(f"d: character {position + 1}: path data must begin with M, not {match[0]!r}")
+            raise _FaultError(f"d: character {position + 1}: path data must begin with M, not {match[0]!r}")
         previous = match[0]
         stretch = _STRETCH[previous].match(d, match.end()) if previous in _STRETCH and tidy else None
         if stretch and not _NUMBER.match(d, stretch.end()):
@@ -70,48 +93,61 @@ def commands(d: str) -> Iterator[tuple[str, list[float]]]:
                 position = _skip(d, stretch.end())
                 continue
         tidy = tidy and not stretch  # what is wrong is found command by command
-        arguments, position = _arguments(d, match.end(), previous)
+        arguments, position, fault = _arguments(d, match.end(), previous)
+        if fault and keep and arguments:
+            yield previous, arguments
+        if fault:
+            raise _FaultError(fault)
         yield previous, arguments
 
 
-def _arguments(d: str, position: int, command: str) -> tuple[list[float], int]:
+def _arguments(d: str, position: int, command: str) -> tuple[list[float], int, str]:
+    """The arguments of a command, as far as they are complete, where they end, and what is wrong."""
     count, start = _COUNTS[command.upper()], position
     found: list[float] = []
+    fault = ""
     while True:
         flag = command in "Aa" and len(found) % 7 in (3, 4)
         match = (_FLAG if flag else _NUMBER).match(d, position) if count else None
         if not match:
             break
         if not abs(float(match[1])) <= limits.SVG_NUMBER:
-            raise InputError(f"d: character {position + 1}: the number is too large")
+            fault = f"d: character {position + 1}: the number is too large"
+            break
         found.append(float(match[1]))
         position = match.end()
     position = _skip(d, position)
-    if count and (not found or len(found) % count):
-        raise InputError(
+    if count and not fault and (not found or len(found) % count):
+        fault = (
             f"d: character {position + 1}: command {command} (character {start}) takes {count} numbers a time,"
             f" {len(found)} are given before {d[position : position + 12] or 'the end'!r}"
         )
-    return found, position
+    return found[: len(found) // count * count] if count else found, position, fault
 
 
 def _skip(d: str, position: int) -> int:
     return _SPACE.match(d, position).end()  # type: ignore[union-attr]
 
 
-def numbers(text: str) -> list[float]:
+def numbers(text: str, faults: list[str] | None = None) -> list[float]:
     """A list of numbers separated as in SVG, as in `points` and `viewBox`.
 
+    Args:
+        text: the list.
+        faults: where anything else in it is added, with its place; the numbers before it are all that there are.
+
     Raises:
-        InputError: anything else in it, with its place.
+        InputError: what would be added to `faults`, if there are none.
     """
     position = _LIST.match(text).end()  # type: ignore[union-attr]
     found = list(map(float, _BARE.findall(text, 0, position)))
-    if text[position:].strip() or not all(abs(x) <= limits.SVG_NUMBER for x in found):
-        raise InputError(
-            f"character {position + 1}: {text[position:].strip()[:12]!r} is not a number in range"
-        )
-    return found
+    large = next((k for k, x in enumerate(found) if not abs(x) <= limits.SVG_NUMBER), None)
+    if text[position:].strip() or large is not None:
+        fault = f"character {position + 1}: {text[position:].strip()[:12]!r} is not a number in range"
+        if faults is None:
+            raise InputError(fault)
+        faults.append(f"points: {fault}")
+    return found[:large]
 
 
 @dataclass(eq=False)
@@ -129,13 +165,16 @@ def least(d: str) -> int:
     return max(letters, sum(1 for _ in _BARE.finditer(d)) // 7) if len(d) > LONG else letters
 
 
-def runs(d: str, budget: Budget | None = None, *, joined: bool = False) -> list[PenPath]:
+def runs(
+    d: str, budget: Budget | None = None, *, joined: bool = False, faults: list[str] | None = None
+) -> list[PenPath]:
     """The runs of path data in its own coordinates; a run begins at every M, and after every Z.
 
     Args:
         d: path data.
         budget: what the segments count against.
         joined: whether a stretch of lines may be one piece, `Lines`.
+        faults: as for `commands`.
 
     Raises:
         InputError: as `commands`, or the budget is spent.
@@ -144,7 +183,7 @@ def runs(d: str, budget: Budget | None = None, *, joined: bool = False) -> list[
     budget.segments.check(least(d))
     found: list[PenPath] = []
     pen = _Pen()
-    for command, values in commands(d):
+    for command, values in commands(d, faults):
         kind, count = command.upper(), _COUNTS[command.upper()]
         budget.segments.spend(len(values) // count if count else 0)
         budget.runs.spend(kind == "M")

@@ -2,33 +2,31 @@
 
 import math
 from collections import Counter
-from collections.abc import Iterable
 from dataclasses import replace
 from functools import partial
-from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import shapely
 from tinycss2.color3 import parse_color
 
 from ... import deadline
-from ...arrays import Complex, complex_of
+from ...arrays import Complex
 from ...curve import polygon_of
 from ...errors import InputError, naming
 from ...plane import bounding_box, diagonal, distinct
 from .. import limits
-from . import path_data, tree
+from . import tree
+from .basic_shapes import pen_paths
 from .budget import Budget
 from .clips import Clips
 from .crossings import TooMuch
-from .curves import Bezier, Lines, thinned
+from .curves import thinned
 from .document import drawing_bytes, local
 from .drawing import Drawing
 from .fill import FilledOutline, Refused, outlines, outlines_of
 from .painted import painted_areas
-from .path_data import PenPath, Subpath, flatten, least
+from .path_data import Subpath, flatten, least
 from .strokes import silhouette, width_of
 from .tree import Node
 
@@ -97,6 +95,9 @@ def read(
             paint = partial(_paint, drawing, shown, places, Detail(flatness, Budget(max_segments)))
             drawing = replace(drawing, paint=paint)
         drawing = replace(drawing, coloured=_has_colours(shown, document))
+        drawing.notes.extend(
+            f"{drawn.name}: drawn up to {drawn.faults[0]}" for drawn in shapes if drawn.faults
+        )
         _special(drawing, document, shown, chosen, Detail(flatness, Budget(max_segments)))
         if not drawing.outlines:
             drawing.refused.extend(without_area.values())
@@ -196,15 +197,19 @@ def _candidate(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail
             drawing.refused.append((float(np.ptp(run.z.real) * np.ptp(run.z.imag)), error))
     if runs and not rings:
         return None
+    if drawn.faults and not rings:
+        drawing.refused.append((0.0, InputError(f"{drawn.name}: {drawn.faults[0]}")))
+        return None
     rule = drawn.properties.get("fill-rule", "nonzero").strip()
     try:
         found, refused = outlines(rings, rule, drawn.name, tuple(notes))
     except TooMuch as error:
         found, refused = [], [_too_much(runs, drawn, error)]
     except InputError as error:
+        reason = InputError(f"{drawn.name}: {drawn.faults[0]}") if drawn.faults else error
         if chosen is None:
-            return 0.0, error
-        found, refused = [], [(0.0, error)]
+            return 0.0, reason
+        found, refused = [], [(0.0, reason)]
     try:
         found = _shown(found, drawn, detail)
     except TooMuch as error:
@@ -381,76 +386,3 @@ def runs_of(drawn: Node, flatness: float, budget: Budget | None = None) -> list[
 def _fewer(run: Subpath, share: float) -> Subpath:
     size = diagonal(run.z)
     return Subpath(thinned(run.z, share * size, closed=run.closed), run.closed, run.z.size)
-
-
-def pen_paths(drawn: Node, budget: Budget | None = None, *, joined: bool = False) -> list[PenPath]:
-    """The runs of a shape in its own coordinates; arguments and errors as for `path_data.runs`."""
-    budget = budget or Budget()
-    if drawn.tag not in ("polyline", "polygon"):
-        return path_data.runs(_PATH[drawn.tag](drawn), budget, joined=joined)
-    with naming("points"):
-        values = path_data.numbers(drawn.properties.get("points", ""))
-    if len(values) % 2:
-        raise InputError(f"points: {len(values)} numbers; x and y of each point are needed")
-    z = complex_of(np.array(values).reshape(-1, 2))
-    budget.segments.spend(z.size)
-    pieces: list[Any] = [Lines(z)] if joined else [Bezier(ends) for ends in pairwise(z.tolist())]
-    return [PenPath(complex(z[0]), pieces, drawn.tag == "polygon")] if z.size else []
-
-
-def _line(drawn: Node) -> str:
-    return _text("M", (drawn.length(f"{axis}{end}", axis) for end in "12" for axis in "xy"))
-
-
-def _ellipse(drawn: Node) -> str:
-    if drawn.tag == "circle":
-        rx = ry = _positive(drawn, "r", "r")
-    else:
-        rx, ry = _positive(drawn, "rx", "x"), _positive(drawn, "ry", "y")
-        rx, ry = (rx if "rx" in drawn.properties else ry), (ry if "ry" in drawn.properties else rx)
-    x, y = drawn.length("cx", "x"), drawn.length("cy", "y")
-    if not rx or not ry:
-        return ""
-    halves = [_text("A", (rx, ry, 0, 0, 1, x + side * rx, y)) for side in (-1, 1)]
-    return f"{_text('M', (x + rx, y))}{halves[0]}{halves[1]}Z"
-
-
-def _rectangle(drawn: Node) -> str:
-    x, y, w, h = drawn.length("x", "x"), drawn.length("y", "y"), _positive(drawn, "width", "x"), 0.0
-    h = _positive(drawn, "height", "y")
-    if not w or not h:
-        return ""
-    given = [k for k in ("rx", "ry") if drawn.properties.get(k, "auto").strip() != "auto"]
-    radii = {k: _positive(drawn, k, k[1]) for k in given}
-    rx = min(radii.get("rx", radii.get("ry", 0.0)), w / 2)
-    ry = min(radii.get("ry", radii.get("rx", 0.0)), h / 2)
-    if not rx or not ry:
-        return _text("M", (x, y, x + w, y, x + w, y + h, x, y + h)) + "Z"
-    corners = [
-        (x + w - rx, y, x + w, y + ry),
-        (x + w, y + h - ry, x + w - rx, y + h),
-        (x + rx, y + h, x, y + h - ry),
-        (x, y + ry, x + rx, y),
-    ]
-    sides = (_text("L", c[:2]) + _text("A", (rx, ry, 0, 0, 1, *c[2:])) for c in corners)
-    return _text("M", (x + rx, y)) + "".join(sides) + "Z"
-
-
-def _positive(drawn: Node, name: str, axis: str) -> float:
-    value = drawn.length(name, axis)
-    if value < 0:
-        raise InputError(f"{name} is {value:g}; it must not be negative")
-    return value
-
-
-def _text(command: str, values: Iterable[float]) -> str:
-    return command + " ".join(repr(float(v)) if v not in (0, 1) else str(int(v)) for v in values)
-
-
-_PATH = {
-    "path": lambda drawn: drawn.properties.get("d", ""),
-    "line": _line,
-    "circle": _ellipse,
-    "ellipse": _ellipse,
-    "rect": _rectangle,
-}

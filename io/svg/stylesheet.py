@@ -53,7 +53,7 @@ class Stylesheet:
             "save it as plain SVG, with styles in attributes",
         )
         self._simple, self._contextual = _Matcher(self._tests), _Matcher(self._tests)
-        self._known: dict[tuple[str, str | None, str | None], tuple[list[Any], dict[str, str]]] = {}
+        self._known: dict[tuple[str, str | None, str | None], tuple[list[Any], css.Style]] = {}
         named: set[str] = set()
         for order, (tokens, style) in enumerate(_rules(text)):
             if order >= limits.SELECTORS:
@@ -72,7 +72,7 @@ class Stylesheet:
             values = (v for each in root.iter() for k, v in each.attrib.items() if k in named)
             self._contextual.cost *= 1 + max(map(len, values), default=0) // COSTLY
 
-    def style(self, element: Element) -> Mapping[str, str]:
+    def style(self, element: Element) -> css.Style:
         """What the sheet says of an element of the document.
 
         Raises:
@@ -85,11 +85,11 @@ class Stylesheet:
         self._tests.spend(len(matches))
         return _cascade(sorted(matches + more))
 
-    def simple_style(self, tag: str, attributes: Mapping[str, str]) -> Mapping[str, str]:
+    def simple_style(self, tag: str, attributes: Mapping[str, str]) -> css.Style:
         """What selectors of a tag, classes and an id say of an element, wherever it is."""
         return self._simple_matches(tag, attributes)[1]
 
-    def _simple_matches(self, tag: str, attributes: Mapping[str, str]) -> tuple[list[Any], Mapping[str, str]]:
+    def _simple_matches(self, tag: str, attributes: Mapping[str, str]) -> tuple[list[Any], css.Style]:
         name = attributes.get("id")
         key = tag, attributes.get("class"), name if name in self._simple.id_selectors else None
         if key not in self._known:
@@ -151,7 +151,7 @@ def _counting_wrapper(tests: Quota, cost: int) -> type[cssselect2.ElementWrapper
     return Wrapper
 
 
-def _rules(text: str) -> Iterator[tuple[list[Any], dict[str, str]]]:
+def _rules(text: str) -> Iterator[tuple[list[Any], css.Style]]:
     """Selectors, each as its tokens, with declarations."""
     for rule in css.parsed(tinycss2.parse_stylesheet, text):
         if rule.type == "qualified-rule":
@@ -213,9 +213,9 @@ def _is_bounded(tokens: Sequence[Any]) -> bool:
     return True
 
 
-def _cascade(matches: Sequence[Any]) -> dict[str, str]:
-    found: dict[str, str] = {}
+def _cascade(matches: Sequence[Any]) -> css.Style:
+    found = css.Style()
     for _specificity, _order, pseudo_element, style in matches:
         if pseudo_element is None:
-            found |= style
+            found.add(style)
     return found

@@ -10,9 +10,12 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from xml.etree.ElementTree import Element
 
+import numpy as np
+
 from ...errors import InputError
+from ...plane import bounding_box
 from .. import limits
-from . import affine, css, lettering
+from . import affine, basic_shapes, css, fonts_in_css, lettering
 from .affine import Affine
 from .budget import Copies
 from .document import SHAPES, canvas, length, local, root, view_box
@@ -50,6 +53,9 @@ _INHERITED = (
     *lettering.INHERITED,
 )
 IDENTITY = Affine()
+_OWN_BOXES = ("fill-box", "content-box", "stroke-box", "border-box")
+"""Values of `transform-box` for the box of the element itself; line widths are not counted in."""
+_TRANSLATED = re.compile(r"(translate[XY]?)\s*\(([^()]*)\)")
 _KEYWORDS = {"left": "0", "top": "0", "center": "50%", "right": "100%", "bottom": "100%"}
 
 
@@ -73,6 +79,7 @@ class Node:
         opacity: of it as a whole, with that of all groups that it is inside of.
         frame: of a viewport that does not overflow: its rectangle, a node outside of it.
         clips: what cuts it off, its own and those of all that it is inside of; only `Document.shapes` says so.
+        faults: what is wrong with its path data or points, which it is drawn up to; known when these are read.
     """
 
     element: Element
@@ -90,6 +97,7 @@ class Node:
     opacity: float = 1.0
     frame: "Node | None" = None
     clips: "tuple[Clip, ...]" = ()
+    faults: tuple[str, ...] = ()
 
     def length(self, name: str, axis: str, default: float = 0.0) -> float:
         """A length attribute in user units; `axis` (x, y or r) says what a percentage refers to."""
@@ -180,6 +188,7 @@ class Document:
 
             self.sheet = Stylesheet(text, top)
         self.lettering = lettering.Lettering(self.own)
+        self._root_font = fonts_in_css.MEDIUM
         self.canvas: Rectangle | None = canvas(top)
         corner, size = (self.canvas[:2], self.canvas[2:]) if self.canvas else ((0.0, 0.0), None)
         self.root = self._resolved(Node(top, "g", IDENTITY, size, corner, depth=1), {})
@@ -237,9 +246,10 @@ class Document:
         """An element's attributes and styles by name, nothing inherited."""
         own = {k: v for k, v in element.attrib.items() if k[0] != "{"}
         style = own.get("style")
-        if self.sheet:
-            own |= self.sheet.style(element)
-        return own | css.declarations(style) if style else own
+        if not self.sheet:
+            return own | css.declarations(style) if style else own
+        said = self.sheet.style(element)
+        return own | (css.Style(said, said.important).add(css.declarations(style)) if style else said)
 
     def children(self, node: Node) -> Iterator[Node]:
         """What is rendered in a node, in painting order: what a <use> refers to, the viewport of an <svg> or <symbol>,
@@ -339,14 +349,68 @@ class Document:
         node.opacity *= _share(own.get("opacity", "1"))
         kept = {k: inherited[k] for k in _INHERITED if k in inherited}
         node.properties = kept | {k: v for k, v in own.items() if v != "inherit"}
+        self._settle_fonts(node, own, inherited)
         names = node.element.get("id"), node.element.get(LABEL)
         node.names = tuple(dict.fromkeys(n for n in names if n))
         if "transform" in node.properties and node.element is not self.top:
-            node.affine = node.affine @ _transform(node)
+            node.affine = node.affine @ self._transform(node)
         if node.tag == "use":  # x and y are part of its transform, for what cuts it off, too
             x, y = (length(node.properties.get(k) or "0", node.size, k, f"<use> {k}") for k in "xy")
             node.affine = node.affine @ affine.translation(x, y)
         return node
+
+    def _settle_fonts(self, node: Node, own: Mapping[str, str], inherited: Mapping[str, str]) -> None:
+        """Give the size of the font in px, and lengths that refer to it."""
+        properties = dict(node.properties)
+        changed = fonts_in_css.shorthand(own["font"]) if "font" in own else {}
+        if changed:
+            properties |= {k: v for k, v in changed.items() if k not in own} | {"font": ""}
+            del properties["font"]
+        outer = fonts_in_css.px(inherited.get("font-size", ""))
+        if ("font-size" in own or changed) and (size := properties.get("font-size", "inherit")) != "inherit":
+            properties["font-size"] = repr(fonts_in_css.size(size, outer, self._root_font))
+        inner = fonts_in_css.px(properties.get("font-size", ""))
+        if node.element is self.top:
+            self._root_font = inner
+        for name in fonts_in_css.LENGTHS.intersection(own):
+            properties[name] = fonts_in_css.without_ems(properties[name], inner, self._root_font)
+        node.properties = properties
+
+    def _transform(self, node: Node) -> Affine:
+        """The transform of a node, about its origin, which is measured from the viewBox or from the node's own box."""
+        properties, corner, size = node.properties, node.origin, node.size
+        if own_box := properties.get("transform-box", "view-box").strip() in _OWN_BOXES:
+            corner, size = self._own_box(node)
+        text = properties["transform"]
+        if "%" in text and size:
+            text = _TRANSLATED.sub(lambda found: _without_percentages(found, size), text)
+        own = affine.parse(text)
+        if "transform-origin" not in properties and not own_box:
+            return own
+        words = [*properties.get("transform-origin", "0 0").split(), "center"][:2]
+        if words[0] in ("top", "bottom") or words[1] in ("left", "right"):
+            words.reverse()
+        words = [_KEYWORDS.get(w, w) for w in words]
+        at = [length(w, size, axis, "transform-origin") for w, axis in zip(words, "xy")]
+        at = [a + o for a, o in zip(at, corner)]
+        return affine.translation(*at) @ own @ affine.translation(-at[0], -at[1])
+
+    def _own_box(self, node: Node) -> tuple[tuple[float, float], tuple[float, float]]:
+        """The corner and the size of the box of a node, in its own units and without its transform."""
+        plain = {k: v for k, v in node.properties.items() if not k.startswith("transform")}
+        still = replace(node, affine=IDENTITY, properties=plain)
+        if still.tag == "text":
+            data = self.lettering.path_data(node.element, plain)
+            still = replace(still, tag="path", properties=plain | {"d": data or ""})
+        boxes = []
+        for shape in [still] if still.tag in SHAPES else self._shapes(still):
+            if (box := basic_shapes.box_of(shape)) is not None:
+                corners = np.array(
+                    [*box, complex(box[0].real, box[1].imag), complex(box[1].real, box[0].imag)]
+                )
+                boxes.append(shape.affine(corners))
+        low, high = bounding_box(np.concatenate(boxes)) if boxes else (0j, 0j)
+        return (low.real, low.imag), ((high - low).real, (high - low).imag)
 
     def _shapes(self, node: Node, *, pictures: bool = False) -> Iterator[Node]:
         """The shapes shown in a node, with its pictures if they are asked for."""
@@ -393,22 +457,21 @@ def _share(text: str) -> float:
     return min(1.0, max(0.0, value)) if value == value else 1.0
 
 
+def _without_percentages(translate: "re.Match[str]", size: tuple[float, float]) -> str:
+    """A translation in numbers, of which parts are percentages of a box."""
+    sides = size[::-1] if translate[1] == "translateY" else size
+    parts = [
+        repr(length(part, size, axis, "transform")) if part.endswith("%") else part
+        for part, axis in zip(re.split(r"[\s,]+", translate[2].strip()), "yx" if sides is not size else "xy")
+    ]
+    return f"{translate[1]}({','.join(parts)})"
+
+
 def _is_understood(element: Element) -> bool:
     """Whether a <switch> takes this child."""
     drawn = local(element) in _RENDERED - {"symbol"} | {"text"}
     speaks = element.get("systemLanguage", "en").partition("-")[0].strip() == "en"
     return drawn and "requiredExtensions" not in element.attrib and speaks
-
-
-def _transform(node: Node) -> Affine:
-    properties = node.properties
-    own = affine.parse(properties["transform"])
-    if "transform-origin" not in properties:
-        return own
-    words = [_KEYWORDS.get(w, w) for w in [*properties["transform-origin"].split(), "50%"][:2]]
-    at = [length(w, node.size, axis, "transform-origin") for w, axis in zip(words, "xy")]
-    at = [a + o for a, o in zip(at, node.origin)]
-    return affine.translation(*at) @ own @ affine.translation(-at[0], -at[1])
 
 
 def _viewport(node: Node) -> Node:

@@ -92,7 +92,6 @@ def test_anchors_and_places_of_parts(tmp_path):
         TEXT.format(x=9, more="", text="\u0633\u0644<tspan>\u0633</tspan>"),
         TEXT.format(x=9, more="", text='h<tspan fill="red">o</tspan>'),
         TEXT.format(x=9, more="", text='<textPath href="#p">h</textPath>'),
-        TEXT.format(x=9, more="", text="h").replace("40", "larger"),
     ],
 )
 def test_what_is_not_set_plainly_or_has_no_font_stays_text(tmp_path, body):

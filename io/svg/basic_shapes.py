@@ -1,0 +1,112 @@
+"""The runs of paths and basic shapes in their own coordinates, and the boxes of these."""
+
+from collections.abc import Iterable, Mapping
+from itertools import pairwise
+from typing import Any, Protocol
+
+import numpy as np
+
+from ...arrays import Complex, complex_of
+from ...errors import InputError
+from ...plane import bounding_box
+from . import path_data
+from .budget import Budget
+from .curves import Bezier, Lines
+from .path_data import PenPath
+
+
+class Shape(Protocol):
+    """A node of a path or basic shape."""
+
+    tag: str
+    properties: Mapping[str, str]
+    faults: tuple[str, ...]
+
+    def length(self, name: str, axis: str, default: float = 0.0) -> float:
+        """As `Node.length`."""
+
+
+def pen_paths(drawn: Shape, budget: Budget | None = None, *, joined: bool = False) -> list[PenPath]:
+    """The runs of a shape in its own coordinates; arguments and errors as for `path_data.runs`.
+
+    What is malformed in path data and lists of points ends the shape, which is drawn up to there, as SVG 2 (9.5.4) has
+    it; `faults` of the shape says what it was.
+    """
+    budget, faults = budget or Budget(), list[str]()
+    if drawn.tag in ("polyline", "polygon"):
+        values = path_data.numbers(drawn.properties.get("points", ""), faults)
+        z = complex_of(np.array(values[: len(values) // 2 * 2]).reshape(-1, 2))
+        if len(values) % 2 and not faults:
+            faults.append(f"points: {len(values)} numbers; x and y of each point are needed")
+        budget.segments.spend(z.size)
+        pieces: list[Any] = [Lines(z)] if joined else [Bezier(ends) for ends in pairwise(z.tolist())]
+        runs = [PenPath(complex(z[0]), pieces, drawn.tag == "polygon")] if z.size else []
+    else:
+        runs = path_data.runs(_PATH[drawn.tag](drawn), budget, joined=joined, faults=faults)
+    drawn.faults = tuple(faults)
+    return runs
+
+
+def box_of(drawn: Shape) -> Complex | None:
+    """Two opposite corners of the box of a shape in its own coordinates, to about a thousandth; None without any."""
+    t = np.linspace(0, 1, 33)
+    z = [piece.at(t) for run in pen_paths(drawn) for piece in run.pieces]
+    return np.array(bounding_box(np.concatenate(z))) if z else None
+
+
+def _line(drawn: Shape) -> str:
+    return _text("M", (drawn.length(f"{axis}{end}", axis) for end in "12" for axis in "xy"))
+
+
+def _ellipse(drawn: Shape) -> str:
+    if drawn.tag == "circle":
+        rx = ry = _positive(drawn, "r", "r")
+    else:
+        rx, ry = _positive(drawn, "rx", "x"), _positive(drawn, "ry", "y")
+        rx, ry = (rx if "rx" in drawn.properties else ry), (ry if "ry" in drawn.properties else rx)
+    x, y = drawn.length("cx", "x"), drawn.length("cy", "y")
+    if not rx or not ry:
+        return ""
+    halves = [_text("A", (rx, ry, 0, 0, 1, x + side * rx, y)) for side in (-1, 1)]
+    return f"{_text('M', (x + rx, y))}{halves[0]}{halves[1]}Z"
+
+
+def _rectangle(drawn: Shape) -> str:
+    x, y, w, h = drawn.length("x", "x"), drawn.length("y", "y"), _positive(drawn, "width", "x"), 0.0
+    h = _positive(drawn, "height", "y")
+    if not w or not h:
+        return ""
+    given = [k for k in ("rx", "ry") if drawn.properties.get(k, "auto").strip() != "auto"]
+    radii = {k: _positive(drawn, k, k[1]) for k in given}
+    rx = min(radii.get("rx", radii.get("ry", 0.0)), w / 2)
+    ry = min(radii.get("ry", radii.get("rx", 0.0)), h / 2)
+    if not rx or not ry:
+        return _text("M", (x, y, x + w, y, x + w, y + h, x, y + h)) + "Z"
+    corners = [
+        (x + w - rx, y, x + w, y + ry),
+        (x + w, y + h - ry, x + w - rx, y + h),
+        (x + rx, y + h, x, y + h - ry),
+        (x, y + ry, x + rx, y),
+    ]
+    sides = (_text("L", c[:2]) + _text("A", (rx, ry, 0, 0, 1, *c[2:])) for c in corners)
+    return _text("M", (x + rx, y)) + "".join(sides) + "Z"
+
+
+def _positive(drawn: Shape, name: str, axis: str) -> float:
+    value = drawn.length(name, axis)
+    if value < 0:
+        raise InputError(f"{name} is {value:g}; it must not be negative")
+    return value
+
+
+def _text(command: str, values: Iterable[float]) -> str:
+    return command + " ".join(repr(float(v)) if v not in (0, 1) else str(int(v)) for v in values)
+
+
+_PATH = {
+    "path": lambda drawn: drawn.properties.get("d", ""),
+    "line": _line,
+    "circle": _ellipse,
+    "ellipse": _ellipse,
+    "rect": _rectangle,
+}

@@ -1,0 +1,79 @@
+"""Sizes of fonts as CSS writes them, lengths that refer to them, and the shorthand `font`."""
+
+import re
+
+from .document import length
+
+MEDIUM = 16.0  # px
+LENGTHS = frozenset([
+    *("x", "y", "width", "height", "cx", "cy", "r", "rx", "ry", "x1", "y1", "x2", "y2", "dx", "dy"),
+    *("stroke-width", "stroke-dasharray", "stroke-dashoffset", "letter-spacing", "word-spacing"),
+    *("textLength", "startOffset", "baseline-shift"),
+])  # fmt: skip
+"""Properties whose values are lengths."""
+_SIZES = {
+    "xx-small": 9 / 16,
+    "x-small": 10 / 16,
+    "small": 13 / 16,
+    "medium": 1.0,
+    "large": 18 / 16,
+    "x-large": 1.5,
+    "xx-large": 2.0,
+    "xxx-large": 3.0,
+}
+_RATIOS = {"smaller": 1 / 1.2, "larger": 1.2}
+_EX = 0.5  # of an em: the height of an x, and about the width of a zero
+_EM = re.compile(
+    r"(?<![\w.#-])([+-]?(?:\d++\.?\d*+|\.\d++)(?:[eE][+-]?\d++)?)(em|rem|ex|ch)\b", re.IGNORECASE
+)
+_SIZE = r"(?:\d++\.?\d*+|\.\d++)(?:%|px|pt|pc|mm|cm|in|em|rem|ex|ch)|" + "|".join([*_SIZES, *_RATIOS])
+_SHORTHAND = re.compile(
+    rf"(?P<before>(?:[\w-]+\s+)*?)(?P<size>{_SIZE})(?:\s*/\s*[\w.%]+)?\s+(?P<family>[^\s/].*)", re.DOTALL
+)
+_STYLES = {"italic", "oblique"}
+_WEIGHTS = {"bold", "bolder", "lighter", *(str(100 * k) for k in range(1, 10))}
+_OTHERS = {"normal", "small-caps"}
+
+
+def px(text: str) -> float:
+    """A size that is in px already; the initial one where there is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return MEDIUM
+
+
+def size(text: str, outer: float, root: float) -> float:
+    """The size of a font in px, from a value of `font-size`, where that around it and of the root are known.
+
+    Raises:
+        InputError: it is not one.
+    """
+    word = text.strip().lower()
+    if word in _SIZES:
+        return MEDIUM * _SIZES[word]
+    if word in _RATIOS:
+        return outer * _RATIOS[word]
+    return length(without_ems(word, outer, root), (outer, outer), "y", "font-size")
+
+
+def without_ems(text: str, font: float, root: float) -> str:
+    """Lengths without those that refer to a font, whose size is known, and to that of the root."""
+    if not _EM.search(text):
+        return text
+    units = {"em": font, "rem": root, "ex": _EX * font, "ch": _EX * font}
+    return _EM.sub(lambda found: repr(float(found[1]) * units[found[2].lower()]), text)
+
+
+def shorthand(text: str) -> dict[str, str]:
+    """The properties that a value of `font` stands for; none where it is not one that is read."""
+    found = _SHORTHAND.fullmatch(text.strip())
+    words = found["before"].split() if found else []
+    if not found or not set(words) <= _STYLES | _WEIGHTS | _OTHERS:
+        return {}
+    return {
+        "font-style": next((word for word in words if word in _STYLES), "normal"),
+        "font-weight": next((word for word in words if word in _WEIGHTS), "normal"),
+        "font-size": found["size"],
+        "font-family": found["family"],
+    }
