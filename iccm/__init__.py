@@ -11,6 +11,7 @@ solve             `fit` and `deform`: which method solves a problem
 texture_transfer  `transfer`, `warp` and STMaps: arrays in, arrays out
 given             shapes as people have them: arrays, polygons, paths, contours
 capabilities      which method takes which constraint, on which kinds of shapes
+pins              pins, soft and exact
 problem           the domains and constraints of a solve, checked
 options           its options, with their ranges
 result            `Fit`: the map, how the solver ended, figures that judge it
@@ -61,6 +62,7 @@ if TYPE_CHECKING:
     from .io.read import read_shape as read_shape
     from .maps.harmonic import HarmonicMap as HarmonicMap
     from .maps.triangulated.map import TriangulatedMap as TriangulatedMap
+    from .pins import Pin as Pin
     from .pixels.checkerboard import checkerboard as checkerboard
     from .progress import Progress as Progress
     from .result import Fit as Fit
@@ -94,6 +96,7 @@ _HOME = {
     "flatten": "flattening.of_arrays",
     "from_stmap": "texture_transfer",
     "load": "result",
+    "Pin": "pins",
     "Progress": "progress",
     "morph": "flattening.interpolation",
     "read_image": "io.read",

@@ -47,6 +47,7 @@ FIELD = Capability(
     elsewhere="is for the balanced method, between outlines of the plane",
     partial=False,
 )
+PIN_SETTINGS = "radius, tolerance, turn and scale of a pin"
 ONE_SIDE = "regions of one side are kept; leave one of the two out"
 BETWEEN_SURFACES = "regions are not kept between two surfaces; give pins"
 PINS_INSTEAD = "goes without strokes on surfaces; give pins"
@@ -77,6 +78,12 @@ CAPABILITIES: dict[str, Capability] = {
         partial=False,
         without=dict.fromkeys(("importance", "size_map"), "goes without importance and size_map"),
         without_on_surfaces={"strokes": PINS_INSTEAD},
+    ),
+    PIN_SETTINGS: Capability(
+        BALANCED,
+        "are for the balanced method",
+        kinds=("plane",),
+        elsewhere="are for pins of the plane; pins on meshes are exact",
     ),
     "importance": FIELD,
     "size_map": FIELD,

@@ -22,6 +22,7 @@ from .drawings.drawing import Drawing
 from .drawings.frame import close_hairlines
 from .errors import InputError
 from .meshes.flatten import Flattening
+from .pins import Pin, Softness
 
 
 @dataclass(frozen=True)
@@ -89,6 +90,27 @@ def as_points_of(points: Any, name: str, axes: str = "xy", columns: int = 0) -> 
     if axes == "xy" or given.shape[-1:] != (2,) or given.ndim != 2 + bool(columns):
         return as_complex(given, name, columns)
     return complex_in(given, axes)
+
+
+def pins_of(pins: Any, axes: str = "xy") -> tuple[Any, Softness | None]:
+    """The pins as complex points (k, 2), and how they hold what is around them; None where nothing is said of that.
+
+    Args:
+        pins: pairs of points as `iccm.fit` takes them, or a sequence with `Pin` among them.
+        axes: what pairs mean.
+    """
+    if pins is None:
+        return None, None
+    if not isinstance(pins, Sequence) or not any(isinstance(pin, Pin) for pin in pins):
+        return as_points_of(pins, "pins", axes, 2), None
+    listed = [pin if isinstance(pin, Pin) else Pin(*pin) for pin in pins]
+    points = np.empty((len(listed), 2), np.complex128)
+    for k, pin in enumerate(listed):
+        for side, point in enumerate((pin.source, pin.target)):
+            points[k, side] = (
+                point if np.iscomplexobj(point) else as_points_of([point], f"pin {k + 1}", axes)[0]
+            )
+    return points, Softness.of(listed)
 
 
 def _vertices(ring: Any) -> Real:

@@ -44,6 +44,7 @@ BALANCED_ONLY = (
     "max_dilatation",
     "max_stretch",
     "rigid_size",
+    "exact_pins",
     "terms",
 )
 """Options of the balanced method."""
@@ -64,6 +65,7 @@ class OptionValues(TypedDict, total=False):
     max_dilatation: float | None
     max_stretch: float | None
     rigid_size: float | Literal["free"] | None
+    exact_pins: bool
     terms: Sequence[object]
     order: int | None
     quasi: float | None
@@ -108,6 +110,8 @@ class Options:
         max_stretch: upper bound for max(s1, 1/s2), relative to the mean scale (balanced).
         rigid_size: size of rigid regions relative to the mean scale; "free" for the size that distorts the rest least;
             None for the mean scale, or as large as there is room.
+        exact_pins: whether pins are met exactly, whatever distortion that takes; otherwise those inside are soft, see
+            `iccm.Pin` (balanced, in the plane).
         terms: additional terms of the balanced energy, instances of subclasses of `iccm.balanced.Term`.
         order: 0 for the distance to closest points, 1 for the first-order distance of §3.4.
         quasi: None for a conformal map, else the weight of E_q.
@@ -142,6 +146,7 @@ class Options:
     max_dilatation: float | None = None
     max_stretch: float | None = None
     rigid_size: float | Literal["free"] | None = None
+    exact_pins: bool = False
     terms: Sequence[object] = ()
     order: int | None = None
     quasi: float | None = None

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence, Sized
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,6 +12,7 @@ from .curve import Curve, boundary_samples
 from .errors import InputError
 from .maps.fields import Field
 from .maps.harmonic import HarmonicMap
+from .pins import Softness
 from .plane import bounding_box
 
 NEAR = 1e-6  # relative to the diagonal: rounding
@@ -90,11 +91,13 @@ class Problem:
     importance: Field | None = None
     size_map: Field | None = None
     as_given: "AsGiven | None" = None
+    softness: Softness = field(default_factory=lambda: Softness.free(0))
 
     @classmethod
     def of(
         cls, source, target, pins=None, strokes=None, *, first: bool = True, holes=((), ()), partners=(),
-        reach: float = NEAR, rigid=(), rigid_target=(), importance=None, size_map=None, pins_inside: bool = False
+        reach: float = NEAR, rigid=(), rigid_target=(), importance=None, size_map=None, pins_inside: bool = False,
+        softness=None,
     ) -> "Problem":  # fmt: skip
         """Check and normalise what the user gave (see `iccm.fit`).
 
@@ -141,6 +144,7 @@ class Problem:
             importance=importance_field,
             size_map=size_field,
             as_given=kept_as_given,
+            softness=Softness.free(len(pins)) if softness is None else softness,
         )
 
     def mirrored(self) -> "Problem":

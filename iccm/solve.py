@@ -19,11 +19,12 @@ from .curve import ROUNDED, Curve, polygon_of
 from .deadline import TimeUp
 from .drawings.drawing import Drawing
 from .errors import InputError
-from .given import Outlines, as_points_of, drawing_of, flattening_of, outlines_of
+from .given import Outlines, as_points_of, drawing_of, flattening_of, outlines_of, pins_of
 from .maps.regions import Region, mean_scale
 from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
 from .options import Options, OptionValues
+from .pins import Pin, Softness
 from .problem import NEAR, ON_OUTLINE, Problem, as_domain, as_pins, as_strokes
 from .progress import Progress, listening
 from .result import Fit, Status
@@ -74,7 +75,7 @@ def fit(
     source: Outline,
     target: Outline,
     *,
-    pins: Points | None = None,
+    pins: Points | Sequence[Pin | Points] | None = None,
     strokes: Sequence[tuple[Points, Points]] | None = None,
     source_holes: Sequence[Outline] = (),
     target_holes: Sequence[Outline] = (),
@@ -103,12 +104,14 @@ def fit(
         one drawing is then mapped onto a frame around the other. With a flattened surface, the scale is uniform on
         the surface, and figures describe the surface.
     pins
-        (k, 2) complex or (k, 2, 2) pairs: a point of the source and its image. Either both are inside, or both are on
-        the outlines.
+        Points of the source and their places in the target: (k, 2) complex or (k, 2, 2) pairs, or a list of `iccm.Pin`.
+        Either both are inside, or both are on the outlines. The balanced method draws a patch around each inner pin to
+        its place, which may miss it a little; with `exact_pins` it meets all exactly.
     strokes
         Pairs of open polylines: (p,) in the source, and (q,) in the target, onto which it is mapped. Its ends slide
         along the target, unless a pin fixes them or they are on the outlines. Strokes may divide the shapes or follow
-        both outlines. Pins and strokes are hard constraints of the balanced method, and weighted by the others.
+        both outlines. Strokes and pins on the outlines are hard constraints of the balanced method; the
+        other methods weight them.
     source_holes, target_holes
         Outlines of holes, in addition to those of polygons. The balanced method maps each onto a hole of the other
         shape. If one shape has more, the unmatched ones shrink to slits.
@@ -175,8 +178,10 @@ def fit(
     array([0.5 , 0.25])
     """
     settings = _options(fit, options)
+    points, softness = pins_of(pins, axes)
     constraints = _Constraints(
-        pins=None if pins is None else as_points_of(pins, "pins", axes, 2),
+        pins=points,
+        softness=softness,
         strokes=_strokes(strokes, axes),
         rigid=[_points(ring, f"rigid region {k + 1}", axes) for k, ring in enumerate(rigid)],
         rigid_target=[_points(ring, f"rigid region {k + 1}", axes) for k, ring in enumerate(rigid_target)],
@@ -210,6 +215,7 @@ class _Constraints:
     """What is asked of a map besides its outlines; as for `fit`, points as complex numbers."""
 
     pins: Any
+    softness: Softness | None
     strokes: Any
     rigid: Sequence[Any]
     rigid_target: Sequence[Any]
@@ -231,7 +237,7 @@ class _Constraints:
     @property
     def are_none(self) -> bool:
         """Whether nothing is asked."""
-        given = (getattr(self, each.name) for each in fields(self))
+        given = (getattr(self, each.name) for each in fields(self) if each.name != "softness")
         return all(value is None or (isinstance(value, Sized) and len(value) == 0) for value in given)
 
 
@@ -304,7 +310,7 @@ def _fit_drawings(
     ) -> Fit:
         used = sides[0].with_outline(source, source_holes), sides[1].with_outline(target, target_holes)
         own = partners if source_holes or target_holes else ()
-        asked = constraints if pinned else replace(constraints, pins=None)
+        asked = constraints if pinned else replace(constraints, pins=None, softness=None)
         return _fit_outlines(used, asked, options, own, axes, advised=advised)
 
     advised = bool(
@@ -354,6 +360,7 @@ def _fit_outlines(
         rigid_target=constraints.rigid_target,
         importance=constraints.importance,
         size_map=constraints.size_map,
+        softness=constraints.softness,
         reach=ON_OUTLINE if settings.is_balanced else NEAR,
         pins_inside=not settings.is_balanced,
     )
@@ -413,6 +420,8 @@ def _given(problem: Problem, start: TriangulatedMap | None) -> set[str]:
     """The names of the constraints that a problem has, as in `capabilities`."""
     names = ("strokes", "source_holes", "target_holes", "rigid", "rigid_target", "importance", "size_map")
     given = {name for name in names if getattr(problem, name)}
+    if (~np.isnan(problem.softness.radii)).any() or problem.softness.is_given.any():
+        given.add(capabilities.PIN_SETTINGS)
     return given if start is None else given | {"start"}
 
 
@@ -518,7 +527,7 @@ def _restored(curve: Curve, given: Curve) -> Curve:
 def deform(
     source: Outline,
     *,
-    pins: Points | None = None,
+    pins: Points | Sequence[Pin | Points] | None = None,
     strokes: Sequence[tuple[Points, Points]] | None = None,
     source_holes: Sequence[Outline] = (),
     rigid: Sequence[Outline] = (),
@@ -561,12 +570,14 @@ def deform(
     settings = _options(deform, options)
     reach = ON_OUTLINE if settings.is_balanced else NEAR
     known = outlines_of(source, "source", axes)
+    points, softness = pins_of(pins, axes)
     holes = [_points(hole, f"source hole {k + 1}", axes) for k, hole in enumerate(source_holes)]
     problem = Problem.of(
         known.outline,
         None,
-        None if pins is None else as_points_of(pins, "pins", axes, 2),
+        points,
         _strokes(strokes, axes),
+        softness=softness,
         holes=(holes or (known.holes if settings.is_balanced else ()), ()),
         reach=reach,
         rigid=[_points(ring, f"rigid region {k + 1}", axes) for k, ring in enumerate(rigid)],

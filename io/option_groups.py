@@ -45,7 +45,7 @@ TOPICS: dict[str, Topic] = {
     "constraints": Topic(
         "What must go where",
         "--pin 30,40:28,44 --pin 60,40:70,41",
-        "pin rigid rigid_target rigid_size constraints importance size_map start",
+        "pin exact_pins rigid rigid_target rigid_size constraints importance size_map start",
     ),
     "method": Topic(
         "Which map",

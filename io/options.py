@@ -529,6 +529,11 @@ class JobOptions:
         brief="A point of the source and where it goes. May be repeated.",
         words="point points landmark landmarks anchor correspondence pins handle",
     )  # fmt: skip
+    exact_pins: bool = _option(
+        "Take each pin exactly to its place, whatever distortion that costs, instead of drawing a patch around it "
+        "there.",
+        default=False, solver=True, commands=("map", "deform", "morph"), words="hard strict soft nail",
+    )  # fmt: skip
     constraints: str | None = _option(
         "Pins and strokes from a file; - for stdin.", "FILE.json", commands=MORPHED, words="strokes pins-file"
     )

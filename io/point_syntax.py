@@ -12,7 +12,9 @@ from . import limits
 
 TAGS = ("plane", "space", "vertex")  # what pydantic calls the forms of a place in the path to a mistake
 FORMS = "write x,y or [x, y], on a mesh also v5 (a vertex) or x,y,z"
-PIN = "SX,SY:TX,TY, such as 10,20:30,40"
+PIN = "SX,SY:TX,TY, such as 10,20:30,40 or 10,20:30,40,radius=6"
+PIN_SETTINGS = {"r": "radius", "radius": "radius", "tolerance": "tolerance", "turn": "turn", "scale": "scale"}
+"""What may follow a typed pin, with the name of each in constraints files."""
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _VERTEX = re.compile(r"[vV]?(\d{1,18})")
 
@@ -80,7 +82,7 @@ def _place() -> Any:
 def _pair() -> Any:
     from pydantic import BeforeValidator
 
-    return Annotated[tuple[Place, Place], BeforeValidator(_pin)]
+    return Annotated[tuple[Place, Place] | tuple[Place, Place, dict[str, float]], BeforeValidator(_pin)]
 
 
 Number = Annotated[float, Checked(_number)]
@@ -98,18 +100,42 @@ def vertex_of(place: Place) -> int | None:
 
 
 def _pin(value: Any) -> Any:
-    """`SX,SY:TX,TY` as typed, or two places, or four numbers."""
+    """`SX,SY:TX,TY` as typed, also with settings such as `,radius=6`; or two places, or four numbers."""
     if isinstance(value, str):
         sides = value.split(":")
         if len(sides) != 2:
             raise ValueError(f"{value!r} is not {PIN}")
+        words = sides[1].split(",")
+        place = [word for word in words if "=" not in word]
         try:
-            return tuple(map(read, sides))
+            places = read(sides[0]), read(",".join(place))
         except ValueError as error:
             raise ValueError(f"{error}; a pin is {PIN}") from None
+        settings = dict(_setting(word) for word in words if "=" in word)
+        return (*places, settings) if settings else places
+    if isinstance(value, list | tuple) and len(value) == 3 and isinstance(value[2], dict):
+        return (*value[:2], dict(_setting(f"{name}={number}") for name, number in value[2].items()))
     if isinstance(value, list | tuple) and len(value) == 4:
         return (value[:2], value[2:])
     return value
 
 
-Pin = Annotated[tuple[Place, Place], Checked(_pair)]
+def _setting(word: str) -> tuple[str, float]:
+    """A setting of a pin and its value."""
+    name, _, number = (part.strip() for part in word.partition("="))
+    if name not in PIN_SETTINGS:
+        known = ", ".join(dict.fromkeys(PIN_SETTINGS.values()))
+        raise ValueError(f"{word!r} is not a setting of a pin; these are {known}")
+    if not _NUMBER.fullmatch(number):
+        raise ValueError(f"{word!r}: {number!r} is not a number")
+    value, name = float(number), PIN_SETTINGS[name]
+    if abs(value) > limits.COORDINATE or (
+        name != "turn" and not (value > 0 or (name == "radius" and value == 0))
+    ):
+        raise ValueError(
+            f"{word!r} is out of range; a {name} is {'at least' if name == 'radius' else 'above'} 0"
+        )
+    return name, value
+
+
+Pin = Annotated[tuple[Place, Place] | tuple[Place, Place, dict[str, float]], Checked(_pair)]

@@ -46,6 +46,7 @@ ORDER = (
     "meshes",
     "pixels",
     "maps",
+    "pins",
     "curve linalg polygons",
     "buckets flips plane transform axes",
     "arrays native",

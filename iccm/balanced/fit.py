@@ -17,9 +17,11 @@ from ..maps.regions import SIZE_OFF, Region, Rings, mean_scale, triangles_in
 from ..maps.triangulated.map import TriangulatedMap
 from ..maps.triangulated.patches import NO_FACES, bulges
 from ..options import Options
+from ..plane import diagonal
 from ..problem import Problem
 from ..result import Fit, Status
 from . import cartogram, rings
+from .constraints.soft import NO_PATCHES, patches_of
 from .constraints.validate import check, check_free
 from .errors import NoMapError
 from .holes.given import Holes, named_partners, open_holes, unequal
@@ -116,6 +118,10 @@ def solve_once(
     fields = problem.size_map, problem.importance
     regions = problem.rigid or problem.rigid_target
     constrained = len(pins) or strokes or regions or any(fields)
+    softness = None
+    # Pins in a rigid region say how it moves, and are exact.
+    if len(pins) and not options.exact_pins and not regions:
+        softness = problem.softness.of_pins(numbers)
     if constrained or start is not None or settings.bounded:
         settings = replace(settings, fit=with_constraints(settings.fit))
     moved = moved or start is not given_start
@@ -125,7 +131,18 @@ def solve_once(
         )
     else:
         found = solved(
-            source, target, settings, pins, strokes, holes, numbers, start, problem.rigid, fields, moved=moved
+            source,
+            target,
+            settings,
+            pins,
+            strokes,
+            holes,
+            numbers,
+            start,
+            problem.rigid,
+            fields,
+            moved=moved,
+            softness=softness,
         )
     map = TriangulatedMap(found.source, found.image, found.faces, found.loops)
     linear = in_regions(map, found.rigid, of_target=found.rigid_of_target)
@@ -146,6 +163,7 @@ def solve_once(
         fit.notes.extend(stretch_notes(fit.distortion))
     if free or options.turn is not None:  # by default pins say how the picture is turned
         fit.notes.extend(rotation_notes(found.turn, settings.turn))
+    fit.notes.extend(soft_pin_notes(map, found.soft_pins))
     fit.notes.extend(bounds.bound_notes(map, settings.max_dilatation, settings.max_stretch))
     fit.notes.extend(coverage_notes(fit))
     return fit
@@ -288,8 +306,12 @@ def deform(problem: Problem, options: Options, start: TriangulatedMap | None = N
     holes, notes = open_holes(problem.source_holes, source, pins[:, 0], [here for here, _ in strokes])
     given = check_free(source, pins, strokes, holes)
     settings, said = settings_of(options), [*notes, *given.notes]
+    patches = NO_PATCHES
+    if not options.exact_pins and not problem.rigid:  # a bone that holds pins moves by what they say
+        patches = patches_of(source, None, (holes, ()), pins, problem.softness, given)
+        given = given.without(patches.points[:, 0])
     regions = regions_of(problem.rigid, source, holes, pins, strokes) if problem.rigid else NO_REGIONS
-    found = deforming.solve(source, given, settings, start, holes, regions)
+    found = deforming.solve(source, given, settings, start, holes, regions, patches)
     faces = found.faces
     if not found.simple:
         bottom = pins[0, 0] if len(pins) else strokes[0][0].z[0]
@@ -302,6 +324,7 @@ def deform(problem: Problem, options: Options, start: TriangulatedMap | None = N
     ended = Status.BOUNDS if not bounded else Status.MET if found.simple else Status.OVERLAP
     rigid = [Region.of(map, rings) for rings in regions.polygons]
     status = Status.PINS if not found.met else ended if all(bone.is_rigid for bone in rigid) else Status.BENT
+    said.extend(soft_pin_notes(map, patches.points))
     return Fit(
         map, status, found.energies, source, None, pins, strokes, said, source_holes=holes, rigid=rigid
     )
@@ -412,6 +435,18 @@ def coverage_notes(fit: Fit) -> list[str]:
             f"{fit.uncovered:.1%} of the target stays uncovered, where bays or holes of the source open{shown} (fit)."
         )
     return said
+
+
+def soft_pin_notes(map: TriangulatedMap, pins: Complex) -> list[str]:
+    """Return a sentence on how close soft pins come to their places."""
+    if not len(pins):
+        return []
+    here, there = pins.T
+    missed = float(np.abs(map(here) - there).max()) / diagonal(map.image)
+    return [
+        f"Pins are soft: they come within {missed:.2%} of the target's diagonal of their places (exact_pins takes them "
+        "there exactly)."
+    ]
 
 
 def rotation_notes(found: float, asked: float | None) -> list[str]:

@@ -14,7 +14,9 @@ from ..curve import Curve, closer_outline, hausdorff, interior_grid
 from ..errors import InputError
 from ..maps.fields import Field
 from ..maps.triangulated.map import TriangulatedMap
+from ..pins import Softness
 from . import injectivity
+from .constraints.soft import NO_PATCHES, patches_of
 from .constraints.validate import NO_PINS, UNPINNED, Pins, check, put_pins
 from .holes.filled import Cut, without_filled
 from .holes.given import NONE, Holes, hole_at, unequal
@@ -45,6 +47,7 @@ def solve(
     fields: tuple[Field | None, Field | None] = (None, None),
     *,
     moved: bool = False,
+    softness: Softness | None = None,
 ) -> Solution:
     """The balanced map of two domains.
 
@@ -60,6 +63,7 @@ def solve(
         start: an earlier map of these domains to go on from.
         rigid: polygons in the source that are to move as wholes.
         fields: how large the source's parts are to be, relative to each other, and how much distortion hurts there.
+        softness: of the pins; None where all are exact.
         moved: whether the start's outlines, or what was asked of it, were others, so that it needs a new mesh.
 
     Raises:
@@ -75,8 +79,14 @@ def solve(
         settings = replace(settings, metric=metric)
     journal = SolveLog()
     curves = frames[0].curve(source), frames[1].curve(target), holes.unit(frames)
-    if len(pins) or len(strokes) or start is not None:
-        given = check(source, target, pins, strokes, numbers)
+    given = check(source, target, pins, strokes, numbers) if len(pins) or len(strokes) else UNPINNED
+    patches = NO_PATCHES
+    if softness is not None:
+        patches = patches_of(source, target, holes.sides, pins, softness, given)
+    if len(patches.points):
+        settings = replace(settings, energy=replace(settings.energy, pins=patches.unit(frames)))
+        given = given.without(patches.points[:, 0])
+    if given.count or given.strokes or start is not None:
         journal.notes += [*unequal(holes), *given.notes]
         before = None if start is None else sketch_of(start, frames, holes_of(start, holes))
         state, met = multilevel.constrained_map(
@@ -95,10 +105,10 @@ def solve(
             journal,
             given,
         )
-        return replace(found, met=met, rigid=regions.polygons)
+        return replace(found, met=met, rigid=regions.polygons, soft_pins=patches.points)
     state, kept = multilevel.free_map(*curves, settings, journal)
     used = holes.only(kept)
-    journal.notes += unequal(used)
+    journal.notes += [*unequal(used), *given.notes]
     domains = _domains(source, target, used)
     regions = NO_REGIONS
     if rigid:
@@ -106,7 +116,7 @@ def solve(
         curves = (*curves[:2], used.unit(frames))
         state = _with_rigid(state, regions, curves, frames, UNPINNED, settings, journal)
     found = solution_of(state, *_world(state, frames), frames, domains, settings, journal)
-    return replace(found, holes=kept, rigid=regions.polygons)
+    return replace(found, holes=kept, rigid=regions.polygons, soft_pins=patches.points)
 
 
 def _with_rigid(

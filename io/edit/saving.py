@@ -187,6 +187,8 @@ def job_of(session: Session, scene: Scene, **more: Any) -> Job:
     plain = scene.fit == "auto" or (scene.constrained and scene.fit == "whole")  # as it is without the option
     if not session.deforming:
         given |= {"turn": scene.turn or None} | ({} if plain else {"fit": scene.fit})
+    if session.pins_exactly(scene):
+        given["exact_pins"] = True
     return make({**given, "balance": scene.balance, **more})
 
 

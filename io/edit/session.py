@@ -317,6 +317,7 @@ class Session:
         """The maps of all parts, as `iccm map` makes them, and their report."""
         pins, strokes = self.core(scene)
         asked: dict[str, Any] = {"balance": scene.balance, "pin": (), "constraints": None}
+        asked["exact_pins"] = self.pins_exactly(scene)
         if self.deforming and not (scene.pins or scene.strokes):
             pins = np.tile(self.source.curve.z[:1], (1, 2))  # one that stays where it is: so does everything
         elif not self.deforming:
@@ -339,6 +340,11 @@ class Session:
         report = run.fit_report
         report["notes"] = [*dict.fromkeys([*run.notes, *report["notes"]])]
         return Solved(run.fits, report)
+
+    def pins_exactly(self, scene: Scene) -> bool:
+        """Whether the map of a scene has exact pins: those that are dragged are where they are let go of."""
+        is_plane = not (self.source.is_mesh or self.target.is_mesh)
+        return bool(scene.pins) and self.job.exact and is_plane
 
     def _rigid(self, scene: Scene) -> list[Complex]:
         """The rigid regions of a scene, and those that the drawing has, in the core plane.
@@ -483,7 +489,8 @@ class Session:
             InputError: one is not inside its shape.
         """
         listed = Listed(pins=scene.pins, strokes=scene.strokes)
-        pins, strokes = constraints.pair(self.source, self.source if self.deforming else self.target, listed)
+        target = self.source if self.deforming else self.target
+        pins, strokes = constraints.pair(self.source, target, listed, exact=True)
         for side, shape in enumerate((self.source, self.target)[: 1 if self.deforming else 2]):
             check_inside(shape, "pin", list(pins[:, side]))
             for number, stroke in enumerate(strokes):
@@ -517,7 +524,7 @@ def _scene(job: Job, source: Shape, target: Shape, listed: Listed) -> Scene:
         )
         for name, (a, b) in zip(source.strokes, kept.strokes)
     ]
-    typed = [Pin(source=start, target=end) for start, end in job.pin]
+    typed = [Pin(source=start, target=end) for start, end, *_ in job.pin]
     pins += [_on_surface(pin, source, target) for pin in [*listed.all_pins, *typed]]
     strokes += [_on_surface(stroke, source, target) for stroke in listed.strokes]
     return scene_of(pins, strokes, listed.rigid, balance=job.balance, turn=job.turn or 0.0)

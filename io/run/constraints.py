@@ -16,6 +16,7 @@ from ...balanced.motion import is_reshaped
 from ...curve import Curve
 from ...errors import ConstraintError, InputError
 from ...maps.triangulated.map import TriangulatedMap
+from ...pins import Pin
 from .. import files
 from ..shapes import parts
 from .job import Job
@@ -44,15 +45,22 @@ def constrain(
     """
     from ..shapes import constraints
 
-    found = constraints.collect(source, target, listed)
+    found = constraints.collect(source, target, listed, exact=job.exact_pins)
     found.check_weights()
-    typed = [pair for start, end in job.pin for pair in constraints.pairs_at(source, target, start, end)]
+    typed: list[tuple[complex, complex]] = []
+    settings = list(found.settings)
+    for start, end, *more in job.pin:
+        pairs = constraints.pairs_at(source, target, start, end)
+        typed += pairs
+        settings += [more[0] if more else {}] * len(pairs)
     pins = np.concatenate([found.pins, np.reshape(np.array(typed, dtype=complex), (-1, 2))])
     for side, shape in enumerate((source, target) if job.target else (source,)):
         check_inside(shape, "pin", list(pins[:, side]))
         if side == 0 or job.exact:  # weighed strokes may lead out of the target
             check_inside(shape, "vertex of a stroke", [z for stroke in found.strokes for z in stroke[side].z])
     given: dict[str, Any] = {"pins": pins if len(pins) else None, "strokes": found.strokes or None}
+    if any(settings) and not job.exact_pins:
+        given["pins"] = [Pin(start, end, **more) for (start, end), more in zip(pins, settings)]
     regions = job.rigid or (listed and listed.rigid) or (not job.rigid_target and source.rigid)
     if regions:
         from ..shapes.regions import greys, read

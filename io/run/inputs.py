@@ -131,7 +131,7 @@ class Inputs(Files):
         if pair is None:
             return [], None
         more = [(pin.source, pin.target) for pin in self.listed.all_pins] if self.listed else []
-        pins = [*job.pin, *more]
+        pins = [*((start, end) for start, end, *_ in job.pin), *more]
         flat = any(vertex_of(place) is None and len(place) == 2 for pair in pins for place in pair)
         if flat or len(pins) < 2:
             return [], None

@@ -26,6 +26,10 @@ LEAST_ROOM = 2e-3
 """Of the diagonal: about a pin that turns the shape."""
 
 
+MARK_SHARE = 0.025
+"""Relative to the shape's size (the square root of its area): smaller circles only mark the place of a pin."""
+
+
 @dataclass(frozen=True, eq=False)
 class Constraints:
     """Constraints in the core plane.
@@ -36,6 +40,7 @@ class Constraints:
         strokes: open curves of the source, each with one of the target.
         stroke_weights: one positive number a stroke, relative to each other.
         names: of the pins and of the strokes, empty for those that have none.
+        settings: of each pin what is said of it beside its places: see `iccm.Pin`.
     """
 
     pins: Complex
@@ -43,6 +48,7 @@ class Constraints:
     strokes: list[tuple[Curve, Curve]]
     stroke_weights: Real
     names: tuple[list[str], list[str]]
+    settings: list[dict[str, float]]
 
     def check_weights(self) -> None:
         """Refuse weights that differ: solvers weigh all pins alike, and all strokes.
@@ -57,10 +63,13 @@ class Constraints:
                 )
 
 
-def collect(source: Shape, target: Shape, listed: Listed | None = None) -> Constraints:
+def collect(
+    source: Shape, target: Shape, listed: Listed | None = None, *, exact: bool = False
+) -> Constraints:
     """All constraints of a run: the pairs drawn in both files, then those that are listed.
 
-    With one shape as both, what is drawn in it stays where it is.
+    With one shape as both, what is drawn in it stays where it is. Pins that are `exact` turn the shape around them by
+    further pins on circles.
 
     Raises:
         InputError: a drawn name without its partner, a stroke whose points all coincide, or shapes of another size than
@@ -69,11 +78,12 @@ def collect(source: Shape, target: Shape, listed: Listed | None = None) -> Const
     if listed:
         listed.check(source, target)
     pins: list[tuple] = [
-        (source.pins[name], target.pins[name], 1.0, name) for name in _common_names(source, target, "pins")
+        (source.pins[name], target.pins[name], 1.0, name, _drawn_settings(source, name))
+        for name in _common_names(source, target, "pins")
     ]
     for pin in listed.all_pins if listed else []:
         pairs = pairs_at(source, target, pin.source, pin.target)
-        pins += [(*pair, pin.weight, pin.name) for pair in pairs]
+        pins += [(*pair, pin.weight, pin.name, pin.settings) for pair in pairs]
     strokes: list[tuple] = [
         (source.strokes[name], target.strokes[name], 1.0, name)
         for name in _common_names(source, target, "strokes")
@@ -82,8 +92,8 @@ def collect(source: Shape, target: Shape, listed: Listed | None = None) -> Const
         a, b = _curves(stroke, number, source, target)
         strokes.append((a, b, stroke.weight, stroke.name))
         if stroke.ends == "stick":
-            pins += [(a.z[end], b.z[end], stroke.weight, stroke.name) for end in (0, -1)]
-    if listed and any(pin.turn is not None for pin in listed.all_pins):
+            pins += [(a.z[end], b.z[end], stroke.weight, stroke.name, {"radius": 0.0}) for end in (0, -1)]
+    if exact and listed and any(pin.turn is not None for pin in listed.all_pins):
         pins += _around(source, target, listed.all_pins)
     return Constraints(
         np.array([pin[:2] for pin in pins], dtype=complex).reshape(-1, 2),
@@ -91,7 +101,15 @@ def collect(source: Shape, target: Shape, listed: Listed | None = None) -> Const
         [stroke[:2] for stroke in strokes],
         np.array([stroke[2] for stroke in strokes], dtype=float),
         ([pin[3] for pin in pins], [stroke[3] for stroke in strokes]),
+        [pin[4] for pin in pins],
     )
+
+
+def _drawn_settings(source: Shape, name: str) -> dict[str, float]:
+    """The radius of a drawn pin, if its circle is more than a mark."""
+    radius = source.pin_radii.get(name, 0.0)
+    is_mark = radius < MARK_SHARE * np.sqrt(abs(source.curve.area))
+    return {} if is_mark else {"radius": radius}
 
 
 def _around(source: Shape, target: Shape, listed: list[Pin]) -> list[tuple]:
@@ -116,7 +134,7 @@ def _around(source: Shape, target: Shape, listed: list[Pin]) -> list[tuple]:
             )
         around = min(TURNED * size, room / 2) * np.exp(2j * np.pi * np.arange(CIRCLE) / CIRCLE)
         goals = target.at(pin.target) + around * np.exp(1j * np.radians(pin.turn))
-        found += [(*pair, pin.weight, pin.name) for pair in zip(z[k] + around, goals)]
+        found += [(*pair, pin.weight, pin.name, {}) for pair in zip(z[k] + around, goals)]
     return found
 
 
@@ -132,14 +150,14 @@ def pairs_at(source: Shape, target: Shape, start: Place, end: Place) -> list[tup
 
 
 def pair(
-    source: Shape, target: Shape, listed: Listed | None = None
+    source: Shape, target: Shape, listed: Listed | None = None, *, exact: bool = False
 ) -> tuple[Complex, list[tuple[Curve, Curve]]]:
     """Pins (k, 2) and pairs of strokes in the core plane, for a solver that weighs them all alike.
 
     Raises:
         InputError: as `collect`, and weights that differ.
     """
-    found = collect(source, target, listed)
+    found = collect(source, target, listed, exact=exact)
     found.check_weights()
     return found.pins, found.strokes
 

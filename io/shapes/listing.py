@@ -17,9 +17,10 @@ them for each model.
 
 "files" may tell which shapes they are for, {"source": {"file": "a.svg", "size": [512, 512]}, "target": …}: those of
 another size are refused then. `name` (for messages), `weight` (relative to the other pins or strokes, 1) and `ends` are
-optional. A pin's `turn` is by how many degrees, counter-clockwise, a shape that is deformed turns there; without it is
-free. A stroke with ends "free" slides along its target; with "stick" its first and last points also are pinned to those
-of the target.
+optional. A pin may have a `radius` (of the patch that keeps its form, in the source's units; 0 is exact), a `tolerance`
+(how far it may miss, in the target's units), a `turn` (degrees, counter-clockwise) and a `scale` (relative to the mean
+scale of the map), as `iccm.Pin` has them. A stroke with ends "free" slides along its target; with "stick" its first and
+last points also are pinned to those of the target.
 
 "rigid" may list regions of the source that keep their form: "#id" of an element, the name of a mask, or polygons.
 
@@ -45,6 +46,7 @@ from .starts import StartingMap
 SAME_SIZE = 1e-3  # relative
 Size = Annotated[float, Field(gt=0, le=limits.COORDINATE, strict=True)]
 Polygon = Annotated[list[Place], Field(min_length=3)]
+Positive = Annotated[float, Field(gt=0, le=limits.COORDINATE, strict=True)]
 Weight = Annotated[float, Field(gt=0, le=1e12, strict=True)]
 
 
@@ -58,7 +60,16 @@ class Pin(_Entry):
 
     source: Place
     target: Place
+    radius: Annotated[float, Field(ge=0, le=limits.COORDINATE, strict=True)] | None = None
+    tolerance: Positive | None = None
     turn: Annotated[float, Field(ge=-360, le=360, strict=True)] | None = None
+    scale: Positive | None = None
+
+    @property
+    def settings(self) -> dict[str, float]:
+        """What is said of the pin beside its places, by name."""
+        given = {name: getattr(self, name) for name in ("radius", "tolerance", "turn", "scale")}
+        return {name: value for name, value in given.items() if value is not None}
 
 
 class Stroke(_Entry):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -46,6 +46,7 @@ class Shape:
         box: lower left and upper right corner of the canvas in the core plane.
         flip: whether the file's y axis points down.
         pins: places of pins drawn in the file, by name, core plane.
+        pin_radii: radii of the circles that these pins are drawn as, by name.
         strokes: strokes drawn in the file, by name, core plane.
         rigid: outlines of rigid regions drawn in the file, core plane.
         drawing: everything that the file paints, core plane, where the whole drawing is meant, with closed lines filled
@@ -83,6 +84,7 @@ class Shape:
     drawing: Drawn | None = None
     ink: Drawn | None = None
     outlines: tuple[FilledOutline, ...] | None = None
+    pin_radii: dict[str, float] = field(default_factory=dict)
 
     @property
     def bounds(self) -> Box:
@@ -278,6 +280,7 @@ def read(
         rigid=tuple(_core(z, drawing.flip) for z in drawing.rigid),
         coloured=drawing.coloured,
         trace=trace,
+        pin_radii=drawing.pin_radii,
         **_holes(drawing, outline),
     )
 
@@ -305,6 +308,7 @@ def _whole(drawing: Drawing, text: str, spec: Spec, notes: list[str], trace: str
         tuple(dict.fromkeys(notes)),
         names=drawing.outlines[0].names,
         rigid=tuple(_core(z, drawing.flip) for z in drawing.rigid),
+        pin_radii=drawing.pin_radii,
         drawing=whole,
         ink=ink,
         coloured=drawing.coloured,

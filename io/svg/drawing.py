@@ -25,6 +25,7 @@ class Drawing:
         rectangle: x, y, width and height of the canvas, None where the file has none.
         flip: whether the file's y axis points down.
         pins: places of pins by name.
+        pin_radii: radii of the circles that pins are drawn as, by name.
         strokes: polylines of strokes by name.
         rigid: outlines of rigid regions.
         notes: what was left out or changed on the way.
@@ -38,6 +39,7 @@ class Drawing:
     rectangle: Rectangle | None
     flip: bool
     pins: dict[str, complex] = field(default_factory=dict)
+    pin_radii: dict[str, float] = field(default_factory=dict)
     strokes: dict[str, Complex] = field(default_factory=dict)
     rigid: list[Complex] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)

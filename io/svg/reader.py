@@ -330,7 +330,7 @@ def _constraint(drawn: Node, drawing: Drawing, detail: Detail) -> bool:
     if name in known:
         raise InputError(f"a second {name!r}; names of pins and strokes must differ")
     if name.startswith(PIN):
-        drawing.pins[name] = _centre(drawn)
+        drawing.pins[name], drawing.pin_radii[name] = _circle(drawn)
         return True
     runs = detail.runs(drawn)
     if len(runs) != 1:
@@ -359,10 +359,16 @@ def _rigid(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail) ->
     return True
 
 
-def _centre(drawn: Node) -> complex:
+def _circle(drawn: Node) -> tuple[complex, float]:
+    """The centre of a pin, and the radius of a circle with its area."""
     if drawn.tag not in ("circle", "ellipse"):
         raise InputError("a pin is the centre of a circle or an ellipse; draw one")
-    return drawn.affine(complex(drawn.length("cx", "x"), drawn.length("cy", "y")))
+    centre = drawn.affine(complex(drawn.length("cx", "x"), drawn.length("cy", "y")))
+    sides = ("r", ""), ("r", "")
+    if drawn.tag == "ellipse":
+        sides = ("rx", "x"), ("ry", "y")
+    first, second = (drawn.length(name, axis) for name, axis in sides)
+    return centre, math.sqrt(abs(first * second * drawn.affine.determinant))
 
 
 def runs_of(drawn: Node, flatness: float, budget: Budget | None = None) -> list[Subpath]:

@@ -209,7 +209,7 @@ def test_artwork_is_carried_as_paths(shapes, iccm):
 
 
 def test_deform_moves_pins_and_keeps_the_rest_near(shapes, iccm):
-    pins = ("--pin", "30,50:30,50", "--pin", "70,50:70,45", "--pin", "50,70:50,70")
+    pins = ("--exact-pins", "--pin", "30,50:30,50", "--pin", "70,50:70,45", "--pin", "50,70:50,70")
     typed = iccm("deform", "disk.svg", *pins, "--report", "r.json", "-o", "d.png", "--size", "40")
     assert typed.code == 0 and " · no folds · " in typed.err
     report = json.loads((shapes / "r.json").read_text())
@@ -223,7 +223,17 @@ def test_what_overlaps_is_told_and_refused_where_that_is_asked_for(shapes, iccm)
     (shapes / "bar.svg").write_text(
         '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 90 40"><path d="M5 15H85V25H5Z"/></svg>'
     )
-    pins = ("--pin", "7,20:55,20", "--pin", "45,20:45,35", "--pin", "83,20:35,20", "--pin", "65,20:60,30")
+    pins = (
+        "--exact-pins",
+        "--pin",
+        "7,20:55,20",
+        "--pin",
+        "45,20:45,35",
+        "--pin",
+        "83,20:35,20",
+        "--pin",
+        "65,20:60,30",
+    )
     typed = iccm("deform", "bar.svg", *pins, "--report", "r.json")
     report = json.loads((shapes / "r.json").read_text())
     assert typed.code == 0 and report["status"] == "overlap" and "overlaps itself" in typed.err

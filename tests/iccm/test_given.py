@@ -109,7 +109,7 @@ def test_axes_turn_pairs_and_polygons_upright(plain, axes):
 def test_pins_strokes_and_regions_are_in_the_same_axes():
     pin = (INSIDE[0], GOAL.mean(axis=0))
     stroke = (INSIDE[1:2] + np.array([[0, 0], [0.5, 0.25]]), np.array([[7.0, 3.0], [7.5, 3.5]]))
-    up = iccm.fit(FLAG, GOAL, pins=[pin], strokes=[stroke])
+    up = iccm.fit(FLAG, GOAL, exact_pins=True, pins=[pin], strokes=[stroke])
 
     def given(pairs):
         return pairs_in(complex_in(pairs, "xy"), "image")
@@ -117,6 +117,7 @@ def test_pins_strokes_and_regions_are_in_the_same_axes():
     fit = iccm.fit(
         given(FLAG),
         given(GOAL),
+        exact_pins=True,
         pins=[[given(p) for p in pin]],
         strokes=[[given(s) for s in stroke]],
         axes="image",

@@ -21,6 +21,7 @@ GIVEN |= {
     "max_uncovered": 0.5,
     "effort": 3,
     "rigid_size": 1.2,
+    "exact_pins": True,
     "terms": [object()],
 }
 CONFORMAL = {

@@ -59,3 +59,14 @@ def test_a_place_on_a_mesh_where_there_is_none(shapes, iccm, pin):
 def test_a_place_may_name_a_vertex_by_its_number():
     assert point_syntax.vertex_of("v5") == 5 and point_syntax.vertex_of("v0") == 0
     assert point_syntax.vertex_of((1.0, -2.5)) is None
+
+
+def test_a_pin_may_have_settings():
+    pins = TypeAdapter(point_syntax.Pin)
+    expected = ((10.0, 20.0), (30.0, 40.5), {"radius": 6.0, "turn": -20.0, "tolerance": 1.5})
+    assert pins.validate_python("10,20:30,40.5,r=6,turn=-20,tolerance=1.5") == expected
+    assert pins.validate_python([[10, 20], [30, 40.5], {"radius": 6, "turn": -20, "tolerance": 1.5}]) == expected
+    assert pins.validate_python("v5:30,40,scale=2") == ("v5", (30.0, 40.0), {"scale": 2.0})
+    for wrong in ("10,20:30,40,size=6", "10,20:30,40,r=x", "10,20:30,40,r=-1", "10,20,r=6:30,40", "10,20:30,40,scale=0"):
+        with pytest.raises(ValidationError):
+            pins.validate_python(wrong)

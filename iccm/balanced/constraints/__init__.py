@@ -1,5 +1,6 @@
-"""Pins and strokes that a map meets exactly.
+"""Pins and strokes.
 
+soft               soft pins, with radii and tolerances chosen
 validate           pins and strokes as given, checked
 boundary_strokes   strokes that touch the outlines
 strokes            strokes as chains of mesh vertices

@@ -1,7 +1,7 @@
 """Pins as the user gave them, checked: those on the outline tie the outlines together, the others are inside."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
@@ -59,6 +59,10 @@ class Pins:
             for stroke in self.strokes
         )
         return Pins(inner, outer, strokes, self.notes)
+
+    def without(self, sources: Complex) -> "Pins":
+        """The same without inner pins at points (k,) of the source."""
+        return replace(self, inner=self.inner[~np.isin(self.inner[:, 0], sources)])
 
     def inverse(self) -> "Pins":
         """Those of the inverse map."""

@@ -14,9 +14,11 @@ from ..meshing.mesh import Sizes, triangulate
 from ..model.boundary import FreeBoundary
 from ..model.boundary_mesh import kept_by, regions_of
 from ..model.boundary_pairs import Match, subdivide
-from ..model.discrete_map import DiscreteMap
+from ..model.discrete_map import DiscreteMap, folds
 from ..model.energy import Energy
+from ..model.mesh_sizes import finer_at_pins
 from ..search.levels import subdivide_rings
+from ..search.rounding import on_grid
 
 SPACING = 0.75  # of the outline's vertices, in mesh sizes
 
@@ -45,19 +47,48 @@ def mesh_of(
     """
     drawn = drawn or [stroke.even for stroke in pins.strokes]
     kept = inside(pins.strokes, drawn, SPACING * size, pins.inner)
-    outer, *holes = (space_out(each, min(SPACING * size, each.length / FEWEST), kept.z) for each in outlines)
+    spaced = [_spaced(each, min(SPACING * size, each.length / FEWEST), kept.z) for each in outlines]
+    # The triangles are those of outlines on a coarse grid, so that noise far below it does not choose them.
+    outer, *holes = [on_grid for on_grid, _ in spaced]
     bones = subdivide_rings(regions, SPACING * size)
     points, around = kept_by(bones, kept.z)
     links = np.append(kept.links, np.where(around < 0, -1, kept.z.size + around))
     points = np.append(kept.z, points)
-    z, faces = triangulate(outer, Sizes.even(0.5 * size**2), points, links, holes, kept.rays(outer))
-    border = np.concatenate([outer, *holes])
+    z, faces = triangulate(outer, sizes_at_pins(outer, size, energy), points, links, holes, kept.rays(outer))
+    border = np.concatenate([given for _, given in spaced])
+    restored = np.append(border, z[border.size :])
+    if folds(faces, restored):
+        border = z[: border.size]
+    else:
+        z = restored
     pinned = np.abs(pins.outer[:, :1] - border).argmin(axis=1) if len(pins.outer) else np.empty(0, np.int64)
     boundary = FreeBoundary((outer.size, *(hole.size for hole in holes)), pinned, pins.outer[:, 1])
     pattern = system_of(faces, np.append(boundary.following, boundary.size + kept.following), z.size)
     rigid = regions_of(z[faces].mean(axis=1), bones) if bones else None
     state = DiscreteMap(faces, pattern, z, z.copy(), boundary, inside=kept, bound=True, rigid=rigid)
     return state.with_energy(energy)
+
+
+def sizes_at_pins(outline: Complex, size: float, energy: Energy) -> Sizes:
+    """The size limits for triangles of size h, smaller around soft pins."""
+    sizes = Sizes.even(0.5 * size**2)
+    if energy.pins is None:
+        return sizes
+    return finer_at_pins(sizes, outline, energy.pins.source, energy.pins.radii)
+
+
+def _spaced(outline: Curve, spacing: float, points: Complex) -> tuple[Complex, Complex]:
+    """The vertices of an outline on the grid, see `space_out`, and those at the same places of the given outline."""
+    z = on_grid(outline.z)
+    rounded = Curve(z)
+    if (rounded.lengths == 0).any() or not rounded.polygon.is_valid:
+        given = space_out(outline, spacing, points)
+        return given, given
+    vertices = space_out(rounded, spacing, points)
+    s = rounded.closest(vertices)
+    edge = np.clip(np.searchsorted(rounded.knots, s, side="right") - 1, 0, rounded.lengths.size - 1)
+    share = (s - rounded.knots[edge]) / rounded.lengths[edge]
+    return vertices, outline.at(outline.knots[edge] + share * outline.lengths[edge])
 
 
 def space_out(outline: Curve, spacing: float, points: Complex) -> Complex:

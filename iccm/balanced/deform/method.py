@@ -15,6 +15,7 @@ from ...curve import Curve
 from ...maps.triangulated.map import TriangulatedMap
 from ...maps.triangulated.simple import fault
 from .. import injectivity
+from ..constraints.soft import NO_PATCHES, PinnedPatches
 from ..constraints.validate import Pins, put_pins, with_points
 from ..errors import NoMapError, Stuck
 from ..holes.outlines import manageable_holes
@@ -79,6 +80,7 @@ def solve(
     start: TriangulatedMap | None = None,
     holes: Sequence[Curve] = (),
     regions: Regions = NO_REGIONS,
+    patches: PinnedPatches = NO_PATCHES,
 ) -> Deformation:
     """The deformation of a domain by pins and strokes, from an earlier one on if there is one.
 
@@ -88,6 +90,7 @@ def solve(
         settings: what is asked of the map.
         start: an earlier deformation.
         holes: outlines of its holes, clockwise.
+        patches: those of the pins that are soft; the others are exact.
         regions: bones: rigid regions, which may turn; where one has two pins these say how, and its size.
 
     Raises:
@@ -96,6 +99,8 @@ def solve(
     """
     frame = UnitFrame.of(source, holes)
     given = pins.unit((frame, frame))
+    if len(patches.points):
+        settings = replace(settings, energy=replace(settings.energy, pins=patches.unit((frame, frame))))
     outlines = _outlines([frame.curve(each) for each in (source, *holes)], given.outer[:, 0], settings)
     try:
         bones = Regions(tuple(tuple(map(frame.unit_ring, rings)) for rings in regions.polygons))
@@ -183,6 +188,9 @@ def start_from(state: DiscreteMap, start: Start) -> DiscreteMap:
 def rigid_motion(state: DiscreteMap) -> DiscreteMap:
     """The shape turned and shifted, as a whole, so that what is constrained fits best."""
     here, there = state.z[state.aimed], state.goals
+    if state.energy.pins is not None:
+        here = np.append(here, state.energy.pins.source)
+        there = np.append(there, state.energy.pins.target)
     turn = np.vdot(here - here.mean(), there - there.mean())
     turn = turn / abs(turn) if abs(turn) > UNTURNED * np.sum(np.abs(here - here.mean()) ** 2) else 1.0
     return replace(state, u=there.mean() + turn * (state.z - here.mean()))

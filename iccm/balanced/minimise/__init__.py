@@ -4,6 +4,7 @@ energy     the density, its gradient and its projected Hessian, triangle by tria
 in_space   the energy of a map onto a surface in space
 sliding    constrained vertices: held, or sliding along a curve that has an energy of its own
 upright    what a map costs more because it rotates the picture
+soft_pins  patches of soft pins, as terms of the energy
 terms      further terms of the energy, written in NumPy
 newton     projected Newton with a line search that never folds a triangle
 untangle   a first map without folds

@@ -21,7 +21,8 @@ from ..minimise import newton
 from ..minimise.energy import NO_AIMS, NO_SLOTS, RestShapes, geometry
 from ..minimise.in_space import Ground, SurfaceMap, separate
 from ..minimise.sliding import HELD, SLIDING, Border, Constraints, Rails, border_energy
-from ..minimise.terms import NO_TERMS, TermsOnMesh
+from ..minimise.soft_pins import CORE_MARGIN
+from ..minimise.terms import NO_TERMS, TermOnMesh, TermsOnMesh
 from ..minimise.unfold import BARE, unfold
 from ..minimise.untangle import STEPS, springs, untangle
 from ..minimise.upright import ANY_ROTATION
@@ -92,6 +93,7 @@ class DiscreteMap:
     aims: Complex = field(default_factory=lambda: NO_AIMS)
     stiffness: float = 1.0
     flat: Complex | None = None
+    cores: tuple[Index, ...] = ()
 
     @property
     def settled(self) -> bool:
@@ -177,12 +179,26 @@ class DiscreteMap:
     def with_pattern(self) -> "DiscreteMap":
         """With the pattern of its triangles, which are new, and of the energy's terms."""
         stencils = self.energy.stencils(self.faces)
+        stencils = [*stencils, *(core[None] for core in self.cores)]
         return replace(self, pattern=system_of(self.faces, self.following, self.z.size, stencils))
+
+    def with_cores(self) -> "DiscreteMap":
+        """With places in the pattern for the vertices at the cores of soft pins, which change as vertices move."""
+        pins = self.energy.pins
+        if pins is None:
+            return self
+        needed = pins.cores(self.z, self.u, self.material)
+        if self.cores and all(np.isin(core, known).all() for core, known in zip(needed, self.cores)):
+            return self
+        cores = tuple(pins.cores(self.z, self.u, self.material, CORE_MARGIN))
+        return replace(self, cores=cores).with_pattern()
 
     def with_energy(self, energy: Energy) -> "DiscreteMap":
         """With another energy, whose terms have their places in the pattern."""
         changed = replace(self, energy=energy)
-        return changed.with_pattern() if energy.terms != self.energy.terms else changed
+        if energy.terms == self.energy.terms and energy.pins is self.energy.pins:
+            return changed
+        return replace(changed, cores=()).with_pattern()
 
     @property
     def aimed(self) -> Index:
@@ -229,7 +245,14 @@ class DiscreteMap:
 
     def inverse(self) -> "DiscreteMap":
         """The inverse map, of whose vertices and pins the roles are exchanged; not where holes are filled."""
-        return replace(self, z=self.u, u=self.z, boundary=self.matched.inverse(), metrics=self.metrics[::-1])
+        return replace(
+            self,
+            z=self.u,
+            u=self.z,
+            boundary=self.matched.inverse(),
+            metrics=self.metrics[::-1],
+            energy=self.energy.inverse(),
+        )
 
     def moved_to_border(self, u: Complex) -> "DiscreteMap":
         """With images u, moved so that those of the outline lie where they belong: a harmonic displacement that fades
@@ -330,7 +353,7 @@ class DiscreteMap:
         elsewhere = rest._replace(weights=np.where(rest.aims != 0, 0, rest.weights))
         tau, constraints = self.constraints(True, True, self.inside.at_target)
         gain = elsewhere.energy(self.u, self.energy.objective(q, self.boundary.area_share(True)))
-        gain += border_energy(constraints.border, tau) + self._terms(True).total(self.u)
+        gain += border_energy(constraints.border, tau) + self._terms(True, q).total(self.u)
         gain *= self.energy.rotation_cost(self.turn) ** q
         inside = self.rigid >= 0
         areas = np.bincount(self.rigid[inside], np.abs(triangle_areas(self.form[self.faces[inside]])))
@@ -378,6 +401,7 @@ class DiscreteMap:
     ) -> tuple[Complex, Real, dict[str, Any]]:
         """Newton on the map, or on its inverse: positions, arclengths of the constrained vertices, and how it ended;
         `stay` (k,) are those inside that do."""
+        self = self.with_cores()
         moving = self.u if forward else self.z
         objective = self.energy.objective(q, self.boundary.area_share(forward), forward=forward)
         rest, surface = self._rest(forward, q), None
@@ -387,18 +411,35 @@ class DiscreteMap:
         upright = ANY_ROTATION
         if surface is None:  # what is moved lies in a plane
             upright = self.energy.rotation_term(self._counted(rest), u.size)
-        system = newton.System.of(self.pattern, self.faces, rest, constraints, upright, self._terms(forward))
+        system = newton.System.of(
+            self.pattern, self.faces, rest, constraints, upright, self._terms(forward, q)
+        )
         value, done, _ = newton.descend(system, objective, surface, u, tau, steps, tolerance)
-        return u, tau, {"value": float(value), "spared": int(steps - done)}
+        return (
+            u,
+            tau,
+            {
+                "value": float(value),
+                "spared": int(steps - done),
+                "pattern": self.pattern,
+                "cores": self.cores,
+            },
+        )
 
-    def _terms(self, forward: bool) -> TermsOnMesh:
+    def _terms(self, forward: bool, q: float) -> TermsOnMesh:
         """The energy's further terms on the side that moves."""
+        springs: list[TermOnMesh] = []
+        if self.energy.pins is not None:
+            springs = self.energy.pins.springs_on_mesh(
+                self.z, self.u, self.material, self.cores, q, forward=forward
+            )
         if not self.energy.terms:
-            return NO_TERMS
+            return TermsOnMesh(springs, self.pattern) if springs else NO_TERMS
         kept, moving = (self.z, self.u) if forward else (self.u, self.z)
         metrics = self.metrics if forward else self.metrics[::-1]
         rest = RestShapes(self.material, NO_SLOTS, *rest_geometry(kept, moving, self.material, metrics))
-        return self.energy.terms_on_mesh(rest, self.pattern)
+        found = self.energy.terms_on_mesh(rest, self.pattern)
+        return TermsOnMesh([*found.terms, *springs], self.pattern) if springs else found
 
     def _rest(self, forward: bool, q: float) -> RestShapes:
         """The triangles at rest on the side that is kept."""
@@ -409,6 +450,8 @@ class DiscreteMap:
             areas = areas * self.multipliers
         if self.weights is not None:
             areas = np.where(self.weights <= FILLED, -0.5 * LOST**q, self.weights) * areas
+        if self.energy.pins is not None:
+            areas = areas * self.energy.pins.multipliers(self.z, self.u, self.pattern.corners)
         for metric, w in zip(self.metrics, (self.z, self.u)):
             if metric is not None:
                 areas = areas * metric.importance(w[self.pattern.corners]) ** q

@@ -14,6 +14,7 @@ from ...drawings.cost import price
 from ...linalg.cholesky import BlockPattern
 from ...plane import triangle_areas
 from ..minimise.energy import BOTH_AREAS, NO_SLOTS, Objective, RestShapes, energy_of
+from ..minimise.soft_pins import SoftPins
 from ..minimise.terms import NO_TERMS, Term, TermsOnMesh
 from ..minimise.upright import ANY_ROTATION, Upright, rotation_cost
 from .measures import turn_of
@@ -31,15 +32,21 @@ class Energy:
         upright: w, the weight of rotations: upside down a map costs 1 + w times as much; 0 where any rotation is as
             good.
         terms: that are added to the mean density, before what rotations cost.
+        pins: soft pins, whose springs are added likewise; None without any.
     """
 
     balance: float = 1.0
     upright: float = UPRIGHT
     terms: tuple[Term, ...] = ()
+    pins: SoftPins | None = None
 
     def without_rotation(self) -> "Energy":
         """Return the energy to which any rotation of the picture is as good."""
         return replace(self, upright=0.0)
+
+    def without_pins(self) -> "Energy":
+        """Return the energy for other domains than those that the pins are of."""
+        return replace(self, pins=None)
 
     def of_part(self, share: float) -> "Energy":
         """Return the energy of a part with a share of the domain's area, scaled to area one."""
@@ -57,6 +64,10 @@ class Energy:
         """Return the stencils (k, s) of each further term."""
         return [term.stencils(faces) for term in self.terms]
 
+    def inverse(self) -> "Energy":
+        """Return the energy of the inverse map."""
+        return self if self.pins is None else replace(self, pins=self.pins.inverse())
+
     def terms_on_mesh(self, rest: RestShapes, pattern: BlockPattern | None = None) -> TermsOnMesh:
         """Return the further terms for triangles at rest; derivatives need the Hessian's pattern."""
         return TermsOnMesh([term.on_mesh(rest) for term in self.terms], pattern) if self.terms else NO_TERMS
@@ -70,13 +81,19 @@ class Energy:
 
         Both areas are taken as one: a similarity has energy 1, and a map has that of its inverse.
         """
-        if metrics == PLANES and not self.terms:
+        if metrics == PLANES and not self.terms and self.pins is None:
             return energy_of(z, u, faces, self.balance)
-        if metrics == PLANES:
+        if metrics == PLANES and self.pins is None:
             z, u = (w / np.sqrt(np.abs(triangle_areas(w[faces])).sum()) for w in (z, u))
         rest = RestShapes(faces, NO_SLOTS, *rest_geometry(z, u, faces, metrics))
         density = rest.energy(u, self.objective(1.0))
-        return density + self.terms_on_mesh(rest).total(u) if np.isfinite(density) else density
+        if not np.isfinite(density):
+            return density
+        if self.pins is not None:
+            cores = self.pins.cores(z, u, faces)
+            for spring in self.pins.springs_on_mesh(z, u, faces, cores, 1.0, forward=True):
+                density += float(spring.values(u).sum())
+        return density + self.terms_on_mesh(rest).total(u)
 
     def cost(
         self,

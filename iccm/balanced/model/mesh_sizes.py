@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...arrays import Complex, Index
+from ...arrays import Complex, Index, Real
 from ...curve import Curve, inside_any
 from ...plane import bounding_box, longer_side
 from ..meshing.mesh import Sizes
@@ -13,6 +13,10 @@ from .measures import stretches
 MOST_MAGNIFIED = 6.0
 """Ratio of areas up to which triangles shrink in proportion: energy -0.6 % for 17 % more triangles."""
 IN_BAYS = 4.0  # times the area: triangles of twice the size
+TRIANGLES_A_RADIUS = (
+    5.0  # of the patch of a soft pin: with 3, maps whose meshes differ are twice as far apart
+)
+MOST_FINER_AT_PINS = 9.0  # ratio of areas: around small patches, triangles of a third of the size
 CELLS = 40  # of the grid along the longer side
 
 
@@ -31,13 +35,36 @@ def graded(z: Complex, u: Complex, faces: Index, area: float) -> Sizes:
     return Sizes(low, float(side), area / grid)
 
 
+def finer_at_pins(sizes: Sizes, outline: Complex, pins: Complex, radii: Real) -> Sizes:
+    """The limits for a mesh of an outline (n,), with at least TRIANGLES_A_RADIUS triangles along the radii (k,) of
+    pins (k,)."""
+    sizes = _on_cells(sizes, outline)
+    middles = _middles(sizes)
+    areas = sizes.areas.copy()
+    for pin, radius in zip(pins, radii):
+        near = np.abs(middles - pin) < radius + sizes.side
+        wanted = 0.5 * (radius / TRIANGLES_A_RADIUS) ** 2
+        areas[near] = np.minimum(areas[near], np.maximum(wanted, areas[near] / MOST_FINER_AT_PINS))
+    return sizes._replace(areas=areas)
+
+
+def _on_cells(sizes: Sizes, outline: Complex) -> Sizes:
+    """The same limits on a grid of cells."""
+    if sizes.areas.size > 1:
+        return sizes
+    low, high = bounding_box(outline)
+    side = longer_side(low, high) / CELLS
+    return Sizes(low, side, np.full((CELLS, CELLS), sizes.areas[0, 0]))
+
+
+def _middles(sizes: Sizes) -> Complex:
+    columns, rows = np.indices(sizes.areas.shape)
+    return np.asarray(sizes.corner + sizes.side * (columns + 0.5 + 1j * (rows + 0.5)))
+
+
 def coarser_in_bays(sizes: Sizes, outline: Complex, bays: Sequence[Complex]) -> Sizes:
     """The limits for a mesh of an outline (n,), IN_BAYS times as large in bays, which shrink in the image."""
-    low, high = bounding_box(outline)
-    if sizes.areas.size == 1:
-        side = longer_side(low, high) / CELLS
-        sizes = Sizes(low, side, np.full((CELLS, CELLS), sizes.areas[0, 0]))
-    columns, rows = np.indices(sizes.areas.shape)
-    middles = np.asarray(sizes.corner + sizes.side * (columns + 0.5 + 1j * (rows + 0.5)))
+    sizes = _on_cells(sizes, outline)
+    middles = _middles(sizes)
     inside = inside_any(map(Curve, bays), middles.ravel()).reshape(middles.shape)
     return sizes._replace(areas=np.where(inside, IN_BAYS, 1.0) * sizes.areas)

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from ...arrays import Complex, Index
 from ...maps.triangulated.patches import NO_LINES
 from .energy import Energy
@@ -81,6 +83,7 @@ class Solution:
         partners: for each loop but the first, which hole of the source and of the target it is; -1 for a slit.
         rigid: outlines of rigid regions and of holes in them.
         rigid_of_target: whether these are regions of the target.
+        soft_pins: (k, 2) pins that need not be met exactly.
     """
 
     source: Complex
@@ -101,6 +104,7 @@ class Solution:
     filled: tuple[Complex, Complex] | None = None
     rigid: tuple[tuple[Complex, ...], ...] = ()
     rigid_of_target: bool = False
+    soft_pins: Complex = field(default_factory=lambda: np.empty((0, 2), np.complex128))
 
     def inverse(self) -> "Solution":
         """The inverse map; rigid regions of one side are regions of the other side of the other."""

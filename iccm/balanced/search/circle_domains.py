@@ -88,7 +88,7 @@ class FilledMap:
         problem = UnitProblem(
             outer.curve,
             goal,
-            level.problem.energy.without_rotation(),
+            level.problem.energy.without_rotation().without_pins(),
             holes=(tuple(h.curve for h in holes), ()),
         )
         own = Level.of(problem, level.size, 0.0, CORNER_FINENESS, level.steepest)
@@ -124,7 +124,7 @@ class FilledMap:
         problem = UnitProblem(
             Curve(rims[0] / root),
             goal[0],
-            level.problem.energy.without_rotation(),
+            level.problem.energy.without_rotation().without_pins(),
             holes=holes,
             partners=same,
         )
@@ -186,7 +186,7 @@ def onto_circles(
     problem = UnitProblem(
         outer,
         goal[0],
-        level.problem.energy.without_rotation(),
+        level.problem.energy.without_rotation().without_pins(),
         holes=(tuple(holes), goal[1]),
         partners=partners,
     )

@@ -38,7 +38,8 @@ BOUND_ROUNDS = 40  # of weighing what exceeds bounds
 BOUND_AIM = 0.99  # of a bound, that is aimed at: it is approached from above
 KNOTTED = 1.1  # times the energy on the mesh before: a finer one, with all kinks, changes a few per cent
 LAST_STEPS, LAST_DECREASE = 50, 2e-4  # of Newton on the last mesh, and the relative decrease that ends them
-
+LAST_DECREASE_WITH_PINS = 1e-5
+"""The same with soft pins, whose springs are weak: maps whose meshes differ are a third as far apart."""
 
 Meshed = DiscreteMap | Sketch
 
@@ -100,11 +101,12 @@ def on_final_mesh(
     def energy(found: Meshed) -> float:
         return problem.energy.between(found.z, found.u, found.material, found.metrics)
 
+    decrease = LAST_DECREASE if problem.energy.pins is None else LAST_DECREASE_WITH_PINS
     found = []
     for smooth in (True, False):
         with suppress(Stuck):
             last = on_finer(final_level(problem, settings, share, smooth=smooth), state)
-            last = descend(last, POWER, journal)
+            last = descend(last, POWER, journal, decrease)
             found.append((eased(split_at_vertices(last) if smooth else last), last))
             if energy(found[-1][0]) <= KNOTTED * energy(state):
                 break

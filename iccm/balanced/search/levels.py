@@ -34,7 +34,7 @@ from ..model.boundary_pairs import (
 )
 from ..model.discrete_map import DiscreteMap
 from ..model.energy import Energy
-from ..model.mesh_sizes import coarser_in_bays
+from ..model.mesh_sizes import coarser_in_bays, finer_at_pins
 from ..model.metric import PLANES, Metrics
 from ..model.outline import Outline
 from ..model.sketch import Sketch
@@ -142,6 +142,7 @@ class UnitProblem(NamedTuple):
             passed=self.passed[::-1],
             numbers=self.numbers[::-1],
             metrics=self.metrics[::-1],
+            energy=self.energy.inverse(),
             inverted=not self.inverted,
         )
 
@@ -205,6 +206,9 @@ class Level:
         sizes = sizes or Sizes.even(0.5 * self.size**2)
         if self.bays:
             sizes = coarser_in_bays(sizes, self.source.curve.z, self.bays)
+        if problem.energy.pins is not None:
+            pins = problem.energy.pins
+            sizes = finer_at_pins(sizes, self.source.curve.z, pins.pairs[:, 0], pins.radii)
         drawn = drawn or [stroke.even for stroke in problem.strokes]
         kept = inside(problem.strokes, drawn, spacing, problem.pins)
         alone = self.alone(match.holes)  # whose outlines do not slide

@@ -117,7 +117,8 @@ def problem_of(
         own = warm_start.outlines_followed(start, source, target, holes, settings.tolerance)
     if own is not None:
         (source, target, holes), settings = own, replace(settings, tolerance=0.0)
-    free = settings.turn is None or pins.count > 1 or pins.strokes
+    soft = 0 if settings.energy.pins is None else len(settings.energy.pins.source)
+    free = settings.turn is None or pins.count + soft > 1 or pins.strokes
     ends = tuple(pins.outer[:, 0].tolist()), tuple(pins.outer[:, 1].tolist())
     source, target = (
         manageable(with_points(c, at), settings.tolerance, kept)
@@ -157,7 +158,8 @@ def solve_from(
             return meet_bounds(state, settings, journal), meets_constraints(problem, state)
     level = final_level(problem, settings)
     kept = warm_start.met_on_its_mesh(level, start)
-    resting = kept is not None and settings.metric is None  # where other sizes are asked for it has to move
+    # where other sizes are asked for, or pins may have moved, it has to move
+    resting = kept is not None and settings.metric is None and settings.energy.pins is None
     decrease = warm_start.AT_REST if resting else LAST_DECREASE
     try:
         state = kept or warm_start.continue_from(level, start)
@@ -174,7 +176,11 @@ def free_map(
     Raises:
         NoMapError: none without folds was found.
     """
-    same = None if settings.metric else similarity(source, target, turns=settings.turn is None)
+    same = (
+        None
+        if settings.metric or settings.energy.pins
+        else similarity(source, target, turns=settings.turn is None)
+    )
     if same is not None:
         problem = problem_of(source, target, holes, UNPINNED, settings)
         same = similar_with_holes(problem, same)
@@ -185,7 +191,7 @@ def free_map(
     if not settings.bounded:  # else what is put back might exceed bounds again
         source, target, holes = rounded(source, target, holes)
     problem = problem_of(source, target, holes, UNPINNED, settings)
-    whole = settings.turn != 0 or problem.holed or settings.metric is not None
+    whole = settings.turn != 0 or problem.holed or settings.metric is not None or settings.energy.pins
     halves = (None, None) if whole else (half_of(source), half_of(target))
     if halves[0] and halves[1]:
         state = solve_symmetric(problem, (halves[0], halves[1]), settings, journal)
@@ -459,6 +465,8 @@ def coarse_map(
     check_time()
     level = Level.of(problem, size, *exactness, STEEPEST)
     matches = correspondences(level, elastic=elastic)
+    if problem.energy.pins is not None and not problem.constrained:
+        matches = matches + pin_continuation.pin_aligned_matches(level, problem.energy.pins.pairs)
     if problem.constrained:
         return pin_continuation.coarse(level, matches, journal)
     states = initial_maps(level, matches)

@@ -36,7 +36,7 @@ def onto_disc(curve: Curve, level: Level) -> DiscreteMap:
     Raises:
         Stuck: its triangles are too thin for double precision.
     """
-    problem = UnitProblem(curve, disc(), level.problem.energy.without_rotation())
+    problem = UnitProblem(curve, disc(), level.problem.energy.without_rotation().without_pins())
     own = Level.of(problem, level.size, 0.0, CORNER_FINENESS, level.steepest)
     match = initial_matches.arclength_matches(own.source.curve, own.target.curve)[0]
     return own.started(match).forward(1.0, STEPS, GOOD_ENOUGH, corners=False)

@@ -32,25 +32,25 @@ def off_line(fit, stroke=0):
 
 def test_pins_inside_are_met():
     pins = [(0.3 + 0.3j, 0.3 + 0.5j), (0.7 + 0.3j, 1.5 + 0.4j), (0.3 + 0.7j, 0.6 + 1.7j)]
-    fit = iccm.fit(SQUARE, ELL, pins=pins)
+    fit = iccm.fit(SQUARE, ELL, exact_pins=True, pins=pins)
     assert fit.status is Status.REACHED and max(errors(fit)) < 1e-9 and one_to_one(fit)
 
 
 def test_pins_far_from_where_the_map_has_them():
-    fit = iccm.fit(SQUARE, TEE, pins=[(0.5 + 0.8j, 0.5 + 0.2j)])
+    fit = iccm.fit(SQUARE, TEE, exact_pins=True, pins=[(0.5 + 0.8j, 0.5 + 0.2j)])
     assert fit.status is Status.REACHED and max(errors(fit)) < 1e-9 and one_to_one(fit)
 
 
 def test_pins_turn_the_picture():
     pins = [(0.3 + 0.5j, 0.5 + 0.3j), (0.7 + 0.5j, 0.5 + 0.7j)]
-    fit = iccm.fit(SQUARE, SQUARE, pins=pins)
+    fit = iccm.fit(SQUARE, SQUARE, exact_pins=True, pins=pins)
     assert max(errors(fit)) < 1e-9 and fit.report()["turn"] == pytest.approx(90, abs=3)
     assert fit.report()["stretch"]["p95"] < 1.05
 
 
 def test_pins_on_the_outline_and_inside():
     pins = [(0.5, 0.5 + 0j), (0.5 + 1j, 0.2 + 1j), (0.4 + 0.4j, 0.5 + 0.8j)]
-    fit = iccm.fit(SQUARE, TEE, pins=pins)
+    fit = iccm.fit(SQUARE, TEE, exact_pins=True, pins=pins)
     assert fit.status is Status.REACHED and max(errors(fit)) < 1e-9 and one_to_one(fit)
 
 
@@ -85,7 +85,9 @@ def test_a_stroke_is_met_and_ends_with_pins_go_to_ends(turn):
 
 def test_ends_without_pins_slide_to_where_the_map_is_best():
     pins = np.column_stack([side[[0, -1]] for side in STROKE])
-    free, stuck, half = (iccm.fit(SQUARE, ELL, strokes=[STROKE], pins=p) for p in (None, pins, pins[:1]))
+    free, stuck, half = (
+        iccm.fit(SQUARE, ELL, strokes=[STROKE], exact_pins=True, pins=p) for p in (None, pins, pins[:1])
+    )
     assert free.status is Status.REACHED and one_to_one(free) and off_line(free) < 2e-4 * free.diagonal
     assert free.energies[-1]["total"] < half.energies[-1]["total"] < stuck.energies[-1]["total"]
     assert reach(free)[0] > 0.1 and reach(half)[0] < 1e-9 and reach(half)[1] < 0.99
@@ -111,12 +113,12 @@ def test_ends_slide_past_corners_of_the_target():
 def test_a_map_goes_on_from_an_earlier_one(fresh):
     """On the same mesh where the pins are the same points of the source, on another where they are not."""
     pins = np.array([(0.3 + 0.3j, 0.3 + 0.5j), (0.7 + 0.3j, 1.5 + 0.4j), (0.5, 1 + 0j)])
-    first = iccm.fit(SQUARE, ELL, pins=pins[1:] if fresh else pins)
+    first = iccm.fit(SQUARE, ELL, exact_pins=True, pins=pins[1:] if fresh else pins)
     moved = pins + np.array([[0, 0.05 + 0.03j], [0, 0.1], [0, 0]])
-    second = iccm.fit(SQUARE, ELL, pins=moved, start=first)
+    second = iccm.fit(SQUARE, ELL, exact_pins=True, pins=moved, start=first)
     assert second.status is Status.REACHED and max(errors(second)) < 1e-9 and one_to_one(second)
     assert fresh or np.isin(first.map.source[:200], second.map.source).all()
-    alone = iccm.fit(SQUARE, ELL, pins=moved)
+    alone = iccm.fit(SQUARE, ELL, exact_pins=True, pins=moved)
     assert second.energies[-1]["total"] < 1.1 * alone.energies[-1]["total"]
 
 
@@ -158,7 +160,7 @@ def test_a_way_goes_around_what_is_between():
 
 def test_pins_that_change_places_are_led_around_each_other():
     pins = [(0.35 + 0.5j, 0.65 + 0.5j), (0.65 + 0.5j, 0.35 + 0.5j), (0.5 + 0.15j, 0.5 + 0.15j)]
-    fit = iccm.fit(SQUARE, SQUARE, pins=pins)
+    fit = iccm.fit(SQUARE, SQUARE, exact_pins=True, pins=pins)
     assert fit.status is Status.REACHED and max(errors(fit)) < 1e-9 and one_to_one(fit)
 
 
@@ -169,7 +171,7 @@ def test_a_stroke_with_pins():
         (0.5 + 1j, 0.6 + 1j),
         (0.2 + 0.5j, 0.25 + 0.6j),
     ]  # the last: a stroke's end
-    fit = iccm.fit(SQUARE, SQUARE, pins=pins, strokes=[stroke])
+    fit = iccm.fit(SQUARE, SQUARE, exact_pins=True, pins=pins, strokes=[stroke])
     assert fit.status is Status.REACHED and one_to_one(fit)
     assert off_line(fit) < 2e-4 * fit.diagonal and max(errors(fit)) < 1e-9
 
@@ -240,7 +242,7 @@ def test_strokes_from_outline_to_outline_part_the_shape():
         for x in (0.3, 0.7)
     ]
     pins = [(0.1 + 0.5j, 0.05 + 0.4j), (0.6 + 0.3j, 0.5 + 0.3j), (1 + 0.5j, 1 + 0.4j)]
-    fit = iccm.fit(SQUARE, SQUARE, strokes=strokes, pins=pins)
+    fit = iccm.fit(SQUARE, SQUARE, strokes=strokes, exact_pins=True, pins=pins)
     assert fit.status is Status.REACHED and one_to_one(fit) and max(errors(fit)) < 1e-9
     for k, (a, b) in enumerate(strokes):
         assert (
@@ -316,7 +318,7 @@ def test_one_pin_out_of_order_is_the_one_that_is_named():
 
 
 def test_a_pin_close_to_the_outline_gets_a_note():
-    fit = iccm.fit(SQUARE, SQUARE, pins=[(0.5 + 0.02j, 0.55 + 0.02j)])
+    fit = iccm.fit(SQUARE, SQUARE, exact_pins=True, pins=[(0.5 + 0.02j, 0.55 + 0.02j)])
     assert any("very close to the outline" in note for note in fit.notes) and max(errors(fit)) < 1e-9
 
 
@@ -346,6 +348,8 @@ def test_weights_are_for_the_methods_that_weigh():
 def test_a_stroke_that_would_have_to_pass_pins_is_told_as_not_met():
     square = shapes.square(8)
     pins = [(p, p) for p in (-0.5 + 0.1j, 0.1j, 0.5 + 0.1j, -0.1j)]
-    fit = iccm.fit(square, square, pins=pins, strokes=[([-0.6, 0.6], [-0.6 - 0.2j, 0.6 - 0.2j])])
+    fit = iccm.fit(
+        square, square, exact_pins=True, pins=pins, strokes=[([-0.6, 0.6], [-0.6 - 0.2j, 0.6 - 0.2j])]
+    )
     assert fit.status is Status.PINS and fit.certificate.certified
     assert fit.report()["strokes"][0]["error"] > 1e-3

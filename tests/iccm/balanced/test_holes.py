@@ -190,7 +190,7 @@ def test_the_library_takes_holes_and_tells_the_gap_of_each(fit):
 def test_pins_in_holes_name_partners_and_others_are_met():
     given = {"source_holes": [h.z for h in FACE[1]], "target_holes": [h.z for h in MASK[1]]}
     pins = [[-0.4 + 0.3j, 0.45 + 0.5j], [0.1, 0.05 + 0.1j]]
-    fit = iccm.fit(FACE[0].z, MASK[0].z, pins=pins, **given)
+    fit = iccm.fit(FACE[0].z, MASK[0].z, exact_pins=True, pins=pins, **given)
     assert (0, 2) in fit.hole_partners and fit.status.ok
     assert [pin["error"] < 1e-9 for pin in fit.report()["pins"]] == [True]
 
@@ -272,8 +272,10 @@ def given_holes(source, target):
 def test_a_map_with_holes_goes_on_from_an_earlier_one(pair, pin):
     source, target = pair
     given = given_holes(*pair)
-    first = iccm.fit(source[0].z, target[0].z, pins=[[pin, pin - 0.1j]], **given)
-    again = iccm.fit(source[0].z, target[0].z, pins=[[pin, pin - 0.15j]], start=first, **given)
+    first = iccm.fit(source[0].z, target[0].z, exact_pins=True, pins=[[pin, pin - 0.1j]], **given)
+    again = iccm.fit(
+        source[0].z, target[0].z, exact_pins=True, pins=[[pin, pin - 0.15j]], start=first, **given
+    )
     assert again.status.ok and sorted(again.hole_partners) == sorted(first.hole_partners)
     assert [each["error"] < 1e-9 for each in again.report()["pins"]] == [True]
     assert all(h["gap"] <= 1e-3 for h in again.report()["holes"] if h["gap"] is not None)

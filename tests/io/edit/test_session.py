@@ -154,7 +154,7 @@ def test_saved_constraints_repeat_the_map(shapes, shell):
     name = saving.save(edited, wanted, "square-blob.json", replace=False)
     assert saving.export(edited, wanted, "shown.png", 200, replace=False).ok
     line = saving.command(edited, wanted)
-    options = f"--constraints {name} --balance 2.0 --turn 10.0 -o square-blob.png"
+    options = f"--constraints {name} --balance 2.0 --turn 10.0 --exact-pins -o square-blob.png"
     assert sorted(shlex.split(line)) == sorted(f"iccm map square.svg blob.svg {options}".split())
     done = shell(f"{line} --size 200")
     assert done.returncode == 0, done.stderr
@@ -373,7 +373,7 @@ def test_without_a_target_the_shape_is_deformed_and_nothing_jumps(shapes, shell)
     name = saving.save(edited, bent, "square-deformed.json", replace=False)
     saving.export(edited, bent, "shown.png", 100, replace=False)
     line = saving.command(edited, bent)
-    assert line == f"iccm deform square.svg --constraints {name} -o square-deformed.png"
+    assert line == f"iccm deform square.svg --exact-pins --constraints {name} -o square-deformed.png"
     done = shell(f"{line} --size 100")
     assert done.returncode == 0, done.stderr
     assert (shapes / "shown.png").read_bytes() == (shapes / "square-deformed.png").read_bytes()
@@ -397,7 +397,7 @@ def test_a_pin_turns_a_shape_without_a_target_and_is_saved_so(shapes, iccm):
     again = Session(make({"source": "square.svg", "constraints": name}))
     assert again.first.pins[1].turn == 40 and again.solve(again.first).ok
     assert np.array_equal(again._map.image, seen)
-    done = iccm("map", "square.svg", "blob.svg", "--constraints", name, "-o", "a.png")
+    done = iccm("map", "square.svg", "blob.svg", "--constraints", name, "--exact-pins", "-o", "a.png")
     assert done.code == 2 and "turn" in done.err
 
 

@@ -135,3 +135,32 @@ def test_a_stroke_without_length(tmp_path):
     content = {"strokes": [{"name": "arm", "source": [[1, 2], [1, 2]], "target": [[1, 2], [3, 4]]}]}
     with pytest.raises(InputError, match=r"strokes\.0 \(arm\): source: .*2 distinct"):
         constraints.pair(square, square, listed(tmp_path, content))
+
+
+def test_settings_of_pins_are_listed_and_drawn(tmp_path):
+    circles = '<circle id="pin-a" cx="20" cy="30" r="6"/><circle id="pin-b" cx="60" cy="40" r="1"/>'
+    source = shape(tmp_path, "s", circles, box="0 0 200 200")
+    target = shape(tmp_path, "t", circles.replace('r="6"', 'r="9"'), box="0 0 200 200")
+    content = {
+        "pins": [
+            {"source": [70, 80], "target": [75, 80], "radius": 0, "tolerance": 2.5},
+            {"source": [50, 20], "target": [50, 25], "turn": -30, "scale": 1.5},
+        ],
+        "strokes": [{"source": [[10, 90], [30, 90]], "target": [[10, 85], [30, 85]], "ends": "stick"}],
+    }
+    found = constraints.collect(source, target, listed(tmp_path, content))
+    assert found.settings == [
+        {"radius": 6.0},  # that of the source's circle; the other one is a mark
+        {},
+        {"radius": 0.0, "tolerance": 2.5},
+        {"turn": -30.0, "scale": 1.5},
+        {"radius": 0.0},  # ends that stick
+        {"radius": 0.0},
+    ]
+
+
+@pytest.mark.parametrize("wrong", [{"radius": -1}, {"tolerance": 0}, {"scale": 0}, {"radius": "6"}, {"turn": 400}])
+def test_settings_of_pins_out_of_range_are_named(tmp_path, wrong):
+    content = {"pins": [{"source": [70, 80], "target": [75, 80]} | wrong]}
+    with pytest.raises(InputError, match=next(iter(wrong))):
+        listed(tmp_path, content)

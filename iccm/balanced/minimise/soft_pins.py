@@ -1,0 +1,228 @@
+"""Soft pins: places that small patches of a shape are drawn to, as terms of the energy.
+
+A single point has no capacity in the plane: an energy of first derivatives lets it go anywhere at no cost. A map that
+is held at a point has a cusp there, the sharper the finer its mesh, and the rest of it depends on the mesh. A soft pin
+holds a patch around the point instead:
+
+- The mean position of the patch's core is drawn to the pin's place by a spring.
+- Distortion costs more in the patch, so that what is shown there keeps its form: most at the pin, and less and less up
+  to the radius.
+- Where a rotation or a size is asked for, the mean derivative of the core is drawn to it by another spring.
+
+All three are integrals over the patch, which have a limit as the mesh is refined. Patches belong to the source, and
+follow its triangles, so that the energy of a map and of its inverse is the same.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...arrays import Complex, Index, Real
+from ...plane import cross, triangle_areas
+from .terms import TermOnMesh
+
+CORE_SHARE = 0.5
+"""Of a patch's radius: where its mean position is taken. The Hessian couples all vertices there."""
+CORE_MARGIN = 1.3
+"""Times the core: vertices that get places in the Hessian's pattern, so that it lasts while vertices move."""
+FEWEST_IN_CORE = 6
+"""Vertices; with fewer the triangle around the pin stands for the core."""
+QUADRATURE = (
+    np.array(
+        [[i + 1 / 3, j + 1 / 3, 4 - i - j - 2 / 3] for i in range(4) for j in range(4 - i)]
+        + [[i + 2 / 3, j + 2 / 3, 4 - i - j - 4 / 3] for i in range(3) for j in range(3 - i)]
+    )
+    / 4
+)
+"""(16, 3) barycentric coordinates of points of equal weight: the middles of 16 equal parts of a triangle."""
+WORST_CONDITION = 1e6  # of the moments of a core's vertices, above which these lie on a line
+
+
+@dataclass(frozen=True, eq=False)
+class SoftPins:
+    """Pins of a map between domains of area one.
+
+    Attributes:
+        source: (k,) complex points of the source.
+        target: (k,) complex places of the target that they are drawn to.
+        radii: (k,) radii of the patches, in the source.
+        springs: (k,) energy of a pin at distance one from its place; a map without distortion has the energy one.
+        derivative_spring: energy of a patch whose derivative is off by one from what is asked.
+        stiffness: how many times as much as elsewhere distortion costs at a pin.
+        rotations: (k,) radians by which patches are to be rotated; NaN where the rotation is free.
+        scales: (k,) factors by which patches are to be enlarged; NaN where the size is free.
+        inverted: whether the map takes the target to the source.
+    """
+
+    source: Complex
+    target: Complex
+    radii: Real
+    springs: Real
+    derivative_spring: float
+    stiffness: float
+    rotations: Real
+    scales: Real
+    inverted: bool = False
+
+    def inverse(self) -> "SoftPins":
+        """Return the pins for the inverse map, whose patches stay those of the source."""
+        return replace(self, inverted=not self.inverted)
+
+    @property
+    def pairs(self) -> Complex:
+        """(k, 2) points of the domain of the map, and their places."""
+        pairs = np.column_stack([self.source, self.target])
+        return np.ascontiguousarray(pairs[:, ::-1]) if self.inverted else pairs
+
+    def cores(self, z: Complex, u: Complex, faces: Index, margin: float = 1.0) -> list[Index]:
+        """Return the vertices of each patch's core, in ascending order, for a map z -> u (n,) on triangles (m, 3).
+
+        The corners of the triangle around the pin are among them. `margin` is relative to the size of the core.
+        """
+        w = u if self.inverted else z
+        found = []
+        for pin, radius in zip(self.source, self.radii):
+            near = np.flatnonzero(np.abs(w - pin) < margin * CORE_SHARE * radius)
+            found.append(np.union1d(near, faces[_triangle_around(pin, w, faces)]))
+        return found
+
+    def multipliers(self, z: Complex, u: Complex, faces: Index) -> Real:
+        """Return how many times as much the density of each triangle (m, 3) counts: 1 outside of all patches."""
+        w = u if self.inverted else z
+        points = w[faces] @ QUADRATURE.T
+        found = np.zeros(points.shape)
+        for pin, radius in zip(self.source, self.radii):
+            found = np.maximum(found, _kernel(np.abs(points - pin) / radius))
+        return 1 + (self.stiffness - 1) * found.mean(axis=1)
+
+    def springs_on_mesh(
+        self, z: Complex, u: Complex, faces: Index, cores: Sequence[Index], q: float, *, forward: bool
+    ) -> list[TermOnMesh]:
+        """Return the springs as terms of the energy.
+
+        Args:
+            z: (n,) vertices.
+            u: (n,) their images.
+            faces: (m, 3) triangles.
+            cores: as of `cores`, or larger.
+            q: the power of the density that they are added to. The derivative of W^q is q times that of W where there
+                is little distortion, and so springs are q times as strong.
+            forward: whether the images move, else the vertices.
+        """
+        w = u if self.inverted else z
+        triangle_shares = np.abs(triangle_areas(w[faces])) / 3
+        vertex_areas = np.bincount(faces.ravel(), np.repeat(triangle_shares, 3), w.size).astype(np.float64)
+        here, there = (self.target, self.source) if self.inverted else (self.source, self.target)
+        kept, moving = (z, u) if forward else (u, z)
+        found: list[TermOnMesh] = []
+        for k, vertices in enumerate(cores):
+            weights = _core_weights(self.source[k], self.radii[k], vertices, w, vertex_areas)
+            if weights is None:
+                corners = faces[_triangle_around(self.source[k], w, faces)]
+                weights = np.zeros(vertices.size)
+                weights[np.searchsorted(vertices, corners)] = _barycentric(self.source[k], w[corners])
+            derivative = _mean_derivative(z[vertices], u[vertices], weights)
+            # How far the core is from its place: u - u₀ - f'·(z - z₀), which is linear in what moves. The second
+            # difference is zero until vertices of the source move.
+            factor = 1.0 if forward else -derivative
+            residual = weights @ u[vertices] - there[k] - derivative * (weights @ z[vertices] - here[k])
+            constant = residual - factor * (weights @ moving[vertices])
+            # Distances are those in the target, also where the map leads back to the source.
+            scale = 1 / abs(derivative) if self.inverted else abs(derivative)
+            spring = q * self.springs[k] * (scale**2 if self.inverted else 1.0)
+            found.append(Spring(vertices, np.asarray(factor * weights, np.complex128), constant, spring))
+            aim = self._aim(k, derivative)
+            if aim is not None:
+                slopes = _slope_weights(kept[vertices], weights)
+                # What moves has the derivative f' or 1/f'; a deviation of 1/f' is as bad as one |f'|² times as large.
+                is_inverse = forward == self.inverted
+                stiffness = q * self.derivative_spring * (scale**4 if is_inverse else 1.0)
+                found.append(Spring(vertices, slopes, -(aim if forward else 1 / aim), stiffness))
+        return found
+
+    def _aim(self, k: int, derivative: complex) -> complex | None:
+        """Return the derivative of the map that a patch is to have, given the one that it has; None if it is free."""
+        rotation, scale = self.rotations[k], self.scales[k]
+        if np.isnan(rotation) and np.isnan(scale):
+            return None
+        if self.inverted:
+            rotation, scale = -rotation, 1 / scale
+        angle = np.angle(derivative) if np.isnan(rotation) else rotation
+        return complex((abs(derivative) if np.isnan(scale) else scale) * np.exp(1j * angle))
+
+
+class Spring(TermOnMesh):
+    """A spring: s |Σ aᵢ uᵢ + b|² of vertices with images uᵢ."""
+
+    def __init__(self, vertices: Index, weights: Complex, constant: complex, stiffness: float):
+        """Keep the vertices (s,), the complex weights a (s,), the constant b, and the stiffness s."""
+        self.stencils = vertices[None]
+        self.weights, self.constant, self.stiffness = weights, constant, stiffness
+        # the derivative of |a u|² by both coordinates: conj(aᵢ) aⱼ as a real matrix
+        products = 2 * stiffness * np.outer(np.conj(weights), weights)
+        self.hessian = np.stack(
+            [np.stack([products.real, -products.imag], -1), np.stack([products.imag, products.real], -1)], -2
+        )[None]
+
+    def _residual(self, u: Complex) -> complex:
+        return complex(self.weights @ u[self.stencils[0]] + self.constant)
+
+    def values(self, u: Complex) -> Real:
+        """See `TermOnMesh`."""
+        return np.array([self.stiffness * abs(self._residual(u)) ** 2])
+
+    def derivatives(self, u: Complex) -> tuple[Complex, Real]:
+        """See `TermOnMesh`."""
+        gradient = 2 * self.stiffness * np.conj(self.weights) * self._residual(u)
+        return np.asarray(gradient[None], np.complex128), self.hessian
+
+
+def _kernel(rho: Real) -> Real:
+    """Return (1 - ρ²)² for distances relative to the radius; 0 beyond it."""
+    return np.clip(1 - rho**2, 0, None) ** 2
+
+
+def _core_weights(
+    pin: complex, radius: float, vertices: Index, w: Complex, vertex_areas: Real
+) -> Real | None:
+    """Return weights (s,) of a core's vertices, of which the pin is the weighted mean; None where there are too few.
+
+    They are the kernel times the areas around the vertices, times a linear function that puts the mean on the pin: the
+    weighted mean of a linear map is then its value at the pin.
+    """
+    away = (w[vertices] - pin) / (CORE_SHARE * radius)
+    masses = vertex_areas[vertices] * _kernel(np.abs(away))
+    if np.count_nonzero(masses) < FEWEST_IN_CORE:
+        return None
+    linear = np.stack([np.ones(away.size), away.real, away.imag])
+    moments = (linear * masses) @ linear.T
+    if np.linalg.cond(moments) > WORST_CONDITION:
+        return None
+    weights = masses * (np.linalg.solve(moments, [1.0, 0.0, 0.0]) @ linear)
+    return weights if weights.min() >= 0 else None
+
+
+def _triangle_around(point: complex, w: Complex, faces: Index) -> int:
+    """Return the triangle that a point is in, or the one that it is least far outside of."""
+    a, b, c = w[faces].T - point
+    least = np.minimum(np.minimum(cross(a, b), cross(b, c)), cross(c, a))
+    return int(np.argmax(least / np.abs(triangle_areas(w[faces]))))
+
+
+def _barycentric(point: complex, corners: Complex) -> Real:
+    """Return the barycentric coordinates (3,) of a point, or if it is outside those of a point close to it."""
+    a, b, c = corners - point
+    shares = np.clip([cross(b, c), cross(c, a), cross(a, b)], 0, None)
+    return shares / shares.sum()
+
+
+def _slope_weights(z: Complex, weights: Real) -> Complex:
+    """Return b (s,) such that Σ b u is the derivative of the similarity that is closest to z -> u, by weights (s,)."""
+    away = z - weights @ z
+    return weights * away.conj() / (weights @ np.abs(away) ** 2)
+
+
+def _mean_derivative(z: Complex, u: Complex, weights: Real) -> complex:
+    """Return the derivative of the similarity that is closest to z -> u (s,), by weights (s,)."""
+    return complex(_slope_weights(z, weights) @ u)

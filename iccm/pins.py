@@ -1,0 +1,138 @@
+"""Pins: points of the source with their places in the target, soft or exact.
+
+A soft pin draws a patch around its point to its place: the patch keeps its form, and may miss the place a little where
+that saves distortion. An exact pin takes one point to its place, whatever that costs.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .arrays import Complex, Flags, Index, Real
+from .curve import Curve
+from .errors import InputError
+
+RADIUS_SHARE = 0.1
+"""Of the square root of the shape's area: the radius of a pin that has room, larger than an eye in a drawn face."""
+RADIUS_BETWEEN_PINS = 0.45
+"""Of the distance to the closest other pin: patches do not overlap."""
+RADIUS_TO_OUTLINE = 0.75
+"""Of the distance to the outline, along which the picture slides."""
+TOLERANCE_SHARE, FREE_TOLERANCE_SHARE = 0.05, 0.01
+"""Of the square root of the target's area, and of that of a shape that is deformed without a target: the tolerance of a
+pin. Without a target nothing else says where a shape goes."""
+
+
+@dataclass(frozen=True)
+class Pin:
+    """A point of the source and its place in the target.
+
+    Attributes:
+        source: the point: complex x + iy with y up, or a pair by the `axes` of `iccm.fit`.
+        target: its place, likewise.
+        radius: of the patch around it that keeps its form, in the source's units; 0 for an exact pin; None chooses.
+        tolerance: how far the patch may miss its place where that saves a twentieth of the distortion, in the target's
+            units; None is a twentieth of the target's size (the square root of its area), in `iccm.deform` a hundredth.
+        turn: degrees, counter-clockwise, by which the patch is rotated; None leaves it free.
+        scale: factor by which the patch is enlarged, relative to the mean scale of the map; None leaves it free.
+
+    Examples:
+        >>> import numpy as np, iccm
+        >>> square = np.array([[0, 0], [2, 0], [2, 1], [0, 1]])
+        >>> eye = iccm.Pin(source=(0.5, 0.5), target=(0.7, 0.5), radius=0.1)
+        >>> found = iccm.fit(square, square, pins=[eye])
+        >>> bool(abs(found.map(0.5 + 0.5j) - (0.7 + 0.5j)) < 0.02)
+        True
+    """
+
+    source: Any
+    target: Any
+    radius: float | None = None
+    tolerance: float | None = None
+    turn: float | None = None
+    scale: float | None = None
+
+    def __post_init__(self):
+        """Reject values out of range."""
+        for name, least_allowed in (("radius", True), ("tolerance", False), ("scale", False)):
+            value = getattr(self, name)
+            if value is not None and not (
+                np.isfinite(value) and (value > 0 or (least_allowed and value == 0))
+            ):
+                raise InputError(
+                    f"pin: {name} {value} is not a number {'of at least' if least_allowed else 'above'} 0"
+                )
+        if self.turn is not None and not np.isfinite(self.turn):
+            raise InputError(f"pin: turn {self.turn} is not an angle in degrees")
+
+
+@dataclass(frozen=True, eq=False)
+class Softness:
+    """How pins (k,) hold what is around them; NaN where that is left to iccm.
+
+    Attributes:
+        radii: (k,) radii in the source's units; 0 for exact pins.
+        tolerances: (k,) in the target's units.
+        rotations: (k,) radians.
+        scales: (k,) factors relative to the mean scale.
+    """
+
+    radii: Real
+    tolerances: Real
+    rotations: Real
+    scales: Real
+
+    @classmethod
+    def of(cls, pins: Sequence[Pin]) -> "Softness":
+        """Return that of pins."""
+
+        def values(name: str) -> Real:
+            given = [getattr(pin, name) for pin in pins]
+            return np.array([np.nan if value is None else value for value in given], float)
+
+        return cls(values("radius"), values("tolerance"), np.radians(values("turn")), values("scale"))
+
+    @classmethod
+    def free(cls, count: int) -> "Softness":
+        """Return that of pins of which nothing is said."""
+        return cls.of([Pin(0, 0)] * count)
+
+    def of_pins(self, which: Index | Flags) -> "Softness":
+        """Return that of some of the pins."""
+        return Softness(
+            *(values[which] for values in (self.radii, self.tolerances, self.rotations, self.scales))
+        )
+
+    @property
+    def is_given(self) -> Flags:
+        """(k,) whether anything but exactness is said of a pin."""
+        given = np.stack([self.tolerances, self.rotations, self.scales])
+        return ~np.isnan(given).all(axis=0) | (self.radii > 0)
+
+
+def choose_radii(
+    source: Curve,
+    target: Curve | None,
+    holes: tuple[Sequence[Curve], Sequence[Curve]],
+    pins: Complex,
+) -> Real:
+    """Return radii (k,) for pins (k, 2), in the source's units.
+
+    The largest that is at most RADIUS_SHARE of the size (the square root of the area), RADIUS_BETWEEN_PINS of the
+    distance to the closest other pin, and RADIUS_TO_OUTLINE of that to the outlines: in the source and in the target,
+    relative to their sizes. Without a target the source is deformed, and its outlines are free.
+    """
+    found = np.full(len(pins), RADIUS_SHARE)
+    sizes = []
+    for curve, rims, points in zip((source, target or source), holes, pins.T):
+        size = np.sqrt(abs(curve.area) - sum(abs(rim.area) for rim in rims))
+        sizes.append(size)
+        if target is not None:
+            for rim in (curve, *rims):
+                found = np.minimum(found, RADIUS_TO_OUTLINE * rim.distances(points) / size)
+        apart = np.abs(points[:, None] - points) / size
+        np.fill_diagonal(apart, np.inf)
+        found = np.minimum(found, RADIUS_BETWEEN_PINS * apart.min(axis=1, initial=np.inf))
+    return found * sizes[0]

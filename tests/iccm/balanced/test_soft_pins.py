@@ -1,0 +1,249 @@
+"""Soft pins: springs of patches, their derivatives and limits, and the maps that they make."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import iccm
+from iccm.balanced import fit as balanced
+from iccm.balanced.minimise.soft_pins import QUADRATURE, SoftPins, Spring
+from iccm.balanced.model.energy import Energy
+from iccm.pins import RADIUS_BETWEEN_PINS, RADIUS_SHARE, choose_radii
+
+TURNS = np.exp(2j * np.pi * np.arange(60) / 60)
+EGG = 60 * TURNS.real * (1 + 0.2 * TURNS.imag) + 80j * TURNS.imag
+PEAR = 70 * TURNS.real * (1 + 0.15 * np.cos(3 * np.angle(TURNS))) + 65j * TURNS.imag + 4 * TURNS.real
+STAR = (50 + 22 * np.cos(5 * np.angle(TURNS) + 0.3)) * TURNS
+BEAN = (55 + 9 * np.cos(2 * np.angle(TURNS) + 0.5) + 6 * np.cos(3 * np.angle(TURNS))) * TURNS
+PINS = np.array([[-20 + 20j, -27 + 24j], [22 + 18j, 30 + 27j], [1 - 30j, -3 - 41j]])
+PROBES = np.array([10 + 10j, -20 - 30j, 30 + 3j, -31 + 33j])
+DIAGONAL = 195.0
+
+
+def triangles(count, seed=3):
+    """A Delaunay mesh of scattered points of a square, and a smooth image of it without folds."""
+    from scipy.spatial import Delaunay
+
+    rng = np.random.default_rng(seed)
+    side = int(np.sqrt(count))
+    steps = np.linspace(-0.5, 0.5, side)
+    grid = np.stack(np.meshgrid(steps, steps), -1).reshape(-1, 2)
+    inside = (np.abs(grid) < 0.499).all(axis=1)
+    mesh = Delaunay(grid + 0.3 / side * inside[:, None] * rng.uniform(-1, 1, grid.shape))
+    z = mesh.points[:, 0] + 1j * mesh.points[:, 1]
+    faces = mesh.simplices.astype(np.int64)
+    crossed = (z[faces[:, 1]] - z[faces[:, 0]]).conj() * (z[faces[:, 2]] - z[faces[:, 0]])
+    faces[crossed.imag < 0] = faces[crossed.imag < 0][:, ::-1]
+    return z, z * (1.1 + 0.2j) + 0.15 * z**2 + 0.1 * z.conj(), faces
+
+
+def some_pins(**changed):
+    given = {
+        "source": np.array([0.1 + 0.05j, -0.2 - 0.15j]),
+        "target": np.array([0.2 + 0.15j, -0.25 - 0.1j]),
+        "radii": np.array([0.3, 0.2]),
+        "springs": np.array([7.0, 11.0]),
+        "derivative_spring": 3.0,
+        "stiffness": 8.0,
+        "rotations": np.array([0.4, np.nan]),
+        "scales": np.array([np.nan, 0.8]),
+    }
+    return SoftPins(**given | changed)
+
+
+@pytest.mark.parametrize("forward", [True, False])
+@pytest.mark.parametrize("inverted", [False, True])
+def test_derivatives_agree_with_differences(forward, inverted):
+    z, u, faces = triangles(300)
+    z, u = (u, z) if inverted else (z, u)
+    pins = some_pins(inverted=inverted)
+    springs = pins.springs_on_mesh(z, u, faces, pins.cores(z, u, faces), 3.0, forward=forward)
+    assert len(springs) == 4  # two places, a rotation and a scale
+    moving, step = (u if forward else z), 1e-6
+    for spring in springs:
+        gradients, hessians = spring.derivatives(moving)
+        vertices = spring.stencils[0]
+        for number in (0, vertices.size // 2):
+            for direction in (1, 1j):
+                ahead, behind = moving.copy(), moving.copy()
+                ahead[vertices[number]] += step * direction
+                behind[vertices[number]] -= step * direction
+                slope = (spring.values(ahead) - spring.values(behind)).sum() / (2 * step)
+                assert slope == pytest.approx((gradients[0, number] * np.conj(direction)).real, abs=1e-6)
+                change = (spring.derivatives(ahead)[0] - spring.derivatives(behind)[0])[0] / (2 * step)
+                column = hessians[0, :, number] @ [direction.real, np.imag(direction)]
+                assert np.allclose(change, column[:, 0] + 1j * column[:, 1], atol=1e-5)
+
+
+def test_a_map_and_its_inverse_have_the_same_springs():
+    z, u, faces = triangles(400)
+    pins = some_pins(rotations=np.full(2, np.nan), scales=np.full(2, np.nan))
+    cores = pins.cores(z, u, faces)
+    there = pins.springs_on_mesh(z, u, faces, cores, 1.0, forward=True)
+    back = pins.inverse().springs_on_mesh(u, z, faces, cores, 1.0, forward=False)
+    for one, other in zip(there, back):
+        assert one.values(u)[0] == pytest.approx(other.values(u)[0], rel=1e-9) and one.values(u)[0] > 1e-3
+    assert np.allclose(pins.multipliers(z, u, faces), pins.inverse().multipliers(u, z, faces))
+    assert np.array_equal(pins.inverse().pairs, pins.pairs[:, ::-1])
+
+
+def test_a_similarity_that_meets_the_pins_costs_nothing():
+    z, _, faces = triangles(500)
+    factor = 0.9 * np.exp(0.4j)
+    source = np.array([0.1 + 0.05j, -0.2 - 0.15j])
+    pins = some_pins(
+        source=source,
+        target=factor * source + 2j,
+        rotations=np.full(2, 0.4),
+        scales=np.array([0.9, np.nan]),
+    )
+    u = factor * z + 2j
+    for forward in (True, False):
+        springs = pins.springs_on_mesh(z, u, faces, pins.cores(z, u, faces), 1.0, forward=forward)
+        moving = u if forward else z
+        assert sum(spring.values(moving)[0] for spring in springs) < 1e-24
+
+
+def test_patches_count_more_by_an_integral_that_does_not_depend_on_the_mesh():
+    radius, stiffness = 0.2, 8.0
+    pins = some_pins(source=np.array([0.03 - 0.06j]), target=np.zeros(1), radii=np.array([radius]))
+    found = []
+    for count in (500, 2000, 8000):
+        z, u, faces = triangles(count)
+        areas = (
+            np.abs(((z[faces[:, 1]] - z[faces[:, 0]]).conj() * (z[faces[:, 2]] - z[faces[:, 0]])).imag) / 2
+        )
+        found.append(areas @ (pins.multipliers(z, u, faces) - 1))
+    exact = (stiffness - 1) * np.pi * radius**2 / 3  # the integral of (1 - ρ²)² over a disc
+    errors = np.abs(np.array(found) / exact - 1)
+    assert errors[-1] < 2e-3 and errors[-1] < errors[0]
+    assert np.allclose(QUADRATURE.sum(axis=1), 1)
+
+
+def test_the_energy_between_two_vertex_sets_includes_the_springs():
+    z, u, faces = triangles(400)
+    u = u / np.sqrt(_areas(u, faces).sum())
+    assert _areas(u, faces).min() > 0
+    pins = some_pins(rotations=np.full(2, np.nan), scales=np.full(2, np.nan))
+    plain, pinned = Energy().between(z, u, faces), Energy(pins=pins).between(z, u, faces)
+    springs = pins.springs_on_mesh(z, u, faces, pins.cores(z, u, faces), 1.0, forward=True)
+    assert pinned - plain == pytest.approx(sum(spring.values(u)[0] for spring in springs))
+    assert all(isinstance(spring, Spring) for spring in springs)
+
+
+def _areas(z, faces):
+    a, b, c = z[faces].T
+    return ((b - a).conj() * (c - a)).imag / 2
+
+
+def test_pins_come_close_and_maps_stay_smooth():
+    soft = iccm.fit(EGG, PEAR, pins=PINS)
+    exact = iccm.fit(EGG, PEAR, pins=PINS, exact_pins=True)
+    free = iccm.fit(EGG, PEAR)
+    assert soft.status.ok and soft.report()["injective"]["certified"]
+    missed, before = (np.abs(fit.map(PINS[:, 0]) - PINS[:, 1]) / DIAGONAL for fit in (soft, free))
+    assert 1e-6 < missed.max() < 0.03 and missed.max() < 0.4 * before.max()
+    assert np.abs(exact.map(PINS[:, 0]) - PINS[:, 1]).max() < 1e-9 * DIAGONAL
+    worst = [np.max(fit.distortion.stretches) for fit in (soft, exact)]
+    assert worst[0] < 0.8 * worst[1]
+    assert any("exact_pins" in note for note in soft.notes)
+    assert not any("exact_pins" in note for note in exact.notes)
+
+
+def test_smaller_tolerances_bring_pins_closer():
+    missed = []
+    for tolerance in (12.0, 6.0, 3.0, 1.5):
+        pins = [iccm.Pin(*pin, radius=10, tolerance=tolerance) for pin in PINS]
+        missed.append(np.abs(iccm.fit(EGG, PEAR, pins=pins).map(PINS[:, 0]) - PINS[:, 1]).max())
+    assert missed == sorted(missed, reverse=True)
+    assert missed[-1] < 0.2 * missed[0]
+
+
+def test_a_radius_of_zero_is_exact_for_that_pin_alone():
+    pins = [iccm.Pin(*PINS[0], radius=0), iccm.Pin(*PINS[1]), PINS[2].tolist()]
+    found = iccm.fit(EGG, PEAR, pins=pins)
+    missed = np.abs(found.map(PINS[:, 0]) - PINS[:, 1])
+    assert missed[0] < 1e-9 * DIAGONAL < missed[1]
+
+
+@pytest.mark.parametrize("target", [PEAR, STAR], ids=["pear", "star"])
+def test_a_patch_is_rotated_and_scaled_as_asked(target):
+    pins = [iccm.Pin(PINS[0, 0], PINS[0, 1] / 2, radius=14, turn=35, scale=0.7)]
+    found = iccm.fit(EGG, target, pins=pins, turn="any")
+    circle = PINS[0, 0] + 3 * TURNS
+    derivative = np.vdot(3 * TURNS, found.map(circle)) / (9 * TURNS.size)
+    mean = np.sqrt(iccm.Curve(target).area / iccm.Curve(EGG).area)
+    assert np.degrees(np.angle(derivative)) == pytest.approx(35, abs=6)
+    assert abs(derivative) / mean == pytest.approx(0.7, abs=0.08)
+
+
+def test_a_map_does_not_depend_on_the_frame():
+    base = iccm.fit(EGG, PEAR, pins=PINS).map(PROBES)
+    factor, shift = 3 * np.exp(0.7j), 500 - 80j
+    moved = iccm.fit(factor * EGG + shift, PEAR, pins=PINS * [factor, 1] + [shift, 0], turn="any")
+    assert np.abs(moved.map(factor * PROBES + shift) - base).max() < 2e-3 * DIAGONAL
+    bent = iccm.fit(BEAN, PEAR, pins=PINS / 2).map(PROBES / 2)
+    mirrored = iccm.fit(BEAN.conj()[::-1], PEAR.conj()[::-1], pins=PINS.conj() / 2)
+    assert np.abs(mirrored.map(PROBES.conj() / 2).conj() - bent).max() < 1e-6 * DIAGONAL
+
+
+def test_noise_in_the_outline_hardly_moves_a_deformation():
+    corners = np.exp(2j * np.pi * np.arange(6) / 6) * [1, 1, 1, 1, 1, 1.2]
+    pins = np.array(
+        [
+            [0.5 + 0.1j, 0.9 + 0.5j],
+            [-0.5 + 0.2j, -0.6 - 0.1j],
+            [0.1 - 0.5j, 0.3 - 0.4j],
+            [0.05 + 0.55j, -0.1 + 0.9j],
+        ]
+    )
+    probes = np.array([0.2 + 0.2j, -0.3 - 0.3j, 0.4 - 0.1j])
+    noisy = corners.copy()
+    noisy[2] += 1e-6 * (1 + 0.7j)
+    moved = iccm.deform(noisy, pins=pins).map(probes) - iccm.deform(corners, pins=pins).map(probes)
+    assert np.abs(moved).max() < 1e-4
+
+
+def test_deformations_converge_as_meshes_are_refined(monkeypatch):
+    """Of maps onto a target only the outline's own correspondence would be measured, which depends on its vertices."""
+    settings_of = balanced.settings_of
+
+    def steps(**options):
+        images = []
+        for triangle_count in (1500, 6000, 24000):
+            monkeypatch.setattr(
+                balanced,
+                "settings_of",
+                lambda given, n=triangle_count: replace(settings_of(given), triangles=n),
+            )
+            images.append(iccm.deform(EGG, pins=PINS, **options).map(PROBES))
+        return [np.abs(after - before).max() / DIAGONAL for before, after in pairwise(images)]
+
+    soft, exact = steps(), steps(exact_pins=True)
+    assert soft[1] < 0.6 * soft[0] and soft[1] < 0.5 * exact[1]
+
+
+def test_radii_leave_room():
+    source, target = iccm.Curve(EGG), iccm.Curve(PEAR)
+    size = np.sqrt(source.area)
+    alone = choose_radii(source, target, ((), ()), np.array([[0, 0]], complex))
+    assert alone == pytest.approx([RADIUS_SHARE * size])
+    close = choose_radii(source, target, ((), ()), np.array([[0, 0], [9, 30j]], complex))
+    assert close == pytest.approx([9 * RADIUS_BETWEEN_PINS] * 2)
+
+
+@pytest.mark.parametrize(
+    "changed", [{"radius": -1.0}, {"tolerance": 0.0}, {"scale": -0.5}, {"turn": np.inf}, {"radius": np.nan}]
+)
+def test_settings_out_of_range_are_refused(changed):
+    (name,) = changed
+    with pytest.raises(iccm.InputError, match=name):
+        iccm.Pin(0, 1, **changed)
+
+
+def test_settings_are_refused_where_they_have_no_effect():
+    pins = [iccm.Pin(*PINS[0], radius=5)]
+    with pytest.raises(iccm.InputError, match="pin"):
+        iccm.fit(EGG, PEAR, pins=pins, method="conformal")
