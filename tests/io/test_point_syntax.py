@@ -65,8 +65,11 @@ def test_a_pin_may_have_settings():
     pins = TypeAdapter(point_syntax.Pin)
     expected = ((10.0, 20.0), (30.0, 40.5), {"radius": 6.0, "turn": -20.0, "tolerance": 1.5})
     assert pins.validate_python("10,20:30,40.5,r=6,turn=-20,tolerance=1.5") == expected
-    assert pins.validate_python([[10, 20], [30, 40.5], {"radius": 6, "turn": -20, "tolerance": 1.5}]) == expected
+    assert (
+        pins.validate_python([[10, 20], [30, 40.5], {"radius": 6, "turn": -20, "tolerance": 1.5}]) == expected
+    )
     assert pins.validate_python("v5:30,40,scale=2") == ("v5", (30.0, 40.0), {"scale": 2.0})
-    for wrong in ("10,20:30,40,size=6", "10,20:30,40,r=x", "10,20:30,40,r=-1", "10,20,r=6:30,40", "10,20:30,40,scale=0"):
+    wrong_settings = ("size=6", "r=x", "r=-1", "scale=0", "turn=", "=3")
+    for wrong in ("10,20,r=6:30,40", *(f"10,20:30,40,{setting}" for setting in wrong_settings)):
         with pytest.raises(ValidationError):
             pins.validate_python(wrong)

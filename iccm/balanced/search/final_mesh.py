@@ -39,7 +39,7 @@ BOUND_AIM = 0.99  # of a bound, that is aimed at: it is approached from above
 KNOTTED = 1.1  # times the energy on the mesh before: a finer one, with all kinks, changes a few per cent
 LAST_STEPS, LAST_DECREASE = 50, 2e-4  # of Newton on the last mesh, and the relative decrease that ends them
 LAST_DECREASE_WITH_PINS = 1e-5
-"""The same with soft pins, whose springs are weak: maps whose meshes differ are a third as far apart."""
+"""The same with soft pins, whose springs are weak: maps on different meshes then agree better."""
 
 Meshed = DiscreteMap | Sketch
 
