@@ -38,7 +38,9 @@ def test_pins_are_soft_with_one_note_and_exact_where_asked(iccm, tmp_path, pair)
 
 
 def test_typed_settings_and_listed_ones_are_the_same(iccm, tmp_path, pair):
-    first, _ = errors(iccm, tmp_path, *pair, "--pin", "40,45:50,48,radius=0", "--pin", "60,45:75,52,r=6,tolerance=1")
+    first, _ = errors(
+        iccm, tmp_path, *pair, "--pin", "40,45:50,48,radius=0", "--pin", "60,45:75,52,r=6,tolerance=1"
+    )
     listed = [
         {"source": [40, 45], "target": [50, 48], "radius": 0},
         {"source": [60, 45], "target": [75, 52], "radius": 6, "tolerance": 1},
@@ -74,5 +76,7 @@ def test_wrong_settings_are_named(iccm, tmp_path, pair, word):
 
 
 def test_settings_are_refused_by_methods_without_them(iccm, tmp_path, pair):
-    result = iccm("map", *pair, "--pin", "40,45:50,48,r=4", "--method", "conformal", "-o", tmp_path / "out.png")
+    result = iccm(
+        "map", *pair, "--pin", "40,45:50,48,r=4", "--method", "conformal", "-o", tmp_path / "out.png"
+    )
     assert result.code == 2 and "pin" in result.err and "balanced" in result.err

@@ -159,7 +159,9 @@ def test_settings_of_pins_are_listed_and_drawn(tmp_path):
     ]
 
 
-@pytest.mark.parametrize("wrong", [{"radius": -1}, {"tolerance": 0}, {"scale": 0}, {"radius": "6"}, {"turn": 400}])
+@pytest.mark.parametrize(
+    "wrong", [{"radius": -1}, {"tolerance": 0}, {"scale": 0}, {"radius": "6"}, {"turn": 400}]
+)
 def test_settings_of_pins_out_of_range_are_named(tmp_path, wrong):
     content = {"pins": [{"source": [70, 80], "target": [75, 80]} | wrong]}
     with pytest.raises(InputError, match=next(iter(wrong))):
