@@ -42,6 +42,7 @@ class Texture(inkex.EffectExtension):
         pars.add_argument("--turn", default="")
         pars.add_argument("--balance", type=float, default=1.0)
         pars.add_argument("--pins", type=inkex.Boolean, default=True)
+        pars.add_argument("--exact_pins", type=inkex.Boolean, default=False)
         pars.add_argument("--replace", type=inkex.Boolean, default=False)
 
     def effect(self):
@@ -91,6 +92,7 @@ class Texture(inkex.EffectExtension):
             listed = self.listed(pairs, artwork, target if fits else None)
             (folder / "pairs.json").write_text(json.dumps(listed), encoding="utf-8")
             command += ["--constraints", "pairs.json"]
+            command += ["--exact-pins"] if self.options.exact_pins else []
         elif not fits:
             raise Failed(
                 "There are no pins. Draw a small circle on the artwork, label it pin-NAME (Object Properties), "

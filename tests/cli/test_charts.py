@@ -100,7 +100,17 @@ def test_a_mirrored_chart_gives_its_texture_the_right_way_round(sheets, iccm):
 
 
 def test_pins_on_a_chart_are_coordinates_or_vertices(sheets, iccm):
-    pinned = ["--pin", "50,50:0.65,0.65", "--pin", "25,50:v39", "--size", "32", "--report", "r.json"]
+    pinned = [
+        "--pin",
+        "50,50:0.65,0.65",
+        "--pin",
+        "25,50:v39",
+        "--exact-pins",
+        "--size",
+        "32",
+        "--report",
+        "r.json",
+    ]
     done = iccm("map", "square.svg", "pair.obj#uv", "-o", "o.png", *pinned)
     assert done.code == 0, done.err
     found = json.loads((sheets / "r.json").read_text())

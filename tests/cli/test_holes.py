@@ -107,7 +107,19 @@ def test_holes_too_small_or_in_touch_with_the_outline_are_passed_over(holed, icc
 
 def test_holes_of_a_shape_that_is_deformed_move_freely(holed, iccm):
     pins = ("--pin", "15,15:15,15", "--pin", "85,85:85,85", "--pin", "30,45:25,45", "--pin", "60,45:65,45")
-    typed = ("deform", "ring.svg", *pins, "-o", "o.png", "--report", "r.json", "--size", "100", "--force")
+    typed = (
+        "deform",
+        "ring.svg",
+        *pins,
+        "--exact-pins",
+        "-o",
+        "o.png",
+        "--report",
+        "r.json",
+        "--size",
+        "100",
+        "--force",
+    )
     done = iccm(*typed)
     report = json.loads((holed / "r.json").read_text())
     assert done.code == 0 and "hole" not in done.err

@@ -63,7 +63,11 @@ def test_nobody_need_listen():
                 "last map",
             ],
         ),
-        ({"pins": [(0.5 + 0.5j, 0.5 + 0.6j)]}, ["starts", "pins moved", "fine map", "last map"]),
+        ({"pins": [(0.5 + 0.5j, 0.5 + 0.6j)]}, ["starts", "coarse maps, 3 steps", "fine map", "last map"]),
+        (
+            {"pins": [(0.5 + 0.5j, 0.5 + 0.6j)], "exact_pins": True},
+            ["starts", "pins moved", "fine map", "last map"],
+        ),
         (
             {"method": "conformal"},
             ["harmonic measure", "Möbius maps", "Möbius maps polished", "rounds"],

@@ -170,9 +170,11 @@ def plain(marks, extra=""):
 def test_pins_that_are_drawn_are_met_however_they_are_ordered(profile):
     there, back = mark("pin-eye", 30, 30, 1), mark("pin-eye", 130, 50, 2)
     for marks in ([there, back], [back, there]):
-        made, said, code = run(plain(marks), profile, "--id=art", "--id=target")
+        made, said, code = run(plain(marks), profile, "--id=art", "--id=target", "--exact_pins=true")
         assert (said, code) == ("", 0)
         assert np.allclose(eyes(made), [[130, 50]], atol=NEAR)
+    soft, said, code = run(plain([there, back]), profile, "--id=art", "--id=target")
+    assert (said, code) == ("", 0) and NEAR < np.hypot(*(eyes(soft)[0] - [130, 50])) < 4
     free = run(plain([there, back]), profile, "--id=art", "--id=target", "--pins=false")[0]
     assert np.hypot(*(eyes(free)[0] - [130, 50])) > 2
 
