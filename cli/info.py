@@ -38,7 +38,7 @@ def command(file: tuple[str, ...], json: bool, plot: str | None, force: bool, ma
     for name in file:
         with status.show_status():
             tell(f"read {name}")
-            facts = describe(Path(name), max_faces=max_faces)
+            facts = describe(name, max_faces=max_faces)
         click.echo(dumps(as_json(facts), ensure_ascii=False) if json else "\n".join(lines(facts)))
     if plot:
         from ..io import sheet

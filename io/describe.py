@@ -17,15 +17,26 @@ from .shapes import shape as shapes
 from .spec import Spec
 
 MOST = 20  # of each kind that are listed (by hand)
+BOXES, DIGITS = ("box", "canvas"), 6  # what has coordinates of corners, and significant digits of its extent
 
 
-def describe(path: Path, *, max_faces: int = limits.FACES) -> dict[str, Any]:
-    """Facts about a file by what its suffix says it is; JSON values only.
+def describe(name: str | Path, *, max_faces: int = limits.FACES) -> dict[str, Any]:
+    """Facts about a file by what its suffix says it is, or about a part of a drawing: `font.ttf#text=Word`.
+
+    Values are such as JSON has.
 
     Raises:
         InputError: the file is missing, of a kind that iccm does not read, wrong, or a mesh of more than `max_faces`.
     """
+    spec = Spec.of(str(name))
+    path = spec.path
     files.open_input(path)
+    if spec.chosen and (formats.of(path).outlines or formats.of(path).drawing):
+        return {"file": str(name), "bytes": path.stat().st_size, **_shape(spec)}
+    if spec.chosen:
+        raise InputError(
+            f"{name}: parts are described of drawings and fonts; iccm info {path} lists those of the file"
+        )
     kinds: dict[str, Callable[[Path], dict[str, Any]]] = {
         "picture": _picture,
         "mesh": partial(_mesh, max_faces=max_faces),
@@ -44,8 +55,8 @@ def describe(path: Path, *, max_faces: int = limits.FACES) -> dict[str, Any]:
     raise InputError(f"{path}: no kind of file that iccm reads; it reads {' '.join(known)}")
 
 
-def _shape(path: Path) -> dict[str, Any]:
-    drawing = shapes.drawn(Spec(path))
+def _shape(named: Spec | Path) -> dict[str, Any]:
+    drawing = shapes.drawn(named if isinstance(named, Spec) else Spec(named))
     return {
         "kind": "shapes",
         "canvas": None if drawing.rectangle is None else [float(value) for value in drawing.rectangle],
@@ -262,12 +273,26 @@ def lines(facts: dict[str, Any]) -> list[str]:
         if isinstance(value, list) and value and isinstance(value[0], dict):
             out += [f"{key}:", *("  " + _row(item) for item in value)]
         elif value not in ([], {}, None):
-            out.append(f"{key}: {_plain(value)}")
+            out.append(f"{key}: {_text(key, value)}")
     return ["".join(c if c.isprintable() else repr(c)[1:-1] for c in line) for line in out]
 
 
 def _row(item: dict[str, Any]) -> str:
-    return ", ".join(f"{key} {_plain(value)}" for key, value in item.items())
+    return ", ".join(f"{key} {_text(key, value)}" for key, value in item.items())
+
+
+def _text(key: str, value: Any) -> str:
+    """The text of a value; corners of boxes have digits by the size of the box, however far it is from the origin."""
+    if key not in BOXES or not isinstance(value, list) or not value or not np.isfinite(value).all():
+        return _plain(value)
+    sides = np.array(value[-(len(value) // 2) :])
+    extent = np.abs(sides if key == "canvas" else sides - value[: len(value) // 2]).max()
+    decimals = int(np.clip(DIGITS - 1 - np.floor(np.log10(extent or 1.0)), 0, 12))
+    far = max(map(abs, value)) >= 1e15
+    return " ".join(
+        f"{v:.6g}" if far else f"{v:.{decimals}f}".rstrip("0").rstrip(".") if decimals else f"{v:.0f}"
+        for v in value
+    )
 
 
 def _plain(value: Any) -> str:
@@ -280,5 +305,5 @@ def _plain(value: Any) -> str:
             else "; ".join(map(str, value))
         )
     if isinstance(value, dict):
-        return ", ".join(f"{name} {_plain(item)}" for name, item in value.items())
+        return ", ".join(f"{name} {_text(name, item)}" for name, item in value.items())
     return str(value)

@@ -56,6 +56,7 @@ def examine(watched: Callable[[], AbstractContextManager[None]]) -> Iterator[Fin
     yield from _requirements()
     yield from _threads()
     yield from _writing()
+    yield _fonts()
     yield _check("core", _compiled_core, watched)
     yield _check("map", _try_map, watched)
 
@@ -113,6 +114,13 @@ def _threads() -> Iterator[Finding]:
 def _writing() -> Iterator[Finding]:
     for what, folder in (("this folder", Path.cwd()), ("temporary files", Path(tempfile.gettempdir()))):
         yield _writable(what, folder)
+
+
+def _fonts() -> Finding:
+    """What finds the fonts that texts of drawings ask for."""
+    from .svg.lettering import finder
+
+    return Finding("fonts", finder())
 
 
 def _writable(what: str, folder: Path) -> Finding:

@@ -96,6 +96,8 @@ FORMATS = {
     ".ndjson": Format(manifest=True),
     ".json": Format(constraints=True, outlines=True),
     ".geojson": Format(outlines=True),
+    ".geojsonl": Format(outlines=True),
+    ".topojson": Format(outlines=True),
     ".ttf": Format(outlines=True),
     ".otf": Format(outlines=True),
     ".dxf": Format(outlines=True),

@@ -1,6 +1,8 @@
 """Outlines in files that are neither drawings nor meshes nor pictures.
 
 polygons   GeoJSON, and annotations of pictures (labelme, COCO)
+topology   TopoJSON as GeoJSON
+antimeridian  polygons across 180°
 lettering  words set in a font file
 dxf        closed lines of CAD drawings
 """

@@ -1,5 +1,6 @@
 """Polygons in JSON: GeoJSON features, y up, and annotations of pictures by labelme and COCO, in pixels."""
 
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ from ...arrays import Complex, complex_of
 from ...errors import InputError
 from .. import files, limits
 from ..svg.drawing import Drawing
+from . import antimeridian, topology
 
 Found = tuple[tuple[str, ...], list[Complex], str]  # names, rings, and the rule that they are filled by
 DEEPEST = 50  # collections in each other
@@ -17,6 +19,8 @@ MEMBERS = {"FeatureCollection": "features", "GeometryCollection": "geometries"}
 NAMES = ("name", "id", "label", "title", "class")
 """What a property whose value names a feature is called, or ends with."""
 POLYGONS = {"Polygon", "MultiPolygon"}
+NAMED = 5  # features that a note names
+RECORD_SEPARATOR = b"\x1e \t\r"
 
 
 def read(
@@ -29,7 +33,7 @@ def read(
     Raises:
         InputError: no such JSON, or none of its polygons is one.
     """
-    content = files.read_json(path, max_bytes=max_bytes)
+    content = _content(path, max_bytes)
     if not isinstance(content, dict):
         raise InputError(f"{path}: is neither GeoJSON nor annotations by labelme or COCO")
     try:
@@ -38,7 +42,8 @@ def read(
         elif isinstance(content.get("annotations"), list):
             drawing, found = _coco(content, chosen)
         elif isinstance(content.get("type"), str):
-            drawing, found = Drawing([], None, flip=False), _geojson(content)
+            drawing = Drawing([], None, flip=False)
+            found = _geojson(topology.as_geojson(content), drawing.notes)
         else:
             raise InputError("is neither GeoJSON nor annotations by labelme or COCO")
         _fill(drawing, found, chosen)
@@ -51,10 +56,40 @@ def read(
 def holds(path: Path) -> bool:
     """Whether JSON holds polygons, and not constraints."""
     try:
-        content = files.read_json(path, max_bytes=limits.GEOMETRY_BYTES)
+        content = _content(path, limits.GEOMETRY_BYTES)
     except InputError:
         return False
     return isinstance(content, dict) and bool({"shapes", "annotations", "type"} & content.keys())
+
+
+def _content(path: Path, max_bytes: int) -> Any:
+    """What a file holds, as one document: a list of features (QuPath), and features line by line, are a collection.
+
+    Raises:
+        InputError: it is not JSON.
+    """
+    try:
+        content = files.read_json(path, max_bytes=max_bytes)
+    except InputError:
+        features = _of_lines(path, max_bytes)
+        if not features:
+            raise
+        content = features
+    listed = isinstance(content, list) and content and all(isinstance(each, dict) for each in content)
+    if listed and all("geometry" in each or "coordinates" in each for each in content):
+        return {"type": "FeatureCollection", "features": content}
+    return content
+
+
+def _of_lines(path: Path, max_bytes: int) -> list[Any]:
+    """The documents of a file that has one on each line (RFC 8142, GeoJSONL); none where a line is not one."""
+    lines = [
+        line.strip(RECORD_SEPARATOR) for line in files.read_bytes(path, max_bytes=max_bytes).splitlines()
+    ]
+    try:
+        return [files.parse_json(line) for line in lines if line]
+    except InputError:
+        return []
 
 
 def _fill(drawing: Drawing, found: Iterator[Found], chosen: str | None) -> None:
@@ -68,7 +103,7 @@ def _fill(drawing: Drawing, found: Iterator[Found], chosen: str | None) -> None:
         drawing.add(rings, rule, repr(names[0]) if names else f"polygon {number}", names)
     drawing.outlines.sort(key=lambda outline: -outline.area)
     if not number:
-        raise InputError("holds no polygons")
+        raise InputError(f"holds no polygons{'; ' + drawing.notes[0] if drawing.notes else ''}")
 
 
 def geometries(
@@ -97,18 +132,33 @@ def geometries(
         yield item, feature
 
 
-def _geojson(content: dict[str, Any]) -> Iterator[Found]:
-    """The polygons of features and geometries, and what features are called."""
+def _geojson(content: dict[str, Any], notes: list[str]) -> Iterator[Found]:
+    """The polygons of features and geometries, and what features are called; what is left out or joined is noted."""
+    others: Counter[str] = Counter()
+    joined = list[str]()
     for geometry, feature in geometries(content):
         kind = geometry["type"]
         if kind not in POLYGONS:
+            others[f"{kind}"] += 1
             continue
         feature = feature or {}
         properties = (feature.get("properties") or {}).items()
         called = [feature.get("id"), *(value for key, value in properties if key.lower().endswith(NAMES))]
         names = tuple(dict.fromkeys(str(value) for value in called if isinstance(value, str | int)))
-        for rings in geometry["coordinates"] if kind == "MultiPolygon" else [geometry["coordinates"]]:
-            yield names, [_ring(ring) for ring in rings], "evenodd"
+        listed = geometry["coordinates"] if kind == "MultiPolygon" else [geometry["coordinates"]]
+        polygons = [[_ring(ring) for ring in rings] for rings in listed if rings]
+        if not polygons:
+            others[f"empty {kind}"] += 1
+        whole = antimeridian.joined(polygons)
+        if whole is not polygons:
+            joined.append(names[0] if names else "a polygon without name")
+        for rings in whole:
+            yield names, rings, "evenodd"
+    if others:
+        notes.append("left out " + ", ".join(f"{count} {kind}" for kind, count in others.items()))
+    if joined:
+        more = f" and {len(joined) - NAMED} more" if len(joined) > NAMED else ""
+        notes.append(f"{', '.join(joined[:NAMED])}{more}: crossing 180°, joined there")
 
 
 def _labelme(content: dict[str, Any]) -> Iterator[Found]:

@@ -219,7 +219,7 @@ THINNEST = 1e6  # square of the outline's length by the area: of a strip, four t
 READERS = {
     **dict.fromkeys((".svg", ".svgz"), svg.read),
     ".obj": planar_obj.read,
-    **dict.fromkeys((".geojson", ".json"), polygons.read),
+    **dict.fromkeys((".geojson", ".geojsonl", ".topojson", ".json"), polygons.read),
     **dict.fromkeys((".ttf", ".otf"), lettering.read),
     ".dxf": dxf.read,
 }
@@ -371,6 +371,9 @@ def read_all(text: str, *, flatness: float = 1e-4, trace: str = "auto") -> list[
     ]
 
 
+WEB_FONTS = (".woff", ".woff2")
+
+
 def known(path: Path) -> str:
     """The suffix of a file that shapes are read from.
 
@@ -381,6 +384,11 @@ def known(path: Path) -> str:
     if suffix not in SUFFIXES:
         if path.is_dir():
             raise InputError(f"{path}: is a folder; name a file in it")
+        if suffix in WEB_FONTS:
+            raise InputError(
+                f"{path}: web fonts are compressed and not read; name the .ttf or .otf, which "
+                "`fonttools ttLib.woff2 decompress` makes"
+            )
         kind = repr(path.suffix) if path.suffix else "a file without suffix"
         known = sorted({*SUFFIXES, *formats.holding("mesh")})
         raise InputError(f"{path}: no shape is read from {kind}; use one of {', '.join(known)}")

@@ -1,4 +1,5 @@
-"""Text as the outlines of its letters, where the font that it asks for is found (fontconfig) and it is set plainly.
+"""Text as the outlines of its letters, where the font that it asks for is found (by fontconfig, or by matplotlib where
+that is missing) and it is set plainly.
 
 What needs more than a line of letters, such as text along a path or scripts that run both ways, stays text.
 """
@@ -42,7 +43,7 @@ def _matched(family: str, weight: int, slant: int) -> Font | None:
     """The font of a family; None where fontconfig would put another in its place."""
     command = shutil.which("fc-match")
     if command is None:
-        return None
+        return _listed(family, weight, slant)
     asked = re.sub(r"([\\\-:,])", r"\\\1", family)
     near = _FONTCONFIG[min(900, max(100, round(weight, -2)))]
     line = [command, "-f", "%{family}\n%{file}\n%{index}", f"{asked}:weight={near}:slant={slant}"]
@@ -54,6 +55,29 @@ def _matched(family: str, weight: int, slant: int) -> Font | None:
         return Font(path, int(number) & 0xFFFF if path.lower().endswith((".ttc", ".otc")) else 0, weight)
     except Exception:  # fontconfig or a font file that is broken is one that is not there
         return None
+
+
+def _listed(family: str, weight: int, slant: int) -> Font | None:
+    """The font of a family among those that matplotlib finds in the system's folders, where there is no fontconfig."""
+    try:
+        from matplotlib import font_manager
+
+        style = {0: "normal", 100: "italic", 110: "oblique"}[slant]
+        asked = font_manager.FontProperties(family=[family], weight=weight, style=style)
+        path = font_manager.findfont(asked, fallback_to_default=False)
+        return Font(str(path), 0, weight)
+    except Exception:  # a family that is not there, or a font file that is broken
+        return None
+
+
+def finder() -> str:
+    """What finds the fonts of drawings on this system."""
+    command = shutil.which("fc-match")
+    return (
+        f"found by {command}"
+        if command
+        else "fc-match is missing; found by matplotlib, without font collections"
+    )
 
 
 class Lettering:

@@ -95,6 +95,11 @@ def read(
             paint = partial(_paint, drawing, shown, places, Detail(flatness, Budget(max_segments)))
             drawing = replace(drawing, paint=paint)
         drawing = replace(drawing, coloured=_has_colours(shown, document))
+        if count := len(document.unset_texts):
+            drawing.notes.append(
+                f"{count} text{'s' * (count > 1)} left out, whose font is not found or which "
+                f"{'are' if count > 1 else 'is'} not set plainly: turn text into paths"
+            )
         drawing.notes.extend(
             f"{drawn.name}: drawn up to {drawn.faults[0]}" for drawn in shapes if drawn.faults
         )

@@ -175,6 +175,7 @@ class Document:
         sheet: its style sheet, if any.
         copies: what is shown again so far.
         canvas: its viewBox or size in user units; None when it states none.
+        unset_texts: the texts seen so far that are not outlined, by Python's id.
         root: the node of `top`.
     """
 
@@ -188,6 +189,7 @@ class Document:
 
             self.sheet = Stylesheet(text, top)
         self.lettering = lettering.Lettering(self.own)
+        self.unset_texts: set[int] = set()
         self._root_font = fonts_in_css.MEDIUM
         self.canvas: Rectangle | None = canvas(top)
         corner, size = (self.canvas[:2], self.canvas[2:]) if self.canvas else ((0.0, 0.0), None)
@@ -336,6 +338,7 @@ class Document:
             return node
         data = self.lettering.path_data(node.element, found.properties)
         if data is None:
+            self.unset_texts.add(id(node.element))
             return node
         found.tag, found.properties = "path", {**found.properties, "d": data}
         return found

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from iccm.errors import InputError
-from iccm.io.describe import describe
+from iccm.io.describe import describe, lines
 from iccm.io.shapes import shape
 
 FONT = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"
@@ -184,3 +184,110 @@ def test_bad_files_get_one_line(tmp_path, name, content):
     with pytest.raises(InputError, match=f"{name}") as error:
         shape.read(f"{path}#text=a" if name == "a.ttf" else str(path))
     assert "\n" not in str(error.value)
+
+
+def box(west, south, east, north):
+    return [[west, south], [east, south], [east, north], [west, north], [west, south]]
+
+
+ACROSS = {
+    "cut": {"type": "MultiPolygon", "coordinates": [[box(177, -19, 180, -16)], [box(-180, -19, -178, -16)]]},
+    "wrapped": {"type": "Polygon", "coordinates": [box(177, -19, -178, -16)]},
+}
+
+
+@pytest.mark.parametrize("kind", ACROSS)
+def test_polygons_across_the_antimeridian_are_in_one_piece(tmp_path, kind):
+    path = tmp_path / "a.geojson"
+    path.write_text(json.dumps(feature(ACROSS[kind], properties={"name": "Fiji"})))
+    (one,) = shape.read_all(str(path))
+    assert one.curve.box == (177 - 19j, 182 - 16j) and one.curve.area == pytest.approx(15)
+    assert any("Fiji" in note and "180°" in note for note in one.notes)
+
+
+def test_islands_on_both_sides_of_the_antimeridian_lie_beside_each_other(tmp_path):
+    """A hole goes with its island, and what spans the world or is not in degrees stays where it is."""
+    path = tmp_path / "a.geojson"
+    parts = [[box(-170, 50, -100, 70), box(-150, 55, -140, 60)], [box(172, 51, 176, 53)]]
+    path.write_text(json.dumps(feature({"type": "MultiPolygon", "coordinates": parts})))
+    mainland, island = shape.read_all(str(path))
+    low, high = (
+        min(a.curve.box[0].real for a in (mainland, island)),
+        max(a.curve.box[1].real for a in (mainland, island)),
+    )
+    assert high - low == pytest.approx(88) and len(mainland.holes) == 1
+    assert mainland.holes[0].real.min() - mainland.curve.box[0].real == pytest.approx(20)
+    for still in (box(-180, -90, 180, -70), box(-2000, 0, 2000, 40)):
+        path.write_text(json.dumps({"type": "Polygon", "coordinates": [still]}))
+        assert shape.read(str(path)).curve.box[0].real == still[0][0]
+
+
+TOPOLOGY = {
+    "type": "Topology",
+    "transform": {"scale": [0.5, 2], "translate": [100, 10]},
+    "arcs": [[[0, 0], [0, 4]], [[0, 0], [-6, 0], [0, 4], [6, 0]], [[0, 4], [8, 0], [0, -4], [-8, 0]]],
+    "objects": {
+        "lands": {
+            "type": "GeometryCollection",
+            "geometries": [
+                {"type": "Polygon", "arcs": [[1, -1]], "properties": {"name": "West"}},
+                {"type": "MultiPolygon", "arcs": [[[0, 2]]], "id": "East"},
+            ],
+        }
+    },
+}
+
+
+def test_topojson_has_the_polygons_that_its_arcs_make(tmp_path):
+    """Both share the arc between them, one of them backwards; points are differences in whole numbers."""
+    path = tmp_path / "t.topojson"
+    path.write_text(json.dumps(TOPOLOGY))
+    west, east = shape.read(f"{path}#West"), shape.read(f"{path}#East")
+    assert west.curve.box == (97 + 10j, 100 + 18j) and west.curve.area == 24
+    assert east.curve.box == (100 + 10j, 104 + 18j) and east.curve.area == 32
+    wrong = TOPOLOGY | {"objects": {"a": {"type": "Polygon", "arcs": [[7]]}}}
+    path.write_text(json.dumps(wrong))
+    with pytest.raises(InputError, match="arc 7 of 3"):
+        shape.read(str(path))
+
+
+def test_features_in_a_bare_list_and_on_lines(tmp_path):
+    listed = tmp_path / "q.geojson"
+    listed.write_text(json.dumps(COUNTRIES["features"]))
+    by_line = tmp_path / "l.geojsonl"
+    by_line.write_text("\n".join("\x1e" + json.dumps(each) for each in COUNTRIES["features"]) + "\n\n")
+    for path in (listed, by_line):
+        assert [each.curve.area for each in shape.read_all(str(path))] == [100, 25, 9]
+
+
+def test_geojson_without_polygons_says_what_it_has(tmp_path):
+    path = tmp_path / "a.geojson"
+    tracks = [feature({"type": "LineString", "coordinates": [[0, 0], [1, 1]]})] * 3
+    empty = [
+        feature({"type": "MultiPolygon", "coordinates": []}),
+        feature({"type": "Polygon", "coordinates": []}),
+    ]
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": tracks + empty}))
+    with pytest.raises(InputError, match=r"no polygons.*3 LineString.*empty MultiPolygon"):
+        shape.read(str(path))
+    square = feature({"type": "Polygon", "coordinates": [ring(0, 0, 4)]})
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": [*empty, square]}))
+    assert shape.read(str(path)).curve.area == 16
+
+
+def test_a_word_in_a_font_is_described_and_web_fonts_are_named():
+    found = describe(f"{FONT}#text=On")
+    assert found["outlines_in_all"] == 2 and found["ids"] == ["text=On"]
+
+
+def test_web_fonts_are_refused_by_name(tmp_path):
+    (tmp_path / "a.woff2").write_bytes(b"wOF2")
+    with pytest.raises(InputError, match=r"a\.woff2: web fonts.*\.ttf"):
+        shape.read(f"{tmp_path}/a.woff2#text=A")
+
+
+def test_boxes_far_from_the_origin_are_listed_with_the_digits_of_their_size(tmp_path):
+    path = tmp_path / "utm.geojson"
+    path.write_text(json.dumps({"type": "Polygon", "coordinates": [ring(550123.25, 4200456.5, 80)]}))
+    line = next(line for line in lines(describe(path)) if "number 1" in line)
+    assert "box 550123.25 4200456.5 550203.25 4200536.5" in line

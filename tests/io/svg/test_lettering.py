@@ -119,3 +119,22 @@ def test_a_power_stroke_is_what_inkscape_drew(tmp_path):
     path = f'<path {names} fill="#000" inkscape:path-effect="#e" inkscape:original-d="M10 10H90" d="M10 10L90 5V15Z"/>'
     (found,), _ = drawn(tmp_path, path)
     assert found.curve.area == pytest.approx(400)
+
+
+def test_fonts_are_found_without_fontconfig(tmp_path, monkeypatch):
+    """By matplotlib, which has the same file of the family, in its weight."""
+    text = TEXT.format(x=9, more='font-weight="bold"', text="Rag")
+    before = drawn(tmp_path, text)
+    monkeypatch.setattr(lettering.shutil, "which", lambda name: None)
+    lettering._matched.cache_clear()
+    try:
+        after = drawn(tmp_path, text)
+        unknown = drawn(
+            tmp_path, '<rect width="9" height="9"/>' + text.replace("DejaVu Sans", "Nonesuch Sans")
+        )
+    finally:
+        lettering._matched.cache_clear()
+    assert "missing" in lettering.finder()
+    assert after[1] == pytest.approx(before[1]) and len(after[0]) == len(before[0]) == 3
+    assert after[0][0].curve.area == pytest.approx(before[0][0].curve.area)
+    assert any("1 text left out" in note for note in unknown[0][0].notes)

@@ -1,0 +1,76 @@
+"""Polygons in degrees that cross 180°: unwrapped, and joined where they were cut there (RFC 7946, 3.1.9)."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+
+from ...arrays import Complex, complex_of, xy_of
+from ...polygons import polygons_of, unite
+
+Rings = list[Complex]
+NEAR = 1e-6  # degrees: a tenth of a metre
+POLE = 90.0
+
+
+def joined(polygons: Sequence[Rings]) -> Sequence[Rings]:
+    """The polygons of one feature, each as its outline and its holes, in one piece across 180°.
+
+    The same sequence is returned where nothing crosses, or coordinates are not degrees of longitude and latitude.
+    """
+    every = [ring for rings in polygons for ring in rings]
+    if not every or not all(_is_in_degrees(ring) for ring in every):
+        return polygons
+    unwrapped = [_beside([_unwrapped(ring) for ring in rings]) for rings in polygons]
+    turns = _turns(unwrapped)
+    if not any(turns) and all(own[0] is rings[0] for own, rings in zip(unwrapped, polygons)):
+        return polygons
+    moved = [[_snapped(ring + 360 * turn) for ring in rings] for rings, turn in zip(unwrapped, turns)]
+    whole = unite(
+        [shapely.Polygon(xy_of(own), [xy_of(hole) for hole in holes]).buffer(0) for own, *holes in moved]
+    )
+    return [
+        [complex_of(shapely.get_coordinates(ring)) for ring in (part.exterior, *part.interiors)]
+        for part in polygons_of(whole)
+    ]
+
+
+def _turns(polygons: Sequence[Rings]) -> list[int]:
+    """By how many turns around the Earth each polygon is moved, so that all together begin after the widest gap."""
+    low = np.array([rings[0].real.min() for rings in polygons])
+    width = np.array([np.ptp(rings[0].real) for rings in polygons])
+    if (low + width).max() - low.min() <= 180 or width.max() >= 360:
+        return [0] * len(polygons)
+    order = np.argsort(low % 360)
+    begin = (low % 360)[order]
+    reach = np.maximum.accumulate(begin + width[order])
+    gaps = np.append(begin[1:], begin[0] + 360) - reach
+    first = int((np.argmax(gaps) + 1) % len(begin))
+    start = begin[first] if begin[first] < 180 else begin[first] - 360
+    moved = (low - start) % 360 + start
+    return np.rint((moved - low) / 360).astype(int).tolist()
+
+
+def _is_in_degrees(ring: Complex) -> bool:
+    return bool((np.abs(ring.real) <= 180 + NEAR).all() and (np.abs(ring.imag) <= POLE + NEAR).all())
+
+
+def _unwrapped(ring: Complex) -> Complex:
+    """A ring without jumps from one side of 180° to the other; one around a pole, and one without jumps, as it is."""
+    step = np.diff(ring.real, append=ring.real[:1])
+    # the edge of a map of the world, or of a polygon that was closed along 180°, runs along the pole
+    turns = np.where(step > 180, -1, np.where(step < -180, 1, 0))
+    if not turns.any() or turns.sum() or (np.abs(ring.imag) >= POLE - NEAR).any():
+        return ring
+    return ring + 360 * np.concatenate([[0], np.cumsum(turns)[:-1]])
+
+
+def _beside(rings: Rings) -> Rings:
+    """The rings of one polygon, the holes on the same turn around the Earth as the outline."""
+    middle = (rings[0].real.max() + rings[0].real.min()) / 2
+    return [rings[0], *(hole + 360 * np.round((middle - hole.real.mean()) / 360) for hole in rings[1:])]
+
+
+def _snapped(ring: Complex) -> Complex:
+    """What is all but at 180° exactly there, so that halves meet."""
+    return np.where(np.abs(np.abs(ring.real) - 180) <= NEAR, 180 * np.sign(ring.real) + 1j * ring.imag, ring)

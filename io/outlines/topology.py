@@ -1,0 +1,69 @@
+"""TopoJSON as GeoJSON: arcs that neighbours share, put together to rings (TopoJSON 1.0, section 2)."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import InputError
+
+DEEPEST = 50  # collections in each other
+
+
+def as_geojson(content: dict[str, Any]) -> dict[str, Any]:
+    """The features of a topology; any other document as it is.
+
+    Raises:
+        InputError: it refers to an arc that it does not have.
+    """
+    if content.get("type") != "Topology":
+        return content
+    transform = content.get("transform")
+    arcs = [_arc(arc, transform) for arc in content["arcs"]]
+    features = [
+        _feature(each, arcs, str(name), 0)
+        for name, each in content["objects"].items()
+        if isinstance(each, dict)
+    ]
+    return {"type": "FeatureCollection", "features": features}
+
+
+def _arc(points: Any, transform: Any) -> NDArray[np.float64]:
+    """(n, 2) points; of a quantised topology, differences in whole numbers."""
+    arc = np.array([point[:2] for point in points], dtype=float).reshape(-1, 2)
+    if transform is None:
+        return arc
+    return np.cumsum(arc, axis=0) * np.array(transform["scale"], float) + np.array(
+        transform["translate"], float
+    )
+
+
+def _feature(
+    geometry: dict[str, Any], arcs: list[NDArray[np.float64]], name: str, depth: int
+) -> dict[str, Any]:
+    """A geometry, or a collection of them, as a feature or a collection; `name` is that of the object it is in."""
+    kind = geometry.get("type")
+    if kind == "GeometryCollection" and depth < DEEPEST:
+        members = [_feature(each, arcs, "", depth + 1) for each in geometry["geometries"]]
+        return {"type": "FeatureCollection", "features": members}
+    found: dict[str, Any] = {"type": kind, "coordinates": []}
+    if kind in ("Polygon", "MultiPolygon"):
+        polygons = [geometry["arcs"]] if kind == "Polygon" else geometry["arcs"]
+        rings = [[_ring(ring, arcs) for ring in polygon] for polygon in polygons]
+        found["coordinates"] = rings[0] if kind == "Polygon" else rings
+    properties = dict(geometry.get("properties") or {})
+    if name and not properties:
+        properties["name"] = name
+    return {"type": "Feature", "id": geometry.get("id"), "properties": properties, "geometry": found}
+
+
+def _ring(numbers: list[int], arcs: list[NDArray[np.float64]]) -> list[list[float]]:
+    """The points of a ring of arcs, each of which begins where the one before ends; ~k is arc k backwards."""
+    points = list[list[float]]()
+    for number in numbers:
+        at = ~number if number < 0 else number
+        if at >= len(arcs):
+            raise InputError(f"refers to arc {at} of {len(arcs)}")
+        arc = arcs[at][::-1] if number < 0 else arcs[at]
+        points += arc.tolist()[1 if points else 0 :]
+    return points
