@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import codecs
 import csv
 import io
+import re
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 
 from ...errors import InputError
 from .document import NOWHERE, Document, Geometry, Images, number
+
+MISSING = frozenset(["na", "n/a", "#n/a", "nan", "null", "none", "missing"])
+"""Cells, in lower case, that say that there is no value."""
+LOOKED_AT = 50  # rows by which a delimiter and decimal commas are found
+_DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
+_INNER_COMMA = re.compile(r"(?<=\d),(?=\d)")
 
 
 @dataclass
@@ -22,13 +31,14 @@ class Table(Document):
     delimiter: str
     ending: str
     geometry: Geometry
+    decimal_comma: bool = False
 
     @classmethod
     def parse(cls, data: bytes, columns: str | None) -> Table:
         """Cells between tabs, commas or semicolons; the first row is a head unless its coordinates are numbers."""
-        text = data.decode("utf-8-sig")
+        text = _decoded(data)
         first = text.partition("\n")[0]
-        delimiter = max("\t;,", key=first.count)
+        delimiter = _delimiter(text)
         ending = "\r\n" if first.endswith("\r") else "\n"
         try:
             rows = list(csv.reader(io.StringIO(text, newline=""), delimiter=delimiter))
@@ -38,18 +48,25 @@ class Table(Document):
         if not rows:
             raise InputError("has no rows")
         at = _columns(rows[0], columns)
+        comma = delimiter != "," and _has_decimal_commas(rows, at)
+        if comma:
+            for row in rows:
+                for k in at:
+                    if k < len(row) and _DECIMAL_COMMA.fullmatch(row[k].strip()):
+                        row[k] = row[k].replace(",", ".")
         has_head = not all(_is_number(rows[0][k]) for k in at)
         head, rows = (rows[0], rows[1:]) if has_head else ([], rows)
         z = np.empty(len(rows), complex)
         i, j = at
         for k, row in enumerate(rows):
             try:
-                z[k] = complex(float(row[i]), float(row[j]))
+                x, y = float(row[i]), float(row[j])
+                z[k] = complex(x, y) if x == x and y == y else _place(row, at, k + 1 + has_head)
             except (ValueError, IndexError):
                 z[k] = _place(row, at, k + 1 + has_head)
         if not (np.isnan(z) | (np.abs(z) < 1e100)).all():
             raise InputError("some coordinates are no finite numbers")
-        return cls(head, rows, at, delimiter, ending, Geometry(z))
+        return cls(head, rows, at, delimiter, ending, Geometry(z), comma)
 
     def text(self, images: Images) -> str:
         """The rows with their images; of those without one none, or with empty cells."""
@@ -63,12 +80,53 @@ class Table(Document):
         for k, row in enumerate(self.rows):
             if not lost[k]:
                 row[i], row[j] = repr(x[k]), repr(y[k])
+                if self.decimal_comma:
+                    row[i], row[j] = row[i].replace(".", ","), row[j].replace(".", ",")
             elif images.keep:
                 row[i] = row[j] = ""
             else:
                 continue
             writer.writerow(row)
         return out.getvalue()
+
+
+def _decoded(data: bytes) -> str:
+    """The text of a table: UTF-8, UTF-16 (as spreadsheets export "Unicode text"), else what Windows writes in the West.
+
+    Raises:
+        InputError: it is none of these.
+    """
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        encodings = ["utf-16"]
+    elif data[1:2] == b"\0":
+        encodings = ["utf-16-le"]
+    elif data[:1] == b"\0":
+        encodings = ["utf-16-be"]
+    else:
+        encodings = ["utf-8-sig", "cp1252"]
+    for encoding in encodings:
+        with suppress(UnicodeDecodeError):
+            return data.decode(encoding)
+    raise InputError(f"is not text in {' or '.join(encodings)}")
+
+
+def _delimiter(text: str) -> str:
+    """What parts the cells: tabs where there are any, semicolons where commas are only inside numbers, else commas."""
+    lines = text.split("\n", LOOKED_AT)[:LOOKED_AT]
+    first = lines[0]
+    if "\t" in first:
+        return "\t"
+    bare = [_INNER_COMMA.sub(".", line) for line in lines if line.strip()]
+    semicolons = {line.count(";") for line in bare}
+    return (
+        ";" if first.count(";") > first.count(",") or (0 not in semicolons and len(semicolons) == 1) else ","
+    )
+
+
+def _has_decimal_commas(rows: list[list[str]], at: tuple[int, int]) -> bool:
+    """Whether coordinates have a comma before their decimals."""
+    cells = (row[k].strip() for row in rows[:LOOKED_AT] for k in at if k < len(row))
+    return any(_DECIMAL_COMMA.fullmatch(cell) for cell in cells)
 
 
 def _columns(first: list[str], wanted: str | None) -> tuple[int, int]:
@@ -100,11 +158,12 @@ def _is_number(text: str) -> bool:
 
 
 def _place(row: list[str], at: tuple[int, int], line: int) -> complex:
-    """The place of a row that is not two numbers: none where both cells are empty."""
+    """The place of a row that is not two numbers: none where both cells are empty, or say that a value is missing."""
     if max(at) >= len(row):
         raise InputError(f"row {line}: has {len(row)} cells; column {max(at) + 1} is needed")
     cells = [row[k] for k in at]
-    if not any(cell.strip() for cell in cells):
+    words = [cell.strip().lower() for cell in cells]
+    if not any(words) or any(word in MISSING for word in words):
         return NOWHERE
     x, y = (number(cell, f"row {line}") for cell in cells)
     return complex(x, y)
