@@ -31,10 +31,10 @@ A place has the forms of `iccm.io.point_syntax`; on a mesh a stroke of vertices 
 
 import sys
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, ValidationError
+from pydantic import Field, SerializerFunctionWrapHandler, ValidationError, model_serializer
 
 from ...errors import InputError, naming
 from .. import files, limits
@@ -43,6 +43,7 @@ from ..point_syntax import Place
 from .shape import Shape
 from .starts import StartingMap
 
+OPTIONAL = "radius", "tolerance", "scale"  # settings of a pin that are not written unless they are given
 SAME_SIZE = 1e-3  # relative
 Size = Annotated[float, Field(gt=0, le=limits.COORDINATE, strict=True)]
 Polygon = Annotated[list[Place], Field(min_length=3)]
@@ -64,6 +65,13 @@ class Pin(_Entry):
     tolerance: Positive | None = None
     turn: Annotated[float, Field(ge=-360, le=360, strict=True)] | None = None
     scale: Positive | None = None
+
+    @model_serializer(mode="wrap")
+    def _without_defaults(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """The pin without settings that are left to iccm, as the page of the editor has it."""
+        return {
+            name: value for name, value in write(self).items() if name not in OPTIONAL or value is not None
+        }
 
     @property
     def settings(self) -> dict[str, float]:
