@@ -41,16 +41,16 @@ def command(**given: Any) -> int:
         if error.name not in ("starlette", "uvicorn", "websockets"):
             raise
         raise InputError(EXTRA) from None
-    from ..io.edit.desk import Desk
+    from ..io.edit.workspace import Workspace
 
     port, browser = given.pop("port") or 0, not given.pop("no_browser")
     given.pop("threads")
     process.leave_signals()
     gc.enable()  # it runs long
-    desk = Desk(**options.values(given))
-    for note in desk.session.notes if desk.session else ():
+    workspace = Workspace(**options.values(given))
+    for note in workspace.session.notes if workspace.session else ():
         logs.tell(note)
-    server.serve(desk, port=port, browser=browser, show=click.echo)
-    if desk.session and desk.session.scene != desk.session.saved:
+    server.serve(workspace, port=port, browser=browser, show=click.echo)
+    if workspace.session and workspace.session.scene != workspace.session.saved:
         logs.tell("not saved, but kept: the same command offers it again")
     return 0

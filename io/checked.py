@@ -12,7 +12,7 @@ MESSAGES = {
 }
 
 
-class Checked(BaseModel):
+class StrictModel(BaseModel):
     """Values by name: none but these, which never change."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)

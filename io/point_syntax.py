@@ -44,7 +44,7 @@ def _kind(value: Any) -> str:
     return "space" if isinstance(value, list | tuple) and len(value) == 3 else "plane"
 
 
-class Checked:
+class LazySchema:
     """What pydantic checks of a type, made when it asks: it is slow to import, and most jobs name no place.
 
     Args:
@@ -85,8 +85,8 @@ def _pair() -> Any:
     return Annotated[tuple[Place, Place] | tuple[Place, Place, dict[str, float]], BeforeValidator(_pin)]
 
 
-Number = Annotated[float, Checked(_number)]
-Place = Annotated[tuple[float, float] | tuple[float, float, float] | str, Checked(_place)]
+Number = Annotated[float, LazySchema(_number)]
+Place = Annotated[tuple[float, float] | tuple[float, float, float] | str, LazySchema(_place)]
 
 
 def written(place: Place) -> str:
@@ -138,4 +138,4 @@ def _setting(word: str) -> tuple[str, float]:
     return name, value
 
 
-Pin = Annotated[tuple[Place, Place] | tuple[Place, Place, dict[str, float]], Checked(_pair)]
+Pin = Annotated[tuple[Place, Place] | tuple[Place, Place, dict[str, float]], LazySchema(_pair)]

@@ -15,10 +15,10 @@ from pydantic import Field, ValidationError
 
 from ...errors import InputError
 from .. import files, formats, limits
-from ..checked import Checked, mistakes
+from ..checked import StrictModel, mistakes
 
 
-class Pictures(Checked):
+class Pictures(StrictModel):
     """How far pictures may be apart: differences relative to white, structural similarity from 0 to 1."""
 
     max: float = Field(2 / 255, ge=0)
@@ -26,13 +26,13 @@ class Pictures(Checked):
     ssim: float = Field(0.999, ge=-1, le=1)
 
 
-class Meshes(Checked):
+class Meshes(StrictModel):
     """How far texture coordinates may be apart, in widths of a picture; the rest of a mesh's file may not differ."""
 
     uv: float = Field(1e-4, ge=0)
 
 
-class Figure(Checked):
+class Figure(StrictModel):
     """How far a figure of a report may be from its baseline; within either is enough."""
 
     rel: float = Field(1e-6, ge=0)
@@ -54,7 +54,7 @@ REPORT = {
 }
 
 
-class Tolerances(Checked):
+class Tolerances(StrictModel):
     """`tolerances.toml`: a table for pictures, one for meshes, one of key patterns for reports, of which the last that
     fits counts."""
 

@@ -6,10 +6,10 @@ scene         what the page draws of them
 own_drawing   what the shapes' own files show
 surface_view  a mesh in space
 suggest       pins that both drawings suggest
-shown         a map in the page, or why there is none
+map_update    a map in the page, or why there is none
 saving        constraints, the command line, exports
 drawn         pins and strokes in copies of the drawings
-desk          what is edited, and the files to choose from
+workspace     what is edited, and the files to choose from
 autosave      what was not saved, for the next start
 link          the conversation with the page
 messages      what the page may say

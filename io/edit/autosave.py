@@ -11,7 +11,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from ...errors import InputError
-from ..checked import Checked
+from ..checked import StrictModel
 from ..files import make_private_folder, write_bytes
 from ..run.job import Job
 from ..shapes.starts import StartingMap
@@ -20,7 +20,7 @@ from .messages import Scene
 from .session import Session
 
 
-class Unsaved(Checked):
+class Unsaved(StrictModel):
     """Pins and strokes that no file has.
 
     Attributes:

@@ -15,10 +15,10 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from ...errors import InputError
 from ..files import check_output
 from . import messages, saving
-from .desk import Desk
 from .messages import Draw, Export, Follow, Forget, Place, Save, Scene, Solve, Suggest
 from .scene import frame
-from .session import Session, Shown
+from .session import MapUpdate, Session
+from .workspace import Workspace
 
 KINDS = ("follow", "solve", "compare")
 Keep = Callable[[Session, Scene], None]
@@ -31,10 +31,12 @@ MISTAKE = "internal error, please report it ({}: {})"
 
 
 class Links:
-    """The pages that are open on a desk: the newest is served, and when there is none any more, `gone` is called."""
+    """The pages that are open on a workspace: the newest is served; when there is none any more, `gone` is called."""
 
-    def __init__(self, desk: Desk, gone: Callable[[], None], keep: Keep, grace: float = GRACE) -> None:
-        self._desk, self._gone, self._keep, self._grace = desk, gone, keep, grace
+    def __init__(
+        self, workspace: Workspace, gone: Callable[[], None], keep: Keep, grace: float = GRACE
+    ) -> None:
+        self._workspace, self._gone, self._keep, self._grace = workspace, gone, keep, grace
         self._current: WebSocket | None = None
         self._leaving: asyncio.TimerHandle | None = None
         self._expected = False
@@ -49,10 +51,10 @@ class Links:
         if before is not None:
             with suppress(RuntimeError, WebSocketDisconnect):
                 await before.close(TAKEN)
-        session = self._desk.session
+        session = self._workspace.session
         try:
             if session is None:
-                await _choosing(socket, self._desk)
+                await _choosing(socket, self._workspace)
             else:
                 await _Link(session, socket, self._pools, partial(self._keep, session)).run()
         finally:
@@ -90,10 +92,10 @@ async def _text(socket: WebSocket) -> str:
     return text
 
 
-async def _choosing(socket: WebSocket, desk: Desk) -> None:
+async def _choosing(socket: WebSocket, workspace: Workspace) -> None:
     """A page on which nothing is edited yet, until it leaves."""
     with suppress(WebSocketDisconnect, RuntimeError):
-        await socket.send_json({"type": "hello", "empty": True, **desk.describe()})
+        await socket.send_json({"type": "hello", "empty": True, **workspace.describe()})
         while True:
             await _text(socket)
 
@@ -146,7 +148,7 @@ class _Link:
             way = (message.way,) if isinstance(message, Solve) else ()
             shown: Any = await self._done(kind, getattr(session, kind), message.scene, *way)
             if isinstance(shown, dict):
-                shown = Shown("error", False, shown["error"])
+                shown = MapUpdate("error", False, shown["error"])
             if kind == "solve" and session.scene is not message.scene and shown.kind != "error":
                 continue  # something is being dragged again
             await self._show(message, shown)
@@ -170,7 +172,7 @@ class _Link:
             await asyncio.sleep(IDLE)
             if session.scene is message.scene and queue.empty():
                 shown: Any = await self._done("compare", session.compare, message.scene)
-                if isinstance(shown, Shown) and session.scene is message.scene:
+                if isinstance(shown, MapUpdate) and session.scene is message.scene:
                     await self._show(message, shown)
 
     def _put(self, kind: str, message: Follow | Solve) -> None:
@@ -180,7 +182,7 @@ class _Link:
             queue.get_nowait()
         queue.put_nowait(message)
 
-    async def _show(self, message: Follow | Solve, shown: Shown) -> None:
+    async def _show(self, message: Follow | Solve, shown: MapUpdate) -> None:
         drawn, head = shown.drawn, shown.head(message.seq)
         if isinstance(message, Solve):
             head["command"] = saving.command(self._session, message.scene)

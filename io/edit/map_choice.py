@@ -12,7 +12,7 @@ AGREED = 0.005  # of the target's diagonal: what 95 % of the points move less th
 
 
 @dataclass(frozen=True, eq=False)
-class Way:
+class MapChoice:
     """How the map of a scene is found, and is found again: by undo, and by the command from what is saved.
 
     Attributes:
@@ -32,7 +32,7 @@ class Way:
 
     @property
     def alternative(self) -> str:
-        """Which other map there is, as `Shown.other`."""
+        """Which other map there is, as `MapUpdate.other`."""
         if self.start is None or not (self.other or self.fresh):
             return ""
         return "kept" if self.fresh else "fresh"

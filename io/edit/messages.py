@@ -9,12 +9,12 @@ from pydantic import ConfigDict, Field, TypeAdapter, ValidationError, model_vali
 from ...errors import InputError
 from ...fits import FITS, FitName
 from .. import limits
-from ..checked import Checked, first
+from ..checked import StrictModel, first
 from ..point_syntax import Place as Spot
 from ..shapes.listing import Pin, Polygon, Stroke
 
 
-class _Message(Checked):
+class _Message(StrictModel):
     model_config = ConfigDict(allow_inf_nan=False)
 
 

@@ -23,10 +23,10 @@ from starlette.websockets import WebSocket
 from ...errors import InputError
 from .. import limits
 from . import autosave
-from .desk import Desk, parts_of, remove_old_copies
 from .guard import Guard
 from .link import Keep, Links
 from .session import Session
+from .workspace import Workspace, parts_of, remove_old_copies
 
 TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
 LEAST_TEXELS = 2048  # of a texture's side: what every WebGL 2 takes
@@ -43,7 +43,7 @@ def page_files() -> dict[str, tuple[bytes, str]]:
 
 
 def app(
-    desk: Desk,
+    workspace: Workspace,
     token: str,
     port: int,
     gone: Callable[[], None],
@@ -52,7 +52,7 @@ def app(
 ) -> Guard:
     """What answers requests: the page's files, the texture, the conversation, and files that are chosen on the page;
     of the disk nothing is read that was not named on the command line or chosen."""
-    links = Links(desk, gone, keep, **options)
+    links = Links(workspace, gone, keep, **options)
 
     def serving(name: str, content: bytes, kind: str) -> Callable[..., Any]:
         async def answer(_: Request) -> Response:
@@ -63,7 +63,9 @@ def app(
         return answer
 
     def of_session(make: Callable[[Session, Request], Response]) -> Callable[..., Any]:
-        return lambda request: make(desk.session, request) if desk.session else Response(status_code=404)
+        return lambda request: (
+            make(workspace.session, request) if workspace.session else Response(status_code=404)
+        )
 
     def texture(session: Session, request: Request) -> Response:
         side = request.query_params.get("side", "")
@@ -95,15 +97,15 @@ def app(
             return JSONResponse({"error": f"a name of more than {limits.NAME_BYTES} bytes"}, 400)
 
         def kept() -> dict[str, Any]:
-            path = desk.put(name, bytes(content))
+            path = workspace.put(name, bytes(content))
             return {"path": path, "parts": parts_of(path) if shaped else []}
 
         return await _told(kept)
 
     async def lying(request: Request) -> Response:
-        parts = {side: (lambda side=side: desk.parts(side)) for side in ("source", "target")}
+        parts = {side: (lambda side=side: workspace.parts(side)) for side in ("source", "target")}
         side = request.query_params.get("side", "")
-        return await _told(lambda: {"parts": parts[side]()} if side in parts else desk.describe())
+        return await _told(lambda: {"parts": parts[side]()} if side in parts else workspace.describe())
 
     async def choose(request: Request) -> Response:
         body = bytearray()
@@ -121,9 +123,9 @@ def app(
 
         def opened() -> dict[str, Any]:
             if sample:
-                desk.open_sample(sample)
+                workspace.open_sample(sample)
             else:
-                desk.open(chosen)
+                workspace.open(chosen)
             return {}
 
         return await _told(opened)
@@ -139,8 +141,8 @@ def app(
     routes.append(Route(f"/{token}/{{side}}.drawing", of_session(drawing), methods=["GET"]))
     routes.append(Route(f"/{token}/{{side}}.triangles", of_session(triangles), methods=["GET"]))
     routes.append(Route(f"/{token}/files/{{name}}", put, methods=["PUT"]))
-    routes.append(Route(f"/{token}/desk", lying, methods=["GET"]))
-    routes.append(Route(f"/{token}/desk", choose, methods=["POST"]))
+    routes.append(Route(f"/{token}/workspace", lying, methods=["GET"]))
+    routes.append(Route(f"/{token}/workspace", choose, methods=["POST"]))
     routes.append(WebSocketRoute(f"/{token}/link", talk))
     served = Starlette(routes=routes)
     served.router.redirect_slashes = False
@@ -155,11 +157,11 @@ async def _told(call: Callable[[], dict[str, Any]]) -> Response:
         return JSONResponse({"error": str(error)})
 
 
-def serve(desk: Desk, *, port: int, browser: bool, show: Callable[[str], None]) -> None:
-    """Serve a desk until its page is closed.
+def serve(workspace: Workspace, *, port: int, browser: bool, show: Callable[[str], None]) -> None:
+    """Serve a workspace until its page is closed.
 
     Args:
-        desk: what is edited.
+        workspace: what is edited.
         port: 0 for any that is free.
         browser: whether to open the page.
         show: is given the page's address.
@@ -169,9 +171,9 @@ def serve(desk: Desk, *, port: int, browser: bool, show: Callable[[str], None]) 
         KeyboardInterrupt: Ctrl-C.
     """
     remove_old_copies()
-    left = autosave.read(desk.session.job) if desk.session else None
-    if desk.session:
-        autosave.offer(desk.session, left)
+    left = autosave.read(workspace.session.job) if workspace.session else None
+    if workspace.session:
+        autosave.offer(workspace.session, left)
     with listen(port or (left.port if left else 0), otherwise=not port) as listener:
         port = listener.getsockname()[1]
         token = left.token if left else secrets.token_urlsafe(24)
@@ -182,7 +184,11 @@ def serve(desk: Desk, *, port: int, browser: bool, show: Callable[[str], None]) 
         server = uvicorn.Server(
             uvicorn.Config(
                 app(
-                    desk, token, port, gone, lambda session, scene: autosave.keep(session, scene, port, token)
+                    workspace,
+                    token,
+                    port,
+                    gone,
+                    lambda session, scene: autosave.keep(session, scene, port, token),
                 ),
                 lifespan="off",
                 log_config=None,

@@ -38,15 +38,15 @@ from ..run.phases import Phases
 from ..run.report import as_json
 from ..run.state import Run
 from ..shapes import constraints, listing, regions
-from ..shapes.listing import Listed, Pin, Stroke
+from ..shapes.listing import ConstraintsFile, Pin, Stroke
 from ..shapes.mesh_shape import MeshShape
 from ..shapes.shape import Shape
 from ..shapes.starts import StartingMap
-from .map_choice import Way, same
+from .map_choice import MapChoice, same
+from .map_update import MISSED, MapUpdate, Solved, figures, missed_constraints, refusal, verdict
 from .messages import Scene, scene_of
 from .own_drawing import own_drawing
 from .scene import PageHalf, patches, png
-from .shown import MISSED, Shown, Solved, figures, missed_constraints, refusal, verdict
 from .suggest import axis, corners, suggested
 from .surface_view import SurfaceView, lay_out
 
@@ -75,7 +75,7 @@ class Session:
         target = source if self.deforming else inputs.shape(job.target or "", target=True, source=source)
         self.job, self.suffix = job, suffix_for(job, inputs)
         self.drawn = bool(source.pins or source.strokes)
-        listed = listing.read(job.constraints) if job.constraints else Listed()
+        listed = listing.read(job.constraints) if job.constraints else ConstraintsFile()
         self.first = _scene(job, source, target, listed)
         bare = replace(source, pins={}, strokes={})
         other = bare if self.deforming else replace(target, pins={}, strokes={})
@@ -90,15 +90,15 @@ class Session:
         self._maps: list[TriangulatedMap] = []
         self._live: Live | None = None
         self._followed = ""
-        self._last = (self.first, Shown("error", False, ""))
-        self._ways: dict[str, Way] = {}
+        self._last = (self.first, MapUpdate("error", False, ""))
+        self._choices: dict[str, MapChoice] = {}
         if listed.start:
             self.begin(self.first, listed.start.map(self.source, self.target))
 
     def go_on_from(self, before: Session) -> None:
         """Take over what was edited of the same shapes with another texture."""
         self.scene, self.saved, self.left = before.scene, before.saved, before.left
-        self.written, self._ways = before.written, before._ways
+        self.written, self._choices = before.written, before._choices
 
     @property
     def _map(self) -> TriangulatedMap | None:
@@ -204,13 +204,13 @@ class Session:
 
     def begin(self, scene: Scene, start: TriangulatedMap) -> None:
         """Have the map of a scene go on from an earlier one."""
-        self._ways[scene.key] = Way(start)
+        self._choices[scene.key] = MapChoice(start)
 
     def start(self, scene: Scene) -> TriangulatedMap | None:
         """The map that the one of a scene goes on from, which must be saved to find it again."""
-        return self._ways.get(scene.key, Way()).begins
+        return self._choices.get(scene.key, MapChoice()).begins
 
-    def solve(self, scene: Scene, way: str = "") -> Shown:
+    def solve(self, scene: Scene, way: str = "") -> MapUpdate:
         """The whole map, gone on to from the last one or from scratch: what `iccm map` makes of what is saved.
 
         Args:
@@ -220,14 +220,14 @@ class Session:
         self.scene = scene
         try:
             with one_thread():
-                chosen = self._ways.get(scene.key) or Way(self._start(scene))
+                chosen = self._choices.get(scene.key) or MapChoice(self._start(scene))
                 chosen = replace(chosen, fresh=way == "fresh") if way else chosen
                 solved, chosen = self._solve(scene, chosen)
         except InputError as error:
             return refusal(error)
         return self._settle(scene, solved, chosen)
 
-    def compare(self, scene: Scene) -> Shown | None:
+    def compare(self, scene: Scene) -> MapUpdate | None:
         """What there is to be said once the map that was gone on to is compared with that from scratch.
 
         Where no difference is seen the latter takes its place: then nothing but pins and strokes has to be saved. On
@@ -235,7 +235,7 @@ class Session:
         """
         if self.source.is_mesh or (self.target and self.target.is_mesh):
             return None
-        chosen, before = self._ways.get(scene.key, Way()), self._fit
+        chosen, before = self._choices.get(scene.key, MapChoice()), self._fit
         if chosen.begins is None or chosen.other or before is None or self.scene is not scene:
             return None
         try:
@@ -246,8 +246,8 @@ class Session:
         if any(missed_constraints(solved.report, scene).values()) or self.scene is not scene:
             return None
         if same(before.map, solved.maps[0]):  # type: ignore[arg-type]
-            return self._settle(scene, solved, Way())
-        self._ways[scene.key] = chosen = replace(chosen, other=True)
+            return self._settle(scene, solved, MapChoice())
+        self._choices[scene.key] = chosen = replace(chosen, other=True)
         return replace(self._last[1], drawn=None, other=chosen.alternative)
 
     def _start(self, scene: Scene) -> TriangulatedMap | None:
@@ -296,7 +296,7 @@ class Session:
             for outline, shape in ((fit.source, self.source), (fit.target, self.target))
         )
 
-    def _solve(self, scene: Scene, chosen: Way) -> tuple[Solved, Way]:
+    def _solve(self, scene: Scene, chosen: MapChoice) -> tuple[Solved, MapChoice]:
         """The map, by the way chosen if that leads anywhere."""
         gone_on = None
         if chosen.begins is not None:
@@ -304,7 +304,7 @@ class Session:
                 gone_on = self._fit_scene(scene, chosen.begins), chosen
                 if gone_on[0].status not in LOST_ON_THE_WAY:
                     return gone_on
-            chosen = Way()
+            chosen = MapChoice()
         try:
             fresh = self._fit_scene(scene, None), chosen
         except InputError:
@@ -365,33 +365,35 @@ class Session:
             found.append({**said, "source": self.views[0].points(outline), "target": images})
         return {"regions": found}
 
-    def _settle(self, scene: Scene, solved: Solved, chosen: Way) -> Shown:
+    def _settle(self, scene: Scene, solved: Solved, chosen: MapChoice) -> MapUpdate:
         """What is shown of a map, which takes the place of the last one if it meets what it must."""
         report, status = solved.report, solved.status
         wrong = missed_constraints(report, scene)
         if any(wrong.values()) and self._map is not None:
-            return Shown("error", False, status.value, {}, wrong)
+            return MapUpdate("error", False, status.value, {}, wrong)
         drawn = self.image_of(solved.maps)
         said = figures(report) | self._regions(solved.fit, report), wrong, drawn, chosen.alternative
-        shown = Shown("full", status.ok, verdict(status, report, deformed=self.deforming), *said)
-        self._ways[scene.key] = chosen
+        shown = MapUpdate("full", status.ok, verdict(status, report, deformed=self.deforming), *said)
+        self._choices[scene.key] = chosen
         if self.scene is scene:  # else something is being dragged again, from the map as it was then
             self._fit, self._maps, self._live = solved.fit, solved.maps, None
             self._last = scene, shown = scene, replace(shown, outlines=self._outlines(solved.fit))
         return shown
 
-    def follow(self, scene: Scene) -> Shown:
+    def follow(self, scene: Scene) -> MapUpdate:
         """The coarse map, continued from the last one; where only parts of the shapes correspond there is none."""
         if self.deforming:
             return self._bend(scene)
         if not (scene.whole and self._is_whole):
-            return Shown("coarse", True, "The map follows when you let go: parts of the shapes are left out.")
+            return MapUpdate(
+                "coarse", True, "The map follows when you let go: parts of the shapes are left out."
+            )
         try:
             with one_thread():
                 pins, strokes = self.core(scene)
                 self._live = live = self._continue(pins, strokes, scene, dragged=True)
                 map, self._followed = live.map, scene.key if live.met else ""
-                found = Shown("coarse", live.met, "", in_middles(map).report(), {}, self.image_of([map]))
+                found = MapUpdate("coarse", live.met, "", in_middles(map).report(), {}, self.image_of([map]))
         except InputError as error:
             return refusal(error)
         self._maps = [map]
@@ -402,7 +404,7 @@ class Session:
         message = "Not there yet: the map follows as far as nothing folds. Let go to look for another way."
         return replace(found, wrong=wrong, message=message)
 
-    def _bend(self, scene: Scene) -> Shown:
+    def _bend(self, scene: Scene) -> MapUpdate:
         """The deformation, continued from the one before."""
         try:
             with one_thread():
@@ -415,7 +417,7 @@ class Session:
         met = not any(wrong.values())
         message = "" if met else "Not there yet: the shape follows as far as nothing folds."
         outlines = self._outlines(solved.fit)
-        return Shown("coarse", met, message, figures(report), wrong, drawn, outlines=outlines)
+        return MapUpdate("coarse", met, message, figures(report), wrong, drawn, outlines=outlines)
 
     def _outlines(self, fit: Fit) -> list[list[list[float]]]:
         """Of a shape that is deformed, the outline of its frame, then what it paints, or its outline and holes; none of
@@ -488,7 +490,7 @@ class Session:
         Raises:
             InputError: one is not inside its shape.
         """
-        listed = Listed(pins=scene.pins, strokes=scene.strokes)
+        listed = ConstraintsFile(pins=scene.pins, strokes=scene.strokes)
         target = self.source if self.deforming else self.target
         pins, strokes = constraints.pair(self.source, target, listed, exact=True)
         for side, shape in enumerate((self.source, self.target)[: 1 if self.deforming else 2]):
@@ -508,7 +510,7 @@ def _dumped(scene: Scene | None) -> dict[str, Any] | None:
     return None if scene is None else scene.model_dump(mode="json")
 
 
-def _scene(job: Job, source: Shape, target: Shape, listed: Listed) -> Scene:
+def _scene(job: Job, source: Shape, target: Shape, listed: ConstraintsFile) -> Scene:
     """All constraints of a job as a list: those drawn, those in its file, those typed."""
     kept = constraints.collect(source, target)  # refuses a name without partner
     listed.check(source, target)

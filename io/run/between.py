@@ -27,7 +27,7 @@ SAME_AREA = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Way:
+class MorphPath:
     """A drawing, or a part of one, on its way to another.
 
     Attributes:
@@ -45,7 +45,7 @@ class Way:
     @classmethod
     def of(
         cls, pair: Pair, fit: Fit, shares: Sequence[float], placed: tuple[complex, complex], *, filled: bool
-    ) -> Way:
+    ) -> MorphPath:
         """Return the way along the map of a pair.
 
         Args:

@@ -23,7 +23,7 @@ from .job import Job
 
 if TYPE_CHECKING:
     from ...result import Fit
-    from ..shapes.listing import Listed
+    from ..shapes.listing import ConstraintsFile
     from ..shapes.shape import Shape
 
 
@@ -35,7 +35,7 @@ Names = tuple[list[str], list[str]]  # of pins and of strokes, empty for those t
 
 
 def constrain(
-    job: Job, source: Shape, target: Shape, listed: Listed | None = None
+    job: Job, source: Shape, target: Shape, listed: ConstraintsFile | None = None
 ) -> tuple[dict[str, Any], Names]:
     """The pins (k, 2), pairs of strokes and earlier map of a job as `iccm.fit` takes them, and the names of both;
     `listed` are those of its constraints file.

@@ -22,7 +22,7 @@ from .job import Described, Job, is_mesh
 
 if TYPE_CHECKING:
     from ...surfaces.inserted import Opening
-    from ..shapes.listing import Listed
+    from ..shapes.listing import ConstraintsFile
 
 
 class Files:
@@ -85,7 +85,7 @@ class Inputs(Files):
         return self._mesh(path).is_mesh(gets_uv=gets_uv)
 
     @cached_property
-    def listed(self) -> Listed | None:
+    def listed(self) -> ConstraintsFile | None:
         """What the constraints file holds, if there is one.
 
         Raises:

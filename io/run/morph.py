@@ -20,7 +20,7 @@ from .. import files, formats, references
 from ..shapes.shape import Shape
 from ..spec import Spec
 from . import framing
-from .between import SOURCE, TARGET, Way
+from .between import SOURCE, TARGET, MorphPath
 from .execute import Settings, solve_pairs
 from .inputs import Inputs
 from .job import Job
@@ -218,7 +218,7 @@ def _frames(begun: Run, asked: MorphSettings) -> Iterator[Frame]:
     shares = np.linspace(0, 1, asked.frames).tolist()
     filled = begun.job.holes == "fill"
     ways = [
-        Way.of(pair, fit, shares, (factor, shift), filled=filled)
+        MorphPath.of(pair, fit, shares, (factor, shift), filled=filled)
         for pair, fit in zip(begun.pairs, begun.fits)
     ]
     corners = [np.array([factor * w + shift for w in here] + list(there))]
@@ -246,7 +246,7 @@ def _frames(begun: Run, asked: MorphSettings) -> Iterator[Frame]:
         yield Frame(share, ahead, back, artwork)
 
 
-def _of_target(source: Run, asked: MorphSettings, ways: Sequence[Way], box: Box) -> Run | None:
+def _of_target(source: Run, asked: MorphSettings, ways: Sequence[MorphPath], box: Box) -> Run | None:
     """The job with what the target shows as the texture, which fades in; None where the source's stays.
 
     What the target shows is --target-texture, or its own picture where the source shows its own."""

@@ -18,7 +18,7 @@ from ..point_syntax import Place
 from .shape import Shape
 
 if TYPE_CHECKING:
-    from .listing import Listed, Pin, Stroke
+    from .listing import ConstraintsFile, Pin, Stroke
 
 TURNED, CIRCLE = 0.05, 6
 """Of the diagonal: the radius of what turns with a pin, if there is room, and how many pins around make it turn."""
@@ -64,7 +64,7 @@ class Constraints:
 
 
 def collect(
-    source: Shape, target: Shape, listed: Listed | None = None, *, exact: bool = False
+    source: Shape, target: Shape, listed: ConstraintsFile | None = None, *, exact: bool = False
 ) -> Constraints:
     """All constraints of a run: the pairs drawn in both files, then those that are listed.
 
@@ -150,7 +150,7 @@ def pairs_at(source: Shape, target: Shape, start: Place, end: Place) -> list[tup
 
 
 def pair(
-    source: Shape, target: Shape, listed: Listed | None = None, *, exact: bool = False
+    source: Shape, target: Shape, listed: ConstraintsFile | None = None, *, exact: bool = False
 ) -> tuple[Complex, list[tuple[Curve, Curve]]]:
     """Pins (k, 2) and pairs of strokes in the core plane, for a solver that weighs them all alike.
 

@@ -38,7 +38,7 @@ from pydantic import Field, SerializerFunctionWrapHandler, ValidationError, mode
 
 from ...errors import InputError, naming
 from .. import files, limits
-from ..checked import Checked, first
+from ..checked import StrictModel, first
 from ..point_syntax import Place
 from .shape import Shape
 from .starts import StartingMap
@@ -51,7 +51,7 @@ Positive = Annotated[float, Field(gt=0, le=limits.COORDINATE, strict=True)]
 Weight = Annotated[float, Field(gt=0, le=1e12, strict=True)]
 
 
-class _Entry(Checked):
+class _Entry(StrictModel):
     name: str = Field(default="", max_length=200)
     weight: Weight = 1.0
 
@@ -88,28 +88,28 @@ class Stroke(_Entry):
     ends: Literal["free", "stick"] = "free"
 
 
-class ConstrainedFile(Checked):
+class ConstrainedFile(StrictModel):
     """A shape that places belong to: the file's name, and width and height of its canvas."""
 
     file: str = ""
     size: tuple[Size, Size]
 
 
-class ConstrainedFiles(Checked):
+class ConstrainedFiles(StrictModel):
     """The shapes that constraints belong to."""
 
     source: ConstrainedFile | None = None
     target: ConstrainedFile | None = None
 
 
-class Landmarks(Checked):
+class Landmarks(StrictModel):
     """Named places of the source and of the target; the same name in both makes a pin."""
 
     source: dict[str, Place] = Field({})
     target: dict[str, Place] = Field({})
 
 
-class Listed(Checked):
+class ConstraintsFile(StrictModel):
     """What a constraints file holds."""
 
     files: ConstrainedFiles = ConstrainedFiles()
@@ -155,7 +155,7 @@ class Listed(Checked):
                 )
 
 
-def read(path: str | Path, *, max_bytes: int = limits.CONSTRAINTS_BYTES) -> Listed:
+def read(path: str | Path, *, max_bytes: int = limits.CONSTRAINTS_BYTES) -> ConstraintsFile:
     """The pins and strokes of a JSON file (see the module for its form; - for stdin), in file units.
 
     Raises:
@@ -166,6 +166,6 @@ def read(path: str | Path, *, max_bytes: int = limits.CONSTRAINTS_BYTES) -> List
     )
     with naming(path):
         try:
-            return Listed.model_validate(files.parse_json(data, once=True))
+            return ConstraintsFile.model_validate(files.parse_json(data, once=True))
         except ValidationError as error:
             raise InputError(first(error)) from error

@@ -20,7 +20,7 @@ from ...meshes.mesh import proper
 from ...meshes.topology import Triangles
 from ...plane import polygon_area, triangle_areas
 from .. import limits
-from ..checked import Checked
+from ..checked import StrictModel
 from ..point_syntax import Number
 from .shape import Shape
 
@@ -28,7 +28,7 @@ Vertices = Annotated[list[tuple[Number, Number]], Field(min_length=3, max_length
 Corner = Annotated[int, Field(ge=0, lt=limits.START_ENTRIES, strict=True)]
 
 
-class StartingMap(Checked):
+class StartingMap(StrictModel):
     """Triangles with their corners in both shapes, in the units of their files."""
 
     source: Vertices

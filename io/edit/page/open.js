@@ -44,18 +44,18 @@ function report(text) {
  */
 export async function choose(empty, leaving = leave) {
   leave = leaving;
-  const desk = await (await fetch('desk')).json();
-  chosen = {...desk.chosen};
-  before = {...desk.chosen};
+  const workspace = await (await fetch('workspace')).json();
+  chosen = {...workspace.chosen};
+  before = {...workspace.chosen};
   files.dataset.empty = String(empty);
   button('files-close').hidden = empty;
   report('');
-  byId('samples').replaceChildren(...desk.samples.map(sampleButton));
+  byId('samples').replaceChildren(...workspace.samples.map(sampleButton));
   for (const role of ROLES) showRole(role, []);
   if (!files.open) files.showModal();
   for (const role of ROLES) {
     if (role === 'texture' || !chosen[role]) continue;
-    const {parts, error} = await (await fetch(`desk?side=${role}`)).json();
+    const {parts, error} = await (await fetch(`workspace?side=${role}`)).json();
     if (error) report(error);
     else showRole(role, parts);
   }
@@ -132,7 +132,7 @@ async function upload(role, file) {
  */
 async function open(choice) {
   report('Opening…');
-  const {error} = await (await fetch('desk', {method: 'POST', body: JSON.stringify(choice)})).json();
+  const {error} = await (await fetch('workspace', {method: 'POST', body: JSON.stringify(choice)})).json();
   if (error) {
     report(error);
     return;

@@ -23,7 +23,7 @@ from iccm.flattening import even_layout, flatten
 from iccm.io.run.inputs import Inputs
 from iccm.io.run.job import Job
 from iccm.io.shapes import constraints
-from iccm.io.shapes.listing import Listed, Pin
+from iccm.io.shapes.listing import ConstraintsFile, Pin
 from iccm.meshes.cut import cut_through
 from iccm.meshes.disk_patch import disk_patch, nearest, sound_piece
 from iccm.meshes.geodesics import GeodesicGraph
@@ -106,7 +106,9 @@ def test_meshes_of_few_triangles_go_onto_each_other_by_landmarks(tmp_path):
     pins = [(tuple(points[tip].tolist()), f"v{tip + 1}") for tip in tips]
     inputs = Inputs(Job(source=source, target=target, pin=pins, cut=True))
     here, there = inputs.shape(source), inputs.shape(target, target=True)
-    marks = constraints.collect(here, there, Listed(pins=[Pin(source=a, target=b) for a, b in pins])).pins
+    marks = constraints.collect(
+        here, there, ConstraintsFile(pins=[Pin(source=a, target=b) for a, b in pins])
+    ).pins
     fit = iccm.fit(here.domain, there.domain, pins=marks)
     assert fit.status is Status.REACHED
     apart = away(fit, *fit.layouts)

@@ -9,9 +9,9 @@ import pytest
 
 from iccm.errors import InputError
 from iccm.io.edit import autosave, saving
-from iccm.io.edit.desk import Desk
 from iccm.io.edit.messages import Scene
 from iccm.io.edit.session import Session
+from iccm.io.edit.workspace import Workspace
 from iccm.io.run.job import make
 
 JOB = make({"source": "square.svg", "target": "blob.svg"})
@@ -47,7 +47,7 @@ def test_the_token_is_the_users_alone(shapes, state, before):
             (folder / "files").mkdir(parents=True)
             autosave.path(JOB).write_text("{}")
         edited = Session(JOB)
-        path = Path(Desk(source="square.svg", target="blob.svg").put("other.svg", b"<svg/>"))
+        path = Path(Workspace(source="square.svg", target="blob.svg").put("other.svg", b"<svg/>"))
         autosave.keep(edited, SCENE, *AT)
     finally:
         os.umask(old)

@@ -17,7 +17,7 @@ from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
 from iccm.io.edit import server
-from iccm.io.edit.desk import KEPT, Desk, remove_old_copies
+from iccm.io.edit.workspace import KEPT, Workspace, remove_old_copies
 
 PORT, TOKEN = 4321, "a-token"
 HERE = {"origin": f"http://127.0.0.1:{PORT}"}
@@ -31,10 +31,10 @@ def gone():
 
 @pytest.fixture
 def client(shapes, gone):
-    desk = Desk(source="square.svg", target="blob.svg")
-    made = server.app(desk, TOKEN, PORT, gone.set, grace=0.05)
+    workspace = Workspace(source="square.svg", target="blob.svg")
+    made = server.app(workspace, TOKEN, PORT, gone.set, grace=0.05)
     with TestClient(made, base_url=f"http://127.0.0.1:{PORT}") as found:
-        found.session = desk.session
+        found.session = workspace.session
         yield found
 
 
@@ -276,9 +276,9 @@ def test_what_was_let_go_of_is_solved_however_many_drags_came_before(client):
 
 
 def test_files_that_were_chosen_are_opened_and_no_others(shapes, state):
-    desk = Desk()
+    workspace = Workspace()
     with TestClient(
-        server.app(desk, TOKEN, PORT, lambda: None), base_url=f"http://127.0.0.1:{PORT}"
+        server.app(workspace, TOKEN, PORT, lambda: None), base_url=f"http://127.0.0.1:{PORT}"
     ) as client:
         with linked(client) as socket:
             assert socket.receive_json()["empty"] and client.get(f"/{TOKEN}/texture.png").status_code == 404
@@ -291,13 +291,13 @@ def test_files_that_were_chosen_are_opened_and_no_others(shapes, state):
         assert (
             names["source"] == "square.svg" and str(state) in names["target"]
         )  # the one in this folder as it is
-        opened = client.post(f"/{TOKEN}/desk", json=names | {"target": str(shapes / "blob.svg")}).json()
-        assert "choose the file once more" in opened["error"] and desk.session is None
-        assert "too" in client.post(f"/{TOKEN}/desk", json={"target": "square.svg"}).json()["error"]
-        assert client.post(f"/{TOKEN}/desk", json=names).json() == {}
+        opened = client.post(f"/{TOKEN}/workspace", json=names | {"target": str(shapes / "blob.svg")}).json()
+        assert "choose the file once more" in opened["error"] and workspace.session is None
+        assert "too" in client.post(f"/{TOKEN}/workspace", json={"target": "square.svg"}).json()["error"]
+        assert client.post(f"/{TOKEN}/workspace", json=names).json() == {}
         with linked(client) as socket:
             assert socket.receive_json()["source"]["name"] == "square.svg"
-        assert client.post(f"/{TOKEN}/desk", json=[1]).status_code == 400
+        assert client.post(f"/{TOKEN}/workspace", json=[1]).status_code == 400
         for name in (".hidden.svg", "-x.svg", "a%0Ab.svg"):
             assert "error" in client.put(f"/{TOKEN}/files/{name}", content=b"x").json()
         wrong = client.put(f"/{TOKEN}/files/broken.svg?role=source", content=b"<svg").json()
@@ -311,8 +311,8 @@ def test_files_that_were_chosen_are_opened_and_no_others(shapes, state):
 
 
 def test_copies_of_files_are_removed_when_they_are_old_and_never_what_is_the_users(shapes, state):
-    old = Path(Desk().put("old.svg", b"old"))
-    opened, changed = (Path(Desk().put(name, name.encode())) for name in ("opened.svg", "changed.svg"))
+    old = Path(Workspace().put("old.svg", b"old"))
+    opened, changed = (Path(Workspace().put(name, name.encode())) for name in ("opened.svg", "changed.svg"))
     changed.write_bytes(b"drawn on")
     beside, own = old.parent / "notes.txt", shapes / "old.svg"
     for path in (beside, own):
@@ -320,7 +320,7 @@ def test_copies_of_files_are_removed_when_they_are_old_and_never_what_is_the_use
     past = time.time() - (KEPT + 1) * 86400
     for path in (old, opened, changed, beside, own):
         os.utime(path, (past, past))
-    assert Desk().put("opened.svg", b"opened.svg") == str(opened)
+    assert Workspace().put("opened.svg", b"opened.svg") == str(opened)
     remove_old_copies()
     assert not old.exists() and all(path.exists() for path in (opened, changed, beside, own))
     remove_old_copies(time.time() + (KEPT + 1) * 86400)
@@ -329,8 +329,10 @@ def test_copies_of_files_are_removed_when_they_are_old_and_never_what_is_the_use
 
 @pytest.mark.parametrize("empty", [False, True])
 def test_bytes_end_the_conversation_with_a_code(shapes, gone, empty):
-    desk = Desk() if empty else Desk(source="square.svg", target="blob.svg")
-    with TestClient(server.app(desk, TOKEN, PORT, gone.set), base_url=f"http://127.0.0.1:{PORT}") as client:
+    workspace = Workspace() if empty else Workspace(source="square.svg", target="blob.svg")
+    with TestClient(
+        server.app(workspace, TOKEN, PORT, gone.set), base_url=f"http://127.0.0.1:{PORT}"
+    ) as client:
         with linked(client) as socket:
             assert socket.receive_json()["type"] == "hello"
             socket.send_bytes(b"\0\1\2")
@@ -346,8 +348,8 @@ def test_what_nobody_can_mean_is_refused_as_the_clients_mistake(client):
     assert client.put(f"/{TOKEN}/files/{'a' * 300}.svg", content=b"x").status_code == 400
     assert client.put(f"/{TOKEN}/files/a%00b.svg", content=b"x").status_code < 500
     for content in (b"[" * 100_000, b'{"a":' * 5000, b"\xff", b"3", b'{"source": 3}'):
-        assert client.post(f"/{TOKEN}/desk", content=content).status_code == 400, content[:9]
-    assert client.post(f"/{TOKEN}/desk", content=b" " * (1 << 23)).status_code == 413
+        assert client.post(f"/{TOKEN}/workspace", content=content).status_code == 400, content[:9]
+    assert client.post(f"/{TOKEN}/workspace", content=b" " * (1 << 23)).status_code == 413
     with linked(client) as socket:
         socket.receive_json()
         socket.send_text("[" * 100_000)

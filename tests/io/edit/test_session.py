@@ -8,10 +8,10 @@ import pytest
 
 from iccm.errors import InputError
 from iccm.io.edit import saving
+from iccm.io.edit.map_update import LOST
 from iccm.io.edit.messages import Scene, read
 from iccm.io.edit.scene import PageHalf
 from iccm.io.edit.session import Session
-from iccm.io.edit.shown import LOST
 from iccm.io.pictures import image_files
 from iccm.io.run.job import make
 from iccm.io.shapes import shape

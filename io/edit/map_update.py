@@ -52,7 +52,7 @@ class Solved:
 
 
 @dataclass(frozen=True, eq=False)
-class Shown:
+class MapUpdate:
     """What the page is shown.
 
     Attributes:
@@ -117,11 +117,11 @@ def missed_constraints(report: dict[str, Any], scene: Scene) -> dict[str, list[i
     }
 
 
-def refusal(error: InputError) -> Shown:
+def refusal(error: InputError) -> MapUpdate:
     """What cannot be: the message counts from 1, and so names which."""
     text, wrong = str(error), {}
     for kind in ("pin", "stroke"):
         found = re.findall(rf"\b{kind}s? (?:on the outline out of order: )?(\d+(?:(?:, | and )\d+)*)", text)
         numbers = [int(n) - 1 for words in found for n in re.findall(r"\d+", words)]
         wrong[f"{kind}s"] = sorted(set(numbers))
-    return Shown("error", False, text, {}, wrong)
+    return MapUpdate("error", False, text, {}, wrong)

@@ -37,7 +37,7 @@ POINTS = 300  # about, of a thumbnail's outlines
 ROLES = ("source", "target", "texture")
 
 
-class Desk:
+class Workspace:
     """The session that is being edited, if any, and how another is opened.
 
     Attributes:
