@@ -14,5 +14,6 @@ autosave      what was not saved, for the next start
 link          the conversation with the page
 messages      what the page may say
 guard         who is answered
-server        the files of the page, and the life of the server
+routes        what the server answers
+server        the life of the server
 """

@@ -16,7 +16,7 @@ import pytest
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
-from iccm.io.edit import server
+from iccm.io.edit import routes
 from iccm.io.edit.workspace import KEPT, Workspace, remove_old_copies
 
 PORT, TOKEN = 4321, "a-token"
@@ -32,7 +32,7 @@ def gone():
 @pytest.fixture
 def client(shapes, gone):
     workspace = Workspace(source="square.svg", target="blob.svg")
-    made = server.app(workspace, TOKEN, PORT, gone.set, grace=0.05)
+    made = routes.app(workspace, TOKEN, PORT, gone.set, grace=0.05)
     with TestClient(made, base_url=f"http://127.0.0.1:{PORT}") as found:
         found.session = workspace.session
         yield found
@@ -70,10 +70,10 @@ def test_its_own_files_are_served_to_who_knows_the_token(client, name):
 
 
 def test_the_page_names_nothing_but_its_own_files():
-    text = b"".join(content for content, _ in server.page_files().values()).decode()
+    text = b"".join(content for content, _ in routes.page_files().values()).decode()
     assert "//" not in text.replace("http://www.w3.org/", "").replace("// ", "").replace("///", "")
     for name in ("app.js", "style.css", "icon.svg"):
-        assert f'"{name}"' in text and name in server.page_files()
+        assert f'"{name}"' in text and name in routes.page_files()
 
 
 @pytest.mark.parametrize(
@@ -278,7 +278,7 @@ def test_what_was_let_go_of_is_solved_however_many_drags_came_before(client):
 def test_files_that_were_chosen_are_opened_and_no_others(shapes, state):
     workspace = Workspace()
     with TestClient(
-        server.app(workspace, TOKEN, PORT, lambda: None), base_url=f"http://127.0.0.1:{PORT}"
+        routes.app(workspace, TOKEN, PORT, lambda: None), base_url=f"http://127.0.0.1:{PORT}"
     ) as client:
         with linked(client) as socket:
             assert socket.receive_json()["empty"] and client.get(f"/{TOKEN}/texture.png").status_code == 404
@@ -331,7 +331,7 @@ def test_copies_of_files_are_removed_when_they_are_old_and_never_what_is_the_use
 def test_bytes_end_the_conversation_with_a_code(shapes, gone, empty):
     workspace = Workspace() if empty else Workspace(source="square.svg", target="blob.svg")
     with TestClient(
-        server.app(workspace, TOKEN, PORT, gone.set), base_url=f"http://127.0.0.1:{PORT}"
+        routes.app(workspace, TOKEN, PORT, gone.set), base_url=f"http://127.0.0.1:{PORT}"
     ) as client:
         with linked(client) as socket:
             assert socket.receive_json()["type"] == "hello"

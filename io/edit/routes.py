@@ -1,0 +1,191 @@
+"""What the server answers: the page's files, its textures and meshes, files that are chosen on the page, and the
+conversation. Of the disk nothing is read that was not named on the command line or chosen on the page."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable
+from importlib.resources import files
+from typing import Any
+
+from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import Request
+from starlette.responses import JSONResponse, Response
+from starlette.routing import BaseRoute, Route, WebSocketRoute
+from starlette.websockets import WebSocket
+
+from ...errors import InputError
+from .. import limits
+from .guard import Guard
+from .link import Keep, Links
+from .workspace import Workspace, parts_of
+
+CONTENT_TYPES = {
+    ".html": "text/html",
+    ".css": "text/css",
+    ".js": "text/javascript",
+    ".svg": "image/svg+xml",
+}
+LEAST_TEXELS = 2048  # of a texture's side: what every WebGL 2 takes
+MAX_SIDE_DIGITS = 5  # of a texture's side that a page asks for
+
+
+def page_files() -> dict[str, tuple[bytes, str]]:
+    """Return content and type of each of the page's files, by name; that of the page itself is empty."""
+    found = {}
+    for file in files(__package__).joinpath("page").iterdir():
+        suffix = file.name[file.name.rfind(".") :]
+        if suffix in CONTENT_TYPES:
+            found[file.name.replace("index.html", "")] = file.read_bytes(), CONTENT_TYPES[suffix]
+    return found
+
+
+def app(
+    workspace: Workspace,
+    token: str,
+    port: int,
+    gone: Callable[[], None],
+    keep: Keep = lambda *_: None,
+    **options: Any,
+) -> Guard:
+    """Make what answers requests of those who know the token.
+
+    Args:
+        workspace: what is edited.
+        token: the first part of every address.
+        port: of the server.
+        gone: is called when no page is open any more.
+        keep: keeps what is not saved.
+        **options: of `Links`.
+    """
+    answers = _Answers(workspace, Links(workspace, gone, keep, **options))
+    routes: list[BaseRoute] = [
+        Route(f"/{token}/{name}", answers.page_file(name, content, kind), methods=["GET"])
+        for name, (content, kind) in page_files().items()
+    ]
+    routes += [
+        Route(f"/{token}/texture.png", answers.texture, methods=["GET"]),
+        Route(f"/{token}/{{side}}.drawing", answers.drawing, methods=["GET"]),
+        Route(f"/{token}/{{side}}.triangles", answers.triangles, methods=["GET"]),
+        Route(f"/{token}/files/{{name}}", answers.put_file, methods=["PUT"]),
+        Route(f"/{token}/workspace", answers.describe_workspace, methods=["GET"]),
+        Route(f"/{token}/workspace", answers.open_files, methods=["POST"]),
+        WebSocketRoute(f"/{token}/link", answers.converse),
+    ]
+    served = Starlette(routes=routes)
+    served.router.redirect_slashes = False
+    return Guard(served, token, port)
+
+
+class _Answers:
+    """The answer to each kind of request."""
+
+    def __init__(self, workspace: Workspace, links: Links) -> None:
+        self._workspace, self._links = workspace, links
+
+    def page_file(self, name: str, content: bytes, kind: str) -> Callable[..., Any]:
+        """Return what answers with a file of the page."""
+
+        async def answer(_: Request) -> Response:
+            if not name:
+                self._links.expect()
+            return Response(content, media_type=kind)
+
+        return answer
+
+    def texture(self, request: Request) -> Response:
+        """The texture as a PNG, of at most as many pixels a side as the page asks for."""
+        session = self._workspace.session
+        if session is None:
+            return Response(status_code=404)
+        side = request.query_params.get("side", "")
+        most = int(side) if side.isdecimal() and len(side) <= MAX_SIDE_DIGITS else LEAST_TEXELS
+        most = min(max(most, LEAST_TEXELS), limits.PAGE_TEXELS)
+        return Response(session.texture(most), media_type="image/png")
+
+    def triangles(self, request: Request) -> Response:
+        """The mesh of a side."""
+        session = self._workspace.session
+        if session is None:
+            return Response(status_code=404)
+        try:
+            content = session.triangles(request.path_params["side"])
+        except KeyError:
+            return Response(status_code=404)
+        return Response(content, media_type="application/octet-stream")
+
+    def drawing(self, request: Request) -> Response:
+        """What the file of a side shows itself, if anything."""
+        session = self._workspace.session
+        if session is None:
+            return Response(status_code=404)
+        found = session.drawing(request.path_params["side"])
+        return Response(found[0], media_type=found[1]) if found else Response(status_code=204)
+
+    async def put_file(self, request: Request) -> Response:
+        """Keep a file that was chosen or dropped on the page, and list its parts."""
+        content = await _body(request, limits.PAGE_FILE_BYTES)
+        if content is None:
+            return JSONResponse({"error": f"the file has more than {limits.PAGE_FILE_BYTES >> 20} MB"})
+        name, has_parts = request.path_params["name"], request.query_params.get("role") != "texture"
+        if len(os.fsencode(name)) > limits.NAME_BYTES:
+            return JSONResponse({"error": f"a name of more than {limits.NAME_BYTES} bytes"}, 400)
+
+        def keep() -> dict[str, Any]:
+            path = self._workspace.put(name, content)
+            return {"path": path, "parts": parts_of(path) if has_parts else []}
+
+        return await _in_thread(keep)
+
+    async def describe_workspace(self, request: Request) -> Response:
+        """What is edited and may be chosen; with ?side=source or target the parts of that file."""
+        side = request.query_params.get("side", "")
+        if side in ("source", "target"):
+            return await _in_thread(lambda: {"parts": self._workspace.parts(side)})
+        return await _in_thread(self._workspace.describe)
+
+    async def open_files(self, request: Request) -> Response:
+        """Edit the files that are named, or a sample."""
+        body = await _body(request, limits.PAGE_MESSAGE_BYTES)
+        if body is None:
+            return JSONResponse({"error": "more than the names of files"}, 413)
+        try:
+            chosen = json.loads(body)
+        except (ValueError, RecursionError):
+            chosen = None
+        if not isinstance(chosen, dict) or not all(isinstance(each, str) for each in chosen.values()):
+            return JSONResponse({"error": "not understood"}, 400)
+        sample = chosen.pop("sample", None)
+
+        def open_them() -> dict[str, Any]:
+            if sample:
+                self._workspace.open_sample(sample)
+            else:
+                self._workspace.open(chosen)
+            return {}
+
+        return await _in_thread(open_them)
+
+    async def converse(self, page: WebSocket) -> None:
+        """The conversation with a page."""
+        await self._links.serve(page)
+
+
+async def _body(request: Request, most: int) -> bytes | None:
+    """What is sent with a request; None for more than so many bytes, of which no more are read."""
+    body = bytearray()
+    async for part in request.stream():
+        body += part
+        if len(body) > most:
+            return None
+    return bytes(body)
+
+
+async def _in_thread(call: Callable[[], dict[str, Any]]) -> Response:
+    """Return what a call in another thread gives, or {"error": …}."""
+    try:
+        return JSONResponse(await run_in_threadpool(call))
+    except InputError as error:
+        return JSONResponse({"error": str(error)})
