@@ -52,32 +52,41 @@ ONE_SIDE = "regions of one side are kept; leave one of the two out"
 BETWEEN_SURFACES = "regions are not kept between two surfaces; give pins"
 PINS_INSTEAD = "goes without strokes on surfaces; give pins"
 
+
+def _rigid(kept: Kind, refused: Kind, instead: str, without: dict[str, str]) -> Capability:
+    """Return the row of rigid regions of one side.
+
+    Args:
+        kept: the kind of pairs with a surface for which they are kept.
+        refused: the kind for which they are not, since the triangles of the surface are those of the map.
+        instead: regions of the other side.
+        without: as for `Capability`.
+    """
+    return Capability(
+        BALANCED,
+        "regions are kept by the balanced method",
+        kinds=("plane", kept),
+        elsewhere={
+            "between surfaces": BETWEEN_SURFACES,
+            refused: f"the map follows the triangles of the surface; give {instead}",
+        },
+        partial=False,
+        without=without,
+        without_on_surfaces={"strokes": PINS_INSTEAD},
+    )
+
+
 CAPABILITIES: dict[str, Capability] = {
     "source_holes": HOLES,
     "target_holes": HOLES,
-    "rigid": Capability(
-        BALANCED,
-        "regions are kept by the balanced method",
-        kinds=("plane", "from surface"),
-        elsewhere={
-            "between surfaces": BETWEEN_SURFACES,
-            "onto surface": "the map follows the triangles of the surface; give rigid_target, regions of the target",
-        },
-        partial=False,
-        without={"rigid_target": ONE_SIDE},
-        without_on_surfaces={"strokes": PINS_INSTEAD},
+    "rigid": _rigid(
+        "from surface", "onto surface", "rigid_target, regions of the target", {"rigid_target": ONE_SIDE}
     ),
-    "rigid_target": Capability(
-        BALANCED,
-        "regions are kept by the balanced method",
-        kinds=("plane", "onto surface"),
-        elsewhere={
-            "between surfaces": BETWEEN_SURFACES,
-            "from surface": "the map follows the triangles of the surface; give rigid, regions of the source",
-        },
-        partial=False,
-        without=dict.fromkeys(("importance", "size_map"), "goes without importance and size_map"),
-        without_on_surfaces={"strokes": PINS_INSTEAD},
+    "rigid_target": _rigid(
+        "onto surface",
+        "from surface",
+        "rigid, regions of the source",
+        dict.fromkeys(("importance", "size_map"), "goes without importance and size_map"),
     ),
     PIN_SETTINGS: Capability(
         BALANCED,

@@ -115,6 +115,16 @@ class PictureOptions:
         placed = Texture(pixels, _box(self.texture_box or box, "texture_box"), alpha, encoding)
         return Sampler(placed, self.filter, self.kind, self.edge, outlines=outlines, threads=self.threads)
 
+    def check(self, texture: ArrayLike) -> None:
+        """Refuse a texture or options that no picture can be made of, before a map is solved for.
+
+        Raises:
+            InputError: as for `transfer`.
+        """
+        anywhere = 0j, 1 + 1j
+        self.sampler(_pixels(texture)[:1, :1], anywhere, ())
+        self.canvas(anywhere)
+
     def canvas(self, box: Box) -> Canvas:
         """Make the raster of the picture, which shows a box of the target's plane unless `target_box` says what."""
         return _canvas(self.size, self.target_box or box)
@@ -202,9 +212,10 @@ def transfer(
     )
     drawings = drawing_of(source, "source", axes), drawing_of(target, "target", axes)
     if any(drawings):
+        picture.check(texture)
         fit = solve.fit(drawings[0] or source, drawings[1] or target, **options)
         return picture.carry_through(fit, texture)
-    # what is wrong with the texture is reported before the map is solved for
+    # here, too, a wrong texture is reported before the map is solved for
     known, goal = outlines_of(source, "source", axes), outlines_of(target, "target", axes)
     holes = [outlines_of(hole, "hole", axes).outline for hole in options.get("source_holes", ())]
     domain = as_domain(known.outline, "source")

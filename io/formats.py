@@ -9,7 +9,16 @@ from pathlib import Path
 from ..errors import InputError
 
 PNG = b"\x89PNG\r\n\x1a\n"
-BEGINNINGS = {PNG: ".png", b"\xff\xd8\xff": ".jpg"}  # of files
+PICTURE_BEGINNINGS = {
+    PNG[:4]: "PNG",
+    b"\xff\xd8\xff": "JPEG",
+    b"GIF8": "GIF",
+    b"II*\0": "TIFF",
+    b"MM\0*": "TIFF",
+}
+"""The first bytes of files of pictures, with the names of their formats; WebP has its name after its length."""
+HELD_SUFFIXES = {"PNG": ".png", "JPEG": ".jpg", "WebP": ".webp"}
+"""The suffixes of pictures that meshes and drawings hold."""
 
 
 @dataclass(frozen=True)
@@ -163,6 +172,11 @@ def check_report(name: str | None) -> None:
 
 def suffix_of_content(content: bytes) -> str:
     """The suffix of a picture's file by its first bytes: ".png", ".jpg", ".webp", or "" for others."""
+    return HELD_SUFFIXES.get(picture_kind(content), "")
+
+
+def picture_kind(content: bytes) -> str:
+    """The format of a picture's file by its first bytes, such as "PNG", or "" for others."""
     if content[8:12] == b"WEBP":
-        return ".webp"
-    return next((suffix for begin, suffix in BEGINNINGS.items() if content.startswith(begin)), "")
+        return "WebP"
+    return next((kind for start, kind in PICTURE_BEGINNINGS.items() if content.startswith(start)), "")

@@ -30,6 +30,7 @@ from .outputs.picture import Picture, displayed
 from .parts import Pair
 from .phases import Phases
 from .state import Run, Tell
+from .texture import is_own_picture
 
 NUMBER = "{number}"
 ANIMATED = {".webp": "WEBP", ".gif": "GIF", ".png": "PNG"}
@@ -253,7 +254,7 @@ def _of_target(source: Run, asked: MorphSettings, ways: Sequence[MorphPath], box
     job = source.job
     if asked.target_texture:
         job = job.model_copy(update={"texture": asked.target_texture})
-    elif not (source.shows_own_picture and source.target.coloured):
+    elif not (is_own_picture(job, source.source) and source.target.coloured):
         return None
     job = job.model_copy(update={"source": job.target})
     pairs, fits = zip(*(way.layer(-1, box, picture=TARGET, painted=TARGET) for way in ways))
@@ -262,7 +263,7 @@ def _of_target(source: Run, asked: MorphSettings, ways: Sequence[MorphPath], box
 
 def _paints_nothing_else(run: Run) -> bool:
     """Whether the texture is the whole drawing itself, whose alpha says what it paints."""
-    return run.shows_own_picture and len(run.pairs) == 1 and not Spec.of(run.source.spec).chosen
+    return is_own_picture(run.job, run.source) and len(run.pairs) == 1 and not Spec.of(run.source.spec).chosen
 
 
 def _size(box: Box) -> complex:

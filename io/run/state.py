@@ -129,7 +129,7 @@ class Run:
             )
         room = within(job.memory, next(iter(job.outputs), None))
         run = cls(job, inputs, taken, room, tell, phases, threads, figures=figures or {})
-        if run.shows_own_picture and run.source.ink is not None:
+        if texture.is_own_picture(job, run.source) and run.source.ink is not None:
             run.pairs = [
                 (drawn := as_drawn(source), drawn if target is source else target) for source, target in taken
             ]
@@ -222,11 +222,6 @@ class Run:
             left = unmapped(self.source, self.fit.source_holes)
             return [tuple(self.fit.map(hole) for hole in left)]
         return [unmapped(target, fit.target_holes) for (_, target), fit in zip(self.pairs, self.fits)]
-
-    @property
-    def shows_own_picture(self) -> bool:
-        """Whether the texture is the source itself, which has colours of its own."""
-        return not self.job.texture and bool(texture.own_pictures(self.job, self.source))
 
     @property
     def opaque(self) -> bool:

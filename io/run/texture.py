@@ -58,13 +58,18 @@ def own_pictures(job: Job, source: Shape) -> tuple[Path | bytes, ...]:
     return () if job.checkered else source.pictures
 
 
+def is_own_picture(job: Job, source: Shape) -> bool:
+    """Whether the texture is a picture that the source has of its own, which --texture does not name."""
+    return not job.texture and bool(own_pictures(job, source))
+
+
 def shows_itself(job: Job, source: Shape) -> bool:
     """Whether the texture is the drawing that is the source: by its colours, or because --texture names its file."""
     if source.is_mesh:
         return False
     if job.texture:
         return Path(job.texture).absolute() == Path(source.path).absolute()
-    return bool(own_pictures(job, source))
+    return is_own_picture(job, source)
 
 
 def on_paper(job: Job, source: Shape) -> bool:

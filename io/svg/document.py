@@ -10,15 +10,13 @@ from defusedxml import DefusedXmlException, EntitiesForbidden
 from defusedxml.ElementTree import XMLParser
 
 from ...errors import InputError
-from .. import files, limits
+from .. import files, formats, limits
 from .drawing import Rectangle
 from .path_data import numbers
 
 SUFFIXES = (".svg", ".svgz")
 GZIP = b"\x1f\x8b"
 SHAPES = frozenset(["path", "rect", "circle", "ellipse", "line", "polyline", "polygon"])
-_PICTURES = {b"\xff\xd8": "JPEG", b"\x89PNG": "PNG", b"GIF8": "GIF", b"II*": "TIFF", b"MM\0*": "TIFF"}
-"""What files of pictures begin with, which are sometimes given the suffix of a drawing."""
 _SPACES = ("", "http://www.w3.org/2000/svg")
 _UNITS = {"": 1.0, "px": 1.0, "in": 96.0, "cm": 96 / 2.54, "mm": 96 / 25.4, "q": 24 / 25.4, "pt": 96 / 72}
 _UNITS |= {"pc": 16.0, "em": 16.0, "rem": 16.0, "ex": 8.0}  # of the default font: text has no place here
@@ -129,8 +127,8 @@ def root(data: bytes) -> Element:
     except DefusedXmlException as error:
         raise InputError("refers to another file in its XML; save it as plain SVG") from error
     except ParseError as error:
-        held = next((kind for start, kind in _PICTURES.items() if data.startswith(start)), None)
-        if held is not None:
+        held = formats.picture_kind(data)  # pictures are sometimes given the suffix of a drawing
+        if held:
             raise InputError(f"is a {held} picture, not an SVG; give it the suffix .{held.lower()}") from None
         raise InputError(f"not well-formed XML: {error}") from error
     except (ValueError, LookupError) as error:

@@ -189,3 +189,24 @@ def test_whole_drawings_are_cut_to_what_the_target_paints():
     assert abs(alpha.mean() - target.area / 20) < 0.005
     assert alpha[40, 50] == 0 and alpha[40, 20] == alpha[30, 80] == 1
     np.testing.assert_allclose(iccm.stmap(carried.fit, size=100)[..., 3], alpha, atol=1 / 255)
+
+
+@pytest.mark.parametrize(
+    ("pixels", "options", "said"),
+    [
+        (np.zeros((4, 6), complex), {}, "complex128"),
+        (np.zeros((4, 6), np.uint8), {"filter": "sharp"}, "filter"),
+        (np.zeros((4, 6), np.uint8), {"size": 0}, "size"),
+        (np.zeros((4, 6), np.uint8), {"texture_box": (2, 1)}, "texture_box"),
+    ],
+)
+def test_a_texture_that_cannot_be_carried_is_refused_before_drawings_are_mapped(
+    monkeypatch, pixels, options, said
+):
+    def solved(*given, **more):
+        raise AssertionError("the map was solved for")
+
+    monkeypatch.setattr("iccm.solve.fit", solved)
+    two_parts = shapely.MultiPolygon([shapely.box(0, 0, 2, 1), shapely.box(3, 0, 4, 1)])
+    with pytest.raises(iccm.InputError, match=said):
+        iccm.transfer(pixels, two_parts, shapely.box(0, 0, 1, 3), **options)
