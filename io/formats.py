@@ -77,7 +77,9 @@ class Format:
 
 _JPEG = Format(PictureFormat("display", (8,), alpha=False, hidden=False, encoder="jpeg:95"))
 _TIFF = Format(PictureFormat(), stmap=True)
-# Every picture format here gives back what it is said to hold; OpenImageIO knows more, which lose something unsaid.
+READ_ONLY = (".gif", ".jp2", ".j2k", ".ppm", ".pgm", ".pbm", ".pnm", ".dds", ".avif")
+"""Suffixes of pictures that are read, and not written."""
+# Every other picture format here gives back what it is said to hold; OpenImageIO knows more, which lose something.
 FORMATS = {
     ".png": Format(PictureFormat("display", named=True), plot=True),
     ".jpg": _JPEG,
@@ -91,6 +93,7 @@ FORMATS = {
     ".tga": Format(PictureFormat("display", (8,))),
     ".jxl": Format(PictureFormat(grey=False, named=True, encoder="jpegxl:100")),
     ".dpx": Format(PictureFormat(named=True)),
+    **dict.fromkeys(READ_ONLY, Format(PictureFormat("display", (8,)))),
     ".svg": Format(drawing=True, flat=True, plot=True),
     ".svgz": Format(drawing=True),
     ".pdf": Format(plot=True),
@@ -134,9 +137,14 @@ def picture(name: str | PathLike) -> PictureFormat:
     return of(name).picture or PictureFormat()
 
 
-def holding(what: str) -> tuple[str, ...]:
-    """The suffixes of files that hold something: one of the attributes of `Format`."""
-    return tuple(suffix for suffix, format in FORMATS.items() if getattr(format, what))
+def holding(what: str, *, written: bool = False) -> tuple[str, ...]:
+    """The suffixes of files that hold something, one of the attributes of `Format`; only those that are `written`."""
+    return tuple(suffix for suffix in FORMATS if _holds(suffix, what, written=written))
+
+
+def _holds(suffix: str, what: str, *, written: bool) -> bool:
+    held = getattr(FORMATS.get(suffix, Format()), what)
+    return bool(held) and not (written and what == "picture" and suffix in READ_ONLY)
 
 
 def check(name: str | PathLike, what: str, said: str, *others: str) -> None:
@@ -151,11 +159,11 @@ def check(name: str | PathLike, what: str, said: str, *others: str) -> None:
     Raises:
         InputError: naming the suffixes that do, or that it is a folder.
     """
-    if getattr(of(name), what):
+    if _holds(suffix_of(name), what, written=True):
         return
     if Path(name).is_dir():
         raise InputError(f"{name}: is a folder; name a file in it")
-    known = dict.fromkeys(suffix for held in (what, *others) for suffix in holding(held))
+    known = dict.fromkeys(suffix for held in (what, *others) for suffix in holding(held, written=True))
     raise InputError(f"{name}: {said}; use one of {' '.join(known)}")
 
 

@@ -2,6 +2,7 @@
 
 from io import BytesIO
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import OpenImageIO as oiio
@@ -9,6 +10,9 @@ from numpy.typing import NDArray
 
 from ...errors import InputError
 from . import pillow
+
+if TYPE_CHECKING:
+    from PIL.Image import Image as PictureFile
 
 LAB = "CIELAB", "ICCLAB"
 
@@ -54,3 +58,23 @@ def read(path: str | Path, spec: oiio.ImageSpec) -> NDArray[np.uint8]:
             raise InputError(f"{path}: cannot be converted by its ICC profile: {reason}") from error
     assert made is not None
     return np.asarray(made)
+
+
+def as_srgb(picture: "PictureFile", path: str | Path) -> tuple[NDArray[np.uint8], int]:
+    """The sRGB bytes of a picture that Pillow has read, by its profile if it has one, and the index of its alpha.
+
+    Raises:
+        InputError: the profile makes no sense.
+    """
+    from PIL import ImageCms
+
+    alpha = 3 if picture.has_transparency_data else -1
+    made = picture.convert("RGBA" if alpha >= 0 else "RGB")
+    if profile := picture.info.get("icc_profile"):
+        try:
+            held = ImageCms.ImageCmsProfile(BytesIO(profile))
+            ImageCms.profileToProfile(made, held, ImageCms.createProfile("sRGB"), inPlace=True)
+        except (OSError, ImageCms.PyCMSError) as error:
+            reason = (str(error) or "unknown reason").splitlines()[0]
+            raise InputError(f"{path}: cannot be converted by its ICC profile: {reason}") from error
+    return np.asarray(made), alpha

@@ -121,6 +121,12 @@ def prepare(image: Image, format: PictureFormat) -> Image:
     elif display and (unsaid or image.pixels.dtype.kind == "f"):
         depth = np.uint16 if 16 in format.bits else np.uint8
         image = _convert(image, "data" if image.colorspace == "data" else "sRGB", np.dtype(depth))
+    elif unsaid and format.light == "any" and image.colorspace != "lin_rec709":
+        # its readers take integers for sRGB, and floats for linear
+        deep = image.pixels.dtype.kind == "f"
+        image = _convert(image, "lin_rec709" if deep else "sRGB", np.dtype(np.float32 if deep else np.uint16))
+    elif unsaid and format.light == "any" and image.pixels.dtype.kind != "f":
+        image = _convert(image, "sRGB", np.dtype(np.uint16))
     if image.colorspace != before:
         image = replace(image, metadata=_without(image, "ICCProfile", "CICP"))
     if image.alpha >= 0 and (linear or not format.alpha):

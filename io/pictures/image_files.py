@@ -88,9 +88,34 @@ def read(
         if beginning == formats.PNG:
             several = _check_png(path, content)
         elif beginning[4:] == b"ftyp" and (form := UNREAD.get(content.read(4))):
+            if form == "AVIF" and not colorspace:
+                return _by_pillow(path, max_pixels)
             raise InputError(f"{path}: {form} is not read; convert it first, to .png or .jxl for instance")
     with silence():
         return _read(path, max_pixels, colorspace, room or Memory(), several)
+
+
+def _by_pillow(path: str | Path, max_pixels: int) -> Image:
+    """An AVIF picture, which OpenImageIO reads only with a library that few installations have.
+
+    Raises:
+        InputError: it is damaged, too large, or Pillow lacks its decoder.
+    """
+    from PIL import features
+
+    if not features.check("avif"):
+        raise InputError(
+            f"{path}: AVIF is not read by this Pillow; convert it first, to .png or .jxl for instance"
+        )
+    with pillow.opened(Path(path), path, ("AVIF",)) as picture:
+        width, height = picture.size
+        if width * height > max_pixels:
+            raise InputError(f"{path}: {width}x{height} is more than {max_pixels} pixels; raise --max-pixels")
+        several = getattr(picture, "n_frames", 1) > 1
+        picture.load()
+        pixels, alpha = icc.as_srgb(picture, path)
+    notes = (f"{path}: the first of several pictures in it is taken",) if several else ()
+    return Image(pixels, alpha, notes=notes)
 
 
 def read_held(picture: Path | bytes, where: str, **options: Any) -> Image:
@@ -193,7 +218,7 @@ def check(path: str | Path, like: Image, height: int, width: int) -> None:
     Raises:
         InputError: an unknown suffix, or the format does not hold so many pixels or channels, or not the colour space.
     """
-    if formats.of(path).picture is None:
+    if formats.of(path).picture is None or formats.suffix_of(path) in formats.READ_ONLY:
         raise _unknown(path)
     side, channels, dtype = max(height, width), like.pixels.shape[2], like.pixels.dtype
     kind = (Path(path).suffix, side, channels, dtype, like.alpha, like.associated, like.colorspace)

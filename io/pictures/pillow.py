@@ -18,7 +18,7 @@ from ...errors import InputError
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "GIF", "BMP")
+FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "GIF", "BMP", "AVIF")
 """Pillow's names of the formats that may be opened; their decoders start no programs and read no other files."""
 EMBEDDED = FORMATS
 """Those that a drawing may hold."""

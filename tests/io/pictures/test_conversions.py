@@ -7,10 +7,11 @@ from PIL import Image as Pillow
 from PIL import ImageOps, JpegImagePlugin
 
 from iccm.io import formats
-from iccm.io.pictures import image_files
+from iccm.io.pictures import image_files, png
 from iccm.io.pictures.image import prepare
 from iccm.io.pictures.image_files import Image
-from iccm.pixels.colour import linear_from_srgb, srgb_from_linear
+from iccm.pixels.colour import decode, linear_from_srgb, srgb_from_linear
+from iccm.pixels.sampler import Sampler
 
 
 def prepared(image, suffix):
@@ -124,3 +125,62 @@ def test_other_programs_read_straight_alpha(tmp_path):
         image_files.write(tmp_path / name, Image(pixels, alpha=3))
         with Pillow.open(tmp_path / name) as picture:
             assert picture.mode == "RGBA" and np.array_equal(np.asarray(picture), pixels)
+
+
+def png_with(path, name, content):
+    """A PNG of one colour with another chunk."""
+    Pillow.fromarray(np.full((4, 6, 3), (128, 64, 200), np.uint8)).save(path)
+    raw = path.read_bytes()
+    path.write_bytes(raw[:33] + png.chunk(name, content) + raw[33:])
+    return path
+
+
+SAID = {
+    "linear gAMA": (b"gAMA", (100000).to_bytes(4), [128 / 255, 64 / 255, 200 / 255]),
+    "gAMA of 1/1.8": (b"gAMA", (55556).to_bytes(4), [(v / 255) ** 1.8 for v in (128, 64, 200)]),
+    "linear cICP": (b"cICP", bytes([1, 8, 0, 1]), [128 / 255, 64 / 255, 200 / 255]),
+    # Display P3 to Rec. 709 in linear light, by the matrix of their primaries
+    "cICP of Display P3": (b"cICP", bytes([12, 13, 0, 1]), [0.2529, 0.0443, 0.6260]),
+}
+
+
+@pytest.mark.parametrize("kind", SAID)
+def test_what_a_png_says_of_its_colours_counts(tmp_path, kind):
+    """In light, and in every format that it is written to, be it one that has a name for the space or not."""
+    name, content, light = SAID[kind]
+    image = image_files.read(png_with(tmp_path / "a.png", name, content))
+
+    def light_of(picture):
+        texture = picture.texture((0j, 1 + 1j))
+        return decode(
+            texture.pixels, -1, srgb=texture.transfer == "srgb", associated=False, premultiply=False
+        )[0, 0]
+
+    assert light_of(image) == pytest.approx(light, abs=2e-3)
+    for suffix, off in ((".png", 2e-3), (".tif", 2e-3), (".exr", 2e-3), (".webp", 8e-3)):
+        image_files.write(tmp_path / f"b{suffix}", image)
+        assert light_of(image_files.read(tmp_path / f"b{suffix}")) == pytest.approx(light, abs=off), suffix
+
+
+def test_negative_light_is_kept(tmp_path):
+    values = np.full((4, 6, 3), (-0.5, 0.25, 2.0), np.float32)
+    image_files.write(tmp_path / "a.exr", Image(values, colorspace="lin_rec709"))
+    image = image_files.read(tmp_path / "a.exr")
+    sampler = Sampler(image.texture((0j, 6 + 4j)))
+    z, step = np.array([3.3 + 1.7j]), np.array([1.5 + 0j])
+    shown = sampler.stored(sampler.values(sampler.texture.places(z, step, -1j * step)))
+    assert shown[0] == pytest.approx([-0.5, 0.25, 2.0], abs=1e-3)
+
+
+@pytest.mark.parametrize("suffix", [".gif", ".jp2", ".ppm", ".dds", ".tga", ".avif"])
+def test_formats_that_are_only_read(tmp_path, suffix, iccm):
+    path = tmp_path / f"a{suffix}"
+    pixels = np.full((32, 48, 3), (128, 64, 200), np.uint8)
+    pixels[:, :24] = 20, 200, 90
+    Pillow.fromarray(pixels).save(path)
+    image = image_files.read(path)
+    assert image.pixels.shape[:2] == (32, 48)
+    assert image.pixels[16, 40, :3].astype(int) == pytest.approx((128, 64, 200), abs=4)
+    if suffix != ".tga":
+        typed = iccm("map", str(path), str(path), "-o", str(tmp_path / f"b{suffix}"))
+        assert typed.code == 2 and ".png" in typed.err and not (tmp_path / f"b{suffix}").exists()
