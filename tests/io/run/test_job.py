@@ -67,41 +67,20 @@ def test_a_pin_may_be_a_point_in_space():
     assert Job(source="a", pin=["1,2:3,4,5"]).pin == (((1, 2), (3, 4, 5)),)
 
 
-OF_THE_COMMAND = "dry_run", "watch", "open", "resume", "time_limit"  # of no job
-MAP_ALONE = (
-    "sequence",
-    "turn",
-    "fit",
-    "max_left_out",
-    "max_uncovered",
-    "effort",
-    "rigid_target",
-    "rigid_size",
-    "importance",
-    "size_map",
-)
+OF_THE_COMMAND = {
+    *("dry_run", "watch", "open", "resume", "time_limit", "threads"),
+    *("help", "debug", "log_format", "quiet", "verbose"),
+}
+"""Options of a run of the command, and of no job."""
 
 
-def test_every_field_is_an_option_of_the_command_line_and_back():
-    fields = {"source", "target", *options_of()}
-    for command, own in (
-        (map.command, set()),
-        (
-            deform.command,
-            {"target", "bake", "gaps", "parts", "place", "carry_maps", "subdivide_rim", *MAP_ALONE},
-        ),
-    ):
-        names = {parameter.name for parameter in command.params} - {
-            "help",
-            "debug",
-            "log_format",
-            "quiet",
-            "verbose",
-            "threads",
-            *OF_THE_COMMAND,
-        }
-        names = {"source" if name == "shape" else name for name in names}
-        assert names == fields - own
+@pytest.mark.parametrize(("name", "command"), [("map", map.command), ("deform", deform.command)])
+def test_every_value_of_a_job_is_an_option_of_its_commands_and_back(name, command):
+    values = {value for value, (_, option) in options_of().items() if name in option.commands}
+    parameters = {parameter.name for parameter in command.params}
+    assert parameters - OF_THE_COMMAND - {"source", "target", "shape"} == values
+    assert parameters >= ({"source", "target"} if name == "map" else {"shape"})
+    assert ("fit" in values) == (name == "map") and {"texture", "pin", "holes"} <= values
 
 
 def test_apply_takes_its_options_from_the_same_place():
