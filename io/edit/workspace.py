@@ -58,7 +58,14 @@ class Workspace:
 
     def describe(self) -> dict[str, Any]:
         """What the page must know to offer files."""
-        return {"chosen": self.chosen, "samples": [name for name in SAMPLES if samples_of(name)]}
+        pictures = formats.holding("picture")
+        shapes = (*formats.holding("drawing"), *formats.holding("mesh"), *pictures)
+        suffixes = {"source": shapes, "target": shapes, "texture": pictures}
+        return {
+            "chosen": self.chosen,
+            "samples": [name for name in SAMPLES if samples_of(name)],
+            "suffixes": {role: list(dict.fromkeys(each)) for role, each in suffixes.items()},
+        }
 
     def put(self, name: str, content: bytes) -> str:
         """The path of a file of the browser: the same one in this folder, else a copy in the user's state folder.

@@ -7,7 +7,6 @@ import {button, byId, dialog} from './dom.js';
 /** @typedef {Partial<Record<Role, string>>} Chosen the file of each role, with its part */
 
 const SVG = 'http://www.w3.org/2000/svg';
-const PICTURE = /\.(png|jpe?g|tiff?|exr|webp|hdr|bmp|tga|jxl|dpx)$/i;
 const NO_FILE = {
   source: 'none yet', target: 'none: the source is deformed by its pins', texture: 'none: a grid, or a mesh’s own',
 };
@@ -20,6 +19,8 @@ let chosen = {};
 /** @type {Chosen} what was chosen when the dialog was opened */
 let before = {};
 let leave = () => {};
+/** @type {Record<Role, string[]>} of the files that can be read for each role */
+let suffixes = {source: [], target: [], texture: []};
 
 /**
  * @param {Role} role
@@ -31,6 +32,9 @@ function within(role, selector) {
   if (!(element instanceof HTMLElement)) throw new Error(`the page has no ${selector} for the ${role}`);
   return element;
 }
+
+/** @param {Role} role */
+const inputOf = (role) => /** @type {HTMLInputElement} */ (within(role, 'input'));
 
 /** @param {string} text */
 function report(text) {
@@ -47,6 +51,8 @@ export async function choose(empty, leaving = leave) {
   const workspace = await (await fetch('workspace')).json();
   chosen = {...workspace.chosen};
   before = {...workspace.chosen};
+  suffixes = workspace.suffixes;
+  for (const role of ROLES) inputOf(role).accept = suffixes[role].join(',');
   files.dataset.empty = String(empty);
   button('files-close').hidden = empty;
   report('');
@@ -144,7 +150,7 @@ async function open(choice) {
 }
 
 for (const role of ROLES) {
-  const element = /** @type {HTMLInputElement} */ (within(role, 'input'));
+  const element = inputOf(role);
   element.onchange = () => { if (element.files?.[0]) upload(role, element.files[0]); };
 }
 button('no-target').onclick = () => {
@@ -157,16 +163,19 @@ files.oncancel = (/** @type {Event} */ event) => { if (files.dataset.empty === '
 
 // ---------------------------------------------------------------- files that are dropped
 
+/** @param {string} name */
+const isPicture = (name) => suffixes.texture.some((suffix) => name.toLowerCase().endsWith(suffix));
+
 /**
  * The role of a file: where it is dropped, else a picture is the texture, and others are what is still missing.
- * @param {DragEvent} event
+ * @param {EventTarget | null} target
  * @param {File} file
  * @returns {Role}
  */
-function roleOf(event, file) {
-  const under = event.target instanceof Element ? event.target.closest('[data-role], .pane') : null;
+function roleOf(target, file) {
+  const under = target instanceof Element ? target.closest('[data-role], .pane') : null;
   const named = under instanceof HTMLElement ? under.dataset.role : null;
-  const place = named ?? (PICTURE.test(file.name) ? 'texture' : under?.id);
+  const place = named ?? (isPicture(file.name) ? 'texture' : under?.id);
   return ROLES.find((role) => role === place) ?? (chosen.source && !chosen.target ? 'target' : 'source');
 }
 
@@ -174,10 +183,11 @@ addEventListener('dragover', (event) => event.preventDefault());
 addEventListener('drop', async (event) => {
   event.preventDefault();
   const dropped = [...(event.dataTransfer?.files ?? [])];
-  /** @type {Role[]} */
-  const roles = dropped.map((file) => roleOf(event, file));
   if (!dropped.length) return;
+  const {target} = event;
   if (!files.open) await choose(false);
+  /** @type {Role[]} */
+  const roles = dropped.map((file) => roleOf(target, file));
   if (dropped.length > 1 && !roles.some((role) => role !== 'source')) roles[1] = 'target';
   for (const [k, file] of dropped.entries()) await upload(roles[k], file);
 });

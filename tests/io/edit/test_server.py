@@ -371,3 +371,14 @@ def test_pins_of_meshes_are_refused_on_drawings(client, place, shapes):
             error = asked(socket, **message).get("error", "")
             assert error and "internal" not in error, (message["type"], error)
     assert not list(shapes.glob("*-pinned*"))
+
+
+def test_the_files_to_choose_are_those_that_can_be_read():
+    """The page has no list of its own: a format that is added to the table is offered."""
+    suffixes = Workspace().describe()["suffixes"]
+    for role in ("source", "target"):
+        assert {".svg", ".glb", ".stl", ".png"} <= set(suffixes[role])
+        assert not {".npz", ".toml"} & set(suffixes[role])
+    assert ".exr" in suffixes["texture"] and ".obj" not in suffixes["texture"]
+    text = b"".join(content for content, _ in routes.page_files().values())
+    assert b".stl" not in text and b".exr" not in text.replace(b".stmap.exr", b"")
