@@ -35,7 +35,7 @@ def read(
     try:
         font = Font(files.as_text(path))
         sets, width = font.sets(text), font.width(text) * SIZE
-        data = font.draw(text, 0.0, LINE[0] * SIZE, SIZE) if sets else ""
+        data = font.set_at(text, 0.0, LINE[0] * SIZE, SIZE) if sets else ""
     except (OSError, RuntimeError, ValueError) as error:
         raise InputError(f"{path}: is no font that can be read: {error}") from None
     if not sets:

@@ -1,7 +1,11 @@
 """Fonts: text set in a line, as HarfBuzz shapes it (kerned, with ligatures and letters that join), as path data."""
 
+from collections.abc import Callable
 from functools import lru_cache
+from typing import NamedTuple
 from unicodedata import bidirectional
+
+from .affine import Affine, translation
 
 # Blocks whose letters stand in any line beside each other: Latin, Greek, Cyrillic; signs; Chinese, Japanese, Korean.
 _ANY = (
@@ -10,6 +14,33 @@ _ANY = (
 )  # fmt: skip
 _LEFTWARD = {"R", "AL"}  # classes of Unicode's bidirectional algorithm
 _EITHER_WAY = {"NSM", "WS"}
+_SPACES = " \u00a0"
+
+
+class Spacing(NamedTuple):
+    """What is added after each letter, and after each space, in ems."""
+
+    letters: float = 0.0
+    words: float = 0.0
+
+
+NO_SPACING = Spacing()
+
+
+class Glyph(NamedTuple):
+    """A glyph of a line; lengths in ems.
+
+    Attributes:
+        number: in the font.
+        right, up: its origin.
+        begin, advance: where its part of the line begins, and how long that is.
+    """
+
+    number: int
+    right: float
+    up: float
+    begin: float
+    advance: float
 
 
 class Font:
@@ -33,19 +64,28 @@ class Font:
         self._em = self._font.face.upem
         self._shaped = lru_cache(maxsize=64)(self._shape)
 
-    def _shape(self, text: str) -> tuple[list[tuple[int, float, float]], float, bool]:
-        """Glyphs and where each begins, the width of all, and whether the font has every letter."""
+    def _shape(self, text: str, spacing: Spacing = NO_SPACING) -> tuple[list[Glyph], float, bool]:
+        """Glyphs, the width of all, and whether the font has every letter."""
         import uharfbuzz as hb
 
         buffer = hb.Buffer()
         buffer.add_str(text)
         buffer.guess_segment_properties()
-        hb.shape(self._font, buffer)
-        found, x = [], 0.0
+        # letters that are set apart are not joined to one glyph
+        hb.shape(self._font, buffer, {"liga": False, "clig": False} if spacing.letters else {})
+        found, x, last = [], 0.0, -1
         for info, place in zip(buffer.glyph_infos, buffer.glyph_positions):
-            found.append((info.codepoint, (x + place.x_offset) / self._em, place.y_offset / self._em))
-            x += place.x_advance
-        return found, x / self._em, all(glyph for glyph, _, _ in found)
+            if last not in (-1, info.cluster):
+                x += spacing.letters + spacing.words * (text[last] in _SPACES)
+            last = info.cluster
+            advance = place.x_advance / self._em
+            found.append(
+                Glyph(info.codepoint, x + place.x_offset / self._em, place.y_offset / self._em, x, advance)
+            )
+            x += advance
+        if found:
+            x += spacing.letters + spacing.words * (text[last] in _SPACES)
+        return found, x, all(glyph.number for glyph in found)
 
     def sets(self, text: str) -> bool:
         """Whether it has all of the letters, and they are of one script, and run one way."""
@@ -58,21 +98,29 @@ class Font:
         """Whether the letters follow each other from right to left."""
         return any(bidirectional(letter) in _LEFTWARD for letter in text)
 
-    def width(self, text: str) -> float:
+    def width(self, text: str, spacing: Spacing = NO_SPACING) -> float:
         """Of a line."""
-        return self._shaped(text)[1]
+        return self._shaped(text, spacing)[1]
 
-    def draw(self, text: str, x: float, y: float, size: float) -> str:
-        """Path data of a line from a place on, y down."""
+    def draw(
+        self, text: str, place: Callable[[float, float], Affine | None], spacing: Spacing = NO_SPACING
+    ) -> str:
+        """Path data of a line, y down.
+
+        Args:
+            text: the line.
+            place: takes where a glyph begins and how wide it is, in ems, to a map from its own plane, in ems from where
+                it begins on the line and y down; None where it is not drawn.
+            spacing: more than the font has between letters.
+        """
         import uharfbuzz as hb
 
         drawn: list[str] = []
-        scale = size / self._em
-        at = [0.0, 0.0]
+        now = Affine()
 
         def to(letter: str, *places: float) -> None:
-            pairs = zip(places[::2], places[1::2])
-            drawn.append(letter + " ".join(f"{at[0] + scale * a!r} {at[1] - scale * b!r}" for a, b in pairs))
+            points = (now(complex(a, -b) / self._em) for a, b in zip(places[::2], places[1::2]))
+            drawn.append(letter + " ".join(f"{z.real!r} {z.imag!r}" for z in points))
 
         pen = hb.DrawFuncs()
         pen.set_move_to_func(lambda a, b, _: to("M", a, b))
@@ -80,10 +128,15 @@ class Font:
         pen.set_quadratic_to_func(lambda a, b, c, d, _: to("Q", a, b, c, d))
         pen.set_cubic_to_func(lambda a, b, c, d, e, f, _: to("C", a, b, c, d, e, f))
         pen.set_close_path_func(lambda _: drawn.append("Z"))
-        for glyph, right, up in self._shaped(text)[0]:
-            at[:] = x + size * right, y - size * up
-            self._font.draw_glyph(glyph, pen, None)
+        for glyph in self._shaped(text, spacing)[0]:
+            if (found := place(glyph.begin, glyph.advance)) is not None:
+                now = found @ translation(glyph.right - glyph.begin, -glyph.up)
+                self._font.draw_glyph(glyph.number, pen, None)
         return "".join(drawn)
+
+    def set_at(self, text: str, x: float, y: float, size: float) -> str:
+        """Path data of a line that begins at a place, in letters of a size."""
+        return self.draw(text, lambda begin, _: Affine(size, 0, complex(x + size * begin, y)))
 
 
 def _one_script(text: str) -> bool:

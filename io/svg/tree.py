@@ -188,7 +188,7 @@ class Document:
             from .stylesheet import Stylesheet  # and its library: few drawings need them
 
             self.sheet = Stylesheet(text, top)
-        self.lettering = lettering.Lettering(self.own)
+        self.lettering = lettering.Lettering(self.own, self.linked)
         self.unset_texts: set[int] = set()
         self._root_font = fonts_in_css.MEDIUM
         self.canvas: Rectangle | None = canvas(top)

@@ -86,8 +86,8 @@ def test_anchors_and_places_of_parts(tmp_path):
     "body",
     [
         TEXT.format(x=9, more="", text="h").replace("DejaVu Sans", "Other"),
-        TEXT.format(x="9 30", more="", text="ho"),
-        TEXT.format(x=9, more='letter-spacing="3"', text="ho"),
+        TEXT.format(x=9, more='writing-mode="vertical-rl"', text="ho"),
+        TEXT.format(x=9, more="", text='h<tspan textLength="30">o</tspan>'),
         TEXT.format(x=9, more="", text="\u0633\u0644 h"),
         TEXT.format(x=9, more="", text="\u0633\u0644<tspan>\u0633</tspan>"),
         TEXT.format(x=9, more="", text='h<tspan fill="red">o</tspan>'),
@@ -138,3 +138,57 @@ def test_fonts_are_found_without_fontconfig(tmp_path, monkeypatch):
     assert after[1] == pytest.approx(before[1]) and len(after[0]) == len(before[0]) == 3
     assert after[0][0].curve.area == pytest.approx(before[0][0].curve.area)
     assert any("1 text left out" in note for note in unknown[0][0].notes)
+
+
+def boxes(tmp_path, body):
+    """The boxes of all letters from left to right, in the file's directions."""
+    found, _ = drawn(tmp_path, body)
+    z = [each.to_file(each.curve.z) for each in found]
+    return sorted((round(p[:, 0].min(), 2), round(p[:, 1].min(), 2), round(p[:, 0].max(), 2)) for p in z)
+
+
+def test_letters_have_places_of_their_own(tmp_path):
+    (h, o, _), other = boxes(tmp_path, TEXT.format(x="9 70 120", more='dy="0 5"', text="hou")), "hou"
+    alone = [boxes(tmp_path, TEXT.format(x=x, more="", text=letter))[0] for x, letter in zip((9, 70), other)]
+    assert h == alone[0] and o == pytest.approx((alone[1][0], alone[1][1] + 5, alone[1][2]), abs=0.02)
+
+
+def test_moves_of_spans_add_to_what_is_before_them(tmp_path):
+    plain = boxes(tmp_path, TEXT.format(x=9, more="", text="h ou"))
+    moved = boxes(tmp_path, TEXT.format(x=9, more="", text='h<tspan dx="1 2 3" dy="-7"> ou</tspan>'))
+    away = [(b[0] - a[0], b[1] - a[1]) for a, b in zip(plain, moved)]
+    assert np.allclose(away, [(0, 0), (3, -7), (6, -7)], atol=0.02)
+
+
+@pytest.mark.parametrize("more, ems", [('letter-spacing="4"', 0.1), ('letter-spacing=".1em"', 0.1)])
+def test_letters_are_set_apart(tmp_path, more, ems):
+    plain = boxes(tmp_path, TEXT.format(x=9, more="", text="hou"))
+    apart = boxes(tmp_path, TEXT.format(x=9, more=more, text="hou"))
+    assert np.allclose([b[0] - a[0] for a, b in zip(plain, apart)], [0, 40 * ems, 80 * ems], atol=0.02)
+
+
+def test_a_text_is_as_long_as_it_says(tmp_path):
+    plain = boxes(tmp_path, TEXT.format(x=9, more="", text="hou"))
+    natural = TextPath((0, 0), "hou", size=40, prop=FontProperties(family="DejaVu Sans")).get_extents().width
+    spaced = boxes(tmp_path, TEXT.format(x=9, more='textLength="150"', text="hou"))
+    assert spaced[1][0] - plain[1][0] == pytest.approx((spaced[2][0] - plain[2][0]) / 2, abs=0.02)
+    assert spaced[2][2] - spaced[0][0] == pytest.approx(150 - 5.5, abs=3) and natural < 80
+    widened = boxes(
+        tmp_path, TEXT.format(x=9, more='textLength="150" lengthAdjust="spacingAndGlyphs"', text="hou")
+    )
+    ratios = [(b[2] - b[0]) / (a[2] - a[0]) for a, b in zip(plain, widened)]
+    assert np.ptp(ratios) < 0.02 and ratios[0] > 1.8
+
+
+@pytest.mark.parametrize("offset, at", [("0", 0), ("25%", 40), ("16", 16)])
+def test_a_text_follows_a_path(tmp_path, offset, at):
+    """Along a line that falls, letters are turned by its angle; those beyond its end are not drawn."""
+    path = '<defs><path id="p" transform="translate(10 0)" d="M0 20 L128 116"/></defs>'
+    text = f'<textPath href="#p" startOffset="{offset}">hou</textPath>'
+    found, _ = drawn(tmp_path, path + TEXT.format(x=0, more="", text=text))
+    turned = f'<g transform="translate(10 20) rotate({np.degrees(np.arctan2(96, 128))}) translate({at} -60)">'
+    wanted, _ = drawn(tmp_path, turned + TEXT.format(x=0, more="", text="hou") + "</g>")
+    middles = [sorted(complex(each.curve.z.mean()).real for each in side) for side in (found, wanted)]
+    assert len(found) == 3 and np.allclose(*middles, atol=0.1)
+    far, _ = drawn(tmp_path, path + TEXT.format(x=0, more="", text=text.replace(f'"{offset}"', '"70%"', 1)))
+    assert len(far) < 3
