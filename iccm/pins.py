@@ -14,13 +14,13 @@ from .arrays import Complex, Flags, Index, Real
 from .curve import Curve
 from .errors import InputError
 
-RADIUS_SHARE = 0.1
-"""Of the square root of the shape's area: the radius of a pin that has room, larger than an eye in a drawn face."""
-RADIUS_BETWEEN_PINS = 0.45
-"""Of the distance to the closest other pin: patches do not overlap."""
-RADIUS_TO_OUTLINE = 0.75
-"""Of the distance to the outline, along which the picture slides."""
-TOLERANCE_SHARE, FREE_TOLERANCE_SHARE = 0.05, 0.01
+RADIUS_SHARE = 0.15
+"""Of the square root of the shape's area: the radius of a pin that has room, so that a mouth keeps its form."""
+RADIUS_BETWEEN_PINS = 0.8
+"""Of the distance to the closest other pin: the cores of patches, of half the radius, do not overlap."""
+RADIUS_TO_OUTLINE = 1.2
+"""Of the distance to the outline: cores do not reach it."""
+TOLERANCE_SHARE, FREE_TOLERANCE_SHARE = 0.07, 0.01
 """Of the square root of the target's area, and of that of a shape that is deformed without a target: the tolerance of a
 pin. Without a target nothing else says where a shape goes."""
 
@@ -34,7 +34,7 @@ class Pin:
         target: its place, likewise.
         radius: of the patch around it that keeps its form, in the source's units; 0 for an exact pin; None chooses.
         tolerance: how far the patch may miss its place where that saves a twentieth of the distortion, in the target's
-            units; None is a twentieth of the target's size (the square root of its area), in `iccm.deform` a hundredth.
+            units; None is 7 % of the target's size (the square root of its area), in `iccm.deform` 1 %.
         turn: degrees, counter-clockwise, by which the patch is rotated; None leaves it free.
         scale: factor by which the patch is enlarged, relative to the mean scale of the map; None leaves it free.
 
@@ -122,17 +122,23 @@ def choose_radii(
 
     The largest that is at most RADIUS_SHARE of the size (the square root of the area), RADIUS_BETWEEN_PINS of the
     distance to the closest other pin, and RADIUS_TO_OUTLINE of that to the outlines: in the source and in the target,
-    relative to their sizes. Without a target the source is deformed, and its outlines are free.
+    relative to their sizes. Without a target the source is deformed: its outlines are free, and places may coincide.
     """
     found = np.full(len(pins), RADIUS_SHARE)
-    sizes = []
-    for curve, rims, points in zip((source, target or source), holes, pins.T):
-        size = np.sqrt(abs(curve.area) - sum(abs(rim.area) for rim in rims))
-        sizes.append(size)
+    sides = [(source, holes[0], pins[:, 0])]
+    if target is not None:
+        sides.append((target, holes[1], pins[:, 1]))
+    for curve, rims, points in sides:
+        size = _size(curve, rims)
         if target is not None:
             for rim in (curve, *rims):
                 found = np.minimum(found, RADIUS_TO_OUTLINE * rim.distances(points) / size)
         apart = np.abs(points[:, None] - points) / size
         np.fill_diagonal(apart, np.inf)
         found = np.minimum(found, RADIUS_BETWEEN_PINS * apart.min(axis=1, initial=np.inf))
-    return found * sizes[0]
+    return found * _size(source, holes[0])
+
+
+def _size(outline: Curve, rims: Sequence[Curve]) -> float:
+    """Return the square root of the area of a domain with holes."""
+    return float(np.sqrt(abs(outline.area) - sum(abs(rim.area) for rim in rims)))

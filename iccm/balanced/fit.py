@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import Complex, Index
+from ..arrays import Complex, Index, Real
 from ..curve import Curve
 from ..errors import InputError
 from ..fits import FITS, is_partial, with_constraints
@@ -39,6 +39,7 @@ LAYERED = "Where the shape overlaps itself pictures show what is farther from th
 
 EVEN = 1.0  # the balance at which angles and areas count alike
 HALF = 0.5  # of the dilatation: a partial map that needs no more is worth a word
+MOST_TOLERANCES = 3.0  # by which a soft pin may miss its place; beyond, it counts as not met
 SAID = 5e-4  # of the area: what is less is not worth a word
 
 
@@ -279,6 +280,8 @@ def result_of(
     flat, mean = laid or (None, mean_scale(source, target, holes.sides))
     of_target = found.rigid_of_target
     rigid = [Region.of(map, rings, mean, of_target=of_target, flat=flat) for rings in found.rigid]
+    if status.ok and not near_places(map, found.soft_pins, found.tolerances):
+        status = Status.PINS
     if status.ok and not all(region.is_rigid for region in rigid):
         status = Status.BENT
     energies = [{"total": float(energy)} for energy in found.energies]
@@ -322,8 +325,9 @@ def deform(problem: Problem, options: Options, start: TriangulatedMap | None = N
     map = bounds.straighten_beyond_bounds(map, settings.max_dilatation, settings.max_stretch)
     bounded = found.bounded and bounds.meets_bounds(map, settings.max_dilatation, settings.max_stretch)
     ended = Status.BOUNDS if not bounded else Status.MET if found.simple else Status.OVERLAP
+    met = found.met and near_places(map, patches.points, patches.softness.tolerances)
     rigid = [Region.of(map, rings) for rings in regions.polygons]
-    status = Status.PINS if not found.met else ended if all(bone.is_rigid for bone in rigid) else Status.BENT
+    status = Status.PINS if not met else ended if all(bone.is_rigid for bone in rigid) else Status.BENT
     said.extend(soft_pin_notes(map, patches.points))
     return Fit(
         map, status, found.energies, source, None, pins, strokes, said, source_holes=holes, rigid=rigid
@@ -435,6 +439,14 @@ def coverage_notes(fit: Fit) -> list[str]:
             f"{fit.uncovered:.1%} of the target stays uncovered, where bays or holes of the source open{shown} (fit)."
         )
     return said
+
+
+def near_places(map: TriangulatedMap, pins: Complex, tolerances: Real) -> bool:
+    """Return whether soft pins (k, 2) come within MOST_TOLERANCES of their places."""
+    if not len(pins):
+        return True
+    here, there = pins.T
+    return bool((np.abs(map(here) - there) <= MOST_TOLERANCES * tolerances).all())
 
 
 def soft_pin_notes(map: TriangulatedMap, pins: Complex) -> list[str]:

@@ -105,7 +105,13 @@ def solve(
             journal,
             given,
         )
-        return replace(found, met=met, rigid=regions.polygons, soft_pins=patches.points)
+        return replace(
+            found,
+            met=met,
+            rigid=regions.polygons,
+            soft_pins=patches.points,
+            tolerances=patches.softness.tolerances,
+        )
     state, kept = multilevel.free_map(*curves, settings, journal)
     used = holes.only(kept)
     journal.notes += [*unequal(used), *given.notes]
@@ -116,7 +122,13 @@ def solve(
         curves = (*curves[:2], used.unit(frames))
         state = _with_rigid(state, regions, curves, frames, UNPINNED, settings, journal)
     found = solution_of(state, *_world(state, frames), frames, domains, settings, journal)
-    return replace(found, holes=kept, rigid=regions.polygons, soft_pins=patches.points)
+    return replace(
+        found,
+        holes=kept,
+        rigid=regions.polygons,
+        soft_pins=patches.points,
+        tolerances=patches.softness.tolerances,
+    )
 
 
 def _with_rigid(

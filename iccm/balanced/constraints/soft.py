@@ -42,6 +42,7 @@ class PinnedPatches:
             frames[0].unit(self.points[:, 0]),
             frames[1].unit(self.points[:, 1]),
             sizes[0] * softness.radii,
+            sizes[1] * softness.tolerances,
             COST_AT_TOLERANCE / (sizes[1] * softness.tolerances) ** 2,
             COST_AT_TOLERANCE / DERIVATIVE_TOLERANCE**2,
             STIFFNESS,

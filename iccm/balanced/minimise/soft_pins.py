@@ -47,6 +47,7 @@ class SoftPins:
         source: (k,) complex points of the source.
         target: (k,) complex places of the target that they are drawn to.
         radii: (k,) radii of the patches, in the source.
+        tolerances: (k,) distances from the places up to which pins count as met.
         springs: (k,) energy of a pin at distance one from its place; a map without distortion has the energy one.
         derivative_spring: energy of a patch whose derivative is off by one from what is asked.
         stiffness: how many times as much as elsewhere distortion costs at a pin.
@@ -58,6 +59,7 @@ class SoftPins:
     source: Complex
     target: Complex
     radii: Real
+    tolerances: Real
     springs: Real
     derivative_spring: float
     stiffness: float
@@ -75,6 +77,13 @@ class SoftPins:
         pairs = np.column_stack([self.source, self.target])
         return np.ascontiguousarray(pairs[:, ::-1]) if self.inverted else pairs
 
+    def misses(self, z: Complex, u: Complex, faces: Index) -> Real:
+        """Return the distances (k,) of the pins' images from their places in the target, for a map z -> u (n,)."""
+        w, image = (u, z) if self.inverted else (z, u)
+        corners = faces[triangles_around(self.source, w, faces)]
+        shares = np.array([_barycentric(pin, w[own]) for pin, own in zip(self.source, corners)])
+        return np.abs((shares * image[corners]).sum(axis=1) - self.target)
+
     def cores(self, z: Complex, u: Complex, faces: Index, margin: float = 1.0) -> list[Index]:
         """Return the vertices of each patch's core, in ascending order, for a map z -> u (n,) on triangles (m, 3).
 
@@ -82,18 +91,24 @@ class SoftPins:
         """
         w = u if self.inverted else z
         found = []
-        for pin, radius in zip(self.source, self.radii):
+        for pin, radius, own in zip(self.source, self.radii, triangles_around(self.source, w, faces)):
             near = np.flatnonzero(np.abs(w - pin) < margin * CORE_SHARE * radius)
-            found.append(np.union1d(near, faces[_triangle_around(pin, w, faces)]))
+            found.append(np.union1d(near, faces[own]))
         return found
 
     def multipliers(self, z: Complex, u: Complex, faces: Index) -> Real:
         """Return how many times as much the density of each triangle (m, 3) counts: 1 outside of all patches."""
         w = u if self.inverted else z
-        points = w[faces] @ QUADRATURE.T
-        found = np.zeros(points.shape)
+        corners = w[faces]
+        middles = corners.mean(axis=1)
+        reach = np.abs(corners - middles[:, None]).max(
+            axis=1
+        )  # no point of a triangle is farther from its middle
+        found = np.zeros((len(faces), len(QUADRATURE)))
         for pin, radius in zip(self.source, self.radii):
-            found = np.maximum(found, _kernel(np.abs(points - pin) / radius))
+            near = np.flatnonzero(np.abs(middles - pin) < radius + reach)
+            points = corners[near] @ QUADRATURE.T
+            found[near] = np.maximum(found[near], _kernel(np.abs(points - pin) / radius))
         return 1 + (self.stiffness - 1) * found.mean(axis=1)
 
     def springs_on_mesh(
@@ -116,10 +131,11 @@ class SoftPins:
         here, there = (self.target, self.source) if self.inverted else (self.source, self.target)
         kept, moving = (z, u) if forward else (u, z)
         found: list[TermOnMesh] = []
+        around = triangles_around(self.source, w, faces)
         for k, vertices in enumerate(cores):
             weights = _core_weights(self.source[k], self.radii[k], vertices, w, vertex_areas)
             if weights is None:
-                corners = faces[_triangle_around(self.source[k], w, faces)]
+                corners = faces[around[k]]
                 weights = np.zeros(vertices.size)
                 weights[np.searchsorted(vertices, corners)] = _barycentric(self.source[k], w[corners])
             derivative = _mean_derivative(z[vertices], u[vertices], weights)
@@ -203,11 +219,20 @@ def _core_weights(
     return weights if weights.min() >= 0 else None
 
 
-def _triangle_around(point: complex, w: Complex, faces: Index) -> int:
-    """Return the triangle that a point is in, or the one that it is least far outside of."""
-    a, b, c = w[faces].T - point
-    least = np.minimum(np.minimum(cross(a, b), cross(b, c)), cross(c, a))
-    return int(np.argmax(least / np.abs(triangle_areas(w[faces]))))
+def triangles_around(points: Complex, w: Complex, faces: Index) -> list[int]:
+    """Return for each point the triangle of w that it is in, or the one that it is least far outside of."""
+    corners = w[faces]
+    areas = np.abs(triangle_areas(corners))
+    middles = corners.mean(axis=1)
+    reach = np.abs(corners - middles[:, None]).max(axis=1)
+    found = []
+    for point in points:
+        near = np.flatnonzero(np.abs(middles - point) <= reach)  # those that may hold it
+        near = near if near.size else np.arange(len(faces))
+        a, b, c = corners[near].T - point
+        least = np.minimum(np.minimum(cross(a, b), cross(b, c)), cross(c, a))
+        found.append(int(near[np.argmax(least / areas[near])]))
+    return found
 
 
 def _barycentric(point: complex, corners: Complex) -> Real:

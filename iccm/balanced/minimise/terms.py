@@ -99,9 +99,7 @@ class TermsOnMesh:
         for term, (entries, upper) in zip(self.terms, self._entries):
             slopes, blocks = term.derivatives(u)
             np.add.at(gradient, term.stencils, slopes)
-            for number, (row, column) in enumerate(((0, 0), (0, 1), (1, 0), (1, 1))):
-                added = np.bincount(entries, blocks[..., row, column][upper], len(matrix))
-                matrix[:, number] += added
+            np.add.at(matrix, entries, blocks[upper].reshape(-1, 4))
         return self.total(u)
 
     @cached_property

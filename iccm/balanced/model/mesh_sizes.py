@@ -17,6 +17,7 @@ TRIANGLES_A_RADIUS = (
     5.0  # of the patch of a soft pin: with 3, maps whose meshes differ are twice as far apart
 )
 MOST_FINER_AT_PINS = 9.0  # ratio of areas: around small patches, triangles of a third of the size
+MOST_MORE_AT_PINS = 0.5  # relative to the number of triangles without pins
 CELLS = 40  # of the grid along the longer side
 
 
@@ -36,16 +37,20 @@ def graded(z: Complex, u: Complex, faces: Index, area: float) -> Sizes:
 
 
 def finer_at_pins(sizes: Sizes, outline: Complex, pins: Complex, radii: Real) -> Sizes:
-    """The limits for a mesh of an outline (n,), with at least TRIANGLES_A_RADIUS triangles along the radii (k,) of
-    pins (k,)."""
+    """The limits for a mesh of an outline (n,), with about TRIANGLES_A_RADIUS triangles along the radii (k,) of pins
+    (k,); fewer where patches are so many that the mesh would grow by more than MOST_MORE_AT_PINS."""
     sizes = _on_cells(sizes, outline)
     middles = _middles(sizes)
-    areas = sizes.areas.copy()
+    wanted = np.full(middles.shape, np.inf)
     for pin, radius in zip(pins, radii):
         near = np.abs(middles - pin) < radius + sizes.side
-        wanted = 0.5 * (radius / TRIANGLES_A_RADIUS) ** 2
-        areas[near] = np.minimum(areas[near], np.maximum(wanted, areas[near] / MOST_FINER_AT_PINS))
-    return sizes._replace(areas=areas)
+        wanted[near] = np.minimum(wanted[near], 0.5 * (radius / TRIANGLES_A_RADIUS) ** 2)
+    wanted = np.clip(wanted, sizes.areas / MOST_FINER_AT_PINS, sizes.areas)
+    inside = Curve(outline).contains(middles.ravel()).reshape(middles.shape)
+    more = float((sizes.areas[inside] / wanted[inside]).mean()) - 1 if inside.any() else 0.0
+    # the number of triangles is the integral of 1 / area, of which the part above that without pins is reduced
+    share = min(1.0, MOST_MORE_AT_PINS / more) if more > 0 else 1.0
+    return sizes._replace(areas=1 / (1 / sizes.areas + share * (1 / wanted - 1 / sizes.areas)))
 
 
 def _on_cells(sizes: Sizes, outline: Complex) -> Sizes:

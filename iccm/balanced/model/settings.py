@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ...arrays import Complex, Index
+from ...arrays import Complex, Index, Real
 from ...maps.triangulated.patches import NO_LINES
 from .energy import Energy
 from .metric import Metric
@@ -84,6 +84,7 @@ class Solution:
         rigid: outlines of rigid regions and of holes in them.
         rigid_of_target: whether these are regions of the target.
         soft_pins: (k, 2) pins that need not be met exactly.
+        tolerances: (k,) how far these may miss their places.
     """
 
     source: Complex
@@ -105,6 +106,7 @@ class Solution:
     rigid: tuple[tuple[Complex, ...], ...] = ()
     rigid_of_target: bool = False
     soft_pins: Complex = field(default_factory=lambda: np.empty((0, 2), np.complex128))
+    tolerances: Real = field(default_factory=lambda: np.empty(0))
 
     def inverse(self) -> "Solution":
         """The inverse map; rigid regions of one side are regions of the other side of the other."""

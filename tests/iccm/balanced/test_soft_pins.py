@@ -44,6 +44,7 @@ def some_pins(**changed):
         "source": np.array([0.1 + 0.05j, -0.2 - 0.15j]),
         "target": np.array([0.2 + 0.15j, -0.25 - 0.1j]),
         "radii": np.array([0.3, 0.2]),
+        "tolerances": np.array([0.1, 0.2]),
         "springs": np.array([7.0, 11.0]),
         "derivative_spring": 3.0,
         "stiffness": 8.0,
@@ -144,7 +145,7 @@ def test_pins_come_close_and_maps_stay_smooth():
     free = iccm.fit(EGG, PEAR)
     assert soft.status.ok and soft.report()["injective"]["certified"]
     missed, before = (np.abs(fit.map(PINS[:, 0]) - PINS[:, 1]) / DIAGONAL for fit in (soft, free))
-    assert 1e-6 < missed.max() < 0.03 and missed.max() < 0.4 * before.max()
+    assert 1e-6 < missed.max() < 0.05 and missed.max() < 0.5 * before.max()
     assert np.abs(exact.map(PINS[:, 0]) - PINS[:, 1]).max() < 1e-9 * DIAGONAL
     worst = [np.max(fit.distortion.stretches) for fit in (soft, exact)]
     assert worst[0] < 0.8 * worst[1]
@@ -222,7 +223,7 @@ def test_deformations_converge_as_meshes_are_refined(monkeypatch):
         return [np.abs(after - before).max() / DIAGONAL for before, after in pairwise(images)]
 
     soft, exact = steps(), steps(exact_pins=True)
-    assert soft[1] < 0.6 * soft[0] and soft[1] < 0.5 * exact[1]
+    assert max(soft) < 4e-4 and soft[1] < 0.3 * exact[1]
 
 
 def test_radii_leave_room():
@@ -232,6 +233,29 @@ def test_radii_leave_room():
     assert alone == pytest.approx([RADIUS_SHARE * size])
     close = choose_radii(source, target, ((), ()), np.array([[0, 0], [9, 30j]], complex))
     assert close == pytest.approx([9 * RADIUS_BETWEEN_PINS] * 2)
+    deformed = choose_radii(
+        source, None, ((), ()), np.array([[0, 5], [40j, 5]], complex)
+    )  # one place for both
+    assert deformed == pytest.approx([RADIUS_SHARE * size] * 2)
+
+
+def test_a_pin_far_from_its_place_is_told_by_the_status():
+    corners = np.array(
+        [[-20, -30j], [20, 30j], [-25j, 25], [25j, -25]]
+    )  # of a square: a mirror, not a rotation
+    mirrored = corners.copy()
+    mirrored[:, 1] = corners[:, 0].conj() * 1j
+    pins = [iccm.Pin(*pin, tolerance=1.0) for pin in mirrored]
+    found = iccm.fit(EGG, PEAR, pins=pins)
+    assert found.status is iccm.Status.PINS
+    assert np.abs(found.map(mirrored[:, 0]) - mirrored[:, 1]).max() > 3.0
+
+
+def test_a_deformation_follows_its_pins_however_far():
+    pins = np.array([[-20, -20], [20, 130 + 60j]])
+    found = iccm.deform(EGG, pins=pins)
+    tolerance = 0.01 * np.sqrt(iccm.Curve(EGG).area)
+    assert found.status.ok and np.abs(found.map(pins[:, 0]) - pins[:, 1]).max() < 3 * tolerance
 
 
 @pytest.mark.parametrize(
