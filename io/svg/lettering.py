@@ -10,6 +10,7 @@ import subprocess
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Literal
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -71,7 +72,8 @@ def _listed(family: str, weight: int, slant: int) -> Font | None:
     try:
         from matplotlib import font_manager
 
-        style = {0: "normal", 100: "italic", 110: "oblique"}[slant]
+        styles: dict[int, Literal["normal", "italic", "oblique"]] = {0: "normal", 100: "italic", 110: "oblique"}
+        style = styles[slant]
         asked = font_manager.FontProperties(family=[family], weight=weight, style=style)
         path = font_manager.findfont(asked, fallback_to_default=False)
         return Font(str(path), 0, weight)
