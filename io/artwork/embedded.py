@@ -5,11 +5,8 @@ the target, as finely as the map needs it, and shown inside the image of its rec
 """
 
 import base64
-import binascii
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from urllib.parse import unquote_to_bytes
 from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
@@ -29,6 +26,7 @@ from ..pictures import image_files, pillow
 from ..pictures.image import Image
 from ..svg import affine
 from ..svg.affine import Affine
+from ..svg.data_uri import content_of
 from ..svg.drawing import Rectangle
 from .references import typed
 from .regions import Region
@@ -49,7 +47,6 @@ MARGIN_PIXELS = 2  # around what the map covers, which the smoothing of viewers 
 TOLERANCE_PIXELS = 5  # times the tolerance of paths: a pixel of small pictures, a thousandth of the target
 TEXEL_ERROR = 0.1  # of texture coordinates
 NEAREST = frozenset(["pixelated", "crisp-edges", "optimizeSpeed"])
-_ENCODED = re.compile(r"data:(?P<kind>[^,]*?)(?P<base64>;base64)?,", re.IGNORECASE)
 
 
 @dataclass(eq=False)
@@ -119,19 +116,6 @@ class EmbeddedPicture:
         attributes = {name: f"{value:.9g}" for name, value in place} | {"preserveAspectRatio": "none"}
         SubElement(self.out, _name("image"), attributes | {"href": _address(made, self.address)})
         return f"embedded picture resampled, such as one to {canvas.width} × {canvas.height} pixels"
-
-
-def content_of(address: str) -> bytes | None:
-    """The file that a `data:` address holds; None where it is malformed."""
-    found = _ENCODED.match(address.strip())
-    if not found:
-        return None
-    text = address.strip()[found.end() :]
-    try:
-        raw = unquote_to_bytes(text)
-        return base64.b64decode(b"".join(raw.split())) if found["base64"] else raw
-    except (ValueError, binascii.Error):
-        return None
 
 
 def size_of(address: str) -> tuple[bytes, int, int] | None:

@@ -420,6 +420,10 @@ def drawn(
     drawing = reader(path, spec.chosen, **limits)
     if spec.number is not None and not drawing.outlines and not drawing.refused:
         drawing = reader(path, spec.part, **limits)
+    if drawing.wrapped is not None and trace == "auto":
+        with suppress(InputError):  # one that cannot be read is its rectangle
+            if outlines := silhouette.of_wrapped(drawing.wrapped, flatness):
+                drawing = replace(drawing, outlines=outlines, paint=None)
     if drawing.paint is not None and drawing.outlines:
         with suppress(InputError):  # a drawing that is too much to be looked at as a whole still has outlines
             drawing.outlines.extend(_lines_apart(drawing))

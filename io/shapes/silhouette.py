@@ -16,7 +16,8 @@ from ...arrays import complex_of
 from ...errors import InputError, naming
 from ...plane import cross
 from .. import files, limits
-from ..svg.drawing import Drawing
+from ..svg import affine
+from ..svg.drawing import Drawing, WrappedPicture
 from ..svg.fill import FilledOutline
 
 STRAY = 1e-3  # of the pixels: so few transparent ones in an opaque picture are no shape
@@ -91,6 +92,32 @@ def read(
             "largest pieces"
         )
     return drawing
+
+
+def of_wrapped(picture: WrappedPicture, flatness: float) -> list[FilledOutline]:
+    """The outlines of a picture that a drawing wraps, in the drawing's units; none where its alpha does not vary.
+
+    Raises:
+        InputError: it cannot be read.
+    """
+    from ..pictures import image_files
+
+    image = image_files.read_held(picture.content, picture.name)
+    reading = interpret(image.pixels, image.alpha)
+    if reading.kind != "alpha" or reading.field is None:
+        return []
+    height, width = image.pixels.shape[:2]
+    fit = picture.to_root @ affine.viewport(picture.place, (0.0, 0.0, width, height), picture.aspect)
+    found = [_enlarged(each, reading.scale) for each in traced(reading.field, flatness)[0]]
+    return [
+        FilledOutline(
+            picture.name,
+            fit(each.z),
+            each.area * abs(fit.determinant),
+            tuple(fit(hole) for hole in each.holes),
+        )
+        for each in found
+    ]
 
 
 def part_of(chosen: str | None) -> str | None:

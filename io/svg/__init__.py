@@ -19,5 +19,6 @@ painted    what a whole drawing paints, closed lines filled where lines draw it
 clips      what clip paths and masks leave
 crossings  crossing lines, counted up to a limit
 drawing    `Drawing`: outlines, canvas, constraints, of any format
+data_uri   files that it holds in addresses
 budget     the work that a drawing may ask for
 """

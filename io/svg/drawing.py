@@ -11,9 +11,29 @@ from ...arrays import Complex
 from ...curve import polygon_of
 from ...errors import InputError
 from ...polygons import unite
+from .affine import Affine
 from .fill import FilledOutline, Refused, outlines, with_lines_filled
 
 Rectangle = tuple[float, float, float, float]  # x, y, width, height
+
+
+@dataclass(frozen=True)
+class WrappedPicture:
+    """The picture that is all that a drawing shows.
+
+    Attributes:
+        content: its file.
+        place: the rectangle that it is shown in, in its user space.
+        to_root: from there to the file's units.
+        aspect: its `preserveAspectRatio`.
+        name: how messages name it.
+    """
+
+    content: bytes
+    place: Rectangle
+    to_root: Affine
+    aspect: str
+    name: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +52,7 @@ class Drawing:
         refused: (enclosed area, message) of what looks like a domain but is not one.
         ids: the names that select something, in order; a dictionary, for drawings of many.
         coloured: whether it has colours of its own to show, and not just a shape.
+        wrapped: the picture, if it shows nothing but one.
         paint: computes `ink` and `painted` where these are more than the outlines together.
     """
 
@@ -46,6 +67,7 @@ class Drawing:
     refused: list[Refused] = field(default_factory=list)
     ids: dict[str, None] = field(default_factory=dict)
     coloured: bool = False
+    wrapped: WrappedPicture | None = None
     paint: Callable[[], tuple[shapely.Geometry, shapely.Geometry]] | None = None
 
     @property

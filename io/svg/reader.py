@@ -22,8 +22,9 @@ from .budget import Budget
 from .clips import Clips
 from .crossings import TooMuch
 from .curves import thinned
+from .data_uri import content_of
 from .document import drawing_bytes, local
-from .drawing import Drawing
+from .drawing import Drawing, WrappedPicture
 from .fill import FilledOutline, Refused, outlines, outlines_of
 from .painted import painted_areas
 from .path_data import Subpath, flatten, least
@@ -94,6 +95,8 @@ def read(
             ]
             paint = partial(_paint, drawing, shown, places, Detail(flatness, Budget(max_segments)))
             drawing = replace(drawing, paint=paint)
+            if len(document.pictures) == 1 and not any(drawn.visible for drawn in shown):
+                drawing = replace(drawing, wrapped=_wrapped(document.pictures[0]))
         drawing = replace(drawing, coloured=_has_colours(shown, document))
         if count := len(document.unset_texts):
             drawing.notes.append(
@@ -256,6 +259,18 @@ def _picture(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail) 
     if area > 0:
         place = FilledOutline(drawn.name, corners, area)
         drawing.outlines.extend(replace(each, names=names) for each in _shown([place], drawn, detail))
+
+
+def _wrapped(drawn: Node) -> WrappedPicture | None:
+    """An embedded picture as the only thing that a drawing shows; None if it is cut, or its address malformed."""
+    address = next((drawn.element.get(link, "") for link in tree.LINKS if drawn.element.get(link)), "")
+    content = content_of(address)
+    if not content or drawn.clips:
+        return None
+    x, y = drawn.length("x", "x"), drawn.length("y", "y")
+    place = x, y, drawn.length("width", "x"), drawn.length("height", "y")
+    aspect = drawn.properties.get("preserveAspectRatio", "").strip() or "xMidYMid"
+    return WrappedPicture(content, place, drawn.affine, aspect, drawn.name)
 
 
 def _closed_lines(drawing: Drawing, lines: list[Node], detail: Detail) -> None:

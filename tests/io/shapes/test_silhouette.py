@@ -1,5 +1,6 @@
 """Outlines of pictures: right to a part of a pixel, few vertices, y up in the core plane."""
 
+from base64 import b64encode
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import shapely
 from iccm import InputError
 from iccm.io import limits
 from iccm.io.pictures import image_files
+from iccm.io.pictures.image import Image
 from iccm.io.shapes import shape as shapes
 from iccm.io.shapes import silhouette
 
@@ -300,3 +302,36 @@ def test_a_photograph_is_carried_without_a_texture_given(tmp_path, iccm, monkeyp
     assert np.abs(seen.mean(axis=0) - cat.reshape(-1, 3).mean(axis=0)).max() < 12  # no checkerboard
     assert iccm("map", "disc.svg", of_scikit_image("rocket.jpg"), "--size", "64", "-o", "p.png").code == 0
     assert (image_files.read("p.png").pixels[..., 3] == 255).mean() > 0.6
+
+
+def wrapped_in_svg(tmp_path, pixels, attributes, more=""):
+    data = b64encode(image_files.as_png(Image(pixels, alpha=3 if pixels.shape[2] == 4 else -1))).decode()
+    image = f'<image {attributes} href="data:image/png;base64,{data}"/>'
+    (tmp_path / "w.svg").write_text(
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 300 200">{image}{more}</svg>'
+    )
+    return shapes.read(f"{tmp_path}/w.svg")
+
+
+def disc_with_a_hole():
+    i, j = np.mgrid[:80, :160] + 0.5
+    away = np.hypot(i - 40, j - 60)
+    pixels = np.full((80, 160, 4), 90, np.uint8)
+    pixels[..., 3] = np.where((away < 30) & (away > 10), 255, 0)
+    return pixels
+
+
+def test_a_drawing_that_wraps_a_picture_with_alpha_is_its_silhouette(tmp_path):
+    """Where its transform and its proportions put it: twice as large, in the middle of its rectangle."""
+    place = 'x="10" y="0" width="160" height="100" transform="translate(-20 10) scale(2 1)"'
+    found = wrapped_in_svg(tmp_path, disc_with_a_hole(), place)
+    z = found.to_file(found.curve.z)
+    assert np.allclose([*z.min(axis=0), *z.max(axis=0)], [60, 30, 180, 90], atol=0.6)
+    assert found.curve.area == pytest.approx(2 * np.pi * 900, rel=0.01) and len(found.holes) == 1
+
+
+def test_other_drawings_with_a_picture_have_its_rectangle(tmp_path):
+    place = 'x="10" y="0" width="160" height="80"'
+    opaque = wrapped_in_svg(tmp_path, np.ascontiguousarray(disc_with_a_hole()[..., :3]), place)
+    beside = wrapped_in_svg(tmp_path, disc_with_a_hole(), place, '<rect x="200" width="20" height="10"/>')
+    assert opaque.curve.area == beside.curve.area == 160 * 80

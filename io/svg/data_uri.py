@@ -1,0 +1,21 @@
+"""Files that a drawing holds in its addresses: `data:image/png;base64,…`."""
+
+import base64
+import binascii
+import re
+from urllib.parse import unquote_to_bytes
+
+_ENCODED = re.compile(r"data:(?P<kind>[^,]*?)(?P<base64>;base64)?,", re.IGNORECASE)
+
+
+def content_of(address: str) -> bytes | None:
+    """The file that a `data:` address holds; None where it is malformed."""
+    found = _ENCODED.match(address.strip())
+    if not found:
+        return None
+    text = address.strip()[found.end() :]
+    try:
+        raw = unquote_to_bytes(text)
+        return base64.b64decode(b"".join(raw.split())) if found["base64"] else raw
+    except (ValueError, binascii.Error):
+        return None
