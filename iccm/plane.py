@@ -74,10 +74,19 @@ def rotation(z: Complex, w: Complex) -> complex:
 
 
 class Similarity(NamedTuple):
-    """The similarity z ↦ factor z + shift."""
+    """The similarity z ↦ factor (z - centre) + shift, with the complex conjugate of the product if it is `mirrored`.
+
+    Attributes:
+        factor: scale and rotation.
+        shift: the image of the centre.
+        centre: a point near those that are mapped, so that shapes far from the origin keep their digits.
+        mirrored: whether orientation is reversed.
+    """
 
     factor: complex
-    shift: complex
+    shift: complex = 0j
+    centre: complex = 0j
+    mirrored: bool = False
 
     @classmethod
     def fit(cls, z: Complex, w: Complex, weights: Real | None = None) -> "Similarity":
@@ -96,11 +105,28 @@ class Similarity(NamedTuple):
 
     def __call__(self, z: Complex) -> Complex:
         """The images of points."""
-        return self.factor * z + self.shift
+        w = (z - self.centre) * self.factor
+        return (np.conj(w) if self.mirrored else w) + self.shift
+
+    def pull_back(self, w: Complex) -> Complex:
+        """The points with images w."""
+        w = w - self.shift
+        return (np.conj(w) if self.mirrored else w) / self.factor + self.centre
 
     def inverse(self) -> "Similarity":
         """Return the similarity that takes images back."""
-        return Similarity(1 / self.factor, -self.shift / self.factor)
+        factor = self.factor.conjugate() if self.mirrored else self.factor
+        return Similarity(1 / factor, self.centre, self.shift, self.mirrored)
+
+    def conjugate(self) -> "Similarity":
+        """Return the same similarity between the mirror images of both planes in their real axes."""
+        return Similarity(
+            self.factor.conjugate(), self.shift.conjugate(), self.centre.conjugate(), self.mirrored
+        )
+
+    def rotated(self, angle: float) -> "Similarity":
+        """Return the similarity with its images, before they are mirrored, rotated about the centre's by radians."""
+        return self._replace(factor=self.factor * complex(np.exp(1j * angle)))
 
 
 def orientation(a: Complex, b: Complex, c: Complex) -> Signs:

@@ -15,12 +15,11 @@ import numpy as np
 from . import capabilities, deadline, fits
 from .arrays import Complex
 from .blas import on_one_thread
-from .curve import ROUNDED, Curve, polygon_of
+from .curve import Curve, polygon_of
 from .deadline import TimeUp
 from .drawings.drawing import Drawing
 from .errors import InputError
 from .given import Outlines, as_points_of, drawing_of, flattening_of, outlines_of, pins_of
-from .maps.regions import Region, mean_scale
 from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
 from .options import Options, OptionValues
@@ -353,7 +352,6 @@ def _fit_outlines(
         known[1].outline,
         constraints.pins,
         constraints.strokes,
-        first=settings.method == "paper",
         holes=holes,
         partners=partners,
         rigid=constraints.rigid,
@@ -366,7 +364,7 @@ def _fit_outlines(
     )
     layouts = flattening_of(sides[0].shape), flattening_of(sides[1].shape)
     found = _solve(problem, settings, layouts, constraints.start, advised=advised)
-    return _as_given(found, problem, axes, (sides[0].shape, sides[1].shape))
+    return _with_axes(found, axes, (sides[0].shape, sides[1].shape))
 
 
 def _solve(
@@ -485,40 +483,17 @@ def _strokes(strokes: Sequence[tuple[Points, Points]] | None, axes: str) -> Any:
     ]
 
 
-def _as_given(found: Fit, problem: Problem, axes: str, shapes: tuple[Outline, ...]) -> Fit:
-    """The result with what was given bit for bit, and with the axes of its sides."""
-    given = problem.as_given
-    assert given is not None
+def _with_axes(found: Fit, axes: str, shapes: tuple[Outline, ...]) -> Fit:
+    """The result with the axes of its sides."""
     sides = [_side(axes, shape) for shape in shapes]
     both = (sides[0], sides[-1])
-    shown = replace(
-        found,
-        map=found.map if both == found.map.axes else replace(found.map, axes=both),
-        axes=both,
-        source=_restored(found.source, given.source),
-        target=found.target and given.target and _restored(found.target, given.target),
-        pins=given.pins if given.pins.shape == found.pins.shape else found.pins,
-        strokes=given.strokes if len(given.strokes) == len(found.strokes) else found.strokes,
-    )
-    if not found.rigid or any(found.layouts) or not isinstance(shown.map, TriangulatedMap):
-        return shown
-    # sizes of regions are relative to the outlines that are shown, and kept in files
-    mean = mean_scale(shown.source, shown.target, (list(shown.source_holes), list(shown.target_holes)))
-    regions = [Region.of(shown.map, each.rings, mean, of_target=each.of_target) for each in found.rigid]
-    return replace(shown, rigid=regions)
+    map = found.map if both == found.map.axes else replace(found.map, axes=both)
+    return replace(found, map=map, axes=both)
 
 
 def _side(axes: str, shape: Outline) -> str:
     """The axes of a shape: what is read or flattened lies y up, in pairs x and y."""
     return axes if not isinstance(shape, Curve | Flattening) and not hasattr(shape, "curve") else "xy"
-
-
-def _restored(curve: Curve, given: Curve) -> Curve:
-    """What was given where a curve is that but for rounding, wherever it begins; else the curve."""
-    same = curve.z.size == given.z.size and np.allclose(
-        np.sort_complex(curve.z), np.sort_complex(given.z), rtol=0, atol=ROUNDED * given.diagonal
-    )
-    return given if same else curve
 
 
 @plain_signature
@@ -587,7 +562,7 @@ def deform(
         raise InputError("deform: no pins and no strokes; give at least one")
     with listening(progress, cancel):
         found = _deformed(problem, settings, start, options)
-    return _as_given(found, problem, axes, (source,))
+    return _with_axes(found, axes, (source,))
 
 
 def _deformed(

@@ -9,11 +9,12 @@ import numpy as np
 from ..arrays import Complex, Flags, Index
 from ..curve import Curve
 from ..errors import InputError
+from ..plane import Similarity
 from .constraints.validate import UNPINNED
 from .errors import Stuck
 from .holes.given import NONE, Holes
 from .model.discrete_map import BAY, FILLED, DiscreteMap
-from .model.frames import UnitFrame, frames_of
+from .model.frames import frames_of, unit_curve
 from .model.settings import Settings, SolveLog
 from .search import multilevel
 from .search.levels import UnitProblem
@@ -62,13 +63,15 @@ def coarse_holed(source: Curve, target: Curve, holes: Holes, settings: Settings)
 
 
 def _problem(
-    source: Curve, target: Curve, holes: Holes, frames: tuple[UnitFrame, UnitFrame], settings: Settings
+    source: Curve, target: Curve, holes: Holes, frames: tuple[Similarity, Similarity], settings: Settings
 ) -> UnitProblem:
-    outlines = frames[0].curve(source), frames[1].curve(target)
+    outlines = unit_curve(frames[0], source), unit_curve(frames[1], target)
     return multilevel.problem_of(*outlines, holes.unit(frames), UNPINNED, settings)
 
 
-def _solved(used: UnitProblem, frames: tuple[UnitFrame, UnitFrame], most: float = np.inf) -> CoarseMap | None:
+def _solved(
+    used: UnitProblem, frames: tuple[Similarity, Similarity], most: float = np.inf
+) -> CoarseMap | None:
     """Return the coarse map of a problem, or of an inverse problem, in the coordinates given."""
     with suppress(Stuck, InputError):
         plain = not (used.holed or used.bays)
@@ -79,8 +82,8 @@ def _solved(used: UnitProblem, frames: tuple[UnitFrame, UnitFrame], most: float 
         # what was solved for mirrored is conjugated by `world`, after which its triangles would run clockwise
         faces = state.faces[:, ::-1] if frames[0].mirrored else state.faces
         return CoarseMap(
-            frames[0].world(z),
-            frames[1].world(u),
+            frames[0].pull_back(z),
+            frames[1].pull_back(u),
             faces,
             (weights == FILLED) | (weights == BAY),
             used.energy.rotation_cost(state.turn),

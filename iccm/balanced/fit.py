@@ -61,7 +61,7 @@ def solve(
             fit,
             lambda sizes, *before: solve_once(replace(problem, size_map=sizes), whole, *before),
         )
-    free = not (len(problem.given_pins) or problem.given_strokes or problem.rigid or problem.rigid_target)
+    free = not (len(problem.pins) or problem.strokes or problem.rigid or problem.rigid_target)
     free = free and not (start or problem.importance or problem.size_map)
     if (
         advised
@@ -109,12 +109,12 @@ def solve_once(
         options = replace(options, fit="whole")
         before = replace(options, balance=max(EVEN, options.balance / 2), rigid_size=None)
         start = triangulated(solve_once(replace(problem, rigid=(), rigid_target=()), before).map)
-    source, target = problem.given
+    source, target = problem.outlines
     if start is not None:
         start = carry_map(start, source, target, (problem.source_holes, problem.target_holes))
-    strokes = problem.given_strokes
+    strokes = problem.strokes
     given = Holes(problem.source_holes, problem.target_holes, problem.hole_partners)
-    holes, pins, numbers = named_partners(given, source, target, problem.given_pins, strokes)
+    holes, pins, numbers = named_partners(given, source, target, problem.pins, strokes)
     settings = settings_of(options)
     fields = problem.size_map, problem.importance
     regions = problem.rigid or problem.rigid_target
@@ -219,7 +219,7 @@ def loses_too_much(fit: Fit, options: Options) -> bool:
 def cut_ring(problem: Problem, closed: Fit, options: Options, settings: Settings) -> Fit | None:
     """The map of a ring opened by a seam, where one shape is a ring, the other has no hole, and it costs less than
     the one found."""
-    sides = problem.given
+    sides = problem.outlines
     holes = problem.source_holes, problem.target_holes
     if sorted(map(len, holes)) != [0, 1] or not (
         closed.is_partial or closed.distortion.quantile(closed.distortion.stretches, 0.95) > GOOD
@@ -237,7 +237,7 @@ def cut_ring(problem: Problem, closed: Fit, options: Options, settings: Settings
     if ring is None:
         return None
     with suppress(NoMapError):
-        found = solve_once(Problem.of(*pair(ring), first=False), replace(options, fit="whole"))
+        found = solve_once(Problem.of(*pair(ring)), replace(options, fit="whole"))
         if found.status.ok and price_of(found, settings) < most:
             found.notes.insert(0, SEAM.format(("source", "target")[k]))
             return found
@@ -273,7 +273,8 @@ def result_of(
         drawn: whether the patches meet the bounds.
         laid: of rigid regions of a surface (n,) where vertices lie in them laid flat, and the map's mean scale.
     """
-    (source, target), (all_holes, pins), strokes = problem.given, given, problem.given_strokes
+    source, target, strokes = problem.source, problem.target, problem.strokes
+    all_holes, pins = given
     holes = all_holes if found.holes is None else all_holes.only(found.holes)
     passed = ((), ()) if found.holes is None else all_holes.others(found.holes)
     status = _status(found, drawn, settings)
@@ -305,7 +306,7 @@ def deform(problem: Problem, options: Options, start: TriangulatedMap | None = N
     """
     from .deform import method as deforming
 
-    source, pins, strokes = problem.given_source, problem.given_pins, problem.given_strokes
+    source, pins, strokes = problem.source, problem.pins, problem.strokes
     holes, notes = open_holes(problem.source_holes, source, pins[:, 0], [here for here, _ in strokes])
     given = check_free(source, pins, strokes, holes)
     settings, said = settings_of(options), [*notes, *given.notes]

@@ -17,7 +17,7 @@ from ..arrays import Complex
 from ..curve import Curve
 from ..maps.triangulated.map import TriangulatedMap
 from ..maps.triangulated.patches import bulges
-from ..plane import triangle_areas
+from ..plane import Similarity, triangle_areas
 from ..result import Fit
 from .constraints.validate import Pins, check
 from .errors import NoMapError, Stuck
@@ -25,7 +25,7 @@ from .holes.filled import without_filled
 from .holes.given import Holes, named_partners
 from .method import sketch_of
 from .model.discrete_map import DiscreteMap
-from .model.frames import UnitFrame, frames_of
+from .model.frames import frames_of, unit_curve
 from .model.mesh_sizes import graded
 from .model.settings import Settings
 from .model.sketch import Sketch
@@ -56,7 +56,7 @@ class _Pair:
     source: Curve
     target: Curve
     holes: Holes
-    frames: tuple[UnitFrame, UnitFrame]
+    frames: tuple[Similarity, Similarity]
 
     @property
     def inverted(self) -> bool:
@@ -75,7 +75,7 @@ class _Pair:
 
     def problem(self, given: Pins, settings: Settings, start: Sketch | None = None) -> UnitProblem:
         """The problem of the map that follows; see `problem_of`, of whose source and target `start` is."""
-        source, target = self.frames[0].curve(self.source), self.frames[1].curve(self.target)
+        source, target = unit_curve(self.frames[0], self.source), unit_curve(self.frames[1], self.target)
         own = given.inverse() if self.inverted else given
         problem = problem_of(source, target, self.holes.unit(self.frames), own, settings, start)
         return problem.inverse() if self.inverted else problem
@@ -274,7 +274,7 @@ class Live:
     def _world(self, state: DiscreteMap | Sketch) -> TriangulatedMap:
         frames = self.pair.frames
         cut = without_filled(state, mirrored=frames[0].mirrored)
-        z, u = (f.world(w[cut.vertices]) for f, w in zip(frames, (state.z, state.u)))
+        z, u = (f.pull_back(w[cut.vertices]) for f, w in zip(frames, (state.z, state.u)))
         map = TriangulatedMap(z, u, cut.faces, cut.loops)
         if not len(cut.lines):
             return map

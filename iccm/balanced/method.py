@@ -15,13 +15,14 @@ from ..errors import InputError
 from ..maps.fields import Field
 from ..maps.triangulated.map import TriangulatedMap
 from ..pins import Softness
+from ..plane import Similarity
 from . import injectivity
 from .constraints.soft import NO_PATCHES, patches_of
 from .constraints.validate import NO_PINS, UNPINNED, Pins, check, put_pins
 from .holes.filled import Cut, without_filled
 from .holes.given import NONE, Holes, hole_at, unequal
 from .model.boundary_pairs import loops_of
-from .model.frames import UnitFrame, frames_of
+from .model.frames import frames_of, unit_curve, unit_ring
 from .model.measures import turn_of
 from .model.metric import FieldMetric
 from .model.settings import Settings, Solution, SolveLog
@@ -78,7 +79,7 @@ def solve(
         )
         settings = replace(settings, metric=metric)
     journal = SolveLog()
-    curves = frames[0].curve(source), frames[1].curve(target), holes.unit(frames)
+    curves = unit_curve(frames[0], source), unit_curve(frames[1], target), holes.unit(frames)
     given = check(source, target, pins, strokes, numbers) if len(pins) or len(strokes) else UNPINNED
     patches = NO_PATCHES
     if softness is not None:
@@ -135,7 +136,7 @@ def _with_rigid(
     state: Meshed,
     regions: Regions,
     curves: tuple[Curve, Curve, Holes],
-    frames: tuple[UnitFrame, UnitFrame],
+    frames: tuple[Similarity, Similarity],
     pins: Pins,
     settings: Settings,
     journal: SolveLog,
@@ -150,7 +151,7 @@ def _with_rigid(
     if len(holes.target) > len(holes.source):
         raise InputError("rigid: the target has more holes than the source; fill or cut them")
     journal.notes = [note for note in journal.notes if note != multilevel.SIMILAR] + list(regions.notes)
-    unit = Regions(tuple(tuple(map(frames[0].unit_ring, rings)) for rings in regions.polygons))
+    unit = Regions(tuple(tuple(unit_ring(frames[0], ring) for ring in rings) for rings in regions.polygons))
     given = pins.unit(frames)
     problem = multilevel.problem_of(source, target, holes, given, settings)
     aims, said, held = aims_of(unit, given, settings.rigid_size or 1.0)
@@ -164,7 +165,7 @@ def _domains(source: Curve, target: Curve, holes: Holes) -> tuple[tuple[Curve, .
 
 
 def sketch_of(
-    map: TriangulatedMap, frames: tuple[UnitFrame, UnitFrame], holes: Sequence[tuple[int, int, int]] = ()
+    map: TriangulatedMap, frames: tuple[Similarity, Similarity], holes: Sequence[tuple[int, int, int]] = ()
 ) -> Sketch:
     """A map in unit coordinates, vertices of the outlines first; `holes` are (its loop, the hole of the source, that of
     the target) for those that stay holes."""
@@ -173,13 +174,13 @@ def sketch_of(
     border = np.concatenate(rims)
     order = np.append(border, np.setdiff1d(np.arange(map.source.size), border))
     faces = np.argsort(order)[map.faces[:, ::-1] if mirrored else map.faces]
-    z, u = frames[0].unit(map.source)[order], frames[1].unit(map.image)[order]
+    z, u = frames[0](map.source)[order], frames[1](map.image)[order]
     loops = loops_of([(i, j, rim.size) for (_, i, j), rim in zip(holes, rims[1:])], rims[0].size)
     return Sketch(z, u, np.ascontiguousarray(faces), border.size, loops=loops)
 
 
-def _world(state: Meshed, frames: tuple[UnitFrame, UnitFrame]) -> tuple[Complex, Complex]:
-    return frames[0].world(state.z), frames[1].world(state.u)
+def _world(state: Meshed, frames: tuple[Similarity, Similarity]) -> tuple[Complex, Complex]:
+    return frames[0].pull_back(state.z), frames[1].pull_back(state.u)
 
 
 def holes_of(map: TriangulatedMap, holes: Holes) -> list[tuple[int, int, int]]:
@@ -205,7 +206,7 @@ def solution_of(
     state: Meshed,
     z: Complex,
     u: Complex,
-    frames: tuple[UnitFrame, UnitFrame],
+    frames: tuple[Similarity, Similarity],
     given: tuple[Sequence[Curve], Sequence[Curve]],
     settings: Settings,
     journal: SolveLog,

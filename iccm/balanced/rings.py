@@ -17,7 +17,7 @@ from ..errors import InputError
 from .constraints.validate import UNPINNED
 from .errors import Stuck
 from .holes.given import NONE
-from .model.frames import frames_of
+from .model.frames import frames_of, unit_curve
 from .model.settings import Settings, SolveLog
 from .search import multilevel
 from .search.partial import cost
@@ -75,7 +75,7 @@ def best_seam(
 def coarse_cost(source: Curve, target: Curve, settings: Settings) -> float:
     """What the best coarse map of two whole outlines costs, of elastic matches; infinite where there is none."""
     frames = frames_of(source, target, settings.turn, ((), ()))
-    outlines = frames[0].curve(source), frames[1].curve(target)
+    outlines = unit_curve(frames[0], source), unit_curve(frames[1], target)
     problem = multilevel.problem_of(*outlines, NONE, UNPINNED, settings)
     used = multilevel.directions(problem)[0]
     with suppress(Stuck, InputError):

@@ -27,7 +27,8 @@ from ..paper.algorithm1 import assemble, discretise, finish, iterate
 from ..paper.energies import Basis
 from ..paper.initial import constraint_points
 from ..paper.least_squares import System
-from ..problem import Problem, from_farthest
+from ..paper.normalised import NormalisedProblem
+from ..problem import Problem
 from ..result import Fit, Status
 from .correspondence import CircleMap, Correspondence, View
 from .harmonic_measure import HarmonicMeasure
@@ -70,18 +71,20 @@ CROWDED = 1e-14  # harmonic measure, below which the places on the source are no
 @on_one_thread
 def solve(problem: Problem, settings: Options) -> Fit:
     """See `iccm.fit`. Solved from a canonical vertex and hand, so that the result does not depend on the input's."""
-    if problem.handedness < 0:
-        polygon, phi, psi, *rest = _solve(problem.mirrored(), settings)
-        fit = finish(problem, polygon.conj()[::-1], phi.conj()[::-1], psi.conj()[::-1], *rest)
+    normalised = NormalisedProblem.of(problem)
+    if normalised.handedness < 0:
+        polygon, phi, psi, *rest = _solve(normalised.mirrored(), settings)
+        polygon, phi, psi = polygon.conj()[::-1], phi.conj()[::-1], psi.conj()[::-1]
     else:
-        fit = finish(problem, *_solve(problem, settings))
-    # judged as it is reported: in the user's frame, against the target as it was given
+        polygon, phi, psi, *rest = _solve(normalised, settings)
+    fit = finish(problem, normalised.in_plane(polygon, phi, psi), *rest)
+    # judged as it is reported: in the user's coordinates, against the target as it was given
     if fit.ended in (Status.GAP, Status.CROWDED) and fit.boundary["hausdorff"] <= settings.tolerance:
         return replace(fit, ended=Status.REACHED)
     return fit
 
 
-def _solve(problem: Problem, settings: Options):
+def _solve(problem: NormalisedProblem, settings: Options):
     """Polygon, φ, ψ, energies, status and notes, in the unit frames."""
     assert problem.target is not None
     source, notes = from_farthest(problem.source), list[str]()
@@ -100,7 +103,7 @@ def _solve(problem: Problem, settings: Options):
     crowded = crowding(chosen)
     notes += more + list(crowded.values())
     state, energies = correspond(chosen, settings)
-    keep = distinct_vertices(problem.source_frame.world(source.at(state.s)))
+    keep = distinct_vertices(problem.source_frame.pull_back(source.at(state.s)))
     state = replace(state, s=state.s[keep], tau=state.tau[keep])
     polygon = Curve(source.at(state.s))
     basis = Basis(polygon.z, settings.quasi is not None)
@@ -160,7 +163,12 @@ def without_hairs(curve: Curve, name: str) -> tuple[Curve, list[str]]:
     ]
 
 
-def normalise(problem: Problem, source: Curve, target: Curve, fineness: float) -> Correspondence:
+def from_farthest(curve: Curve) -> Curve:
+    """Return the closed curve of a frame, started at its vertex farthest from 0."""
+    return Curve(np.roll(curve.z, -int(np.argmax(np.abs(curve.z)))))
+
+
+def normalise(problem: NormalisedProblem, source: Curve, target: Curve, fineness: float) -> Correspondence:
     """The boundary correspondence of the conformal map to start from.
 
     Args:
@@ -280,7 +288,9 @@ def gap_of(state: State) -> float:
     return hausdorff(Curve(image), state.target) / state.target.diameter
 
 
-def improve(problem: Problem, settings: Options, basis: Basis, polygon: Curve, weights: Real, x: np.ndarray):
+def improve(
+    problem: NormalisedProblem, settings: Options, basis: Basis, polygon: Curve, weights: Real, x: np.ndarray
+):
     """Constraints and quasi-conformal freedom, by local and global steps from the conformal map.
 
     Steps of first order need fewer iterations, but with ψ free they end in worse minima (measured), so there the

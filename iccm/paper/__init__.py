@@ -13,6 +13,7 @@
 | §4.1: consistency energy μ | `energies.consistency` |
 | §4.1: one least squares system | `least_squares.System`, `algorithm1.assemble` |
 
+normalised     problems in coordinates in which both shapes have radius one
 algorithm1     local and global steps until the energy no longer falls; deformation
 initial        initial maps
 energies       the energies, each a matrix, a weight and a target

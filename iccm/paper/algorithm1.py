@@ -10,12 +10,14 @@ from ..arrays import Complex, Real
 from ..blas import on_one_thread
 from ..curve import Curve, boundary_samples, resampled_knots
 from ..errors import InputError
+from ..maps.harmonic import HarmonicMap
 from ..options import MAX_POLYGON_VERTICES, Options
-from ..problem import Problem, measure_of
+from ..problem import Problem
 from ..result import Fit, Status
 from . import initial
 from .energies import Basis, Target, Term, closeness, consistency, points, quasiconformal, smoothness, stroke
 from .least_squares import System
+from .normalised import NormalisedProblem, measure_of
 
 PAPER_VERTICES = 200  # evenly spaced (by hand)
 DECREASE = 1e-4  # relative, of an iteration that ends the run (by hand)
@@ -31,21 +33,23 @@ HALVINGS = 6  # of a first-order step that does not lower the energy
 @on_one_thread
 def solve(problem: Problem, settings: Options) -> Fit:
     """The map onto a target: Algorithm 1, from arclength or from the constraints."""
-    polygon, s, basis, system = _discretised(problem, settings)
-    targets = first_targets(problem, settings, system, polygon, s, basis)
+    normalised = NormalisedProblem.of(problem, as_begun=True)
+    polygon, s, basis, system = _discretised(normalised, settings)
+    targets = first_targets(normalised, settings, system, polygon, s, basis)
     x, energies, status = iterate(system, system.solve(targets), settings)
-    return finish(problem, basis.polygon, *basis.split(x), energies, status)
+    return finish(problem, normalised.in_plane(basis.polygon, *basis.split(x)), energies, status)
 
 
 @on_one_thread
 def deform(problem: Problem, settings: Options) -> Fit:
     """The map without a target, by the constraints alone (§3.3)."""
-    polygon, _, basis, system = _discretised(problem, settings)
-    x, energies, status = iterate(system, initial.from_constraints(problem, basis, polygon), settings)
-    return finish(problem, basis.polygon, *basis.split(x), energies, status)
+    normalised = NormalisedProblem.of(problem, as_begun=True)
+    polygon, _, basis, system = _discretised(normalised, settings)
+    x, energies, status = iterate(system, initial.from_constraints(normalised, basis, polygon), settings)
+    return finish(problem, normalised.in_plane(basis.polygon, *basis.split(x)), energies, status)
 
 
-def _discretised(problem: Problem, settings: Options) -> tuple[Curve, Real, Basis, System]:
+def _discretised(problem: NormalisedProblem, settings: Options) -> tuple[Curve, Real, Basis, System]:
     """The polygon, the source's arclengths at its vertices, its functions and the system of all energies."""
     polygon, s = discretise(problem.source, "source" if settings.literal else settings.vertices)
     basis = Basis(polygon.z, settings.quasi is not None)
@@ -72,7 +76,7 @@ def discretise(source: Curve, vertices: int | str | None) -> tuple[Curve, Real]:
 
 
 def assemble(
-    problem: Problem, settings: Options, basis: Basis, polygon: Curve, share: Real | None = None
+    problem: NormalisedProblem, settings: Options, basis: Basis, polygon: Curve, share: Real | None = None
 ) -> list[Term]:
     """All energies of a problem (paper §4.1); `share` weighs the vertices, by their part of the source's
     length if None."""
@@ -98,7 +102,7 @@ def assemble(
         terms.append(smoothness(basis, polygon.sample(1), measure_of(polygon, 1), settings.smoothness))
     if settings.consistency:
         terms.append(consistency(basis, share, settings.consistency))
-    return literal(terms, abs(problem.source_frame.radius)) if settings.literal else terms
+    return literal(terms, 1 / abs(problem.source_frame.factor)) if settings.literal else terms
 
 
 def samples_of_edge(settings: Options) -> Real:
@@ -120,7 +124,7 @@ def literal(terms: list[Term], radius: float) -> list[Term]:
 
 
 def first_targets(
-    problem: Problem, settings: Options, system: System, polygon: Curve, s: Real, basis: Basis
+    problem: NormalisedProblem, settings: Options, system: System, polygon: Curve, s: Real, basis: Basis
 ) -> list[Target]:
     """ŵ⁰: by arclength, or closest points to the image under the constraints alone (§3.1); never with normals."""
     if problem.pins.size or problem.strokes:
@@ -168,18 +172,12 @@ def _descend(system: System, x: Complex, targets: list[Target], most: float):
 
 def finish(
     problem: Problem,
-    polygon: Complex,
-    phi: Complex,
-    psi: Complex,
+    map: HarmonicMap,
     energies: list[dict[str, float]],
     status: Status,
     notes: Sequence[str] = (),
 ) -> Fit:
-    """The result in the user's coordinates."""
-    s, t = problem.source_frame, problem.target_frame
-    target = problem.target and Curve(t.world(problem.target.z))
-    pins = np.column_stack([s.world(problem.pins[:, 0]), t.world(problem.pins[:, 1])])
-    strokes = [(Curve(s.world(a.z), False), Curve(t.world(b.z), False)) for a, b in problem.strokes]
-    source = Curve(s.world(problem.source.z))
-    world = problem.world(polygon, phi, psi)
-    return Fit(world, status, energies, source, target, pins, strokes, list(notes))
+    """Return the result that a map of the user's plane is for a problem."""
+    return Fit(
+        map, status, energies, problem.source, problem.target, problem.pins, problem.strokes, list(notes)
+    )

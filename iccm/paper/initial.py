@@ -8,16 +8,16 @@ import scipy.linalg
 from ..arrays import Complex, Real
 from ..curve import Curve
 from ..plane import Similarity
-from ..problem import Problem, measure_of
 from .energies import Basis, Target, Term, fixed, points, smoothness
 from .least_squares import System
+from .normalised import NormalisedProblem, measure_of
 
 PARALLEL = 0.05  # a fitted similarity that shrinks the shape below this share of its size says nothing
 PIN_RANK = 1e-6
 """Singular values of the pins' coordinates below this share of the largest: as good as one place."""
 
 
-def arclength(problem: Problem, t: Real, s: Real) -> Complex:
+def arclength(problem: NormalisedProblem, t: Real, s: Real) -> Complex:
     """ŵ⁰: the target's points at the source samples' shares of the boundary, the first vertex of one outline to the
     first of the other; samples lie at shares t (k,) of each edge, and s (n,) are the source's arclengths at the
     polygon's vertices, of which none need be its first.
@@ -28,7 +28,7 @@ def arclength(problem: Problem, t: Real, s: Real) -> Complex:
     return problem.target.at(share * problem.target.length)
 
 
-def from_constraints(problem: Problem, basis: Basis, polygon: Curve) -> Complex:
+def from_constraints(problem: NormalisedProblem, basis: Basis, polygon: Curve) -> Complex:
     """Coefficients of the map that minimises the pins' energy (§3.1), which leaves most of it free: of those the one
     closest to a similarity, that is smooth and meets strokes by arclength."""
     source, target = constraint_points(problem)
@@ -58,7 +58,7 @@ def least_norm(matrix: Complex, right: Complex) -> tuple[Complex, Complex]:
     return x, vh[rank:].conj().T
 
 
-def constraint_points(problem: Problem, count: int = 20) -> tuple[Complex, Complex]:
+def constraint_points(problem: NormalisedProblem, count: int = 20) -> tuple[Complex, Complex]:
     """Pins first, then strokes as `count` pins each at equal shares of their lengths."""
     share = np.linspace(0, 1, count)
     source = [problem.pins[:, 0], *(a.at(share * a.length) for a, _ in problem.strokes)]

@@ -110,7 +110,7 @@ def _solve(asked: SurfaceProblem, start: TriangulatedMap | None) -> tuple[Soluti
         return replace(_of_own(asked, own), met=met), True
     last = multilevel.whole_map(used, state, asked.settings, asked.journal)
     z, u = (
-        side.outward(frame.world(w), _among(w, last.outer))
+        side.outward(frame.pull_back(w), _among(w, last.outer))
         for side, frame, w in zip(asked.sides, asked.frames, (last.z, last.u))
     )
     return replace(_solution(asked, last, z, u), met=met), False
@@ -135,7 +135,7 @@ def _of_own(asked: SurfaceProblem, own: OwnMap) -> Solution:
     here = own.of_layout(asked.sides[onto].given.flat)
     there = _repair(
         own.state,
-        other.outward(frame.world(own.state.u), _among(own.state.u, own.state.outer)),
+        other.outward(frame.pull_back(own.state.u), _among(own.state.u, own.state.outer)),
         mirrored=frame.mirrored,
     )
     if onto:

@@ -9,13 +9,14 @@ from ..arrays import Complex
 from ..balanced.constraints.validate import Pins, check
 from ..balanced.fit import settings_of
 from ..balanced.holes.given import Holes, named_partners, unequal
-from ..balanced.model.frames import UnitFrame, frames_of
+from ..balanced.model.frames import frames_of, unit_curve
 from ..balanced.model.metric import LaidMetric
 from ..balanced.model.settings import Settings, SolveLog
 from ..balanced.search import multilevel
 from ..balanced.search.levels import UnitProblem
 from ..meshes.flatten import Flattening
 from ..options import Options
+from ..plane import Similarity
 from ..problem import Problem
 from .side import Side
 
@@ -52,11 +53,10 @@ class SurfaceProblem:
         Raises:
             InputError: pins or strokes that no one-to-one map meets; a surface without an even layout.
         """
-        source, target = problem.given
+        source, target = problem.outlines
         given = Holes(problem.source_holes, problem.target_holes, problem.hole_partners)
-        strokes = problem.given_strokes
-        holes, points, numbers = named_partners(given, source, target, problem.given_pins, strokes)
-        pins = check(source, target, points, strokes, numbers)
+        holes, points, numbers = named_partners(given, source, target, problem.pins, problem.strokes)
+        pins = check(source, target, points, problem.strokes, numbers)
         sides = Side.of((source, *holes.source), layouts[0]), Side.of((target, *holes.target), layouts[1])
         journal = SolveLog(notes=[*unequal(holes), *pins.notes])
         regions = problem.rigid or problem.rigid_target
@@ -95,7 +95,7 @@ class SurfaceProblem:
         return replace(self.pins, inner=inner, outer=outer, strokes=strokes)
 
     @cached_property
-    def frames(self) -> tuple[UnitFrame, UnitFrame]:
+    def frames(self) -> tuple[Similarity, Similarity]:
         """The unit coordinates of both sides."""
         source, target = (side.solved[0] for side in self.sides)
         return frames_of(source, target, self.settings.turn, self.inner_holes.sides)
@@ -106,7 +106,7 @@ class SurfaceProblem:
         settings, frames = self.settings, self.frames
         if all(side.layout for side in self.sides):  # what one plane rounds off another may magnify
             settings = replace(settings, tolerance=ROUNDED * settings.tolerance)
-        source, target = (frame.curve(side.solved[0]) for side, frame in zip(self.sides, frames))
+        source, target = (unit_curve(frame, side.solved[0]) for side, frame in zip(self.sides, frames))
         holes, pins = self.inner_holes.unit(frames), self.inner_pins.unit(frames)
         unit = multilevel.problem_of(source, target, holes, pins, settings)
         metrics = [

@@ -12,7 +12,6 @@ from ..balanced.meshing.transfer import interpolate
 from ..balanced.model.boundary import MatchedBoundary
 from ..balanced.model.boundary_pairs import loops_of
 from ..balanced.model.discrete_map import FILLED, PASSED_OVER, DiscreteMap
-from ..balanced.model.frames import UnitFrame
 from ..balanced.model.inner_constraints import InnerConstraints
 from ..balanced.model.metric import Metric
 from ..balanced.model.outline import Outline
@@ -23,7 +22,7 @@ from ..flattening.scaffold import filling
 from ..linalg.cholesky import system_of
 from ..meshes.mesh import face_areas
 from ..meshes.stretch import Linear, laid_flat, linear
-from ..plane import cross, triangle_areas
+from ..plane import Similarity, cross, triangle_areas
 from .refined import RefinedSurface
 from .side import Side
 
@@ -86,7 +85,7 @@ class OwnMap:
 
 def on_own_mesh(
     sides: Sequence[Side],
-    frames: Sequence[UnitFrame],
+    frames: Sequence[Similarity],
     level: Level,
     state: DiscreteMap | Sketch,
 ) -> OwnMap:
@@ -138,11 +137,11 @@ def _outline_of(z: Complex, simple: Curve) -> _ExactOutline:
 
 
 def _rims(
-    side: Side, frame: UnitFrame, met: list[int], simple: tuple[Curve, Sequence[Curve]]
+    side: Side, frame: Similarity, met: list[int], simple: tuple[Curve, Sequence[Curve]]
 ) -> tuple[list[Index], list[_ExactOutline]]:
     """A surface's loops and outlines, the outer one and those of the holes `met`, in unit coordinates; `simple` are
     those of the problem."""
-    flat, outlines = frame.unit(side.own.flat), [simple[0], *(simple[1][k] for k in met)]
+    flat, outlines = frame(side.own.flat), [simple[0], *(simple[1][k] for k in met)]
     loops = [side.loops[k] for k in (0, *(1 + k for k in met))]
     loops = [loop[::-1] if frame.mirrored else loop for loop in loops]
     return loops, [_outline_of(flat[loop], curve) for loop, curve in zip(loops, outlines)]
@@ -170,7 +169,7 @@ def _reanchor(level: Level) -> Level:
 
 def _mesh(
     side: Side,
-    frame: UnitFrame,
+    frame: Similarity,
     state: DiscreteMap | Sketch,
     problem: UnitProblem,
     boundary: MatchedBoundary,
@@ -180,7 +179,7 @@ def _mesh(
     are the surface's own vertices along each outline."""
     closing = [side.loops[1 + loop.source] for loop in state.filled]
     mesh, given = _cover_holes(side, closing)
-    mesh, pinned = _with_pins(mesh, side, frame.world(problem.pins[:, 0]))
+    mesh, pinned = _with_pins(mesh, side, frame.pull_back(problem.pins[:, 0]))
     still = np.zeros(mesh.count, bool)
     still[np.concatenate([*loops, pinned])] = True
     mesh, rim = _with_boundary(mesh.without_chords(still), loops, boundary)
@@ -203,7 +202,7 @@ class _On(NamedTuple):
     holes to be filled."""
 
     side: Side
-    frame: UnitFrame
+    frame: Similarity
     problem: UnitProblem
     boundary: MatchedBoundary
     first: list[Index]
@@ -214,7 +213,7 @@ class _On(NamedTuple):
         first = np.concatenate(self.first)
         order = np.append(first, np.setdiff1d(np.arange(mesh.count), first))
         faces = np.argsort(order)[mesh.faces]
-        z = frame.unit(mesh.carried(side.own.flat)[order])
+        z = frame(mesh.carried(side.own.flat)[order])
         material, constrained = weights == 1, rim.size + pinned.size
         maps = _to_surface(mesh, side, material, z[faces], mirrored=frame.mirrored)
         faces = np.ascontiguousarray(faces[:, ::-1] if frame.mirrored else faces)

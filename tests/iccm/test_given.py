@@ -171,6 +171,43 @@ def test_values_come_back_bit_for_bit(method):
     assert np.array_equal(bent.source.z, source)
 
 
+# Floats that a round trip through other coordinates would not bring back: neighbours of thirds and tenths, beside 1e6.
+AWKWARD = np.nextafter(np.array([0, 0.1 + 0.2, 1 / 3, 2 / 7, 1 / 9]), 1)
+OUTLINE = (
+    np.array([0, 7, 7 + 2j, 3 + 2j, 3 + 5j, 5j]) / 3 + AWKWARD[[0, 1, 2, 3, 4, 1]] * (1e-3 + 1e-3j) + 1e6
+)
+GOAL_OUTLINE = np.array([0, 4, 5 + 3j, 2 + 4.1j, -1 + 2j]) / 70 + AWKWARD * (1e-5 - 1e-5j)
+
+
+def test_outlines_pins_strokes_and_holes_come_back_bit_for_bit(tmp_path):
+    pins = [
+        (OUTLINE[1], GOAL_OUTLINE[1]),  # on both outlines
+        (1e6 + 1 / 3 + 1j / 3 + AWKWARD[1] * 1e-4, 0.02 + 0.01j + AWKWARD[2] * 1e-6),
+    ]
+    stroke = np.array([1.2 + 0.25j, 1.5 + 0.3j, 1.9 + 0.41j]) + AWKWARD[2] * 1e-4 + 1e6
+    goal = np.array([0.03 + 0.012j, 0.045 + 0.017j]) + AWKWARD[3] * 1e-6
+    hole = np.array([0.3 + 0.9j, 0.6 + 0.9j, 0.45 + 1.3j]) + AWKWARD[1] * 1e-4 + 1e6
+    opening = np.array([0.02 + 0.03j, 0.03 + 0.03j, 0.025 + 0.04j]) + AWKWARD[2] * 1e-6
+    given = dict(pins=pins, strokes=[(stroke, goal)], source_holes=[hole], target_holes=[opening])
+    fit = iccm.fit(OUTLINE, GOAL_OUTLINE, **given)
+    fit.save(tmp_path / "map.npz")
+    for found in (fit, iccm.load(tmp_path / "map.npz")):
+        assert np.array_equal(found.source.z, OUTLINE) and np.array_equal(found.target.z, GOAL_OUTLINE)
+        assert np.array_equal(found.pins, pins)
+        assert np.array_equal(found.strokes[0][0].z, stroke) and np.array_equal(found.strokes[0][1].z, goal)
+        assert set(found.source_holes[0].z) == set(hole) and set(found.target_holes[0].z) == set(opening)
+    assert fit.boundary["hausdorff"] < 1e-6
+
+
+@pytest.mark.parametrize("method", ["balanced", "paper"])
+def test_deformations_give_outlines_pins_and_strokes_back_bit_for_bit(method):
+    pins = [(OUTLINE[5] + 0.1 - 0.1j, OUTLINE[5] + AWKWARD[1])]
+    stroke = np.array([1.2 + 0.25j, 1.9 + 0.41j]) + AWKWARD[2] * 1e-4 + 1e6
+    bent = iccm.deform(OUTLINE, pins=pins, strokes=[(stroke, stroke + AWKWARD[2] * 0.1j)], method=method)
+    assert np.array_equal(bent.source.z, OUTLINE) and np.array_equal(bent.pins, pins)
+    assert np.array_equal(bent.strokes[0][0].z, stroke)
+
+
 @pytest.mark.parametrize(
     ("make", "kind"),
     [

@@ -121,8 +121,22 @@ def test_no_similarity_is_closer(z, w):
 
 
 def test_one_point_is_moved():
-    assert Similarity.fit(np.array([1 + 2j]), np.array([5j])) == (1, -1 + 3j)
-    assert Similarity.fit(np.array([2j, 2j]), np.array([1.0, 3.0])) == (1, 2 - 2j)
+    assert Similarity.fit(np.array([1 + 2j]), np.array([5j])) == Similarity(1, -1 + 3j)
+    assert Similarity.fit(np.array([2j, 2j]), np.array([1.0, 3.0])) == Similarity(1, 2 - 2j)
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_similarities_take_images_back(mirrored):
+    z = np.array([1 + 2j, -3j, 0.3])
+    taken = Similarity(2 - 0.7j, 5 + 1j, -3 + 0.2j, mirrored)
+    w = taken(z)
+    assert np.allclose(np.abs(w[1:] - w[0]), abs(2 - 0.7j) * np.abs(z[1:] - z[0]))
+    assert np.allclose(taken.pull_back(w), z) and np.allclose(taken.inverse()(w), z)
+    assert taken(np.array([-3 + 0.2j])) == pytest.approx(5 + 1j)
+    turned, conjugate = taken.rotated(0.4), taken.conjugate()
+    sign = -1 if mirrored else 1
+    assert np.allclose(turned(z) - taken.shift, np.exp(sign * 0.4j) * (w - taken.shift))
+    assert np.allclose(conjugate(z.conj()), w.conj())
 
 
 @given(POINTS, st.floats(-3, 3))

@@ -8,8 +8,8 @@ import numpy as np
 from ...arrays import Complex
 from ...curve import Curve
 from ...pins import FREE_TOLERANCE_SHARE, TOLERANCE_SHARE, Softness, choose_radii
+from ...plane import Similarity
 from ..minimise.soft_pins import SoftPins
-from ..model.frames import UnitFrame
 from .validate import Pins
 
 COST_AT_TOLERANCE = 0.05
@@ -33,14 +33,14 @@ class PinnedPatches:
     points: Complex
     softness: Softness
 
-    def unit(self, frames: tuple[UnitFrame, UnitFrame]) -> SoftPins:
+    def unit(self, frames: tuple[Similarity, Similarity]) -> SoftPins:
         """Return the pins in unit coordinates."""
         sizes = [abs(frame.factor) for frame in frames]
         softness, mirror = self.softness, -1.0 if frames[0].mirrored else 1.0
         turned = np.angle(frames[1].factor / frames[0].factor)
         return SoftPins(
-            frames[0].unit(self.points[:, 0]),
-            frames[1].unit(self.points[:, 1]),
+            frames[0](self.points[:, 0]),
+            frames[1](self.points[:, 1]),
             sizes[0] * softness.radii,
             sizes[1] * softness.tolerances,
             COST_AT_TOLERANCE / (sizes[1] * softness.tolerances) ** 2,

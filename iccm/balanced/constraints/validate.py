@@ -9,9 +9,9 @@ import shapely
 from ...arrays import Complex, Flags, Index, Real, xy_of
 from ...curve import Curve
 from ...errors import ConstraintError
-from ...plane import bounding_box, longer_side
+from ...plane import Similarity, bounding_box, longer_side
 from ...problem import ON_OUTLINE
-from ..model.frames import GRID, UnitFrame
+from ..model.frames import on_grid
 from .boundary_strokes import NAMES, DrawnStroke, refuse_other_sides, separate
 from .strokes import FINENESS, StrokePair, simplify
 
@@ -43,16 +43,16 @@ class Pins:
         """How many there are."""
         return len(self.inner) + len(self.outer)
 
-    def unit(self, frames: tuple[UnitFrame, UnitFrame]) -> "Pins":
+    def unit(self, frames: tuple[Similarity, Similarity]) -> "Pins":
         """The pins in unit coordinates, on their grid."""
         inner, outer = (
-            np.column_stack([np.round(f.unit(side) / GRID) * GRID for f, side in zip(frames, pins.T)])
+            np.column_stack([on_grid(f, side) for f, side in zip(frames, pins.T)])
             for pins in (self.inner, self.outer)
         )
         strokes = tuple(
             StrokePair(
-                Curve(frames[0].unit(stroke.source.z), closed=False),
-                Curve(frames[1].unit(stroke.target.z), closed=False),
+                Curve(frames[0](stroke.source.z), closed=False),
+                Curve(frames[1](stroke.target.z), closed=False),
                 stroke.sticks,
                 on_outline=stroke.on_outline,
             )

@@ -14,6 +14,7 @@ from ...arrays import Complex, Index
 from ...curve import Curve
 from ...maps.triangulated.map import TriangulatedMap
 from ...maps.triangulated.simple import fault
+from ...plane import Similarity
 from .. import injectivity
 from ..constraints.soft import NO_PATCHES, PinnedPatches
 from ..constraints.validate import Pins, put_pins, with_points
@@ -22,7 +23,7 @@ from ..holes.outlines import manageable_holes
 from ..meshing.transfer import interpolate
 from ..model.discrete_map import DiscreteMap, folds
 from ..model.energy import Energy
-from ..model.frames import UnitFrame
+from ..model.frames import frame_of, unit_curve, unit_ring
 from ..model.outline import manageable
 from ..model.settings import Settings
 from ..rigid.given import NO_REGIONS, Regions, aims_of
@@ -99,13 +100,13 @@ def solve(
         NoMapError: the shape cannot be meshed.
         InputError: the pins in a region are moved by no similarity.
     """
-    frame = UnitFrame.of(source, holes)
+    frame = frame_of(source, holes)
     given = pins.unit((frame, frame))
     if len(patches.points):
         settings = replace(settings, energy=replace(settings.energy, pins=patches.unit((frame, frame))))
-    outlines = _outlines([frame.curve(each) for each in (source, *holes)], given.outer[:, 0], settings)
+    outlines = _outlines([unit_curve(frame, each) for each in (source, *holes)], given.outer[:, 0], settings)
     try:
-        bones = Regions(tuple(tuple(map(frame.unit_ring, rings)) for rings in regions.polygons))
+        bones = Regions(tuple(tuple(unit_ring(frame, ring) for ring in rings) for rings in regions.polygons))
         levels = refine(outlines, given, settings, None if start is None else _in(frame, start), bones)
     except Stuck as error:
         raise NoMapError(f"deform: {error}") from None
@@ -245,14 +246,14 @@ def _sorted(faces: Index) -> Index:
     return faces[np.lexsort(faces.T)]
 
 
-def _in(frame: UnitFrame, start: TriangulatedMap) -> Start:
-    return frame.unit(start.source), frame.unit(start.image), start.faces
+def _in(frame: Similarity, start: TriangulatedMap) -> Start:
+    return frame(start.source), frame(start.image), start.faces
 
 
-def _deformation(levels: list[DiscreteMap], frame: UnitFrame, pins: Pins) -> Deformation:
+def _deformation(levels: list[DiscreteMap], frame: Similarity, pins: Pins) -> Deformation:
     """The map in the given coordinates, checked there."""
     state = levels[-1]
-    z, u = frame.world(state.z), frame.world(state.u)
+    z, u = frame.pull_back(state.z), frame.pull_back(state.u)
     put_pins(pins, z, u, state.border, state.first_pin)
     loops = tuple(np.arange(state.border)[rim] for rim in state.boundary.slices)
     injectivity.refuse_folds("source", z, state.faces)

@@ -9,8 +9,9 @@ import shapely
 from ...arrays import Complex, Index, xy_of
 from ...curve import Curve
 from ...errors import InputError
+from ...plane import Similarity
 from ..constraints.validate import AT_OUTLINE
-from ..model.frames import UnitFrame
+from ..model.frames import unit_curve
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,10 +54,10 @@ class Holes:
         """Those of the inverse map."""
         return Holes(self.target, self.source, tuple((j, i) for i, j in self.partners))
 
-    def unit(self, frames: tuple[UnitFrame, UnitFrame]) -> "Holes":
+    def unit(self, frames: tuple[Similarity, Similarity]) -> "Holes":
         """The holes in unit coordinates."""
         source, target = (
-            tuple(frame.curve(hole) for hole in side) for frame, side in zip(frames, self.sides)
+            tuple(unit_curve(frame, hole) for hole in side) for frame, side in zip(frames, self.sides)
         )
         return Holes(source, target, self.partners)
 

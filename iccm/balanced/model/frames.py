@@ -5,13 +5,12 @@ what rounding leaves of them: coordinates are put on a grid of 2⁻³⁶, so tha
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...arrays import Complex, Real
 from ...curve import Curve
-from ...plane import cross
+from ...plane import Similarity, cross
 
 Holes = tuple[Sequence[Curve], Sequence[Curve]]
 
@@ -19,51 +18,34 @@ GRID = 2.0**-36  # 1.5e-11 of the root of the area: far above rounding, far belo
 UNDECIDED = 1e-6  # below this a shape's handedness is rounding
 
 
-@dataclass(frozen=True)
-class UnitFrame:
-    """The similarity, with a mirror if `mirrored`, from the given plane to unit coordinates.
+def frame_of(curve: Curve, holes: Sequence[Curve] = ()) -> Similarity:
+    """Return the similarity that takes a domain's centroid to 0 and its area to 1, without a rotation.
 
-    Attributes:
-        centre: the point that becomes 0.
-        factor: by which differences from it are multiplied.
-        mirrored: whether the result is conjugated.
+    Args:
+        curve: outline of the domain.
+        holes: outlines of its holes, clockwise.
     """
+    first = curve.z[0]
+    moment = sum(_moment(each.z - first) for each in (curve, *holes))
+    area = sum(each.area for each in (curve, *holes))
+    return Similarity(complex(1 / np.sqrt(abs(area))), centre=first + complex(moment / (6 * area)))
 
-    centre: complex
-    factor: complex
-    mirrored: bool = False
 
-    @classmethod
-    def of(cls, curve: Curve, holes: Sequence[Curve] = ()) -> "UnitFrame":
-        """Centroid to 0, area to 1, not turned; of the domain without its holes, whose outlines run clockwise."""
-        first = curve.z[0]
-        moment = sum(_moment(each.z - first) for each in (curve, *holes))
-        area = sum(each.area for each in (curve, *holes))
-        return cls(first + complex(moment / (6 * area)), complex(1 / np.sqrt(abs(area))))
+def on_grid(frame: Similarity, z: Complex) -> Complex:
+    """Return points in unit coordinates, rounded to their grid."""
+    return np.round(frame(z) / GRID) * GRID
 
-    def turned(self, angle: float) -> "UnitFrame":
-        """The frame turned counter-clockwise by radians."""
-        return replace(self, factor=self.factor * complex(np.exp(1j * angle)))
 
-    def unit(self, z: Complex) -> Complex:
-        """Points in unit coordinates."""
-        w = (z - self.centre) * self.factor
-        return w.conj() if self.mirrored else w
+def unit_curve(frame: Similarity, curve: Curve) -> Curve:
+    """Return a curve on the grid of unit coordinates, from its farthest vertex on; its direction is kept in a mirror,
+    too."""
+    return Curve(begun_farthest(on_grid(frame, curve.z[::-1] if frame.mirrored else curve.z)))
 
-    def world(self, w: Complex) -> Complex:
-        """Points of unit coordinates back in the given plane."""
-        return (w.conj() if self.mirrored else w) / self.factor + self.centre
 
-    def unit_ring(self, ring: Complex) -> Complex:
-        """A polygon in unit coordinates, turning as before in a mirror too."""
-        w = self.unit(ring)
-        return w[::-1].copy() if self.mirrored else w
-
-    def curve(self, curve: Curve) -> Curve:
-        """The curve on the grid of unit coordinates, from its farthest vertex on, turning as before in a mirror too."""
-        w = self.unit(curve.z)
-        w = np.round((w[::-1] if self.mirrored else w) / GRID) * GRID
-        return Curve(begun_farthest(w))
+def unit_ring(frame: Similarity, ring: Complex) -> Complex:
+    """Return a polygon in unit coordinates; its direction is kept in a mirror, too."""
+    w = frame(ring)
+    return w[::-1].copy() if frame.mirrored else w
 
 
 def begun_farthest(w: Complex) -> Complex:
@@ -76,20 +58,20 @@ def begun_farthest(w: Complex) -> Complex:
 
 def frames_of(
     source: Curve, target: Curve, turn: float | None, holes: Holes = ((), ())
-) -> tuple[UnitFrame, UnitFrame]:
+) -> tuple[Similarity, Similarity]:
     """The frames in which a map without turn is the upright one, or with `turn` None in which both shapes lie in a
     way of their own; `holes` are those of both."""
-    frames = [UnitFrame.of(curve, inner) for curve, inner in zip((source, target), holes)]
+    frames = [frame_of(curve, inner) for curve, inner in zip((source, target), holes)]
     if turn is None:
-        frames = [f.turned(-_farthest_angle(f, c)) for f, c in zip(frames, (source, target))]
+        frames = [f.rotated(-_farthest_angle(f, c)) for f, c in zip(frames, (source, target))]
     else:
-        frames[0] = frames[0].turned(turn)
+        frames[0] = frames[0].rotated(turn)
     loops = [[c.z, *(hole.z for hole in inner)] for c, inner in zip((source, target), holes)]
-    signs = [handedness(*map(f.unit, each)) for f, each in zip(frames, loops)]
+    signs = [handedness(*(frame(z) for z in each)) for frame, each in zip(frames, loops)]
     sign = next((s for s in signs if abs(s) > UNDECIDED), 1.0)
-    frames = [replace(f, mirrored=sign < 0) for f in frames]
-    if turn is not None and _upside_down(*map(frames[0].unit, loops[0])):
-        frames = [f.turned(np.pi) for f in frames]
+    frames = [f._replace(mirrored=sign < 0) for f in frames]
+    if turn is not None and _upside_down(*(frames[0](z) for z in loops[0])):
+        frames = [f.rotated(np.pi) for f in frames]
     return frames[0], frames[1]
 
 
@@ -106,8 +88,8 @@ def _upside_down(*loops: Complex) -> bool:
     return heavy.imag < 0 if abs(heavy.imag) > UNDECIDED else heavy.real < -UNDECIDED
 
 
-def _farthest_angle(frame: UnitFrame, curve: Curve) -> float:
-    w = frame.unit(curve.z)
+def _farthest_angle(frame: Similarity, curve: Curve) -> float:
+    w = frame(curve.z)
     distance = np.round(np.abs(w), 9)
     return float(np.angle(w[np.argmax(distance)]))
 

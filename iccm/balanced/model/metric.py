@@ -17,8 +17,8 @@ from ...meshes.flatten import Flattening
 from ...meshes.locate import Locator
 from ...meshes.mesh import face_areas
 from ...meshes.stretch import Linear, laid_flat, linear
+from ...plane import Similarity
 from ..minimise.energy import geometry
-from .frames import UnitFrame
 
 MOST_ECCENTRIC, SMALLEST = (
     0.98,
@@ -61,12 +61,12 @@ class LaidMetric(Metric):
     """
 
     locator: Locator
-    frame: UnitFrame
+    frame: Similarity
     stretch: Real
     shear: Complex
 
     @classmethod
-    def of(cls, layout: Flattening, frame: UnitFrame) -> "LaidMetric":
+    def of(cls, layout: Flattening, frame: Similarity) -> "LaidMetric":
         """Of a layout without folds, in the unit coordinates of a frame."""
         space = layout.patch.points[layout.patch.faces]
         to_surface = linear(layout.flat[layout.patch.faces], laid_flat(space))
@@ -85,7 +85,7 @@ class LaidMetric(Metric):
 
         In holes, where there is no surface, that of the plane.
         """
-        points = self.frame.world(z @ PLACES.T)
+        points = self.frame.pull_back(z @ PLACES.T)
         triangle, place = self.locator(points.ravel(), 1)
         found = np.einsum("pk,pk->p", place, self.locator.flat[self.locator.faces[triangle]])
         off = (np.abs(found - points.ravel()) > NEAR / abs(self.frame.factor)).reshape(points.shape)
@@ -111,14 +111,16 @@ class FieldMetric(Metric):
         middle: the mean weight.
     """
 
-    frame: UnitFrame
+    frame: Similarity
     size: Field | None
     weight: Field | None
     scale: float = 1.0
     middle: float = 1.0
 
     @classmethod
-    def of(cls, frame: UnitFrame, inside: Complex, size: Field | None, weight: Field | None) -> "FieldMetric":
+    def of(
+        cls, frame: Similarity, inside: Complex, size: Field | None, weight: Field | None
+    ) -> "FieldMetric":
         """For a domain, of which there are evenly spread points (p,) in the given coordinates."""
         scale = 1.0 if size is None else 1 / np.sqrt(np.mean(size(inside) ** 2))
         return cls(
@@ -138,7 +140,7 @@ class FieldMetric(Metric):
 
     def _at(self, field: Field, z: Complex) -> Real:
         """(m, p) the field at points of triangles z (m, 3)."""
-        return field(self.frame.world(z @ PLACES.T))
+        return field(self.frame.pull_back(z @ PLACES.T))
 
 
 def _places(parts: int) -> Real:

@@ -7,7 +7,7 @@ import numpy as np
 from ...arrays import Complex, Index, Real
 from ...curve import Curve
 from ..model.boundary_pairs import HoleMatch, Match
-from ..model.frames import UnitFrame
+from ..model.frames import frame_of
 from ..model.outline import Outline
 from . import initial_matches
 
@@ -59,7 +59,7 @@ class Partners:
         key = int(i), int(j), round(turn / STEP)
         if key not in self._matches:
             source, target = self.holes[0][i], self.holes[1][j]
-            here, there = (Curve(UnitFrame.of(curve).unit(curve.z)) for curve in (source, target))
+            here, there = (Curve(frame_of(curve)(curve.z)) for curve in (source, target))
             best = next(initial_matches.elastic_matches(here, there, key[2] * STEP))
             self._matches[key] = _scale(best, source.length, target.length)
         return self._matches[key]
@@ -73,7 +73,7 @@ def _scale(match: Match, length: float, goal: float) -> Match:
 
 def middle_of(curve: Curve) -> complex:
     """The centroid of what a closed curve surrounds."""
-    return UnitFrame.of(curve).centre
+    return frame_of(curve).centre
 
 
 def gyration(curve: Curve) -> float:

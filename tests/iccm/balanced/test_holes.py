@@ -15,7 +15,7 @@ from iccm.balanced.holes.outlines import are_disjoint, outlines_of
 from iccm.balanced.meshing.mesh import Sizes, triangulate
 from iccm.balanced.minimise.energy import energy_of, geometry
 from iccm.balanced.model.energy import Energy
-from iccm.balanced.model.frames import frames_of
+from iccm.balanced.model.frames import frames_of, unit_curve
 from iccm.balanced.model.outline import Outline
 from iccm.balanced.search.circle_domains import circle_domain, through_circles
 from iccm.balanced.search.hole_partners import Partners, middle_of
@@ -244,7 +244,7 @@ def test_a_circle_domain_has_its_holes_apart_and_off_its_rim():
 def test_shapes_whose_outlines_give_no_start_go_by_way_of_a_circle_domain():
     spiral, face = crooked(), domain(box(), 0.2 * STEPS - 0.5, 0.2 * STEPS + 0.5)
     frames = frames_of(spiral[0], face[0], 0.0, (spiral[1], face[1]))
-    curves = [frame.curve(side[0]) for frame, side in zip(frames, (spiral, face))]
+    curves = [unit_curve(frame, side[0]) for frame, side in zip(frames, (spiral, face))]
     holes = Holes(spiral[1], face[1]).unit(frames)
     problem = UnitProblem(*curves, Energy(upright=3.0), holes=holes.sides)
     level = Level.of(problem, 0.05, 5e-4, 6e-3, 8.0)

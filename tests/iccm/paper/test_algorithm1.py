@@ -12,6 +12,7 @@ from iccm.paper.algorithm1 import assemble, discretise, first_targets, iterate
 from iccm.paper.energies import Basis
 from iccm.paper.initial import arclength, from_constraints
 from iccm.paper.least_squares import System
+from iccm.paper.normalised import NormalisedProblem
 from iccm.problem import Problem
 from iccm.result import Status
 from tests.shapes import arrow, blob, circle, ell, inside, pear, square, star
@@ -48,7 +49,8 @@ def test_both_halves_of_each_step_lower_the_energy(name):
     """Zeroth order, by hand: the global step at fixed targets, the local step at a fixed map."""
     constraints = {k: v for k, v in JOBS[name].items() if k in ("pins", "strokes")}
     rest = {k: v for k, v in JOBS[name].items() if k not in constraints}
-    problem, options = Problem.of(pear(), arrow(), **constraints), Options(method="paper", **rest)
+    problem = NormalisedProblem.of(Problem.of(pear(), arrow(), **constraints), as_begun=True)
+    options = Options(method="paper", **rest)
     polygon, s = discretise(problem.source, 40)
     basis = Basis(polygon.z, options.quasi is not None)
     system = System(assemble(problem, options, basis, polygon))
@@ -67,7 +69,7 @@ def test_both_halves_of_each_step_lower_the_energy(name):
 
 
 def test_the_arclength_start_pairs_equal_shares_of_the_boundaries():
-    problem = Problem.of(square(), arrow())
+    problem = NormalisedProblem.of(Problem.of(square(), arrow()), as_begun=True)
     assert problem.target is not None
     w = arclength(problem, np.array([1, 3, 5]) / 6, discretise(problem.source, 40)[1])
     share = (np.arange(120) + 0.5) / 120
@@ -94,7 +96,10 @@ def test_a_step_that_does_not_lower_the_energy_is_undone():
         def energies(self, x, targets):
             return {"total": 1.0 + float(np.abs(x).max() > 0)}
 
-    problem, options = Problem.of(square(), arrow()), Options(method="paper")
+    problem, options = (
+        NormalisedProblem.of(Problem.of(square(), arrow()), as_begun=True),
+        Options(method="paper"),
+    )
     polygon = problem.source.resample(20)
     basis = Basis(polygon.z)
     x, energies, status = iterate(
@@ -141,12 +146,12 @@ def test_the_start_minimises_the_energy_of_the_pins():
     """§3.1: pins that can be met are met, and where two contradict each other, their mean is."""
     pins = np.array([[0.2, 1], [-0.3 + 0.2j, 2 + 0.5j], [0.1 - 0.4j, 0.3j], [0.5, 0.5], [0.5, 0.9]])
     for strokes in ([], STROKES):
-        problem = Problem.of(pear(), arrow(), pins, strokes)
+        problem = NormalisedProblem.of(Problem.of(pear(), arrow(), pins, strokes), as_begun=True)
         polygon, _ = discretise(problem.source, 40)
         for harmonic in (False, True):
             basis = Basis(polygon.z, harmonic)
             image = basis.positions(problem.pins[:, 0]) @ from_constraints(problem, basis, polygon)
-            met = problem.target_frame.world(image)
+            met = problem.target_frame.pull_back(image)
             assert np.allclose(met, [*pins[:3, 1], 0.7, 0.7], atol=1e-9)
 
 

@@ -18,7 +18,8 @@ from iccm.paper.energies import (
     smoothness,
     stroke,
 )
-from iccm.problem import Problem, measure_of
+from iccm.paper.normalised import NormalisedProblem, measure_of
+from iccm.problem import Problem
 from tests.shapes import CauchyIntegral, arrow, inside, random_polygon, square
 
 
@@ -170,7 +171,9 @@ def test_the_local_step_finds_closest_points_and_unit_normals_there():
 
 
 def test_all_terms_of_a_problem_are_assembled_with_their_weights():
-    problem = Problem.of(arrow(), square(), pins=[[1 + 0.5j, 0]], strokes=[([1 + 0.2j, 2 + 0.2j], [0, 0.5])])
+    problem = NormalisedProblem.of(
+        Problem.of(arrow(), square(), pins=[[1 + 0.5j, 0]], strokes=[([1 + 0.2j, 2 + 0.2j], [0, 0.5])])
+    )
     options = Options(
         method="paper", quasi=0.3, pin_weight=2, stroke_weight=3, smoothness=4, consistency=5, order=1
     )
@@ -197,21 +200,22 @@ def test_the_papers_weights_are_sums_in_the_coordinates_as_given():
     """E = ‖C f̂ - ŵ‖² + β‖C_P f̂ - v̂‖² + ‖conj(D) ψ‖² + α‖D2 f̂‖², each sample counting one, over the target's
     radius squared."""
     source, target = 30 * arrow() + 5, 7 * square()
-    problem = Problem.of(source, target, pins=[[35 + 15j, 1], [65 + 15j, 2]])
+    given = Problem.of(source, target, pins=[[35 + 15j, 1], [65 + 15j, 2]])
+    problem = NormalisedProblem.of(given, as_begun=True)
     options = Options(method="paper", quasi=0.3, pin_weight=2, smoothness=4, literal=True)
     polygon, n = Curve(problem.source.z), source.size
     terms = {t.name: t for t in assemble(problem, options, Basis(polygon.z, True), polygon)}
     rng = np.random.default_rng(2)
     phi, psi = complex_normal(rng, n), complex_normal(rng, n)
-    f = problem.world(polygon.z, phi, psi)
-    radius = abs(problem.target_frame.radius)
+    f = problem.in_plane(polygon.z, phi, psi)
+    radius = 1 / abs(problem.target_frame.factor)
 
     def energy(name, aim=0):
         term = terms[name]
-        goal = np.full(term.matrix.shape[0], problem.target_frame.unit(aim) if aim else 0)
+        goal = np.full(term.matrix.shape[0], problem.target_frame(aim) if aim else 0)
         return radius**2 * term.energy(np.concatenate([phi, psi]), fixed(goal)(goal))
 
-    world = Curve(problem.source_frame.world(polygon.z))
+    world = Curve(problem.source_frame.pull_back(polygon.z))
     z = world.sample(1)
     assert energy("closeness", 1j) == pytest.approx(np.sum(np.abs(f(world.z) - 1j) ** 2))
     assert energy("pins", 1j) == pytest.approx(

@@ -9,7 +9,8 @@ from iccm.options import Options
 from iccm.paper.algorithm1 import assemble
 from iccm.paper.energies import Basis, Target, Term, closeness, fixed, points
 from iccm.paper.least_squares import System
-from iccm.problem import Problem, measure_of
+from iccm.paper.normalised import NormalisedProblem, measure_of
+from iccm.problem import Problem
 from tests.shapes import arrow, blob, inside, pear, random_polygon
 
 LAMBDA = 0.3
@@ -18,12 +19,13 @@ LAMBDA = 0.3
 def everything(order, quasi, consistency=1e-3):
     """A system with every kind of term, and targets of a random map close to the shape."""
     inner = inside(pear(), 12)
-    problem = Problem.of(
+    given = Problem.of(
         pear(24),
         blob(24),
         pins=np.column_stack([inner[:2], 0.3 * inner[:2]]),
         strokes=[(inner[2:5], [0.1, 0.4j])],
     )
+    problem = NormalisedProblem.of(given, as_begun=True)
     options = Options(
         method="paper",
         order=order,

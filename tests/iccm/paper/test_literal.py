@@ -8,6 +8,7 @@ import pytest
 import iccm
 from iccm.errors import InputError
 from iccm.paper.algorithm1 import STROKE_SAMPLES
+from iccm.paper.normalised import NormalisedProblem
 from iccm.problem import Problem
 from tests.shapes import arrow, blob, ell, inside, pear, refined, square
 
@@ -137,7 +138,7 @@ def test_each_step_is_that_of_the_equations(name, order, quasi, per_edge):
         w = together(at @ expected[fit.iterations])
         assert np.abs(fit.map(np.append(samples, z)) - w).max() <= 1e-12 * np.ptp(target.real)
         away = np.abs(closest(target, w[: samples.size])[0] - w[: samples.size])
-        radius = abs(Problem.of(source, target).target_frame.radius)
+        radius = 1 / abs(NormalisedProblem.of(Problem.of(source, target)).target_frame.factor)
         assert fit.energies[-1]["closeness"] * radius**2 == pytest.approx(
             np.sum(away**2), rel=1e-9, abs=1e-20
         )

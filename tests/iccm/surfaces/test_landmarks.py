@@ -15,7 +15,7 @@ from iccm.balanced.minimise.in_space import assemble_in_space, total_in_space
 from iccm.balanced.minimise.sliding import border_energy
 from iccm.balanced.minimise.unfold import unfold_in
 from iccm.balanced.model.energy import WITHOUT_ROTATION, Energy
-from iccm.balanced.model.frames import UnitFrame
+from iccm.balanced.model.frames import frame_of, unit_curve
 from iccm.balanced.model.metric import LaidMetric
 from iccm.balanced.search import multilevel
 from iccm.balanced.search.levels import UnitProblem
@@ -209,8 +209,8 @@ def test_horns_go_onto_horns_without_landmarks_on_them():
 def shaken():
     """A map of a surface onto a copy, on its own triangles, its inner vertices away from where they belong."""
     here, there = (even_layout(flatten(disk_patch(horned(*how)))) for how in ((120, 3), (200, 4)))
-    frames = [UnitFrame.of(each.boundary) for each in (here, there)]
-    curves = [frame.curve(each.boundary) for frame, each in zip(frames, (here, there))]
+    frames = [frame_of(each.boundary) for each in (here, there)]
+    curves = [unit_curve(frame, each.boundary) for frame, each in zip(frames, (here, there))]
     metrics = tuple(LaidMetric.of(each, frame) for each, frame in zip((here, there), frames))
     problem = UnitProblem(*curves, WITHOUT_ROTATION, metrics=metrics)
     level = multilevel.Level.of(problem, 0.08, 1e-3, 1e-3, 20.0)

@@ -9,7 +9,7 @@ import scipy.optimize
 import scipy.spatial
 
 import iccm
-from iccm.balanced.model.frames import UnitFrame
+from iccm.balanced.model.frames import frame_of
 from iccm.balanced.model.metric import LaidMetric, rest_geometry
 from iccm.balanced.search.levels import POWER
 from iccm.curve import Curve
@@ -86,8 +86,8 @@ def test_a_metric_is_that_of_the_surface():
     layout = flatten(disk_patch(grid(9, 7, lambda x, y: (x, 2 * y, 0 * x))))
     squeezed = replace(layout, flat=3 * layout.flat.real + 1j * layout.flat.imag)
     outline = Curve.domain(squeezed.flat[squeezed.loop])
-    frame = UnitFrame.of(outline).turned(0.4)
-    triangles = frame.unit(np.array([[0, 0.3, 0.1 + 0.2j], [-0.2, -0.1j, 0.2]]) + frame.centre)
+    frame = frame_of(outline).rotated(0.4)
+    triangles = frame(np.array([[0, 0.3, 0.1 + 0.2j], [-0.2, -0.1j, 0.2]]) + frame.centre)
     found = LaidMetric.of(squeezed, frame).over(triangles)
     major, minor = np.abs(found.a) + np.abs(found.b), np.abs(found.a) - np.abs(found.b)
     np.testing.assert_allclose(major / minor, 3, rtol=1e-9)
@@ -96,10 +96,10 @@ def test_a_metric_is_that_of_the_surface():
 
 def test_a_metric_in_a_mirror_is_mirrored():
     layout = even_layout(flatten(disk_patch(grid(9, 9, hill))))
-    frame = UnitFrame.of(Curve.domain(layout.flat[layout.loop])).turned(0.3)
+    frame = frame_of(Curve.domain(layout.flat[layout.loop])).rotated(0.3)
     mirrored = replace(frame, mirrored=True)
     corners = layout.flat[layout.patch.faces[::7]]
-    plain, other = (LaidMetric.of(layout, f).over(f.unit(corners)) for f in (frame, mirrored))
+    plain, other = (LaidMetric.of(layout, f).over(f(corners)) for f in (frame, mirrored))
     np.testing.assert_allclose(other.a, plain.a.conj(), atol=1e-12)
     np.testing.assert_allclose(other.b, plain.b.conj(), atol=1e-12)
 

@@ -1,0 +1,122 @@
+"""Problems in coordinates in which both shapes have radius one about their centroids.
+
+The paper's and the conformal method solve in these: weights and lengths then depend neither on the size of the shapes
+nor on how they lie in the plane.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Complex, Real
+from ..curve import Curve, boundary_samples
+from ..maps.harmonic import HarmonicMap
+from ..plane import Similarity
+from ..problem import Problem, from_known
+
+SYMMETRIC = 1e-6  # third moment of a boundary of radius one below which its sign is rounding
+
+
+@dataclass(frozen=True, eq=False)
+class NormalisedProblem:
+    """Source, target and constraints in their frames; `target` is None for a deformation.
+
+    Attributes:
+        source: outline of the source.
+        target: outline of the target.
+        pins: (k, 2) points of the source and their images.
+        strokes: polylines in the source and their images.
+        source_frame: takes the user's coordinates of the source to these.
+        target_frame: takes those of the target, or of the deformed source, to these.
+    """
+
+    source: Curve
+    target: Curve | None
+    pins: Complex
+    strokes: list[tuple[Curve, Curve]]
+    source_frame: Similarity
+    target_frame: Similarity
+
+    @classmethod
+    def of(cls, problem: Problem, *, as_begun: bool = False) -> "NormalisedProblem":
+        """Return a problem in its frames.
+
+        Args:
+            problem: in the user's coordinates.
+            as_begun: whether outlines keep their first vertices, from which the paper's initial map counts arclengths;
+                otherwise they begin where it does not depend on the input.
+        """
+        source, target = problem.source, problem.target
+        if not as_begun:
+            source, target = from_known(source), target and from_known(target)
+        source_frame = frame_of(source)
+        target_frame = frame_of(target or source)
+        pins = np.column_stack([source_frame(problem.pins[:, 0]), target_frame(problem.pins[:, 1])])
+        strokes = [(_in_frame(source_frame, a), _in_frame(target_frame, b)) for a, b in problem.strokes]
+        goal = target and _in_frame(target_frame, target)
+        return cls(_in_frame(source_frame, source), goal, pins, strokes, source_frame, target_frame)
+
+    def mirrored(self) -> "NormalisedProblem":
+        """Return the same problem seen in a mirror."""
+        strokes = [(Curve(a.z.conj(), False), Curve(b.z.conj(), False)) for a, b in self.strokes]
+        return NormalisedProblem(
+            _mirror(self.source),
+            self.target and _mirror(self.target),
+            self.pins.conj(),
+            strokes,
+            self.source_frame.conjugate(),
+            self.target_frame.conjugate(),
+        )
+
+    @property
+    def handedness(self) -> float:
+        """A number that changes sign in a mirror: the third moment of the source's boundary across its axis, or the
+        target's."""
+        moments = [
+            float(c.lengths @ (c.z + 0.5 * c.edges).imag ** 3) for c in (self.source, self.target) if c
+        ]
+        return next((moment for moment in moments if abs(moment) > SYMMETRIC), 1.0)
+
+    @property
+    def upright(self) -> complex:
+        """The factor by which frames are multiplied in a similarity that does not rotate the user's picture."""
+        rotation = self.target_frame.factor / self.source_frame.factor
+        return rotation / abs(rotation)
+
+    def in_plane(self, polygon: Complex, phi: Complex, psi: Complex) -> HarmonicMap:
+        """Return a map of the frames as a map of the user's plane: constants go to φ alone, since Σ C = 1."""
+        z = self.source_frame.pull_back(polygon)
+        slack = overhang(Curve(z), self.source_frame.pull_back(self.source.z))
+        return HarmonicMap(z, self.target_frame.pull_back(phi), psi / self.target_frame.factor, slack)
+
+
+def frame_of(curve: Curve) -> Similarity:
+    """Return the similarity that takes the centroid of a boundary to 0 and the vertex farthest from it to 1.
+
+    It rotates with the shape, so that what is computed in it does not depend on how the shape lies in the plane.
+    """
+    middle = 0.5 * (curve.z[: curve.edges.size] + np.roll(curve.z, -1)[: curve.edges.size])
+    # measured from a vertex, so that a shape far from the origin keeps its digits
+    centre = curve.z[0] + complex(np.average(middle - curve.z[0], weights=curve.lengths))
+    farthest = curve.z[np.argmax(np.abs(curve.z - centre))]
+    return Similarity(complex(1 / (farthest - centre)), centre=complex(centre))
+
+
+def _in_frame(frame: Similarity, curve: Curve) -> Curve:
+    return Curve(frame(curve.z), curve.closed)
+
+
+def _mirror(curve: Curve) -> Curve:
+    return Curve(np.roll(curve.z.conj()[::-1], 1))
+
+
+def overhang(polygon: Curve, outline: Complex) -> float:
+    """Return how far the outline that a polygon stands for lies outside of it, at its vertices and three places
+    between."""
+    z = boundary_samples(outline)
+    return float(np.abs(polygon.pulled_in(z) - z).max()) * (1 + 1e-9)
+
+
+def measure_of(curve: Curve, per_edge: int) -> Real:
+    """(e · per_edge,) share of the curve's length that each sample of `curve.sample(per_edge)` stands for."""
+    return np.repeat(curve.lengths / (per_edge * curve.length), per_edge)
