@@ -26,13 +26,13 @@ from .holes.given import Holes, named_partners
 from .method import sketch_of
 from .model.discrete_map import DiscreteMap
 from .model.frames import frames_of, unit_curve
+from .model.mesh_map import MeshMap
 from .model.mesh_sizes import graded
 from .model.settings import Settings
-from .model.sketch import Sketch
 from .search.final_mesh import FINE_EXACTNESS, final_level
 from .search.homotopy import satisfy_constraints
 from .search.levels import POWER, Level, UnitProblem, refine
-from .search.multilevel import STEEPEST, invert, problem_of
+from .search.multilevel import STEEPEST, problem_of
 from .search.pin_continuation import move_on_new_meshes
 from .search.warm_start import AT_REST, on_its_mesh
 
@@ -73,24 +73,22 @@ class _Pair:
         given = check(self.source, self.target, pins, strokes, numbers).unit(self.frames)
         return given.inverse() if self.inverted else given
 
-    def problem(self, given: Pins, settings: Settings, start: Sketch | None = None) -> UnitProblem:
+    def problem(self, given: Pins, settings: Settings, start: MeshMap | None = None) -> UnitProblem:
         """The problem of the map that follows; see `problem_of`, of whose source and target `start` is."""
         source, target = unit_curve(self.frames[0], self.source), unit_curve(self.frames[1], self.target)
         own = given.inverse() if self.inverted else given
         problem = problem_of(source, target, self.holes.unit(self.frames), own, settings, start)
         return problem.inverse() if self.inverted else problem
 
-    def carried(
-        self, state: DiscreteMap | Sketch, given: Pins, settings: Settings, *, coarse: bool
-    ) -> DiscreteMap:
+    def carried(self, state: MeshMap, given: Pins, settings: Settings, *, coarse: bool) -> DiscreteMap:
         """A map on a new mesh, a coarse one or one as fine as the last, brought to constraints.
 
         Raises:
             NoMapError: it folds there.
         """
         problem, sizes = self.problem(given, settings), None
-        if isinstance(state, DiscreteMap):  # its constraints are others, of other vertices
-            state = Sketch(state.z, state.u, state.faces, state.border, loops=state.loops)
+        # without its constraints, which are others, of other vertices
+        state = MeshMap.plain(state.z, state.u, state.faces, state.border, loops=state.loops)
         try:
             if coarse:
                 level = Level.of(problem, SIZE, *FINE_EXACTNESS, STEEPEST)
@@ -106,7 +104,7 @@ class _Pair:
             raise NoMapError(f"the map cannot follow: {error}") from error
 
     def carried_anyhow(
-        self, state: DiscreteMap | Sketch, given: Pins, settings: Settings, *, coarse: bool
+        self, state: MeshMap, given: Pins, settings: Settings, *, coarse: bool
     ) -> tuple[DiscreteMap, bool]:
         """The same, and whether it is on a coarse mesh: where a fine one does not meet the constraints, too, since that
         takes long.
@@ -169,7 +167,7 @@ class Live:
         pair = _Pair(fit.source, fit.target, holes, frames)
         before, own_pins = sketch_of(fit.map, frames, met), pair.checked(fit.pins, fit.strokes)
         level = final_level(pair.problem(own_pins, settings, before), settings)
-        before = invert(before) if pair.inverted else before
+        before = before.inverse() if pair.inverted else before
         state = on_its_mesh(level, before)
         given = own_pins if state else pair.checked(pins, strokes)
         coarse = False
@@ -262,16 +260,18 @@ class Live:
     @property
     def map(self) -> TriangulatedMap:
         """The map in the given coordinates."""
-        return self._world(invert(self.state) if self.pair.inverted else self.state)
+        return self._world(self.state.inverse() if self.pair.inverted else self.state)
 
     @property
     def start(self) -> TriangulatedMap:
         """The same to go on from: with the triangles that fill holes of the target."""
         if not self.pair.inverted:
             return self.map
-        return self._world(replace(invert(self.state), filled=(), weights=None))
+        inverse = self.state.inverse()
+        covered = MeshMap.plain(inverse.z, inverse.u, inverse.faces, inverse.border, loops=inverse.loops)
+        return self._world(covered)
 
-    def _world(self, state: DiscreteMap | Sketch) -> TriangulatedMap:
+    def _world(self, state: MeshMap) -> TriangulatedMap:
         frames = self.pair.frames
         cut = without_filled(state, mirrored=frames[0].mirrored)
         z, u = (f.pull_back(w[cut.vertices]) for f, w in zip(frames, (state.z, state.u)))

@@ -24,13 +24,13 @@ from .holes.given import NONE, Holes, hole_at, unequal
 from .model.boundary_pairs import loops_of
 from .model.frames import frames_of, unit_curve, unit_ring
 from .model.measures import turn_of
+from .model.mesh_map import MeshMap
 from .model.metric import FieldMetric
 from .model.settings import Settings, Solution, SolveLog
-from .model.sketch import Sketch
 from .rigid.given import NO_REGIONS, Regions, aims_of, regions_of
 from .rigid.solve import Rigid, keep_rigid
 from .search import multilevel
-from .search.final_mesh import Meshed, excesses
+from .search.final_mesh import excesses
 
 SAMPLES = 20_000  # of fields over the source, for their means
 
@@ -133,14 +133,14 @@ def solve(
 
 
 def _with_rigid(
-    state: Meshed,
+    state: MeshMap,
     regions: Regions,
     curves: tuple[Curve, Curve, Holes],
     frames: tuple[Similarity, Similarity],
     pins: Pins,
     settings: Settings,
     journal: SolveLog,
-) -> Meshed:
+) -> MeshMap:
     """The map with rigid regions.
 
     Raises:
@@ -166,7 +166,7 @@ def _domains(source: Curve, target: Curve, holes: Holes) -> tuple[tuple[Curve, .
 
 def sketch_of(
     map: TriangulatedMap, frames: tuple[Similarity, Similarity], holes: Sequence[tuple[int, int, int]] = ()
-) -> Sketch:
+) -> MeshMap:
     """A map in unit coordinates, vertices of the outlines first; `holes` are (its loop, the hole of the source, that of
     the target) for those that stay holes."""
     mirrored = frames[0].mirrored
@@ -176,10 +176,10 @@ def sketch_of(
     faces = np.argsort(order)[map.faces[:, ::-1] if mirrored else map.faces]
     z, u = frames[0](map.source)[order], frames[1](map.image)[order]
     loops = loops_of([(i, j, rim.size) for (_, i, j), rim in zip(holes, rims[1:])], rims[0].size)
-    return Sketch(z, u, np.ascontiguousarray(faces), border.size, loops=loops)
+    return MeshMap.plain(z, u, np.ascontiguousarray(faces), border.size, loops=loops)
 
 
-def _world(state: Meshed, frames: tuple[Similarity, Similarity]) -> tuple[Complex, Complex]:
+def _world(state: MeshMap, frames: tuple[Similarity, Similarity]) -> tuple[Complex, Complex]:
     return frames[0].pull_back(state.z), frames[1].pull_back(state.u)
 
 
@@ -203,7 +203,7 @@ def holes_of(map: TriangulatedMap, holes: Holes) -> list[tuple[int, int, int]]:
 
 
 def solution_of(
-    state: Meshed,
+    state: MeshMap,
     z: Complex,
     u: Complex,
     frames: tuple[Similarity, Similarity],

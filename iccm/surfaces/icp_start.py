@@ -8,7 +8,7 @@ import numpy as np
 
 from ..arrays import Complex
 from ..balanced.model.boundary_pairs import Match, loops_of
-from ..balanced.model.sketch import Sketch
+from ..balanced.model.mesh_map import MeshMap
 from ..balanced.search import initial_matches
 from ..balanced.search.levels import UnitProblem
 from ..curve import Curve
@@ -22,7 +22,7 @@ ROUNDS = 30  # of closest points
 CLOSE = 0.15  # root mean square distance of outlines and pins, of areas of one, up to which it is tried
 
 
-def similarity_sketch(problem: UnitProblem) -> Sketch | None:
+def similarity_sketch(problem: UnitProblem) -> MeshMap | None:
     """The similarity that fits pins and outlines best, as a map on two triangles around both outlines, whose points
     come first; None where none fits well."""
     if problem.strokes or len(problem.holes[0]) != len(problem.holes[1]):
@@ -36,7 +36,7 @@ def similarity_sketch(problem: UnitProblem) -> Sketch | None:
     z = np.concatenate([*(curve.at(curve.length * SHARES) for curve in outlines), FAR])
     first = SAMPLES * len(outlines)
     faces = first + np.array([[0, 1, 2], [0, 2, 3]])
-    return Sketch(z, near(z), faces, first, loops=loops, metrics=problem.metrics)
+    return MeshMap.plain(z, near(z), faces, first, loops=loops, metrics=problem.metrics)
 
 
 def _partners(problem: UnitProblem, near: Similarity) -> list[tuple[int, int]]:

@@ -15,9 +15,9 @@ from ..balanced import fit, method
 from ..balanced.errors import NoMapError, OutOfTime, Stuck
 from ..balanced.minimise.unfold import unfold_in
 from ..balanced.model.discrete_map import DiscreteMap
+from ..balanced.model.mesh_map import MeshMap
 from ..balanced.model.settings import Solution
 from ..balanced.search import final_mesh, multilevel
-from ..balanced.search.final_mesh import Meshed
 from ..balanced.search.levels import UnitProblem
 from ..balanced.search.warm_start import continue_from
 from ..maps.triangulated.map import TriangulatedMap
@@ -123,7 +123,7 @@ def _among(w: Complex, outer: slice) -> Flags:
     return on
 
 
-def _solution(asked: SurfaceProblem, last: Meshed, z: Complex, u: Complex) -> Solution:
+def _solution(asked: SurfaceProblem, last: MeshMap, z: Complex, u: Complex) -> Solution:
     """Of a map with vertices z (n,) and u (n,) in the user's planes."""
     given = asked.sides[0].outlines, asked.sides[1].outlines
     return method.solution_of(last, z, u, asked.frames, given, asked.settings, asked.journal, asked.pins)
@@ -139,7 +139,7 @@ def _of_own(asked: SurfaceProblem, own: OwnMap) -> Solution:
         mirrored=frame.mirrored,
     )
     if onto:
-        return _solution(asked, multilevel.invert(own.state), there, here)
+        return _solution(asked, own.state.inverse(), there, here)
     return _solution(asked, own.state, here, there)
 
 
@@ -150,7 +150,7 @@ def _own_start(asked: SurfaceProblem, used: UnitProblem, state: DiscreteMap) -> 
         return None
     if used.inverted == asked.onto:
         return state
-    return None if state.filled else state.inverse()
+    return None if state.filled else state.swap_sides()
 
 
 def _from_similarity(asked: SurfaceProblem) -> OwnMap | None:
@@ -161,12 +161,12 @@ def _from_similarity(asked: SurfaceProblem) -> OwnMap | None:
     if sketch is None:
         return None
     try:
-        return _on_own(asked, multilevel.invert(sketch) if asked.onto else sketch)
+        return _on_own(asked, sketch.inverse() if asked.onto else sketch)
     except (Stuck, NoMapError):
         return None
 
 
-def _on_own(asked: SurfaceProblem, state: Meshed) -> OwnMap:
+def _on_own(asked: SurfaceProblem, state: MeshMap) -> OwnMap:
     """The map on the own triangles of one side, from one of which that side is the source.
 
     Raises:

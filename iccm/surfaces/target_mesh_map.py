@@ -13,9 +13,9 @@ from ..balanced.model.boundary import MatchedBoundary
 from ..balanced.model.boundary_pairs import loops_of
 from ..balanced.model.discrete_map import FILLED, PASSED_OVER, DiscreteMap
 from ..balanced.model.inner_constraints import InnerConstraints
+from ..balanced.model.mesh_map import MeshMap
 from ..balanced.model.metric import Metric
 from ..balanced.model.outline import Outline
-from ..balanced.model.sketch import Sketch
 from ..balanced.search.levels import Level, UnitProblem, match_on
 from ..curve import Curve
 from ..flattening.scaffold import filling
@@ -87,7 +87,7 @@ def on_own_mesh(
     sides: Sequence[Side],
     frames: Sequence[Similarity],
     level: Level,
-    state: DiscreteMap | Sketch,
+    state: MeshMap,
 ) -> OwnMap:
     """A map without folds on the surface's own triangles, from one on any mesh.
 
@@ -170,7 +170,7 @@ def _reanchor(level: Level) -> Level:
 def _mesh(
     side: Side,
     frame: Similarity,
-    state: DiscreteMap | Sketch,
+    state: MeshMap,
     problem: UnitProblem,
     boundary: MatchedBoundary,
     loops: list[Index],
@@ -207,7 +207,7 @@ class _On(NamedTuple):
     boundary: MatchedBoundary
     first: list[Index]
 
-    def map(self, mesh: RefinedSurface, weights: Real, state: DiscreteMap | Sketch) -> OwnMap:
+    def map(self, mesh: RefinedSurface, weights: Real, state: MeshMap) -> OwnMap:
         """The map so far on a mesh, whatever folds there."""
         side, frame, boundary, (rim, pinned) = self.side, self.frame, self.boundary, self.first[:2]
         first = np.concatenate(self.first)
@@ -223,8 +223,11 @@ class _On(NamedTuple):
         u = interpolate(state.z, state.faces, state.u, z)
         u[: rim.size] = boundary.images()
         found = DiscreteMap(
-            *(faces, system_of(faces, following, z.size), z, u),
-            boundary.with_filled(loops_of(alone, constrained)),
+            faces,
+            z,
+            u,
+            boundary=boundary.with_filled(loops_of(alone, constrained)),
+            pattern=system_of(faces, following, z.size),
             inside=InnerConstraints.of_pins(pins),
             bound=pinned.size > 0,
             weights=None if material.all() else weights,

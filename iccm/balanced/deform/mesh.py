@@ -65,7 +65,9 @@ def mesh_of(
     boundary = FreeBoundary((outer.size, *(hole.size for hole in holes)), pinned, pins.outer[:, 1])
     pattern = system_of(faces, np.append(boundary.following, boundary.size + kept.following), z.size)
     rigid = regions_of(z[faces].mean(axis=1), bones) if bones else None
-    state = DiscreteMap(faces, pattern, z, z.copy(), boundary, inside=kept, bound=True, rigid=rigid)
+    state = DiscreteMap(
+        faces, z, z.copy(), boundary=boundary, inside=kept, bound=True, pattern=pattern, rigid=rigid
+    )
     return state.with_energy(energy)
 
 

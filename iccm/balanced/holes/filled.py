@@ -7,8 +7,8 @@ import numpy as np
 from ...arrays import Complex, Flags, Index, Real
 from ...meshes.topology import Triangles
 from ...plane import polygon_area
-from ..model.discrete_map import BAY, DiscreteMap
-from ..model.sketch import Sketch
+from ..model.discrete_map import BAY
+from ..model.mesh_map import MeshMap
 
 
 class Cut(NamedTuple):
@@ -32,7 +32,7 @@ class Cut(NamedTuple):
     filled: Index | None
 
 
-def without_filled(state: DiscreteMap | Sketch, *, mirrored: bool) -> Cut:
+def without_filled(state: MeshMap, *, mirrored: bool) -> Cut:
     """The map without the triangles that fill bays, and holes of the target; those that fill holes of the source stay,
     so that the picture has no crack. Triangles and loops turn as in a mirror if the unit coordinates are `mirrored`."""
     opened = [loop for loop in state.filled if loop.source < 0 <= loop.target]

@@ -10,9 +10,9 @@ energy              what maps minimise and are compared by
 boundary            what holds a mesh's boundary: outlines that it slides on, or pins alone
 discrete_map        a mesh, its image, what holds its vertices, and its triangles at rest
 boundary_mesh       a mesh for a boundary and for what is inside
-sketch              the same without outlines: what is carried from mesh to mesh
 outline_split       a boundary split at the outlines' vertices that its mesh passes over
 retriangulation     edges flipped where that lowers the energy
 measures            turn, stretch, dilatation and scale of a piecewise linear map
+mesh_map            a map between two meshes: what all stages have in common
 mesh_sizes          triangle sizes, smaller where a map magnifies
 """

@@ -53,10 +53,34 @@ class MeshHoles(NamedTuple):
     def inverse(self) -> "MeshHoles":
         """Those of the inverse map."""
         outlines = tuple((b, a) for a, b in self.outlines)
-        return MeshHoles(outlines, tuple(loop.inverse() for loop in self.loops))
+        loops = tuple(loop.inverse() for loop in self.loops)
+        return MeshHoles(outlines, loops, tuple(loop.inverse() for loop in self.filled))
 
 
 NO_HOLES = MeshHoles()
+
+
+@dataclass(frozen=True, eq=False)
+class PlainBoundary:
+    """Vertices on outlines whose places on these are not kept.
+
+    Attributes:
+        size: how many vertices are on the outlines.
+        holes: the holes.
+    """
+
+    size: int
+    holes: MeshHoles = NO_HOLES
+
+    @property
+    def slices(self) -> list[slice]:
+        """The vertices on each outline."""
+        return slices_of(self.size, self.holes.loops)
+
+
+def slices_of(size: int, loops: tuple[Loop, ...]) -> list[slice]:
+    """Return the vertices of each outline, the outer one first, of `size` vertices in all."""
+    return [slice(0, loops[0].first if loops else size), *(loop.vertices for loop in loops)]
 
 
 class MatchedLoop(NamedTuple):
@@ -125,8 +149,7 @@ class MatchedBoundary:
     @property
     def slices(self) -> list[slice]:
         """The vertices on each outline."""
-        outer = slice(0, self.holes.loops[0].first if self.holes.loops else self.size)
-        return [outer, *(loop.vertices for loop in self.holes.loops)]
+        return slices_of(self.size, self.holes.loops)
 
     @cached_property
     def loops(self) -> list[MatchedLoop]:
@@ -266,4 +289,6 @@ class FreeBoundary:
         return replace(self, goals=goals)
 
 
-Boundary = MatchedBoundary | FreeBoundary
+HeldBoundary = MatchedBoundary | FreeBoundary
+"""Boundaries of maps that Newton's method can move."""
+Boundary = PlainBoundary | HeldBoundary

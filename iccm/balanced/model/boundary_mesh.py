@@ -9,8 +9,9 @@ from ...curve import Curve, inside_any, polygon_of
 from ...linalg.cholesky import system_of
 from ..meshing.mesh import Sizes, closed_links, triangulate
 from .boundary import MatchedBoundary
-from .discrete_map import BAY, FILLED, NONE_INSIDE, DiscreteMap
+from .discrete_map import BAY, FILLED, DiscreteMap
 from .inner_constraints import InnerConstraints
+from .mesh_map import NONE_INSIDE
 
 
 def mesh_boundary(
@@ -51,7 +52,9 @@ def mesh_boundary(
     rings = [np.append(bay, outer[mouth[-2:0:-1]]) for bay, mouth in zip(bays, mouths)]
     weights = weights_of(z, faces, filled, rings) if filled or bays else None
     rigid = regions_of(z[faces].mean(axis=1), regions) if regions else None
-    return DiscreteMap(faces, pattern, z, u, boundary, inside=inside, weights=weights, rigid=rigid)
+    return DiscreteMap(
+        faces, z, u, boundary=boundary, inside=inside, weights=weights, pattern=pattern, rigid=rigid
+    )
 
 
 def linked_on(sizes: Sequence[int], first: int) -> Index:

@@ -14,7 +14,6 @@ import numpy as np
 from ...arrays import Complex, Flags, Index, Real
 from ...drawings.cost import LOST
 from ...linalg.cholesky import BlockPattern, system_of
-from ...maps.triangulated.patches import NO_LINES
 from ...plane import triangle_areas
 from ..errors import Tangled
 from ..minimise import newton
@@ -26,12 +25,12 @@ from ..minimise.terms import NO_TERMS, TermOnMesh, TermsOnMesh
 from ..minimise.unfold import BARE, unfold
 from ..minimise.untangle import STEPS, springs, untangle
 from ..minimise.upright import ANY_ROTATION
-from .boundary import Boundary, MatchedBoundary, MatchedLoop
-from .boundary_pairs import Loop, Match, Pairs
+from .boundary import HeldBoundary, MatchedBoundary, MatchedLoop
+from .boundary_pairs import Match, Pairs
 from .energy import WITHOUT_ROTATION, Energy
-from .inner_constraints import InnerConstraints
 from .measures import stretches, turn_of
-from .metric import PLANES, Metrics, rest_geometry
+from .mesh_map import MeshMap
+from .metric import PLANES, rest_geometry
 
 SMOOTHED_RINGS, SMOOTHINGS = 4, 20  # of inner vertices beside the outline on a new mesh, and sweeps over them
 
@@ -46,27 +45,18 @@ SETTLED = 1e-3  # relative decrease of a round of steps that ends them
 BADLY_STRETCHED = 25.0  # on a new mesh; below, q = 1 makes as many bad triangles as it mends
 EASING_STEPS, EASED = 10, 1e-2  # on a new mesh, and the relative decrease that ends them
 ROUNDING = 1e-9  # of the root of the area: vertices this close to their goals are there
-NONE_INSIDE = InnerConstraints.of_pins(np.empty((0, 2), np.complex128))
 
 
-@dataclass(frozen=True, eq=False)
-class DiscreteMap:
-    """A piecewise linear map, vertices of the boundary first.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class DiscreteMap(MeshMap):
+    """A map that Newton's method moves, vertices of the boundary first.
 
     Attributes:
-        faces: (m, 3) counter-clockwise triangles.
-        pattern: of the Newton matrices.
-        z: (n,) vertices in the source.
-        u: (n,) their images.
         boundary: what holds the boundary's vertices.
+        pattern: of the Newton matrices.
         value: of the energy at the last step, with the outline's term, and more for a rotation.
-        inside: the constraints inside, whose vertices come after the boundary's.
-        bound: whether their vertices are held by them; if not, they are like any others.
-        weights: (m,) 1, FILLED and BAY for voids, triangles in holes without a partner and in bays, and PASSED_OVER for
-            those in holes of a surface; None where there are none.
         multipliers: (m,) by which triangles count more, for the sake of bounds; None where all count alike.
         spared: how many of its steps the last descent did without.
-        metrics: of surfaces that the planes of source and target stand for.
         energy: what steps minimise.
         ground: the target in space, whose metric changes as vertices move; None for the one that `metrics` has.
         rigid: (m,) the rigid region that each triangle is in, -1 for none; None where there are none.
@@ -75,18 +65,11 @@ class DiscreteMap:
         flat: (n,) where the vertices of regions of a surface lie, each laid flat by itself; None in the plane.
     """
 
-    faces: Index
+    boundary: HeldBoundary
     pattern: BlockPattern
-    z: Complex
-    u: Complex
-    boundary: Boundary
     value: float = np.inf
-    inside: InnerConstraints = NONE_INSIDE
-    bound: bool = False
-    weights: Real | None = None
     multipliers: Real | None = None
     spared: int = 1
-    metrics: Metrics = PLANES
     energy: Energy = WITHOUT_ROTATION
     ground: Ground | None = None
     rigid: Index | None = None
@@ -99,11 +82,6 @@ class DiscreteMap:
     def settled(self) -> bool:
         """Whether the last descent ended before its steps did."""
         return self.spared > 0
-
-    @property
-    def border(self) -> int:
-        """How many vertices are on the outlines, those of holes included."""
-        return self.boundary.size
 
     @property
     def matched(self) -> MatchedBoundary:
@@ -127,26 +105,6 @@ class DiscreteMap:
         return self.matched.match
 
     @property
-    def outer(self) -> slice:
-        """The vertices of the outer loop."""
-        return self.boundary.slices[0]
-
-    @property
-    def loops(self) -> tuple[Loop, ...]:
-        """The outlines of holes."""
-        return self.boundary.holes.loops
-
-    @property
-    def filled(self) -> tuple[Loop, ...]:
-        """Those of holes without a partner."""
-        return self.boundary.holes.filled
-
-    @property
-    def material(self) -> Index:
-        """The triangles that are not in filled holes."""
-        return self.faces if self.weights is None else self.faces[self.weights == 1]
-
-    @property
     def inner(self) -> slice:
         """The vertices of constraints inside."""
         return slice(self.border, self.border + self.inside.z.size)
@@ -155,18 +113,6 @@ class DiscreteMap:
     def constrained(self) -> int:
         """How many vertices are held, or slide on a curve: the outline's, and those inside if they are bound."""
         return self.inner.stop if self.bound else self.border
-
-    @property
-    def first_pin(self) -> int:
-        """The vertex of the first pin inside."""
-        return self.border + int(np.count_nonzero(self.inside.own >= 0))
-
-    @property
-    def lines(self) -> Index:
-        """(l, 2) vertices of the edges of strokes that are met."""
-        if not self.bound:
-            return NO_LINES
-        return self.inside.lines_with(self.z[: self.border])
 
     @property
     def following(self) -> Index:
@@ -243,8 +189,9 @@ class DiscreteMap:
         """Radians by which the picture is turned."""
         return turn_of(self.z, self.u, self.material, self.metrics)
 
-    def inverse(self) -> "DiscreteMap":
-        """The inverse map, of whose vertices and pins the roles are exchanged; not where holes are filled."""
+    def swap_sides(self) -> "DiscreteMap":
+        """Return the inverse map with its boundary's places on the outlines, to be moved on; not where holes are
+        filled, whose outlines are held in the source."""
         return replace(
             self,
             z=self.u,

@@ -108,6 +108,21 @@ class InnerConstraints(NamedTuple):
         rays[:, 1] += outline.size
         return np.concatenate([outline.size + self.lines, rays])
 
+    def inverse(self, outline: Complex, image: Complex) -> "InnerConstraints":
+        """Those of the inverse map, of a mesh whose outlines have vertices (b,) with these images."""
+        on_outline = self.rays(outline)[:, 0]
+        feet = tuple(foot._replace(place=complex(image[k])) for foot, k in zip(self.feet, on_outline))
+        return self._replace(
+            z=self.goals,
+            goals=self.z,
+            s=self.tau,
+            tau=self.s,
+            at_source=self.at_target,
+            at_target=self.at_source,
+            strokes=tuple((there, here) for here, there in self.strokes),
+            feet=feet,
+        )
+
     def slid(self, u: Complex, tau: Real, stay: Flags) -> "InnerConstraints":
         """With goals and arclengths (k,) where vertices on strokes have come to be, but for those that stay."""
         goals = np.where(stay, self.goals, u)

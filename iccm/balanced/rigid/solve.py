@@ -32,11 +32,11 @@ from ..model import mesh_sizes
 from ..model.boundary_mesh import regions_of
 from ..model.discrete_map import DiscreteMap
 from ..model.measures import derivatives
+from ..model.mesh_map import MeshMap
 from ..model.outline_split import split_at_vertices
 from ..model.settings import Settings, SolveLog
-from ..model.sketch import Sketch
 from ..search import multilevel, warm_start
-from ..search.final_mesh import LAST_DECREASE, LAST_STEPS, Meshed, final_level, meet_bounds_by
+from ..search.final_mesh import LAST_DECREASE, LAST_STEPS, final_level, meet_bounds_by
 from ..search.levels import POWER, Level, UnitProblem, match_on
 from .room import room_for
 
@@ -95,7 +95,7 @@ class Placing:
 
 
 def keep_rigid(
-    problem: UnitProblem, start: Meshed, rigid: Rigid, settings: Settings, journal: SolveLog
+    problem: UnitProblem, start: MeshMap, rigid: Rigid, settings: Settings, journal: SolveLog
 ) -> DiscreteMap:
     """The map gone on to from one without regions; its regions may be smaller than asked for, or not quite rigid.
 
@@ -103,7 +103,9 @@ def keep_rigid(
         NoMapError: none without folds follows the regions' outlines.
     """
     progress.tell("rigid regions")
-    sketch = Sketch(start.z, start.u, start.faces, start.border, loops=start.loops, weights=start.weights)
+    sketch = MeshMap.plain(
+        start.z, start.u, start.faces, start.border, loops=start.loops, weights=start.weights
+    )
     places, sent_away, room = places_of(problem, sketch, rigid)
     around = partial(around_places, problem, sketch, rigid, places, patient=bool((room == 1).all()))
     inside = partial(from_map, sketch, rigid, places)
@@ -179,7 +181,7 @@ Begin = Callable[[Level, Callable[[DiscreteMap], DiscreteMap]], DiscreteMap]
 """What gives a map with rigid regions on a level, by what its mesh is changed by before."""
 
 
-def from_map(sketch: Sketch, rigid: Rigid, places: Placing) -> Begin:
+def from_map(sketch: MeshMap, rigid: Rigid, places: Placing) -> Begin:
     """The map without regions, in which they are put in their places; those that may turn, or have any size, become
     stiff where they are."""
 
@@ -194,7 +196,7 @@ def from_map(sketch: Sketch, rigid: Rigid, places: Placing) -> Begin:
     return begin
 
 
-def growing(problem: UnitProblem, sketch: Sketch, rigid: Rigid, begun: float) -> Begin:
+def growing(problem: UnitProblem, sketch: MeshMap, rigid: Rigid, begun: float) -> Begin:
     """Regions that grow, each where it has room for its size: in the map without them, or around regions that have
     `begun` with a share of the size that finds room.
 
@@ -215,14 +217,14 @@ def growing(problem: UnitProblem, sketch: Sketch, rigid: Rigid, begun: float) ->
     return begin
 
 
-def carry_over(level: Level, sketch: Sketch) -> DiscreteMap:
+def carry_over(level: Level, sketch: MeshMap) -> DiscreteMap:
     """The map without regions, at rest on a mesh that has their outlines as edges."""
     state = warm_start.continue_from(level, sketch)
     return state.forward(POWER, STEPS, DECREASE)
 
 
 def around_places(
-    problem: UnitProblem, sketch: Sketch, rigid: Rigid, places: Placing, *, patient: bool = True
+    problem: UnitProblem, sketch: MeshMap, rigid: Rigid, places: Placing, *, patient: bool = True
 ) -> Begin:
     """The map around regions, which are cut out and put in their places; `patient` as of `coarse_to_fine`.
 
@@ -249,9 +251,9 @@ def around_places(
         SolveLog(),
         patient=patient,
     )
-    whole: Meshed = multilevel.invert(found) if used.inverted else found
+    whole: MeshMap = found.inverse() if used.inverted else found
     kept = tuple(loop for loop in whole.loops if loop.source < first[0])
-    around = Sketch(whole.z, whole.u, whole.faces, whole.loops[len(kept)].first, loops=kept)
+    around = MeshMap.plain(whole.z, whole.u, whole.faces, whole.loops[len(kept)].first, loops=kept)
 
     def begin(level: Level, changed: Callable[[DiscreteMap], DiscreteMap]) -> DiscreteMap:
         sizes = mesh_sizes.graded(around.z, around.u, around.faces, 0.5 * level.size**2)
@@ -264,7 +266,7 @@ def around_places(
 
 
 def places_of(
-    problem: UnitProblem, sketch: Sketch, rigid: Rigid, sizes: Real | float = 1.0
+    problem: UnitProblem, sketch: MeshMap, rigid: Rigid, sizes: Real | float = 1.0
 ) -> tuple[Placing, bool, Real]:
     """Where regions find room for shares (k,) of their sizes, or as much of these as they can have, close to where a
     map has them; whether that is elsewhere, and how much (k,) of these it is."""

@@ -23,8 +23,8 @@ from ..meshing.transfer import interpolate
 from ..model import mesh_sizes
 from ..model.boundary_pairs import HoleMatch, Match
 from ..model.discrete_map import GOOD_ENOUGH, DiscreteMap
+from ..model.mesh_map import MeshMap
 from ..model.outline import Outline
-from ..model.sketch import Sketch
 from . import initial_matches
 from .hole_partners import Partners, middle_of
 from .levels import Level, UnitProblem, refine
@@ -111,7 +111,7 @@ class FilledMap:
         """Where the holes are, in radii of the disc."""
         return np.sqrt(np.pi) * np.array([middle_of(Curve(rim)) for rim in self.rims[1:]])
 
-    def onto(self, goal: tuple[Curve, tuple[Curve, ...]], level: Level) -> Sketch:
+    def onto(self, goal: tuple[Curve, tuple[Curve, ...]], level: Level) -> MeshMap:
         """The map onto a circle domain, going on from the disc.
 
         Raises:
@@ -132,7 +132,7 @@ class FilledMap:
         state = harmonic_map(between)
         u = interpolate(state.z, state.faces, state.u, self.u / root)
         loops = tuple(loop._replace(target=loop.source) for loop in self.state.filled)
-        return Sketch(self.state.z, u, self.material, self.state.border, loops=loops)
+        return MeshMap.plain(self.state.z, u, self.material, self.state.border, loops=loops)
 
 
 def through_circles(level: Level, pairs: Sequence[tuple[int, int]]) -> DiscreteMap:
@@ -155,7 +155,7 @@ def through_circles(level: Level, pairs: Sequence[tuple[int, int]]) -> DiscreteM
     except Stuck:
         if len(level.holes[0]) > len(pairs):
             raise
-    return _compose(level.inverse(), back, there, [(j, i) for i, j in pairs]).inverse()
+    return _compose(level.inverse(), back, there, [(j, i) for i, j in pairs]).swap_sides()
 
 
 def circle_starts(level: Level, matches: Sequence[Match]) -> list[DiscreteMap]:
@@ -198,7 +198,7 @@ def onto_circles(
     return start.forward(1.0, STEPS, GOOD_ENOUGH, corners=False)
 
 
-def remesh(level: Level, sketch: Sketch) -> DiscreteMap:
+def remesh(level: Level, sketch: MeshMap) -> DiscreteMap:
     """The map on a mesh of its own, with smaller triangles where it magnifies if need be.
 
     Raises:

@@ -13,11 +13,11 @@ from ..meshing.mesh import Sizes
 from ..model import mesh_sizes
 from ..model.discrete_map import EASED, EASING_STEPS, DiscreteMap
 from ..model.measures import least_dilatations, stretches
+from ..model.mesh_map import MeshMap
 from ..model.metric import PLANES, Metrics
 from ..model.outline_split import split_at_vertices
 from ..model.retriangulation import flip_edges
 from ..model.settings import Settings, SolveLog
-from ..model.sketch import Sketch
 from . import pin_continuation
 from .levels import (
     FINE_BACKWARD,
@@ -41,7 +41,7 @@ LAST_STEPS, LAST_DECREASE = 50, 2e-4  # of Newton on the last mesh, and the rela
 LAST_DECREASE_WITH_PINS = 1e-5
 """The same with soft pins, whose springs are weak: maps on different meshes then agree better."""
 
-Meshed = DiscreteMap | Sketch
+MeshMap = MeshMap
 
 
 def meets_constraints(problem: UnitProblem, state: DiscreteMap) -> bool:
@@ -68,15 +68,15 @@ def fine_map(problem: UnitProblem, state: DiscreteMap, size: float, journal: Sol
     return state
 
 
-def on_finer(level: Level, state: Meshed) -> DiscreteMap:
+def on_finer(level: Level, state: MeshMap) -> DiscreteMap:
     """The map on the mesh of a finer level, smaller triangles where it magnifies."""
     sizes = mesh_sizes.graded(state.z, state.u, state.faces, 0.5 * level.size**2)
     return refine_pinned(level, state, sizes).relaxed()
 
 
 def finish(
-    problem: UnitProblem, state: Meshed, settings: Settings, journal: SolveLog, share: float = 1.0
-) -> Meshed:
+    problem: UnitProblem, state: MeshMap, settings: Settings, journal: SolveLog, share: float = 1.0
+) -> MeshMap:
     """The map on the last mesh, or as it is where that folds."""
     try:
         return on_final_mesh(problem, state, settings, journal, share)
@@ -87,7 +87,7 @@ def finish(
 
 
 def on_final_mesh(
-    problem: UnitProblem, state: Meshed, settings: Settings, journal: SolveLog, share: float = 1.0
+    problem: UnitProblem, state: MeshMap, settings: Settings, journal: SolveLog, share: float = 1.0
 ) -> DiscreteMap:
     """The map on the mesh that is returned, whose outline holds every vertex of both outlines.
 
@@ -98,7 +98,7 @@ def on_final_mesh(
     """
     progress.tell("last map")
 
-    def energy(found: Meshed) -> float:
+    def energy(found: MeshMap) -> float:
         return problem.energy.between(found.z, found.u, found.material, found.metrics)
 
     decrease = LAST_DECREASE if problem.energy.pins is None else LAST_DECREASE_WITH_PINS
@@ -191,7 +191,7 @@ def descend(state: DiscreteMap, q: float, journal: SolveLog, decrease: float = L
     return state
 
 
-def refine_pinned(level: Level, state: Meshed, sizes: Sizes) -> DiscreteMap:
+def refine_pinned(level: Level, state: MeshMap, sizes: Sizes) -> DiscreteMap:
     """The map on a finer mesh, pins as they were."""
     if isinstance(state, DiscreteMap):
         return pin_continuation.refine_pinned(level, state, sizes)

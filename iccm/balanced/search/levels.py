@@ -34,10 +34,10 @@ from ..model.boundary_pairs import (
 )
 from ..model.discrete_map import DiscreteMap
 from ..model.energy import Energy
+from ..model.mesh_map import MeshMap
 from ..model.mesh_sizes import coarser_in_bays, finer_at_pins
 from ..model.metric import PLANES, Metrics
 from ..model.outline import Outline
-from ..model.sketch import Sketch
 
 SPACING = 0.75  # of the outline's vertices, in mesh sizes
 BACKWARD = 3  # Newton steps on the inverse of a coarse map, after those on the map
@@ -294,7 +294,7 @@ class Level:
                 or self.bays
             ):
                 raise
-        return self.inverse().mapped(match.inverse()).unfolded().inverse()
+        return self.inverse().mapped(match.inverse()).unfolded().swap_sides()
 
     def alone(self, partnered: Sequence[HoleMatch | Loop]) -> list[int]:
         """The holes of the source that are none of those with a partner."""
@@ -343,40 +343,32 @@ def project(curve: Curve, points: Complex) -> Real:
     return (1 - EVENED) * s + EVENED * even  # strictly ascending
 
 
-def match_on(level: Level, state: DiscreteMap | Sketch) -> Match:
-    """The match of a map's outlines, carried to the outlines of another level."""
-    if isinstance(state, DiscreteMap):
-        outer, *holes = (
-            _closed(
-                *(source, target),
-                source.simplified_from(rim.source.original(state.pairs.s[rim.vertices])),
-                target.simplified_from(rim.target.original(state.pairs.tau[rim.vertices])),
-            )
-            for rim, source, target in zip(state.rims, *level.outlines(state.loops))
-        )
-    else:
-        outer, *holes = (
-            _closed(
-                source,
-                target,
-                project(source.curve, state.z[vertices]),
-                project(target.curve, state.u[vertices]),
-            )
-            for vertices, source, target in zip(
-                (state.outer, *(loop.vertices for loop in state.loops)), *level.outlines(state.loops)
-            )
-        )
-    matches = (HoleMatch(loop.source, loop.target, hole) for loop, hole in zip(state.loops, holes))
-    return outer._replace(holes=tuple(matches))
+def match_on(level: Level, state: MeshMap) -> Match:
+    """The match of a map's outlines, carried to the outlines of another level: in proportion where their vertices have
+    places on the outlines that were given, else by closest points."""
+    sources, targets = level.outlines(state.loops)
+    vertices = [state.outer, *(loop.vertices for loop in state.loops)]
+    matches = []
+    for number, (source, target) in enumerate(zip(sources, targets)):
+        own = vertices[number]
+        if isinstance(state.boundary, MatchedBoundary):
+            rim, pairs = state.boundary.loops[number], state.boundary.pairs
+            s = source.simplified_from(rim.source.original(pairs.s[own]))
+            tau = target.simplified_from(rim.target.original(pairs.tau[own]))
+        else:
+            s = project(source.curve, state.z[own])
+            tau = project(target.curve, state.u[own])
+        matches.append(_closed(source, target, s, tau))
+    outer, *inner = matches
+    holes = tuple(HoleMatch(loop.source, loop.target, match) for loop, match in zip(state.loops, inner))
+    return outer._replace(holes=holes)
 
 
 def _closed(source: Outline, target: Outline, s: Real, tau: Real) -> Match:
     return Match(np.append(s, s[0] + source.length), np.append(tau, tau[0] + target.length))
 
 
-def refine(
-    level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = None, *, only: int = 0
-) -> DiscreteMap:
+def refine(level: Level, state: MeshMap, sizes: Sizes | None = None, *, only: int = 0) -> DiscreteMap:
     """The map carried to a finer level, without folds, in `only` so many steps if that is given.
 
     Raises:
@@ -394,10 +386,9 @@ def refine(
         return fine.unfolded(harmonic=False, steps=PATIENT, weighed=bool(level.bays))
 
 
-def interpolate_on(level: Level, state: DiscreteMap | Sketch, sizes: Sizes | None = None) -> DiscreteMap:
+def interpolate_on(level: Level, state: MeshMap, sizes: Sizes | None = None) -> DiscreteMap:
     """The map interpolated on the mesh of another level; it may fold."""
-    drawn = state.inside.matches if isinstance(state, DiscreteMap) else None
-    fine = level.mapped(match_on(level, state), sizes, drawn)
-    if isinstance(state, DiscreteMap) and state.bound:
+    fine = level.mapped(match_on(level, state), sizes, state.inside.matches)
+    if state.bound:
         fine = replace(fine, bound=True, inside=fine.inside.with_pins_of(state.inside))  # those not met stay
     return fine.moved_to_border(interpolate(state.z, state.faces, state.u, fine.z))

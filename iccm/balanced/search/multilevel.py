@@ -15,10 +15,10 @@ from ..holes.given import Holes
 from ..holes.outlines import manageable_holes
 from ..model.boundary_pairs import Match
 from ..model.discrete_map import DiscreteMap
+from ..model.mesh_map import MeshMap
 from ..model.metric import PLANES
 from ..model.outline import manageable
 from ..model.settings import Settings, SolveLog
-from ..model.sketch import Sketch
 from . import initial_matches, pin_continuation, warm_start
 from .candidates import HOPELESS, best_of, screen
 from .circle_domains import circle_starts
@@ -28,7 +28,6 @@ from .final_mesh import (
     LAST_DECREASE,
     STEEPEST_FINE,
     TRIANGLES_PER_AREA,
-    Meshed,
     final_level,
     fine_map,
     finish,
@@ -69,10 +68,10 @@ def constrained_map(
     pins: Pins,
     settings: Settings,
     journal: SolveLog,
-    start: Sketch | None = None,
+    start: MeshMap | None = None,
     *,
     moved: bool = False,
-) -> tuple[Meshed, bool]:
+) -> tuple[MeshMap, bool]:
     """The map in unit coordinates that meets pins, and whether it does; gone on to from an earlier one if given, on a
     new mesh if `moved`.
 
@@ -90,9 +89,9 @@ def constrained_map(
     problem = problem_of(source, target, holes, pins, settings, None if moved else start)
     slides = moved and settings.metric is not None
     if start is not None and len(problem.holes[0]) < len(problem.holes[1]):  # it is they that are filled
-        back, met = solve_from(problem.inverse(), invert(start), settings, journal, slides=slides)
+        back, met = solve_from(problem.inverse(), start.inverse(), settings, journal, slides=slides)
         if met:  # else from scratch: what fills the holes is not in the earlier map, and may be in the way
-            return invert(back), met
+            return back.inverse(), met
     elif start is not None:
         return solve_from(problem, start, settings, journal, slides=slides)
     used, found = coarse_to_fine(problem, journal)
@@ -108,7 +107,7 @@ def constrained_map(
 
 
 def problem_of(
-    source: Curve, target: Curve, holes: Holes, pins: Pins, settings: Settings, start: Sketch | None = None
+    source: Curve, target: Curve, holes: Holes, pins: Pins, settings: Settings, start: MeshMap | None = None
 ) -> UnitProblem:
     """The problem in unit coordinates, with vertices at the pins of its outlines; these are those of an earlier map
     where that follows them. Turning the picture costs nothing where pins say how it is turned."""
@@ -144,7 +143,7 @@ def problem_of(
 
 
 def solve_from(
-    problem: UnitProblem, start: Sketch, settings: Settings, journal: SolveLog, *, slides: bool = False
+    problem: UnitProblem, start: MeshMap, settings: Settings, journal: SolveLog, *, slides: bool = False
 ) -> tuple[DiscreteMap, bool]:
     """The map that goes on from an earlier one, and whether it meets all constraints; where other sizes are asked for,
     material is to get past corners, and the outline `slides`.
@@ -170,7 +169,7 @@ def solve_from(
 
 def free_map(
     source: Curve, target: Curve, holes: Holes, settings: Settings, journal: SolveLog
-) -> tuple[Meshed, Numbers]:
+) -> tuple[MeshMap, Numbers]:
     """The map in unit coordinates, and the numbers of the holes that it does not pass over.
 
     Raises:
@@ -207,15 +206,15 @@ def free_map(
     return state, (kept[0], kept[1])
 
 
-def whole_map(used: UnitProblem, fine_map: Meshed, settings: Settings, journal: SolveLog) -> Meshed:
+def whole_map(used: UnitProblem, fine_map: MeshMap, settings: Settings, journal: SolveLog) -> MeshMap:
     """The map on the final mesh, of what `coarse_to_fine` gives."""
     state = finish(used, fine_map, settings, journal)
-    return invert(state) if used.inverted else state
+    return state.inverse() if used.inverted else state
 
 
 def solve_symmetric(
     problem: UnitProblem, halves: tuple[Half, Half], settings: Settings, journal: SolveLog
-) -> Meshed:
+) -> MeshMap:
     """The map of two symmetric shapes, its own mirror image where that costs little.
 
     Raises:
@@ -391,13 +390,6 @@ def directions(problem: UnitProblem) -> tuple[UnitProblem, ...]:
     return (inverse, problem) if longer else (problem, inverse)
 
 
-def invert(state: Meshed) -> Sketch:
-    """The inverse map."""
-    loops, filled = (tuple(loop.inverse() for loop in each) for each in (state.loops, state.filled))
-    given = state.u, state.z, state.faces, state.border, state.first_pin, state.lines
-    return Sketch(*given, loops, filled, state.weights, state.metrics[::-1])
-
-
 def half_problem(problem: UnitProblem, halves: tuple[Half, Half], settings: Settings) -> UnitProblem:
     """That of the right halves, of area one, the ends of their axes pinned."""
     curves = [Curve(half.curve.z / np.sqrt(half.curve.area)) for half in halves]
@@ -416,7 +408,7 @@ def mirrored_half_map(
     journal: SolveLog,
     *,
     unfinished: bool = False,
-) -> Meshed:
+) -> MeshMap:
     """The map of the right halves, mirrored; carried to the outlines given where those are not quite symmetric.
 
     Raises:
@@ -437,12 +429,12 @@ def mirrored_half_map(
     sides = halves[::-1] if used.inverted else halves
     z, u = (w * np.sqrt(side.curve.area) + side.axis for w, side in zip((z, u), sides))
     weights = None if half.weights is None else np.tile(half.weights, 2)
-    sketch = Sketch(z, u, faces, border, filled=half.filled, weights=weights)
+    sketch = MeshMap.plain(z, u, faces, border, filled=half.filled, weights=weights)
     if used.bays and not exact:
         return whole_map(
             with_bays(problem.inverse() if used.inverted else problem), sketch, settings, journal
         )
-    sketch = invert(sketch) if used.inverted else sketch
+    sketch = sketch.inverse() if used.inverted else sketch
     return sketch if exact else finish(problem, sketch, settings, journal)
 
 
@@ -505,10 +497,10 @@ def with_partners(level: Level, matches: list[Match]) -> list[Match]:
     return [level.with_cut_out(partners.of(match)) for match in matches]
 
 
-def similarity_map(problem: UnitProblem, match: Match, settings: Settings) -> Meshed:
+def similarity_map(problem: UnitProblem, match: Match, settings: Settings) -> MeshMap:
     """The similarity on a mesh."""
     size = np.sqrt(TRIANGLES_PER_AREA / settings.triangles)
     state = Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE).mapped(match)
     turn = rotation(state.z[: state.border], state.u[: state.border])
     loops = state.loops
-    return Sketch(state.z, state.z * turn, state.faces, state.border, loops=loops)
+    return MeshMap.plain(state.z, state.z * turn, state.faces, state.border, loops=loops)

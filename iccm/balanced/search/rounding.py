@@ -14,7 +14,7 @@ from ..holes.given import Holes
 from ..holes.outlines import are_disjoint
 from ..model.discrete_map import folds
 from ..model.frames import begun_farthest
-from .final_mesh import Meshed
+from ..model.mesh_map import MeshMap
 
 GRID = 2.0**-13  # of the root of the area: 1.2e-4, less than the outlines may be off
 ON_GRID = 1e-9  # of the root of the area: vertices this close to the grid were put there
@@ -59,7 +59,7 @@ def _loop_on_grid(z: Complex) -> Complex:
     return z[z != np.roll(z, 1)]
 
 
-def restore_outline(state: Meshed, source: Sequence[Complex], target: Sequence[Complex]) -> Meshed:
+def restore_outline(state: MeshMap, source: Sequence[Complex], target: Sequence[Complex]) -> MeshMap:
     """The map with the vertices of both outlines where they were given, others of its boundary moved along; those
     of the boundary on whose account a triangle would fold, and all where that is not enough, stay where they are."""
     loops = [state.outer, *(loop.vertices for loop in (*state.loops, *state.filled))]

@@ -16,9 +16,9 @@ from ..model.boundary_mesh import weights_of
 from ..model.boundary_pairs import Pairs, loops_of
 from ..model.discrete_map import GOOD_ENOUGH, DiscreteMap, folds
 from ..model.inner_constraints import InnerConstraints
+from ..model.mesh_map import MeshMap
 from ..model.outline import Outline, simplify
 from ..model.outline_split import split_at_vertices
-from ..model.sketch import Sketch
 from .final_mesh import TRIANGLES_PER_AREA, on_finer
 from .homotopy import satisfy_constraints
 from .levels import (
@@ -40,7 +40,7 @@ and when it is gone on from: it stays where it was seen."""
 FEWER = 0.5  # of the triangles that the last mesh is to have: an earlier map's mesh with fewer is made anew
 
 
-def continue_from(level: Level, start: Sketch) -> DiscreteMap:
+def continue_from(level: Level, start: MeshMap) -> DiscreteMap:
     """The earlier map with the problem's constraints met, or as close as they got; itself where it meets them.
 
     Raises:
@@ -55,13 +55,13 @@ def continue_from(level: Level, start: Sketch) -> DiscreteMap:
     return _constrained(level, state).relaxed()
 
 
-def met_on_its_mesh(level: Level, start: Sketch) -> DiscreteMap | None:
+def met_on_its_mesh(level: Level, start: MeshMap) -> DiscreteMap | None:
     """The earlier map itself, if it meets the level's constraints as `on_its_mesh`."""
     state = on_its_mesh(level, start)
     return state if state is not None and state.miss == 0 else None
 
 
-def slide_anew(level: Level, start: Sketch) -> DiscreteMap:
+def slide_anew(level: Level, start: MeshMap) -> DiscreteMap:
     """The earlier map with its outline slid to rest, on a level with smooth outlines. Corners hold their vertices, in
     both shapes where two of them meet, and nothing gets past until they are released and pinned again on a new mesh.
 
@@ -88,7 +88,7 @@ def _constrained(level: Level, state: DiscreteMap) -> DiscreteMap:
 
 
 def outlines_followed(
-    start: Sketch, source: Curve, target: Curve, holes: Holes, tolerance: float
+    start: MeshMap, source: Curve, target: Curve, holes: Holes, tolerance: float
 ) -> tuple[Curve, Curve, Holes] | None:
     """The outlines as an earlier map follows them; None where it does not. Simplified anew they would have other
     corners, at which its mesh has no vertices."""
@@ -117,7 +117,7 @@ def _followed(rim: Complex, given: Curve, near: float) -> Curve | None:
     return curve if away <= near else None
 
 
-def on_its_mesh(level: Level, start: Sketch) -> DiscreteMap | None:
+def on_its_mesh(level: Level, start: MeshMap) -> DiscreteMap | None:
     """The earlier map itself, if its outlines are the level's, all pins are among its vertices, and it has enough
     triangles; None if not."""
     problem = level.problem
@@ -159,8 +159,11 @@ def on_its_mesh(level: Level, start: Sketch) -> DiscreteMap | None:
     loops = loops_of(sizes, first)
     holes = MeshHoles(tuple(outlines[1:]), start.loops, loops)
     return DiscreteMap(
-        *(faces, system_of(faces, np.concatenate(following), order.size), z, start.u[order]),
-        MatchedBoundary(level.source, level.target, pairs, anchored, holes=holes),
+        faces,
+        z,
+        start.u[order],
+        boundary=MatchedBoundary(level.source, level.target, pairs, anchored, holes=holes),
+        pattern=system_of(faces, np.concatenate(following), order.size),
         inside=InnerConstraints.of_pins(problem.pins),
         bound=True,
         weights=weights_of(z, faces, [z[loop.vertices] for loop in loops]) if loops else None,
@@ -178,7 +181,7 @@ def _pairs_on(source: Outline, target: Outline, z: Complex, u: Complex) -> Pairs
     return Pairs(s, tau, at_source, at_target) if whole else None
 
 
-def _kept_first(start: Sketch, pins: Complex, filled: list[Index]) -> Index | None:
+def _kept_first(start: MeshMap, pins: Complex, filled: list[Index]) -> Index | None:
     """An order of the vertices with those of pins, then those of filled holes, right after the outline's; None if a pin
     has none."""
     away = np.abs(start.z[start.border :] - pins[:, None])

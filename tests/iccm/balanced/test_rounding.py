@@ -5,7 +5,7 @@ import pytest
 
 import iccm
 from iccm.balanced.holes.given import NONE, Holes
-from iccm.balanced.model.sketch import Sketch
+from iccm.balanced.model.mesh_map import MeshMap
 from iccm.balanced.search.rounding import GRID, on_grid, restore_outline, rounded
 from iccm.curve import Curve
 from tests.shapes import arrow, ell
@@ -62,7 +62,7 @@ def test_a_boundary_is_put_back_vertex_by_vertex():
     z, faces = strip(0.25)
     corners = z[[0, 2, 3, 5]]
     given = corners + 0.4 * GRID * np.array([1, 1j, -1, -1j])
-    state = restore_outline(Sketch(z, z, faces, 6), [given], [corners])
+    state = restore_outline(MeshMap.plain(z, z, faces, 6), [given], [corners])
     assert np.array_equal(state.z[[0, 2, 3, 5]], given) and np.array_equal(state.u, z)
     assert state.z[1] == pytest.approx(0.5 * (given[0] + given[1]), abs=1e-12)
     assert state.z[4] == pytest.approx(0.5 * (given[2] + given[3]), abs=1e-12)
@@ -74,7 +74,7 @@ def test_outlines_stay_where_they_would_fold_and_pins_are_put_back(height, stay)
     z = np.append(SQUARE, [0.5 + height * GRID * 1j, 0.5 + 0.5j])
     faces = np.array([[0, 1, 4], [1, 5, 4], [0, 4, 5], [1, 2, 5], [2, 3, 5], [3, 0, 5]])
     given, pin = SQUARE + 0.4 * GRID * 1j, 0.5 + 0.5j + 0.3 * GRID
-    state = restore_outline(Sketch(z, z, faces, 4), [given, [pin]], [SQUARE, [pin]])
+    state = restore_outline(MeshMap.plain(z, z, faces, 4), [given, [pin]], [SQUARE, [pin]])
     expected = given.copy()
     expected[stay] = SQUARE[stay]
     assert np.array_equal(state.z[:4], expected) and state.z[5] == state.u[5] == pin

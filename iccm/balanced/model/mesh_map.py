@@ -1,0 +1,115 @@
+"""A piecewise linear map between meshes of two domains: what every stage of a solve has in common."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...arrays import Complex, Index, Real
+from ...maps.triangulated.patches import NO_LINES
+from .boundary import Boundary, MeshHoles, PlainBoundary
+from .boundary_pairs import Loop
+from .inner_constraints import InnerConstraints
+from .metric import PLANES, Metrics
+
+NONE_INSIDE = InnerConstraints.of_pins(np.empty((0, 2), np.complex128))
+
+
+@dataclass(frozen=True, eq=False)
+class MeshMap:
+    """A mesh of the source, its image, what both have on their boundaries, and the metrics of both.
+
+    Vertices of the outlines come first, then those of constraints inside, then those of filled holes.
+
+    Attributes:
+        faces: (m, 3) counter-clockwise triangles.
+        z: (n,) vertices in the source.
+        u: (n,) their images.
+        boundary: what is known of the vertices on the outlines.
+        inside: the constraints inside.
+        bound: whether their vertices are held by them; if not, they are like any others.
+        weights: (m,) 1, FILLED and BAY for voids, triangles in holes without a partner and in bays, and PASSED_OVER for
+            those in holes of a surface (`discrete_map`); None where there are none.
+        metrics: of surfaces that the planes of source and target stand for.
+    """
+
+    faces: Index
+    z: Complex
+    u: Complex
+    boundary: Boundary
+    inside: InnerConstraints = NONE_INSIDE
+    bound: bool = False
+    weights: Real | None = None
+    metrics: Metrics = PLANES
+
+    @classmethod
+    def plain(
+        cls,
+        z: Complex,
+        u: Complex,
+        faces: Index,
+        border: int,
+        *,
+        loops: tuple[Loop, ...] = (),
+        filled: tuple[Loop, ...] = (),
+        weights: Real | None = None,
+        metrics: Metrics = PLANES,
+    ) -> "MeshMap":
+        """Return a map without constraints, of whose boundary no more is known than which vertices it has.
+
+        Args:
+            z: (n,) vertices, those of the outlines first.
+            u: (n,) their images.
+            faces: (m, 3) triangles.
+            border: how many vertices are on the outlines.
+            loops: outlines of holes.
+            filled: those of holes without a partner.
+            weights: see the class.
+            metrics: see the class.
+        """
+        boundary = PlainBoundary(border, MeshHoles(loops=loops, filled=filled))
+        return MeshMap(faces, z, u, boundary, weights=weights, metrics=metrics)
+
+    @property
+    def border(self) -> int:
+        """How many vertices are on the outlines, those of holes included."""
+        return self.boundary.size
+
+    @property
+    def outer(self) -> slice:
+        """The vertices of the outer loop."""
+        return self.boundary.slices[0]
+
+    @property
+    def loops(self) -> tuple[Loop, ...]:
+        """The outlines of holes."""
+        return self.boundary.holes.loops
+
+    @property
+    def filled(self) -> tuple[Loop, ...]:
+        """Those of holes without a partner."""
+        return self.boundary.holes.filled
+
+    @property
+    def material(self) -> Index:
+        """The triangles that are not in filled holes."""
+        return self.faces if self.weights is None else self.faces[self.weights == 1]
+
+    @property
+    def first_pin(self) -> int:
+        """The vertex of the first pin inside."""
+        return self.border + int(np.count_nonzero(self.inside.own >= 0))
+
+    @property
+    def lines(self) -> Index:
+        """(l, 2) vertices of the edges of strokes that are met."""
+        if not self.bound:
+            return NO_LINES
+        return self.inside.lines_with(self.z[: self.border])
+
+    def inverse(self) -> "MeshMap":
+        """Return the inverse map. It is for results and for other meshes: of its boundary no more is known than which
+        vertices it has, since filled holes are held in the source alone."""
+        boundary = PlainBoundary(self.border, self.boundary.holes.inverse()._replace(outlines=()))
+        inside = self.inside.inverse(self.z[: self.border], self.u[: self.border])
+        metrics = self.metrics[1], self.metrics[0]
+        return MeshMap(self.faces, self.u, self.z, boundary, inside, self.bound, self.weights, metrics)
