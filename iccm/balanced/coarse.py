@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Complex, Flags, Index
+from ..arrays import Flags
 from ..curve import Curve
 from ..errors import InputError
 from ..plane import Similarity
@@ -15,6 +15,7 @@ from .errors import Stuck
 from .holes.given import NONE, Holes
 from .model.discrete_map import BAY, FILLED, DiscreteMap
 from .model.frames import frames_of, unit_curve
+from .model.mesh_map import MeshMap
 from .model.settings import Settings, SolveLog
 from .search import multilevel
 from .search.levels import UnitProblem
@@ -25,17 +26,20 @@ class CoarseMap(NamedTuple):
     """A map on a coarse mesh, in the coordinates given.
 
     Attributes:
-        z, u: (n,) vertices and their images.
-        faces: (m, 3) triangles, counterclockwise.
-        voids: (m,) which triangles fill bays or holes, and are left out of the map.
+        map: the map, with weights for the triangles that fill bays or holes.
         turning: the cost of rotating the picture, a factor.
     """
 
-    z: Complex
-    u: Complex
-    faces: Index
-    voids: Flags
+    map: MeshMap
     turning: float
+
+    @property
+    def voids(self) -> Flags:
+        """(m,) which triangles fill bays or holes, and are left out of the map."""
+        weights = self.map.weights
+        if weights is None:
+            return np.zeros(len(self.map.faces), bool)
+        return (weights == FILLED) | (weights == BAY)
 
 
 def coarse_map(source: Curve, target: Curve, settings: Settings, *, most: float = np.inf) -> CoarseMap | None:
@@ -78,14 +82,10 @@ def _solved(
         size = multilevel.coarse_size(used)
         state: DiscreteMap = multilevel.coarse_map(used, size, SolveLog(), elastic=plain, most=most)
         z, u = (state.u, state.z) if used.inverted else (state.z, state.u)
-        weights = np.ones(len(state.faces)) if state.weights is None else state.weights
-        # what was solved for mirrored is conjugated by `world`, after which its triangles would run clockwise
+        # what was solved for mirrored is mirrored back, after which its triangles would run clockwise
         faces = state.faces[:, ::-1] if frames[0].mirrored else state.faces
-        return CoarseMap(
-            frames[0].pull_back(z),
-            frames[1].pull_back(u),
-            faces,
-            (weights == FILLED) | (weights == BAY),
-            used.energy.rotation_cost(state.turn),
+        map = MeshMap.plain(
+            frames[0].pull_back(z), frames[1].pull_back(u), faces, state.border, weights=state.weights
         )
+        return CoarseMap(map, used.energy.rotation_cost(state.turn))
     return None

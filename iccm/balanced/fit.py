@@ -145,9 +145,8 @@ def solve_once(
             moved=moved,
             softness=softness,
         )
-    map = TriangulatedMap(found.source, found.image, found.faces, found.loops)
-    linear = in_regions(map, found.rigid, of_target=found.rigid_of_target)
-    map = straighten_lines(map, found.lines, linear)
+    linear = in_regions(found.map, found.rigid, of_target=found.rigid_of_target)
+    map = straighten_lines(found.map, found.lines, linear)
     map = bounds.straighten_beyond_bounds(map, settings.max_dilatation, settings.max_stretch)
     drawn = bounds.meets_bounds(map, settings.max_dilatation, settings.max_stretch)
     fit = result_of(problem, found, map, (holes, pins), settings, drawn=drawn)
@@ -202,7 +201,7 @@ def solve_inverse(
         [(there, here) for here, there in strokes],
         swapped,
         numbers,
-        start and TriangulatedMap(start.image, start.source, start.faces, start.loops),
+        start and start.linear_inverse(),
         rigid,
         moved=moved,
     )
@@ -316,23 +315,21 @@ def deform(problem: Problem, options: Options, start: TriangulatedMap | None = N
         given = given.without(patches.points[:, 0])
     regions = regions_of(problem.rigid, source, holes, pins, strokes) if problem.rigid else NO_REGIONS
     found = deforming.solve(source, given, settings, start, holes, regions, patches)
-    faces = found.faces
+    map = found.map
     if not found.simple:
         bottom = pins[0, 0] if len(pins) else strokes[0][0].z[0]
-        faces = faces[drawing_order(found.source[faces].mean(axis=1), bottom)]
+        map = replace(map, faces=map.faces[drawing_order(map.source[map.faces].mean(axis=1), bottom)])
         said.append(LAYERED.format("first pin" if len(pins) else "beginning of the first stroke"))
-    map = TriangulatedMap(found.source, found.image, faces, found.loops)
     map = straighten_lines(map, found.lines, in_regions(map, regions.polygons))
     map = bounds.straighten_beyond_bounds(map, settings.max_dilatation, settings.max_stretch)
-    bounded = found.bounded and bounds.meets_bounds(map, settings.max_dilatation, settings.max_stretch)
+    bounded = found.reached and bounds.meets_bounds(map, settings.max_dilatation, settings.max_stretch)
     ended = Status.BOUNDS if not bounded else Status.MET if found.simple else Status.OVERLAP
     met = found.met and near_places(map, patches.points, patches.softness.tolerances)
     rigid = [Region.of(map, rings) for rings in regions.polygons]
     status = Status.PINS if not met else ended if all(bone.is_rigid for bone in rigid) else Status.BENT
     said.extend(soft_pin_notes(map, patches.points))
-    return Fit(
-        map, status, found.energies, source, None, pins, strokes, said, source_holes=holes, rigid=rigid
-    )
+    energies = [{"total": energy} for energy in found.energies]
+    return Fit(map, status, energies, source, None, pins, strokes, said, source_holes=holes, rigid=rigid)
 
 
 def drawing_order(middles: Complex, bottom: complex) -> Index:

@@ -24,6 +24,7 @@ from ..arrays import Complex, Index
 from ..balanced.coarse import CoarseMap, coarse_filled, coarse_holed, coarse_map
 from ..balanced.holes.given import Holes
 from ..balanced.model.measures import stretch_quantile
+from ..balanced.model.mesh_map import MeshMap
 from ..balanced.model.settings import Settings
 from ..balanced.search.candidates import HOPELESS
 from ..drawings.cost import LOST, price
@@ -157,7 +158,7 @@ class _Judge:
         if (
             max(shown.hidden, shown.bare) <= GOOD_LOST
             and found.cost <= GOOD_COST
-            and stretch_quantile(*_of_area_one(coarse), 0.95) <= GOOD_STRETCH
+            and stretch_quantile(*_of_area_one(coarse.map), 0.95) <= GOOD_STRETCH
         ):
             self._good.add(found)
         return found
@@ -171,9 +172,9 @@ class _Judge:
         them."""
         source, target = self.source.region, self.target.region
         shown = seen(
-            coarse.z,
-            coarse.u,
-            coarse.faces[~coarse.voids],
+            coarse.map.z,
+            coarse.map.u,
+            coarse.map.faces[~coarse.voids],
             source,
             target,
             covering=self._covering,
@@ -181,7 +182,7 @@ class _Judge:
         )
         if not coarse.voids.any():
             return shown
-        corners = coarse.u[coarse.faces[coarse.voids]]
+        corners = coarse.map.u[coarse.map.faces[coarse.voids]]
         triangles = shapely.polygons(np.stack([corners.real, corners.imag], axis=-1))
         slits = shapely.union_all(shapely.make_valid(triangles))
         # both sides of a slit are its boundary
@@ -242,10 +243,10 @@ class _FrameSearch:
                 best = min(neighbours, key=lambda pair: self._costs[pair])
 
 
-def _of_area_one(coarse: CoarseMap) -> tuple[Complex, Complex, Index]:
+def _of_area_one(map: MeshMap) -> tuple[Complex, Complex, Index]:
     """Return a map between regions of area one, which stretches are relative to."""
-    z, u = (w / np.sqrt(np.abs(triangle_areas(w[coarse.faces])).sum()) for w in (coarse.z, coarse.u))
-    return z, u, coarse.faces
+    z, u = (w / np.sqrt(np.abs(triangle_areas(w[map.faces])).sum()) for w in (map.z, map.u))
+    return z, u, map.faces
 
 
 def may_pair(source: Drawing, target: Drawing) -> bool:

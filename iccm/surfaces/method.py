@@ -49,12 +49,10 @@ def solve(problem: Problem, options: Options, layouts: Layouts, start: Triangula
     except NoMapError:  # found in even layouts, it folds in the user's, or none was found
         asked = asked.as_given
         found, exact = _solve(asked, start)
-    map = TriangulatedMap(found.source, found.image, found.faces, found.loops)
-    map = (
-        replace(map, bulge=np.zeros(len(map.edges.ends), complex))
-        if exact
-        else fit.straighten_lines(map, found.lines)
-    )
+    if exact:  # linear on the surface's own triangles
+        map = replace(found.map, bulge=np.zeros(len(found.map.edges.ends), complex))
+    else:
+        map = fit.straighten_lines(found.map, found.lines)
     laid = None
     if asked.regions:
         outlines, flat = rigid.laid_by_themselves(

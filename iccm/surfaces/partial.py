@@ -8,7 +8,6 @@ import numpy as np
 from ..balanced import fit, method
 from ..balanced.injectivity import refuse_folds
 from ..balanced.model.settings import Solution
-from ..maps.triangulated.map import TriangulatedMap
 from ..options import Options
 from ..problem import Problem
 from ..result import Fit
@@ -23,8 +22,7 @@ def solve(problem: Problem, options: Options, layouts: Layouts) -> Fit | None:
     """
     asked = SurfaceProblem.of(problem, options, layouts)
     found = _solve(asked)
-    map = TriangulatedMap(found.source, found.image, found.faces, found.loops)
-    result = fit.result_of(problem, found, map, (asked.holes, asked.points), asked.settings, drawn=True)
+    result = fit.result_of(problem, found, found.map, (asked.holes, asked.points), asked.settings, drawn=True)
     if fit.loses_too_much(result, options):
         return None
     result.notes.extend(fit.coverage_notes(result))
@@ -38,8 +36,9 @@ def _solve(asked: SurfaceProblem) -> Solution:
     strokes = [(stroke.source, stroke.target) for stroke in pins.strokes]
     outlines = sides[0].solved[0], sides[1].solved[0]
     found = method.solve(*outlines, asked.settings, points, strokes, asked.inner_holes)
-    z, u = (side.outward(w, side.is_on(w)) for side, w in zip(sides, (found.source, found.image)))
+    map = found.map
+    z, u = (side.outward(w, side.is_on(w)) for side, w in zip(sides, (map.source, map.image)))
     for name, w in (("source", z), ("image", u)):
-        refuse_folds(name, w, found.faces)
+        refuse_folds(name, w, map.faces)
     filled = found.filled and (sides[0].loop_outward(found.filled[0]), sides[1].loop_outward(found.filled[1]))
-    return replace(found, source=z, image=u, filled=filled)
+    return replace(found, map=replace(map, source=z, image=u), filled=filled)

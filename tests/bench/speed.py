@@ -110,7 +110,7 @@ def growth() -> None:
     for wanted in (2000, 6000, 20_000, 60_000, 200_000):
         start = time.process_time()
         found = method.solve(uneven, Curve(star(400, 3)), Settings(triangles=wanted))
-        rows.append((len(found.faces), time.process_time() - start))
+        rows.append((len(found.map.faces), time.process_time() - start))
     table(rows)
     coarse = rows[0][1]
     grown = exponent(*[(count, seconds - coarse) for count, seconds in rows[-2:]])

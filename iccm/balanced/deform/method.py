@@ -6,7 +6,7 @@ to where its pins fit best, and bent from there on a coarse mesh, then on the on
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -24,8 +24,9 @@ from ..meshing.transfer import interpolate
 from ..model.discrete_map import DiscreteMap, folds
 from ..model.energy import Energy
 from ..model.frames import frame_of, unit_curve, unit_ring
+from ..model.mesh_map import MeshMap
 from ..model.outline import manageable
-from ..model.settings import Settings
+from ..model.settings import Settings, Solution
 from ..rigid.given import NO_REGIONS, Regions, aims_of
 from ..rigid.solve import Rigid, harden
 from ..search.final_mesh import excesses, meet_bounds_by
@@ -46,36 +47,6 @@ STIFFENINGS, MOST_STIFFENED = 6, 10.0
 RELEASES = 3  # meshes on which ends of strokes find their places
 
 
-Start = tuple[Complex, Complex, Index]  # vertices, images and triangles of an earlier map
-
-
-@dataclass(frozen=True, eq=False)
-class Deformation:
-    """A locally one-to-one map of a shape.
-
-    Attributes:
-        source: (n,) vertices in the shape.
-        image: (n,) their images.
-        faces: (m, 3) triangles, counter-clockwise in both, exactly.
-        loops: vertices of the outlines, the outer one counter-clockwise and first, those of holes clockwise.
-        lines: (l, 2) vertices of the edges of strokes.
-        energies: at the end of each level.
-        met: whether all pins and strokes are met.
-        simple: whether the outlines overlap neither themselves nor each other.
-        bounded: whether the bounds on dilatation and stretch are met.
-    """
-
-    source: Complex
-    image: Complex
-    faces: Index
-    loops: tuple[Index, ...]
-    lines: Index
-    energies: list[dict[str, float]]
-    met: bool
-    simple: bool
-    bounded: bool
-
-
 def solve(
     source: Curve,
     pins: Pins,
@@ -84,7 +55,7 @@ def solve(
     holes: Sequence[Curve] = (),
     regions: Regions = NO_REGIONS,
     patches: PinnedPatches = NO_PATCHES,
-) -> Deformation:
+) -> Solution:
     """The deformation of a domain by pins and strokes, from an earlier one on if there is one.
 
     Args:
@@ -110,10 +81,7 @@ def solve(
         levels = refine(outlines, given, settings, None if start is None else _in(frame, start), bones)
     except Stuck as error:
         raise NoMapError(f"deform: {error}") from None
-    found = _deformation(levels, frame, pins)
-    last = levels[-1]
-    over = excesses(last.z, last.u / scale_of(last), last.faces, settings)
-    return replace(found, bounded=bool(over.max() <= 1))
+    return _solution(levels, frame, pins, settings)
 
 
 def _outlines(curves: Sequence[Curve], points: Complex, settings: Settings) -> list[Curve]:
@@ -130,7 +98,7 @@ def refine(
     outlines: Sequence[Curve],
     pins: Pins,
     settings: Settings,
-    start: Start | None,
+    start: MeshMap | None,
     bones: Regions = NO_REGIONS,
 ) -> list[DiscreteMap]:
     """The deformation on one mesh after the other, the last one fine."""
@@ -139,7 +107,7 @@ def refine(
     if start is None:
         levels = [roughly(outlines, pins, energy, max(COARSE, size))]
         rough = levels[0].forward(1.0, FORWARD, SETTLED, corners=False) if pins.strokes else levels[0]
-        start, drawn = (rough.z, rough.u, rough.faces), rough.inside.matches
+        start, drawn = rough, rough.inside.matches
     else:
         drawn = aim_feet(
             pins.strokes, start_from(mesh_of(outlines, pins, energy, size), start), EVENED
@@ -181,9 +149,7 @@ def roughly(outlines: Sequence[Curve], pins: Pins, energy: Energy, size: float) 
     state = relax(satisfy_constraints(state, MOVING_STEPS, SETTLED), 1.0)
     for _ in range(RELEASES if any(not all(stroke.sticks) for stroke in pins.strokes) else 0):
         freed = state.forward(1.0, FORWARD, SETTLED, corners=False)
-        new = start_from(
-            mesh_of(outlines, pins, energy, size, freed.inside.matches), (freed.z, freed.u, freed.faces)
-        )
+        new = start_from(mesh_of(outlines, pins, energy, size, freed.inside.matches), freed)
         new = relax(satisfy_constraints(new, MOVING_STEPS, SETTLED), 1.0)
         if new.miss > 0 or new.value > (1 - ROUND_DECREASE) * state.value:
             break
@@ -196,10 +162,10 @@ def scale_of(state: DiscreteMap) -> float:
     return float(np.sqrt(abs(sum(Curve(state.u[loop]).area for loop in state.boundary.slices))))
 
 
-def start_from(state: DiscreteMap, start: Start) -> DiscreteMap:
+def start_from(state: DiscreteMap, start: MeshMap) -> DiscreteMap:
     """The mesh with the images of an earlier map; moved as a whole only, where those fold."""
     try:
-        return transfer(state, *start)
+        return transfer(state, start)
     except Stuck:
         return rigid_motion(state)
 
@@ -228,15 +194,17 @@ def relax(state: DiscreteMap, q: float) -> DiscreteMap:
     return resting if state.miss == 0 else resting.with_goals(goals)
 
 
-def transfer(state: DiscreteMap, z: Complex, u: Complex, faces: Index) -> DiscreteMap:
-    """The mesh of `state` with the images of another map of the shape, z -> u; of a map on the same mesh, those.
+def transfer(state: DiscreteMap, start: MeshMap) -> DiscreteMap:
+    """The mesh of `state` with the images of another map of the shape; of a map on the same mesh, those.
 
     Raises:
         Stuck: folds remain.
     """
-    same = z.size == state.z.size and len(faces) == len(state.faces) and np.abs(z - state.z).max() < SAME
-    same = same and np.array_equal(_sorted(faces), _sorted(state.faces))
-    new = replace(state, u=u.copy() if same else interpolate(z, faces, u, state.z))
+    same = start.z.size == state.z.size and len(start.faces) == len(state.faces)
+    same = same and np.abs(start.z - state.z).max() < SAME
+    same = same and np.array_equal(_sorted(start.faces), _sorted(state.faces))
+    u = start.u.copy() if same else interpolate(start.z, start.faces, start.u, state.z)
+    new = replace(state, u=u)
     if not folds(new.faces, new.u):
         return new
     return new.held().unfolded(harmonic=False).with_goals(new.goals)
@@ -246,11 +214,13 @@ def _sorted(faces: Index) -> Index:
     return faces[np.lexsort(faces.T)]
 
 
-def _in(frame: Similarity, start: TriangulatedMap) -> Start:
-    return frame(start.source), frame(start.image), start.faces
+def _in(frame: Similarity, start: TriangulatedMap) -> MeshMap:
+    """An earlier deformation in unit coordinates."""
+    border = sum(loop.size for loop in start.loops)
+    return MeshMap.plain(frame(start.source), frame(start.image), start.faces, border)
 
 
-def _deformation(levels: list[DiscreteMap], frame: Similarity, pins: Pins) -> Deformation:
+def _solution(levels: list[DiscreteMap], frame: Similarity, pins: Pins, settings: Settings) -> Solution:
     """The map in the given coordinates, checked there."""
     state = levels[-1]
     z, u = frame.pull_back(state.z), frame.pull_back(state.u)
@@ -259,7 +229,14 @@ def _deformation(levels: list[DiscreteMap], frame: Similarity, pins: Pins) -> De
     injectivity.refuse_folds("source", z, state.faces)
     injectivity.refuse_folds("image", u, state.faces)
     injectivity.refuse_touching("source", *(z[loop] for loop in loops))
-    energies = [{"total": level.value} for level in levels]
     images = [u[loop] for loop in loops]
     simple = injectivity.is_simple(images[0]) and not (len(images) > 1 and fault(images))
-    return Deformation(z, u, state.faces, loops, state.lines, energies, state.miss == 0, simple, True)
+    over = excesses(state.z, state.u / scale_of(state), state.faces, settings)
+    return Solution(
+        TriangulatedMap(z, u, state.faces, loops),
+        [level.value for level in levels],
+        reached=bool(over.max() <= 1),
+        met=state.miss == 0,
+        simple=simple,
+        lines=state.lines,
+    )

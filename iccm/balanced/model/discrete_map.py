@@ -63,6 +63,7 @@ class DiscreteMap(MeshMap):
         aims: (k,) complex, the derivative that each region is to have.
         stiffness: weight of the regions' triangles.
         flat: (n,) where the vertices of regions of a surface lie, each laid flat by itself; None in the plane.
+        cores: of each soft pin the vertices at its core, which have places in the pattern.
     """
 
     boundary: HeldBoundary

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ...arrays import Complex, Index, Real
+from ...maps.triangulated.map import TriangulatedMap
 from ...maps.triangulated.patches import NO_LINES
 from .energy import Energy
 from .metric import Metric
@@ -62,43 +63,39 @@ class Settings:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """A piecewise linear one-to-one map.
+    """A map that was found, in the given coordinates, and how the search ended.
 
     Attributes:
-        source: (n,) vertices in the source's plane.
-        image: (n,) their images.
-        faces: (m, 3) triangles, counter-clockwise in both planes, exactly.
-        loops: boundary vertices, outer loop first and counter-clockwise.
-        energy: at q = 1, areas taken as one, without the outline's term.
+        map: the map, one-to-one on its triangles, which are counter-clockwise in both planes, exactly.
         energies: at the end of each level.
+        reached: whether tolerance and bounds are met.
+        met: whether all pins and strokes are met.
+        simple: whether the image's outlines overlap neither themselves nor each other; only deformations may.
+        energy: at q = 1, areas taken as one, without the outline's term.
         turn: radians by which the picture is turned on average.
         gap: two-sided distance of the image's outline from the target, of its diagonal.
         source_gap: that of the mesh's outline from the source.
-        reached: whether tolerance and bounds are met.
         notes: sentences on what was decided on the way.
-        met: whether all pins and strokes are met.
         lines: (l, 2) vertices of the edges of strokes, which go straight to straight lines.
+        partners: for each loop but the first, which hole of the source and of the target it is; -1 for a slit.
         holes: numbers of the holes of the source and of the target that the map does not pass over; None for all.
         filled: where bays are filled, the outer outline with them in the source and in the image.
-        partners: for each loop but the first, which hole of the source and of the target it is; -1 for a slit.
         rigid: outlines of rigid regions and of holes in them.
         rigid_of_target: whether these are regions of the target.
         soft_pins: (k, 2) pins that need not be met exactly.
         tolerances: (k,) how far these may miss their places.
     """
 
-    source: Complex
-    image: Complex
-    faces: Index
-    loops: tuple[Index, ...]
-    energy: float
+    map: TriangulatedMap
     energies: list[float]
-    turn: float
-    gap: float
-    source_gap: float
     reached: bool
-    notes: list[str] = field(default_factory=list)
     met: bool = True
+    simple: bool = True
+    energy: float = np.nan
+    turn: float = 0.0
+    gap: float = 0.0
+    source_gap: float = 0.0
+    notes: list[str] = field(default_factory=list)
     lines: Index = field(default_factory=lambda: NO_LINES)
     partners: tuple[tuple[int, int], ...] = ()
     holes: tuple[tuple[int, ...], tuple[int, ...]] | None = None
@@ -112,8 +109,7 @@ class Solution:
         """The inverse map; rigid regions of one side are regions of the other side of the other."""
         return replace(
             self,
-            source=self.image,
-            image=self.source,
+            map=self.map.linear_inverse(),
             turn=-self.turn,
             gap=self.source_gap,
             source_gap=self.gap,

@@ -194,6 +194,11 @@ class TriangulatedMap:
         w = d * self.image + e * self.image.conj() + f
         return replace(self, source=z, image=w, bulge=a * self.bulges + b * self.bulges.conj())
 
+    def linear_inverse(self) -> "TriangulatedMap":
+        """The map that takes each triangle of the image linearly to that of the source: at vertices, and where this map
+        is linear, the inverse; with patches of its own elsewhere."""
+        return TriangulatedMap(self.image, self.source, self.faces, self.loops)
+
     @cached_property
     def injectivity(self) -> Certificate:
         """What is certain about the map being one-to-one."""

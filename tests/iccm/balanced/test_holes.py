@@ -62,18 +62,20 @@ def area(z, faces):
 
 
 def check(solution, source, target):
-    assert len(solution.loops) == 1 + len(target[1])
-    for side, (w, (outer, holes)) in enumerate(zip((solution.source, solution.image), (source, target))):
-        assert (orientation(*w[solution.faces].T) > 0).all() and fault(
-            [w[loop] for loop in solution.loops]
+    assert len(solution.map.loops) == 1 + len(target[1])
+    for side, (w, (outer, holes)) in enumerate(
+        zip((solution.map.source, solution.map.image), (source, target))
+    ):
+        assert (orientation(*w[solution.map.faces].T) > 0).all() and fault(
+            [w[loop] for loop in solution.map.loops]
         ) == ""
-        assert hausdorff(Curve(w[solution.loops[0]]), outer) <= 5e-4 * outer.diagonal
-        for loop, partners in zip(solution.loops[1:], solution.partners):
+        assert hausdorff(Curve(w[solution.map.loops[0]]), outer) <= 5e-4 * outer.diagonal
+        for loop, partners in zip(solution.map.loops[1:], solution.partners):
             if partners[side] >= 0:
                 assert hausdorff(Curve(w[loop]), holes[partners[side]]) <= 5e-4 * outer.diagonal
     assert sorted(j for _, j in solution.partners) == list(range(len(target[1])))
     rim = outer.area + sum(hole.area for hole in target[1])
-    assert area(solution.image, solution.faces) == pytest.approx(rim, rel=2e-3)
+    assert area(solution.map.image, solution.map.faces) == pytest.approx(rim, rel=2e-3)
 
 
 @pytest.mark.parametrize("name", PAIRS)
@@ -98,7 +100,9 @@ def test_a_hole_may_have_two_corners():
 def test_the_inverse_has_the_same_energy():
     there, back = solved(FACE, MASK), solved(MASK, FACE)
     assert there.energy == pytest.approx(back.energy, rel=0.02)
-    assert there.energy == pytest.approx(energy_of(there.image, there.source, there.faces), rel=1e-9)
+    assert there.energy == pytest.approx(
+        energy_of(there.map.image, there.map.source, there.map.faces), rel=1e-9
+    )
 
 
 @pytest.mark.slow
@@ -111,16 +115,17 @@ def test_partners_are_the_closest_unless_told():
 
 def test_holes_without_a_partner_all_but_vanish():
     solution = solved(OFF, DISC)
-    inside = Curve(OFF[1][0].z).contains(solution.source[solution.faces].mean(axis=1))
+    inside = Curve(OFF[1][0].z).contains(solution.map.source[solution.map.faces].mean(axis=1))
     assert inside.any() and not solution.partners
     shares = [
-        area(w, solution.faces[inside]) / area(w, solution.faces) for w in (solution.source, solution.image)
+        area(w, solution.map.faces[inside]) / area(w, solution.map.faces)
+        for w in (solution.map.source, solution.map.image)
     ]
     assert shares[0] == pytest.approx(0.115, abs=2e-3)
     assert shares[1] / shares[0] < 0.05  # a void of 2 % is at rest (VOID)
     slit = solved(DISC, OFF)
-    (loop,) = slit.loops[1:]
-    assert slit.partners == ((-1, 0),) and 0 < -Curve(slit.source[loop]).area < 0.013 * DISC[0].area
+    (loop,) = slit.map.loops[1:]
+    assert slit.partners == ((-1, 0),) and 0 < -Curve(slit.map.source[loop]).area < 0.013 * DISC[0].area
 
 
 def test_similar_domains_have_the_similarity():
@@ -130,7 +135,7 @@ def test_similar_domains_have_the_similarity():
         tuple(Curve(factor * hole.z + shift) for hole in FACE[1][::-1]),
     )
     solution = solved(FACE, moved, replace(SMALL, turn=None))
-    assert np.abs(factor * solution.source + shift - solution.image).max() < 1e-8
+    assert np.abs(factor * solution.map.source + shift - solution.map.image).max() < 1e-8
     assert solution.partners == ((2, 0), (1, 1), (0, 2)) and solution.energy == pytest.approx(1, abs=1e-9)
     other = FACE[0], tuple(Curve(hole.z + 0.02) for hole in FACE[1])
     assert solved(FACE, other).energy > 1 + 1e-5
@@ -310,6 +315,6 @@ def test_a_hole_that_opens_from_a_slit_has_every_kink_of_its_outline():
     round_hole = 0.5 * np.exp(2j * np.pi * np.arange(90) / 90)
     given = domain(STEPS, round_hole)
     found = solved(DISC, given)
-    image = shapely.LinearRing(xy_of(found.image[found.loops[1]]))
+    image = shapely.LinearRing(xy_of(found.map.image[found.map.loops[1]]))
     gap = shapely.hausdorff_distance(image, shapely.LinearRing(xy_of(round_hole)), densify=0.01)
     assert gap <= 3e-4 * given[0].diagonal

@@ -44,31 +44,34 @@ def free():
 
 def difference(first, second, place, image):
     """The largest distance of second's map from first's, seen in the other coordinates, of the image's size."""
-    found = interpolate(second.source, second.faces, second.image, place(first.source))
-    return np.abs(found - image(first.image)).max() / np.ptp(second.image.real)
+    found = interpolate(second.map.source, second.map.faces, second.map.image, place(first.map.source))
+    return np.abs(found - image(first.map.image)).max() / np.ptp(second.map.image.real)
 
 
 def check(solution, source, target, tolerance=5e-4):
-    for w, given in ((solution.source, source), (solution.image, target)):
-        assert (orientation(*w[solution.faces].T) > 0).all()
-        loop = w[solution.loops[0]]
+    for w, given in ((solution.map.source, source), (solution.map.image, target)):
+        assert (orientation(*w[solution.map.faces].T) > 0).all()
+        loop = w[solution.map.loops[0]]
         assert is_simple(loop) and Curve(loop).area > 0
         assert hausdorff(Curve(loop), given) <= tolerance * given.diagonal
-    used = np.unique(solution.faces)
-    assert np.array_equal(used, np.arange(solution.source.size))
+    used = np.unique(solution.map.faces)
+    assert np.array_equal(used, np.arange(solution.map.source.size))
 
 
 def largest(solution):
     """The largest dilatation and the largest stretch, areas taken as one."""
-    z, u = (w / np.sqrt(triangle_areas(w[solution.faces]).sum()) for w in (solution.source, solution.image))
-    return [float(values.max()) for values in stretches(z, u, solution.faces)[:2]]
+    z, u = (
+        w / np.sqrt(triangle_areas(w[solution.map.faces]).sum())
+        for w in (solution.map.source, solution.map.image)
+    )
+    return [float(values.max()) for values in stretches(z, u, solution.map.faces)[:2]]
 
 
 def test_the_map_is_one_to_one_and_follows_both_outlines(solution):
     check(solution, BLOB, FLAG)
     assert solution.reached and solution.gap <= 5e-4
     assert solution.energy == pytest.approx(
-        energy_of(solution.image, solution.source, solution.faces), rel=1e-9
+        energy_of(solution.map.image, solution.map.source, solution.map.faces), rel=1e-9
     )
     assert abs(solution.turn) < np.radians(25)
 
@@ -76,7 +79,7 @@ def test_the_map_is_one_to_one_and_follows_both_outlines(solution):
 @pytest.mark.parametrize("shape", [BLOB, FLAG, STAR], ids=["blob", "flag", "star"])
 def test_a_shape_onto_itself_is_the_identity(shape):
     found = solve(shape, shape, SMALL)
-    assert np.abs(found.image - found.source).max() < 1e-6 * shape.diagonal
+    assert np.abs(found.map.image - found.map.source).max() < 1e-6 * shape.diagonal
     assert found.energy == pytest.approx(1, abs=1e-9) and found.turn == pytest.approx(0, abs=1e-9)
     check(found, shape, shape)
 
@@ -87,7 +90,7 @@ def test_a_shape_onto_a_similar_copy_is_the_similarity():
     free = solve(FLAG, copy, replace(SMALL, turn=None))
     asked = solve(FLAG, copy, replace(SMALL, turn=0.7))
     for found in (free, asked):
-        assert np.abs(found.image - (found.source * factor + 5 - 2j)).max() < 1e-6 * copy.diagonal
+        assert np.abs(found.map.image - (found.map.source * factor + 5 - 2j)).max() < 1e-6 * copy.diagonal
         assert found.turn == pytest.approx(0.7)
 
 
@@ -134,8 +137,8 @@ def test_mirrored_shapes_have_the_mirrored_map(solution, mirror):
 def test_symmetric_shapes_have_a_symmetric_map_without_turn(source, target):
     found = solve(source, target, SMALL)
     assert found.turn == pytest.approx(0, abs=1e-9)
-    mirrored = interpolate(found.source, found.faces, found.image, -found.source.conj())
-    assert np.abs(mirrored + found.image.conj()).max() < 1e-9 * target.diagonal
+    mirrored = interpolate(found.map.source, found.map.faces, found.map.image, -found.map.source.conj())
+    assert np.abs(mirrored + found.map.image.conj()).max() < 1e-9 * target.diagonal
     check(found, source, target)
 
 
@@ -244,8 +247,8 @@ def test_the_way_back_is_the_inverse():
     there, back = solve(BLOB, FLAG, SMALL), solve(FLAG, BLOB, SMALL)
     assert back.energy == pytest.approx(there.energy, rel=1e-9)
     assert back.turn == pytest.approx(-there.turn, abs=1e-6)
-    returned = interpolate(back.source, back.faces, back.image, there.image)
-    assert np.abs(returned - there.source).max() < 1e-6
+    returned = interpolate(back.map.source, back.map.faces, back.map.image, there.map.image)
+    assert np.abs(returned - there.map.source).max() < 1e-6
 
 
 def spiral(laps):
@@ -287,8 +290,9 @@ def test_more_balance_evens_the_areas():
 def areas(found):
     """Ratios of the areas of image and source of each triangle."""
     parts = [
-        (w[found.faces[:, 1]] - w[found.faces[:, 0]]).conj() * (w[found.faces[:, 2]] - w[found.faces[:, 0]])
-        for w in (found.image, found.source)
+        (w[found.map.faces[:, 1]] - w[found.map.faces[:, 0]]).conj()
+        * (w[found.map.faces[:, 2]] - w[found.map.faces[:, 0]])
+        for w in (found.map.image, found.map.source)
     ]
     return parts[0].imag / parts[1].imag
 
