@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -94,24 +95,78 @@ def better_partial(problem: Problem, options: Options, whole: Fit) -> list[str]:
 def solve_once(
     problem: Problem, options: Options, start: TriangulatedMap | None = None, moved: bool = False
 ) -> Fit:
-    """The balanced map of a problem, from an earlier one on if there is one.
+    """The balanced map of a problem, from an earlier one on if there is one, with its notes.
 
-    From EVEN on it follows the map as areas come to count more, by a factor of two at a time: a search of its own finds
-    minima that are farther and farther from the best, turned and less even. `moved` asks for a new mesh, on which the
-    outlines slide, even where they are those of the earlier map.
+    Args:
+        problem: what is asked.
+        options: how.
+        start: an earlier map.
+        moved: whether a new mesh is asked for, on which the outlines slide, even where they are those of the start.
 
     Raises:
         NoMapError: no map without folds was found.
         InputError: pins or strokes that no one-to-one map meets.
     """
-    given_start = start
     if start is None and options.balance > EVEN and not is_partial(options.fit):
         options = replace(options, fit="whole")
-        before = replace(options, balance=max(EVEN, options.balance / 2), rigid_size=None)
-        start = triangulated(solve_once(replace(problem, rigid=(), rigid_target=()), before).map)
+        attempt = _attempt(problem, options, _map_of_less_balance(problem, options), moved=True)
+    else:
+        attempt = _attempt(problem, options, start, moved=moved)
+    fit, settings = attempt.fit, attempt.settings
+    if settings.fit != "whole" and loses_too_much(fit, options):
+        return solve_once(problem, replace(options, fit="whole"), start)
+    if fit.rigid:
+        check_sizes(fit, options.rigid_size)
+    if attempt.is_free and FITS[settings.fit].compares and not settings.keep_holes:
+        opened = cut_ring(problem, fit, options, settings)
+        if opened is not None:
+            return opened
+    if attempt.is_free:
+        fit.notes.extend(stretch_notes(fit.distortion))
+    if attempt.is_free or options.turn is not None:  # by default pins say how the picture is turned
+        fit.notes.extend(rotation_notes(attempt.rotation, settings.turn))
+    map = triangulated(fit.map)
+    fit.notes.extend(soft_pin_notes(map, attempt.soft_pins))
+    fit.notes.extend(bounds.bound_notes(map, settings.max_dilatation, settings.max_stretch))
+    fit.notes.extend(coverage_notes(fit))
+    return fit
+
+
+def _map_of_less_balance(problem: Problem, options: Options) -> TriangulatedMap:
+    """The map of half the balance, but at least EVEN, to start from.
+
+    Areas come to count more by a factor of two at a time: searches of their own find minima that are farther and
+    farther from the best, rotated and less even.
+    """
+    before = replace(options, balance=max(EVEN, options.balance / 2), rigid_size=None)
+    return triangulated(solve_once(replace(problem, rigid=(), rigid_target=()), before).map)
+
+
+class _Attempt(NamedTuple):
+    """A map as it was found, and what was asked of it.
+
+    Attributes:
+        fit: the map, without the notes that judge it.
+        settings: what was asked, with the constraints given.
+        rotation: radians by which the picture is rotated on average.
+        is_free: whether there are neither pins nor strokes, but in holes.
+        soft_pins: (k, 2) pins that need not be met exactly.
+    """
+
+    fit: Fit
+    settings: Settings
+    rotation: float
+    is_free: bool
+    soft_pins: Complex
+
+
+def _attempt(problem: Problem, options: Options, start: TriangulatedMap | None, *, moved: bool) -> _Attempt:
+    """Solve a problem in one go, by way of its inverse where regions of the target are rigid."""
     source, target = problem.outlines
+    carried = start
     if start is not None:
-        start = carry_map(start, source, target, (problem.source_holes, problem.target_holes))
+        carried = carry_map(start, source, target, (problem.source_holes, problem.target_holes))
+        moved = moved or carried is not start
     strokes = problem.strokes
     given = Holes(problem.source_holes, problem.target_holes, problem.hole_partners)
     holes, pins, numbers = named_partners(given, source, target, problem.pins, strokes)
@@ -125,10 +180,18 @@ def solve_once(
         softness = problem.softness.of_pins(numbers)
     if constrained or start is not None or settings.bounded:
         settings = replace(settings, fit=with_constraints(settings.fit))
-    moved = moved or start is not given_start
     if problem.rigid_target:
         found = solve_inverse(
-            source, target, settings, pins, strokes, holes, numbers, start, problem.rigid_target, moved=moved
+            source,
+            target,
+            settings,
+            pins,
+            strokes,
+            holes,
+            numbers,
+            carried,
+            problem.rigid_target,
+            moved=moved,
         )
     else:
         found = solved(
@@ -139,7 +202,7 @@ def solve_once(
             strokes,
             holes,
             numbers,
-            start,
+            carried,
             problem.rigid,
             fields,
             moved=moved,
@@ -150,23 +213,8 @@ def solve_once(
     map = bounds.straighten_beyond_bounds(map, settings.max_dilatation, settings.max_stretch)
     drawn = bounds.meets_bounds(map, settings.max_dilatation, settings.max_stretch)
     fit = result_of(problem, found, map, (holes, pins), settings, drawn=drawn)
-    if settings.fit != "whole" and loses_too_much(fit, options):
-        return solve_once(problem, replace(options, fit="whole"), given_start)
-    if regions:
-        check_sizes(fit, options.rigid_size)
-    free = not (len(pins) or len(strokes))
-    if free and FITS[settings.fit].compares and not settings.keep_holes:
-        opened = cut_ring(problem, fit, options, settings)
-        if opened is not None:
-            return opened
-    if free:
-        fit.notes.extend(stretch_notes(fit.distortion))
-    if free or options.turn is not None:  # by default pins say how the picture is turned
-        fit.notes.extend(rotation_notes(found.turn, settings.turn))
-    fit.notes.extend(soft_pin_notes(map, found.soft_pins))
-    fit.notes.extend(bounds.bound_notes(map, settings.max_dilatation, settings.max_stretch))
-    fit.notes.extend(coverage_notes(fit))
-    return fit
+    is_free = not (len(pins) or len(strokes))
+    return _Attempt(fit, settings, found.turn, is_free=is_free, soft_pins=found.soft_pins)
 
 
 def solve_inverse(
