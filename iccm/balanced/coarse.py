@@ -18,8 +18,8 @@ from .model.frames import frames_of, unit_curve
 from .model.mesh_map import MeshMap
 from .model.settings import Settings, SolveLog
 from .search import multilevel
-from .search.levels import UnitProblem
 from .search.partial import bay_choices
+from .search.unit_problem import UnitProblem
 
 
 class CoarseMap(NamedTuple):

@@ -31,9 +31,10 @@ from .model.mesh_sizes import graded
 from .model.settings import Settings
 from .search.final_mesh import FINE_EXACTNESS, final_level
 from .search.homotopy import satisfy_constraints
-from .search.levels import POWER, Level, UnitProblem, refine
+from .search.levels import POWER, Level, refine
 from .search.multilevel import STEEPEST, problem_of
 from .search.pin_continuation import move_on_new_meshes
+from .search.unit_problem import UnitProblem
 from .search.warm_start import AT_REST, on_its_mesh
 
 SIZE = 0.06

@@ -7,7 +7,7 @@ triangles around it have least energy. After Hormann, Greiner and Campagna, *Hie
 triangulated surfaces*, 1999.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -22,6 +22,9 @@ from ..native import function
 from .free import LARGE, SMALL, Elastic, surface
 
 FEWER = 8  # times the vertices of the next coarser triangulation, on which a step costs as much less
+FEWEST_REMOVED = 0.1
+"""Share of the vertices left that a round must take out to be worth another: what is left then is as coarse as its
+shapes allow."""
 NONE = np.empty(0, np.int64)
 
 _remove = function(
@@ -56,6 +59,43 @@ class Removed(NamedTuple):
     weights: Real
     starts: Index
     edges: Index
+
+    @classmethod
+    def of_size(cls, count: int, edges: int) -> "Removed":
+        """Room for so many vertices, and edges around them."""
+        return cls(
+            vertex=np.empty(count, np.int64),
+            into=np.empty(count, np.int64),
+            corners=np.empty((count, 3), np.int64),
+            weights=np.empty((count, 3)),
+            starts=np.zeros(count + 1, np.int64),
+            edges=np.empty((edges, 2), np.int64),
+        )
+
+    def first(self, count: int) -> "Removed":
+        """The first so many vertices."""
+        return Removed(
+            vertex=self.vertex[:count],
+            into=self.into[:count],
+            corners=self.corners[:count],
+            weights=self.weights[:count],
+            starts=self.starts[: count + 1],
+            edges=self.edges[: self.starts[count]],
+        )
+
+    @classmethod
+    def joined(cls, rounds: "Sequence[Removed]") -> "Removed":
+        """The vertices of several rounds, one after the other."""
+        offsets = np.cumsum([0, *(len(each.edges) for each in rounds)])
+        starts = [each.starts[:-1] + offset for each, offset in zip(rounds, offsets)]
+        return cls(
+            vertex=np.concatenate([each.vertex for each in rounds]),
+            into=np.concatenate([each.into for each in rounds]),
+            corners=np.concatenate([each.corners for each in rounds]),
+            weights=np.concatenate([each.weights for each in rounds]),
+            starts=np.concatenate([*starts, offsets[-1:]]),
+            edges=np.concatenate([each.edges for each in rounds]),
+        )
 
 
 def relaxed(
@@ -147,54 +187,47 @@ def _much_coarser(
 def coarser(points: Real, faces: Index, z: Complex, goal: int, stay: Index = NONE) -> tuple[Index, Removed]:
     """(k, 3) triangles with about `goal` vertices or as few as there can be, some of which stay, without folds in a
     layout z (n,) that has none; and what was taken out."""
-    faces, parts = np.array(faces, np.int64), list[Removed]()
+    faces = np.array(faces, np.int64)
     points, z = np.ascontiguousarray(points, np.float64), np.ascontiguousarray(z, np.complex128)
-    count = left = z.size
+    rounds: list[Removed] = []
+    left = z.size
     while left > goal:
-        corners = faces.ravel()
-        starts = np.append(0, np.cumsum(np.bincount(corners, minlength=count)))
-        around = np.argsort(corners, kind="stable") // 3
+        # Vertices of a round are no neighbours: of a mesh of degree six a third of all can be, at most.
         most = min(left - goal, left // 3 + 1)
-        vertex, into, blocked = *np.empty((2, most), np.int64), np.zeros(count, bool)
-        blocked[stay] = True
-        triangle, weights = np.empty((most, 3), np.int64), np.empty((most, 3))
-        ends, edges = np.zeros(most + 1, np.int64), np.empty((len(corners), 2), np.int64)
-        number = _remove(
-            faces,
-            points,
-            z,
-            count,
-            starts,
-            around,
-            blocked,
-            most,
-            vertex,
-            into,
-            triangle,
-            weights,
-            ends,
-            edges,
-        )
-        parts.append(
-            Removed(
-                vertex[:number],
-                into[:number],
-                triangle[:number],
-                weights[:number],
-                ends[: number + 1],
-                edges[: ends[number]],
-            )
-        )
-        faces = faces[faces[:, 0] >= 0]
-        left -= number
-        if 10 * number < left:
+        removed, faces = _remove_round(points, faces, z, most, stay)
+        rounds.append(removed)
+        left -= removed.vertex.size
+        if removed.vertex.size < FEWEST_REMOVED * left:
             break
-    offsets = np.cumsum([0, *(len(part.edges) for part in parts)])
-    starts = np.concatenate([*(part.starts[:-1] + at for part, at in zip(parts, offsets)), offsets[-1:]])
-    joined = [
-        np.concatenate(columns) for columns in zip(*(part._replace(starts=starts[:0]) for part in parts))
-    ]
-    return faces, Removed(*joined)._replace(starts=starts)
+    return faces, Removed.joined(rounds)
+
+
+def _remove_round(points: Real, faces: Index, z: Complex, most: int, stay: Index) -> tuple[Removed, Index]:
+    """Take out at most so many vertices that are no neighbours; what was taken out, and the triangles (m, 3) left."""
+    corners = faces.ravel()
+    # The triangles of each vertex: those of vertex v are around[starts[v] : starts[v + 1]].
+    starts = np.append(0, np.cumsum(np.bincount(corners, minlength=z.size)))
+    around = np.argsort(corners, kind="stable") // 3
+    blocked = np.zeros(z.size, bool)
+    blocked[stay] = True
+    room = Removed.of_size(most, edges=corners.size)
+    number = _remove(
+        faces,
+        points,
+        z,
+        z.size,
+        starts,
+        around,
+        blocked,
+        most,
+        room.vertex,
+        room.into,
+        room.corners,
+        room.weights,
+        room.starts,
+        room.edges,
+    )
+    return room.first(number), faces[faces[:, 0] >= 0]
 
 
 def put_back(removed: Removed, points: Real, theta: float, u: Complex) -> bool:

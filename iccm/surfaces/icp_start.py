@@ -10,7 +10,7 @@ from ..arrays import Complex
 from ..balanced.model.boundary_pairs import Match, loops_of
 from ..balanced.model.mesh_map import MeshMap
 from ..balanced.search import initial_matches
-from ..balanced.search.levels import UnitProblem
+from ..balanced.search.unit_problem import UnitProblem
 from ..curve import Curve
 from ..plane import Similarity
 

@@ -18,7 +18,7 @@ from ..balanced.model.discrete_map import DiscreteMap
 from ..balanced.model.mesh_map import MeshMap
 from ..balanced.model.settings import Solution
 from ..balanced.search import final_mesh, multilevel
-from ..balanced.search.levels import UnitProblem
+from ..balanced.search.unit_problem import UnitProblem
 from ..balanced.search.warm_start import continue_from
 from ..maps.triangulated.map import TriangulatedMap
 from ..options import Options

@@ -13,7 +13,7 @@ from ..balanced.model.frames import frames_of, unit_curve
 from ..balanced.model.metric import LaidMetric
 from ..balanced.model.settings import Settings, SolveLog
 from ..balanced.search import multilevel
-from ..balanced.search.levels import UnitProblem
+from ..balanced.search.unit_problem import UnitProblem
 from ..meshes.flatten import Flattening
 from ..options import Options
 from ..plane import Similarity

@@ -16,7 +16,8 @@ from ..balanced.model.inner_constraints import InnerConstraints
 from ..balanced.model.mesh_map import MeshMap
 from ..balanced.model.metric import Metric
 from ..balanced.model.outline import Outline
-from ..balanced.search.levels import Level, UnitProblem, match_on
+from ..balanced.search.levels import Level, match_on
+from ..balanced.search.unit_problem import UnitProblem
 from ..curve import Curve
 from ..flattening.scaffold import filling
 from ..linalg.cholesky import system_of

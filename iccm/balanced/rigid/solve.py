@@ -37,7 +37,8 @@ from ..model.outline_split import split_at_vertices
 from ..model.settings import Settings, SolveLog
 from ..search import multilevel, warm_start
 from ..search.final_mesh import LAST_DECREASE, LAST_STEPS, final_level, meet_bounds_by
-from ..search.levels import POWER, Level, UnitProblem, match_on
+from ..search.levels import POWER, Level, match_on
+from ..search.unit_problem import UnitProblem
 from .room import room_for
 
 KEPT = 5e-3  # strain of a region that no eye sees: a pixel in 200

@@ -1,6 +1,7 @@
 """The search for a good map: candidates on coarse meshes, the best of them refined, constraints met on the way.
 
 multilevel              the stages of a solve, from coarse maps to the final mesh
+unit_problem            the problem in unit coordinates
 levels                  one level of outlines and mesh size
 initial_matches         correspondences of two outlines: elastic matches, and arclength with shifts
 hole_partners           which hole goes to which

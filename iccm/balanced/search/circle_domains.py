@@ -27,7 +27,8 @@ from ..model.mesh_map import MeshMap
 from ..model.outline import Outline
 from . import initial_matches
 from .hole_partners import Partners, middle_of
-from .levels import Level, UnitProblem, refine
+from .levels import Level, refine
+from .unit_problem import UnitProblem
 from .via_disc import CORNER_FINENESS, CORNERS, STEPS, disc, through
 
 ROOM = 0.4  # radius of the holes of a circle domain, of the disc's and over the root of their number and one

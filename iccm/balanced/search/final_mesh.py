@@ -19,14 +19,8 @@ from ..model.outline_split import split_at_vertices
 from ..model.retriangulation import flip_edges
 from ..model.settings import Settings, SolveLog
 from . import pin_continuation
-from .levels import (
-    FINE_BACKWARD,
-    FINE_ROUNDS,
-    POWER,
-    Level,
-    UnitProblem,
-    refine,
-)
+from .levels import FINE_BACKWARD, FINE_ROUNDS, POWER, Level, refine
+from .unit_problem import UnitProblem
 
 FINE_EXACTNESS = (2e-4, 6e-4)  # with 1e-3 limbs fold on the last mesh, with 3e-4 no map is better
 STEEPEST_FINE = 20.0  # slope of a match, relative to the mean, that a mesh follows

@@ -37,11 +37,12 @@ from .final_mesh import (
     on_final_mesh,
 )
 from .hole_partners import Partners
-from .levels import Level, Numbers, UnitProblem, initial_maps
+from .levels import Level, initial_maps
 from .partial import bay_choices, cost, hole_choices, is_good, is_within, with_bays, with_bays_like
 from .rounding import restore_outline, rounded, rounded_with_pins
 from .similarity import similar_with_holes, similarity
 from .symmetry import Half, half_of, mirror
+from .unit_problem import Numbers, UnitProblem
 from .via_disc import through_disc
 
 COARSE, FINE, FINER = 0.1, 0.05, 0.04

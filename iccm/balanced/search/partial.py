@@ -17,7 +17,7 @@ from ..model.measures import stretch_quantile
 from ..model.outline import Outline
 from ..model.settings import Settings
 from .hole_partners import Partners
-from .levels import Numbers, UnitProblem
+from .unit_problem import Numbers, UnitProblem
 
 GOOD = 2.2  # stretch on 95 % of the area up to which a map of the whole outlines does,
 TURNED = np.radians(20)  # and its turn

@@ -5,7 +5,7 @@ import numpy as np
 from ...curve import Curve
 from ...plane import rotation
 from ..model.boundary_pairs import HoleMatch, Match
-from .levels import UnitProblem
+from .unit_problem import UnitProblem
 
 SAME = 1e-9  # of the root of the area: outlines this close are the same
 SAMPLES = 256  # of each outline, compared one by one

@@ -16,7 +16,8 @@ from ..meshing.transfer import interpolate
 from ..model.boundary_pairs import Match
 from ..model.discrete_map import GOOD_ENOUGH, DiscreteMap
 from . import initial_matches
-from .levels import Level, UnitProblem
+from .levels import Level
+from .unit_problem import UnitProblem
 
 CORNERS = 96  # of the disc's outline
 TURNS = 8  # of the disc that are tried

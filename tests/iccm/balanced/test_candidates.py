@@ -10,7 +10,8 @@ from iccm.balanced.model.discrete_map import folds
 from iccm.balanced.model.energy import Energy
 from iccm.balanced.model.settings import SolveLog
 from iccm.balanced.search import candidates, initial_matches, multilevel
-from iccm.balanced.search.levels import Level, UnitProblem, initial_maps
+from iccm.balanced.search.levels import Level, initial_maps
+from iccm.balanced.search.unit_problem import UnitProblem
 from iccm.curve import Curve
 
 FLAG = np.array([0, 3, 2.5 + 0.6j, 3.1 + 1.5j, 1 + 1.7j, 0.9 + 3j, 0.2 + 2.9j])

@@ -19,7 +19,8 @@ from iccm.balanced.model.frames import frames_of, unit_curve
 from iccm.balanced.model.outline import Outline
 from iccm.balanced.search.circle_domains import circle_domain, through_circles
 from iccm.balanced.search.hole_partners import Partners, middle_of
-from iccm.balanced.search.levels import Level, UnitProblem
+from iccm.balanced.search.levels import Level
+from iccm.balanced.search.unit_problem import UnitProblem
 from iccm.curve import Curve, hausdorff
 from iccm.maps.triangulated.simple import fault
 from iccm.plane import orientation

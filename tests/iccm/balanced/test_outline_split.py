@@ -9,7 +9,8 @@ from iccm.balanced.model.discrete_map import folds
 from iccm.balanced.model.energy import WITHOUT_ROTATION
 from iccm.balanced.model.outline import Outline
 from iccm.balanced.model.outline_split import split_at_vertices
-from iccm.balanced.search.levels import Level, UnitProblem
+from iccm.balanced.search.levels import Level
+from iccm.balanced.search.unit_problem import UnitProblem
 from iccm.curve import Curve
 from iccm.plane import triangle_areas
 

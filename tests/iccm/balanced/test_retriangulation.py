@@ -12,7 +12,8 @@ from iccm.balanced.model.discrete_map import DiscreteMap, folds
 from iccm.balanced.model.energy import WITHOUT_ROTATION
 from iccm.balanced.model.inner_constraints import InnerConstraints
 from iccm.balanced.model.retriangulation import flip_edges
-from iccm.balanced.search.levels import Level, UnitProblem
+from iccm.balanced.search.levels import Level
+from iccm.balanced.search.unit_problem import UnitProblem
 from iccm.curve import Curve
 
 SQUARE = Curve(np.array([-0.5 - 0.5j, 0.5 - 0.5j, 0.5 + 0.5j, -0.5 + 0.5j]))

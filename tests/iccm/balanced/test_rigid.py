@@ -17,7 +17,8 @@ from iccm.balanced.model.energy import WITHOUT_ROTATION, Energy
 from iccm.balanced.rigid.given import regions_of
 from iccm.balanced.rigid.room import room_for
 from iccm.balanced.rigid.solve import Placing, place_regions, strains
-from iccm.balanced.search.levels import Level, UnitProblem
+from iccm.balanced.search.levels import Level
+from iccm.balanced.search.unit_problem import UnitProblem
 from iccm.curve import Curve
 from iccm.io.shapes import shape
 from iccm.linalg.cholesky import system_of

@@ -16,7 +16,8 @@ from iccm.balanced.model.discrete_map import folds
 from iccm.balanced.model.energy import UPRIGHT, WITHOUT_ROTATION, Energy
 from iccm.balanced.model.measures import stretches
 from iccm.balanced.search import final_mesh, initial_matches, multilevel, via_disc
-from iccm.balanced.search.levels import Level, UnitProblem
+from iccm.balanced.search.levels import Level
+from iccm.balanced.search.unit_problem import UnitProblem
 from iccm.curve import Curve, hausdorff
 from iccm.maps import bounds, distortion
 from iccm.plane import orientation, triangle_areas

@@ -11,7 +11,8 @@ from iccm.balanced.minimise.upright import Upright, rotation_cost, rotation_deri
 from iccm.balanced.model.boundary_pairs import Match
 from iccm.balanced.model.energy import WITHOUT_ROTATION, Energy
 from iccm.balanced.model.measures import turn_of
-from iccm.balanced.search.levels import Level, UnitProblem
+from iccm.balanced.search.levels import Level
+from iccm.balanced.search.unit_problem import UnitProblem
 from iccm.curve import Curve
 from iccm.linalg.cholesky import Factor, back_substitute, factorise, forward_substitute, system_of
 from tests.triangulations import irregular

@@ -18,7 +18,7 @@ from iccm.balanced.model.energy import WITHOUT_ROTATION, Energy
 from iccm.balanced.model.frames import frame_of, unit_curve
 from iccm.balanced.model.metric import LaidMetric
 from iccm.balanced.search import multilevel
-from iccm.balanced.search.levels import UnitProblem
+from iccm.balanced.search.unit_problem import UnitProblem
 from iccm.flattening import even_layout, flatten
 from iccm.io.run.inputs import Inputs
 from iccm.io.run.job import Job
