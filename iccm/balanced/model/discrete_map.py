@@ -30,7 +30,7 @@ from .boundary_pairs import Match, Pairs
 from .energy import WITHOUT_ROTATION, Energy
 from .measures import stretches, turn_of
 from .mesh_map import MeshMap
-from .metric import PLANES, rest_geometry
+from .metric import PLANES, Metrics, rest_geometry
 
 SMOOTHED_RINGS, SMOOTHINGS = 4, 20  # of inner vertices beside the outline on a new mesh, and sweeps over them
 
@@ -297,7 +297,7 @@ class DiscreteMap(MeshMap):
         """The map with regions so stiff that a descent strains none that keeps to its aim by more than this (root mean
         square, relative to the aim): that would cost more than all that it can gain elsewhere."""
         assert self.rigid is not None
-        rest = self._rest(True, q)
+        rest = self._rest_shapes(True, q)
         elsewhere = rest._replace(weights=np.where(rest.aims != 0, 0, rest.weights))
         tau, constraints = self.constraints(True, True, self.inside.at_target)
         gain = elsewhere.energy(self.u, self.energy.objective(q, self.boundary.area_share(True)))
@@ -352,7 +352,7 @@ class DiscreteMap(MeshMap):
         self = self.with_cores()
         moving = self.u if forward else self.z
         objective = self.energy.objective(q, self.boundary.area_share(forward), forward=forward)
-        rest, surface = self._rest(forward, q), None
+        rest, surface = self._rest_shapes(forward, q), None
         if forward and self.ground is not None:
             rest, surface = self._in_space(self.ground)
         u, (tau, constraints) = moving.copy(), self.constraints(forward, corners, stay)
@@ -383,34 +383,51 @@ class DiscreteMap(MeshMap):
             )
         if not self.energy.terms:
             return TermsOnMesh(springs, self.pattern) if springs else NO_TERMS
-        kept, moving = (self.z, self.u) if forward else (self.u, self.z)
-        metrics = self.metrics if forward else self.metrics[::-1]
+        kept, moving, metrics = self._sides(forward)
         rest = RestShapes(self.material, NO_SLOTS, *rest_geometry(kept, moving, self.material, metrics))
         found = self.energy.terms_on_mesh(rest, self.pattern)
         return TermsOnMesh([*found.terms, *springs], self.pattern) if springs else found
 
-    def _rest(self, forward: bool, q: float) -> RestShapes:
-        """The triangles at rest on the side that is kept."""
-        kept, moving = (self.z, self.u) if forward else (self.u, self.z)
-        metrics = self.metrics if forward else self.metrics[::-1]
+    def _sides(self, forward: bool) -> tuple[Complex, Complex, Metrics]:
+        """Vertices of the side that is kept and of the one that moves, and their metrics, in this order."""
+        if forward:
+            return self.z, self.u, self.metrics
+        return self.u, self.z, (self.metrics[1], self.metrics[0])
+
+    def _rest_shapes(self, forward: bool, q: float) -> RestShapes:
+        """The triangles at rest on the side that is kept, with what each counts for a power q."""
+        kept, moving, metrics = self._sides(forward)
         gradients, areas = rest_geometry(kept, moving, self.pattern.corners, metrics)
-        if self.multipliers is not None:
+        areas = self._weighed(areas, q)
+        if self.rigid is None or not forward or not self.aims.size:
+            return RestShapes.of(self.pattern, gradients, areas)
+        # Triangles of rigid regions follow a similarity instead: of the plane, or of the region laid flat, which other
+        # metrics than the plane's know nothing of.
+        inside = self.rigid >= 0
+        if self.metrics != PLANES:
+            flat_gradients, flat_areas = geometry(self.form, self.pattern.corners)
+            gradients = np.where(inside[:, None], flat_gradients, gradients)
+            areas = np.where(inside, flat_areas, areas)
+        areas = np.where(inside, self.stiffness, 1.0) * areas
+        return RestShapes.of(self.pattern, gradients, areas, np.where(inside, self.aims[self.rigid], 0))
+
+    def _weighed(self, areas: Real, q: float) -> Real:
+        """Areas at rest (m,), each times what the triangle counts.
+
+        What is relative to the density is raised to q where it multiplies distortion, as the density itself is.
+        """
+        if self.multipliers is not None:  # bounds that the triangle is over
             areas = areas * self.multipliers
         if self.weights is not None:
+            # Of voids the area of the image alone counts (a negative weight in the kernels): each point of the target
+            # there has no partner, which costs LOST. Half of it, since the measure counts source and target half each.
             areas = np.where(self.weights <= FILLED, -0.5 * LOST**q, self.weights) * areas
-        if self.energy.pins is not None:
+        if self.energy.pins is not None:  # what is around soft pins is stiffer
             areas = areas * self.energy.pins.multipliers(self.z, self.u, self.pattern.corners)
         for metric, w in zip(self.metrics, (self.z, self.u)):
             if metric is not None:
                 areas = areas * metric.importance(w[self.pattern.corners]) ** q
-        if self.rigid is None or not forward or not self.aims.size:
-            return RestShapes.of(self.pattern, gradients, areas)
-        inside = self.rigid >= 0
-        if self.metrics != PLANES:  # a region is rigid in the plane, or as it lies flat
-            own, plain = geometry(self.form, self.pattern.corners)
-            gradients, areas = np.where(inside[:, None], own, gradients), np.where(inside, plain, areas)
-        areas = np.where(inside, self.stiffness, 1.0) * areas
-        return RestShapes.of(self.pattern, gradients, areas, np.where(inside, self.aims[self.rigid], 0))
+        return areas
 
     def _counted(self, rest: RestShapes) -> RestShapes:
         """The same with rigid regions weighing no more in the turn than others."""

@@ -97,7 +97,7 @@ def test_a_metric_is_that_of_the_surface():
 def test_a_metric_in_a_mirror_is_mirrored():
     layout = even_layout(flatten(disk_patch(grid(9, 9, hill))))
     frame = frame_of(Curve.domain(layout.flat[layout.loop])).rotated(0.3)
-    mirrored = replace(frame, mirrored=True)
+    mirrored = frame._replace(mirrored=True)
     corners = layout.flat[layout.patch.faces[::7]]
     plain, other = (LaidMetric.of(layout, f).over(f(corners)) for f in (frame, mirrored))
     np.testing.assert_allclose(other.a, plain.a.conj(), atol=1e-12)
