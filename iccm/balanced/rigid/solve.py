@@ -17,7 +17,7 @@ come.
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
+from typing import Protocol
 
 import numpy as np
 import shapely
@@ -108,17 +108,21 @@ def keep_rigid(
         start.z, start.u, start.faces, start.border, loops=start.loops, weights=start.weights
     )
     places, sent_away, room = places_of(problem, sketch, rigid)
-    around = partial(around_places, problem, sketch, rigid, places, patient=bool((room == 1).all()))
-    inside = partial(from_map, sketch, rigid, places)
-    ways: list[Callable[[], Begin]] = [around, inside] if sent_away else [inside, around]
-    growths: list[Callable[[], Begin]] = [partial(growing, problem, sketch, rigid, size) for size in BEGUN]
+    patient = bool((room == 1).all())
     found: list[DiscreteMap] = []
-    for way in (*ways, *growths):
+    for attempt in (*(("around", "inside") if sent_away else ("inside", "around")), *BEGUN):
         with suppress(Stuck, NoMapError):
-            found += kept_by(problem, rigid, way(), settings, again=way is around)
+            beginning: Beginning
+            if attempt == "inside":
+                beginning = FromMap(sketch, rigid, places)
+            elif attempt == "around":
+                beginning = AroundPlaces.of(problem, sketch, rigid, places, patient=patient)
+            else:
+                beginning = Growing.of(problem, sketch, rigid, float(attempt))
+            found += kept_by(problem, rigid, beginning, settings, again=attempt == "around")
         if found and shortfall(found[-1], np.abs(places.factors)) <= 1 - LARGE:
             break
-        if way in growths and any(map(is_rigid, found)):
+        if attempt in BEGUN and any(is_rigid(state) for state in found):
             break
     if not found:
         raise NoMapError("rigid: no map without folds follows the outlines of the regions")
@@ -128,15 +132,22 @@ def keep_rigid(
 
 
 def kept_by(
-    problem: UnitProblem, rigid: Rigid, begin: "Begin", settings: Settings, *, again: bool
+    problem: UnitProblem, rigid: Rigid, beginning: "Beginning", settings: Settings, *, again: bool
 ) -> list[DiscreteMap]:
-    """The maps with rigid regions that come of a beginning: of the first variant that keeps these, and those before;
-    `again` says whether the next variant is tried where one is stuck."""
+    """The maps with rigid regions that come of a beginning: of the first variant that keeps these, and those before.
+
+    Args:
+        problem: what is solved.
+        rigid: the regions.
+        beginning: of the maps.
+        settings: what is asked for.
+        again: whether the next variant is tried where one is stuck.
+    """
     found: list[DiscreteMap] = []
     for smooth, split in VARIANTS:
         level = final_level(problem._replace(regions=rigid.regions), settings, smooth=smooth)
         try:
-            state = begin(level, split_at_vertices if split else lambda state: state)
+            state = beginning.on(level, split=split)
         except Stuck:  # where regions fold the map without them, kinks are not what is in the way
             if again:
                 continue
@@ -178,92 +189,146 @@ def keep_on_mesh(state: DiscreteMap, rigid: Rigid, settings: Settings) -> Discre
     return min(found, key=lambda state: shortfall(state, np.abs(goal.factors)))
 
 
-Begin = Callable[[Level, Callable[[DiscreteMap], DiscreteMap]], DiscreteMap]
-"""What gives a map with rigid regions on a level, by what its mesh is changed by before."""
+class Beginning(Protocol):
+    """What gives a map with rigid regions, not at rest yet, on the mesh of any level."""
+
+    def on(self, level: Level, *, split: bool) -> DiscreteMap:
+        """Return the map; `split` adds the outlines' vertices to the mesh before regions become rigid.
+
+        Raises:
+            Stuck: folds remain.
+        """
+        ...
 
 
-def from_map(sketch: MeshMap, rigid: Rigid, places: Placing) -> Begin:
+@dataclass(frozen=True, eq=False)
+class FromMap:
     """The map without regions, in which they are put in their places; those that may turn, or have any size, become
     stiff where they are."""
 
-    def begin(level: Level, changed: Callable[[DiscreteMap], DiscreteMap]) -> DiscreteMap:
-        begun = changed(carry_over(level, sketch))
-        if (rigid.turns | rigid.sizes).any():
-            found = harden(begun, rigid, begun.value)
+    sketch: MeshMap
+    rigid: Rigid
+    places: Placing
+
+    def on(self, level: Level, *, split: bool) -> DiscreteMap:
+        """See `Beginning`."""
+        begun = carry_over(level, self.sketch, split=split)
+        if (self.rigid.turns | self.rigid.sizes).any():
+            found = harden(begun, self.rigid, begun.value)
             if is_rigid(found):
                 return found
-        return relax_regions(place_regions(begun, places))
-
-    return begin
+        return relax_regions(place_regions(begun, self.places))
 
 
-def growing(problem: UnitProblem, sketch: MeshMap, rigid: Rigid, begun: float) -> Begin:
-    """Regions that grow, each where it has room for its size: in the map without them, or around regions that have
-    `begun` with a share of the size that finds room.
+@dataclass(frozen=True, eq=False)
+class AroundPlaces:
+    """The map around regions, which are cut out and put in their places.
 
-    Raises:
-        Stuck, NoMapError: as of `around_places`.
+    Attributes:
+        around: the map of what is left of the source.
+        places: of the regions.
     """
-    _, _, most = places_of(problem, sketch, rigid)
 
-    def put(shares: Real | float) -> Placing:
-        return places_of(problem, sketch, rigid, shares * most)[0]
+    around: MeshMap
+    places: Placing
 
-    around = around_places(problem, sketch, rigid, put(begun), patient=False) if begun else None
+    @classmethod
+    def of(
+        cls, problem: UnitProblem, sketch: MeshMap, rigid: Rigid, places: Placing, *, patient: bool
+    ) -> "AroundPlaces":
+        """Find the map of the domains with the regions cut out; `patient` as of `coarse_to_fine`.
 
-    def begin(level: Level, changed: Callable[[DiscreteMap], DiscreteMap]) -> DiscreteMap:
-        state = around(level, changed) if around else changed(carry_over(level, sketch))
-        return grow_regions(state, put, begun)
-
-    return begin
-
-
-def carry_over(level: Level, sketch: MeshMap) -> DiscreteMap:
-    """The map without regions, at rest on a mesh that has their outlines as edges."""
-    state = warm_start.continue_from(level, sketch)
-    return state.forward(POWER, STEPS, DECREASE)
-
-
-def around_places(
-    problem: UnitProblem, sketch: MeshMap, rigid: Rigid, places: Placing, *, patient: bool = True
-) -> Begin:
-    """The map around regions, which are cut out and put in their places; `patient` as of `coarse_to_fine`.
-
-    Raises:
-        Stuck: a region has a hole; there are strokes.
-        NoMapError: none was found.
-    """
-    if problem.strokes or any(len(rings) > 1 for rings in rigid.regions):
-        raise Stuck("only what surrounds regions without holes is mapped by itself")
-    cut = [Curve(rings[0][::-1]) for rings in rigid.regions]
-    filled = zip(cut, places.factors, places.middles, places.images)
-    put = [Curve(image + factor * (ring.z - middle)) for ring, factor, middle, image in filled]
-    sides = tuple((*own, *more) for own, more in zip(problem.holes, (cut, put)))
-    first = tuple(map(len, problem.holes))
-    free = problem.pins[regions_of(problem.pins[:, 0], rigid.regions) < 0]
-    used, found = multilevel.coarse_to_fine(
-        problem._replace(
-            holes=(sides[0], sides[1]),
-            partners=(*problem.partners, *((first[0] + k, first[1] + k) for k in range(len(cut)))),
-            numbers=(tuple(range(len(sides[0]))), tuple(range(len(sides[1])))),
+        Raises:
+            Stuck: a region has a hole; there are strokes.
+            NoMapError: none was found.
+        """
+        if problem.strokes or any(len(rings) > 1 for rings in rigid.regions):
+            raise Stuck("only what surrounds regions without holes is mapped by itself")
+        cut = [Curve(rings[0][::-1]) for rings in rigid.regions]
+        filled = zip(cut, places.factors, places.middles, places.images)
+        put = [Curve(image + factor * (ring.z - middle)) for ring, factor, middle, image in filled]
+        source_holes, target_holes = (*problem.holes[0], *cut), (*problem.holes[1], *put)
+        first, first_there = (len(holes) for holes in problem.holes)
+        partners = [(first + k, first_there + k) for k in range(len(cut))]
+        free = problem.pins[regions_of(problem.pins[:, 0], rigid.regions) < 0]
+        with_regions_cut = problem._replace(
+            holes=(source_holes, target_holes),
+            partners=(*problem.partners, *partners),
+            numbers=(tuple(range(len(source_holes))), tuple(range(len(target_holes)))),
             pins=free,
             cut_out=len(cut),
-        ),
-        SolveLog(),
-        patient=patient,
-    )
-    whole: MeshMap = found.inverse() if used.inverted else found
-    kept = tuple(loop for loop in whole.loops if loop.source < first[0])
-    around = MeshMap.plain(whole.z, whole.u, whole.faces, whole.loops[len(kept)].first, loops=kept)
+        )
+        used, found = multilevel.coarse_to_fine(with_regions_cut, SolveLog(), patient=patient)
+        whole: MeshMap = found.inverse() if used.inverted else found
+        # The regions' outlines come last on its boundary; to the map with regions they are inner vertices.
+        kept = tuple(loop for loop in whole.loops if loop.source < first)
+        border = whole.loops[len(kept)].first
+        return cls(MeshMap.plain(whole.z, whole.u, whole.faces, border, loops=kept), places)
 
-    def begin(level: Level, changed: Callable[[DiscreteMap], DiscreteMap]) -> DiscreteMap:
+    def on(self, level: Level, *, split: bool) -> DiscreteMap:
+        """See `Beginning`."""
+        around = self.around
         sizes = mesh_sizes.graded(around.z, around.u, around.faces, 0.5 * level.size**2)
         fine = level.mapped(match_on(level, around), sizes)
         fine = replace(fine, bound=bool(fine.inside.z.size))
-        fine = changed(fine.moved_to_border(interpolate(around.z, around.faces, around.u, fine.z)))
-        return relax_regions(place_regions(fine, places))
+        fine = fine.moved_to_border(interpolate(around.z, around.faces, around.u, fine.z))
+        fine = split_at_vertices(fine) if split else fine
+        return relax_regions(place_regions(fine, self.places))
 
-    return begin
+
+@dataclass(frozen=True, eq=False)
+class Growing:
+    """Regions that grow, each where it has room for its size: in the map without them, or around regions that have
+    `begun` with a share of the size that finds room.
+
+    Attributes:
+        problem: what is solved.
+        sketch: the map without regions.
+        rigid: the regions.
+        room: (k,) the share of its size that each one finds room for.
+        begun: the share of that with which they begin.
+        around: the map around them then; None where they begin with nothing.
+    """
+
+    problem: UnitProblem
+    sketch: MeshMap
+    rigid: Rigid
+    room: Real
+    begun: float
+    around: AroundPlaces | None = None
+
+    @classmethod
+    def of(cls, problem: UnitProblem, sketch: MeshMap, rigid: Rigid, begun: float) -> "Growing":
+        """With the map around regions as large as they begin.
+
+        Raises:
+            Stuck, NoMapError: as of `AroundPlaces.of`.
+        """
+        _, _, room = places_of(problem, sketch, rigid)
+        growing = cls(problem, sketch, rigid, room, begun)
+        if not begun:
+            return growing
+        places = growing.places(begun)
+        return replace(growing, around=AroundPlaces.of(problem, sketch, rigid, places, patient=False))
+
+    def places(self, shares: Real | float) -> Placing:
+        """Return where regions with shares (k,) of the sizes that find room belong."""
+        return places_of(self.problem, self.sketch, self.rigid, shares * self.room)[0]
+
+    def on(self, level: Level, *, split: bool) -> DiscreteMap:
+        """See `Beginning`."""
+        if self.around is not None:
+            state = self.around.on(level, split=split)
+        else:
+            state = carry_over(level, self.sketch, split=split)
+        return grow_regions(state, self.places, self.begun)
+
+
+def carry_over(level: Level, sketch: MeshMap, *, split: bool) -> DiscreteMap:
+    """The map without regions, at rest on a mesh that has their outlines as edges; see `Beginning` for `split`."""
+    state = warm_start.continue_from(level, sketch)
+    state = state.forward(POWER, STEPS, DECREASE)
+    return split_at_vertices(state) if split else state
 
 
 def places_of(
