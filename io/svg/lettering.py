@@ -72,7 +72,11 @@ def _listed(family: str, weight: int, slant: int) -> Font | None:
     try:
         from matplotlib import font_manager
 
-        styles: dict[int, Literal["normal", "italic", "oblique"]] = {0: "normal", 100: "italic", 110: "oblique"}
+        styles: dict[int, Literal["normal", "italic", "oblique"]] = {
+            0: "normal",
+            100: "italic",
+            110: "oblique",
+        }
         style = styles[slant]
         asked = font_manager.FontProperties(family=[family], weight=weight, style=style)
         path = font_manager.findfont(asked, fallback_to_default=False)
