@@ -3,6 +3,7 @@
 mutant    a bug: file, old text, new text, tests, effect on users
 library   bugs in iccm/
 files     bugs in io/
+page      bugs in the page of `iccm edit`
 commands  bugs in cli/
 core      bugs in the compiled core
 run       puts them, one by one, into a copy of the repository, and runs their tests there
@@ -13,5 +14,6 @@ from .core import CORE
 from .files import FILES
 from .library import LIBRARY
 from .mutant import Mutant
+from .page import PAGE
 
-MUTANTS: list[Mutant] = [*LIBRARY, *FILES, *COMMANDS, *CORE]
+MUTANTS: list[Mutant] = [*LIBRARY, *FILES, *PAGE, *COMMANDS, *CORE]

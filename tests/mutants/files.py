@@ -925,7 +925,7 @@ FILES: list[Mutant] = [
         "pins that are placed on the page are saved upside down",
     ),
     Mutant(
-        "io/edit/shown.py",
+        "io/edit/map_update.py",
         "numbers = [int(n) - 1 for words in found",
         "numbers = [int(n) for words in found",
         "tests/io/edit/test_session.py",

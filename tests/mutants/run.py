@@ -11,7 +11,18 @@ from pathlib import Path
 from .mutant import Mutant
 
 ROOT = Path(__file__).resolve().parents[2]
-LEFT_OUT = (".git", ".venv", "build", "dist", "out", "__pycache__", ".*_cache", "*.egg-info", ".hypothesis")
+LEFT_OUT = (
+    ".git",
+    ".venv",
+    "node_modules",
+    "build",
+    "dist",
+    "out",
+    "__pycache__",
+    ".*_cache",
+    "*.egg-info",
+    ".hypothesis",
+)
 """Patterns of files and folders that tests do not need."""
 PACKAGES = ("io", "cli", "plugins", "samples")
 """Folders of the repository that are packages in `iccm` once it is installed."""

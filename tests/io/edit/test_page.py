@@ -691,16 +691,20 @@ def test_mirror_images_and_corners_attract_and_only_what_changes_is_painted(page
     assert edited.settled() == "full"
     (left, top), (x, y) = (pin["target"] for pin in edited.scene["pins"][:2])
     axis = edited.js("iccm.panes.target.units.file([iccm.panes.target.shape.axis, 0])")[0]
-    edited.js("""(() => { window.painted = {source: 0, target: 0};
-      for (const [side, {painter}] of Object.entries(iccm.panes)) {
-        const draw = painter.draw.bind(painter);
-        painter.draw = (...how) => { painted[side] += 1; draw(...how); };
-      } })()""")
-    edited.drag("target", (x, y), (2 * axis - left + 1, top + 1), release=False)
-    edited.wait("iccm.kind === 'coarse' && document.querySelector('#target .guide')")
-    assert edited.js("painted.target") > 0 and edited.js("painted.source") == 0
     share = "iccm.panes.target.canvas.width / iccm.panes.target.canvas.clientWidth"
-    assert edited.js(share) == pytest.approx(0.5, abs=0.01)  # there is no graphics card here
+    edited.js(f"""(() => {{ window.painted = {{source: 0, target: 0, share: 1}};
+      for (const [side, {{painter}}] of Object.entries(iccm.panes)) {{
+        const draw = painter.draw.bind(painter);
+        painter.draw = (...how) => {{
+          painted[side] += 1;
+          if (iccm.kind === 'coarse') painted.share = {share};
+          draw(...how);
+        }};
+      }} }})()""")
+    edited.drag("target", (x, y), (2 * axis - left + 1, top + 1), release=False)
+    edited.wait("painted.share < 1 && document.querySelector('#target .guide')")
+    assert edited.js("painted.target") > 0 and edited.js("painted.source") == 0
+    assert edited.js("painted.share") == pytest.approx(0.5, abs=0.01)  # there is no graphics card here
     edited.mouse("mouseReleased", edited.at("target", 2 * axis - left + 1, top + 1))
     assert edited.settled() == "full" and edited.js(share) == 1
     assert np.allclose(edited.scene["pins"][1]["target"], [2 * axis - left, top], atol=1e-4)

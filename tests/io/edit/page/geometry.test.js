@@ -25,6 +25,8 @@ test('units convert to the file and back, with flipped axes, and round to what t
 
 test('points are inside of a concave polygon or not', () => {
   assert.ok(inside(ELL, [0.5, 2]) && inside(ELL, [3, 3.5]));
+  const slanted = [[0, 0], [4, 1], [1, 3]];
+  assert.ok(inside(slanted, [1.5, 1.5]) && inside(slanted, [3, 1]) && !inside(slanted, [0.3, 1.5]) && !inside(slanted, [3, 2]));
   assert.ok(!inside(ELL, [3, 2]) && !inside(ELL, [-0.1, 2]) && !inside(ELL, [0.5, 4.1]));
 });
 

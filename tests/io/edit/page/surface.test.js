@@ -47,6 +47,7 @@ test('a ray meets the sheet that is nearest to the viewer', () => {
   assert.equal(SHEETS.hides([1.5, 0.4, 0]), true);
   assert.equal(SHEETS.hides([0.5, 0.4, 0]), false);
   assert.equal(SHEETS.hides([1.5, 0.4, 0.5]), false);
+  assert.equal(SHEETS.hides([1.5, 0.4, 0.495]), false);  // rounded
 });
 
 test('the tree of boxes finds what all triangles, one by one, would give', () => {
