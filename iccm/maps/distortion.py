@@ -59,6 +59,7 @@ class Distortion:
     def energies(self, balance: float = 1.0) -> dict[str, Real]:
         """(p,) what the balanced energy is made of: `angle` (s₁/s₂ + s₂/s₁) / 2, `area` (d + 1/d) / 2 with d the scale
         of areas by the mean, and `total` angle · area^θ, with θ the balance; 1 for a similarity, inf where folded."""
+        # The solver's density is in core/include/iccm/density.h; it has no parts, which figures show one by one.
         d = (np.abs(self.f_z) ** 2 - np.abs(self.f_zbar) ** 2) / self.scale**2
         angle = _ratio((np.abs(self.f_z) ** 2 + np.abs(self.f_zbar) ** 2) / self.scale**2, d)
         area = 0.5 * (d + _ratio(np.ones_like(d), d))

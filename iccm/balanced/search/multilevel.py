@@ -426,11 +426,13 @@ def mirrored_half_map(
                 raise
             journal.notes.append(FINEST_FOLDS)
     outline = 1 + int(np.searchsorted(half.pairs.s, half.matched.axis - 1e-9))
-    z, u, faces, border = mirror(half.z, half.u, half.faces, half.border, outline)
-    sides = halves[::-1] if used.inverted else halves
-    z, u = (w * np.sqrt(side.curve.area) + side.axis for w, side in zip((z, u), sides))
-    weights = None if half.weights is None else np.tile(half.weights, 2)
-    sketch = MeshMap.plain(z, u, faces, border, filled=half.filled, weights=weights)
+    sketch = mirror(half, outline)
+    here, there = halves[::-1] if used.inverted else halves
+    sketch = replace(
+        sketch,
+        z=sketch.z * np.sqrt(here.curve.area) + here.axis,
+        u=sketch.u * np.sqrt(there.curve.area) + there.axis,
+    )
     if used.bays and not exact:
         return whole_map(
             with_bays(problem.inverse() if used.inverted else problem), sketch, settings, journal

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from ...arrays import Complex, Index, complex_of
+from ...arrays import Complex, complex_of
 from ...curve import Curve
+from ..model.mesh_map import MeshMap
 
 SYMMETRIC = 5e-3
 """Of the diagonal: how far a mirrored outline may lie from the outline; 115 of 250 icons are closer."""
@@ -65,27 +66,24 @@ def asymmetry(curve: Curve, axis: float) -> float:
     return float(curve.distances(mirrored).max()) / curve.diagonal
 
 
-def mirror(z: Complex, u: Complex, faces: Index, border: int, outline: int):
-    """The map of the right half glued to its mirror image along the axis, outline vertices first.
+def mirror(half: MeshMap, outline: int) -> MeshMap:
+    """Return the map of the right half glued to its mirror image along the axis.
 
     Args:
-        z: (n,) vertices of the half, its outline's first, from the lower end of the axis on.
-        u: (n,) their images.
-        faces: (m, 3) triangles.
-        border: vertices on the half's boundary.
-        outline: how many of those come before the axis, both of its ends among them.
-
-    Returns:
-        The whole's z, u and faces, and how many vertices its outline has.
+        half: the map, whose boundary begins at the lower end of the axis.
+        outline: how many vertices of that come before the axis, both of its ends among them.
     """
-    n = z.size
+    n = half.z.size
     on_axis = np.zeros(n, bool)
-    on_axis[[0, *range(outline - 1, border)]] = True
+    on_axis[[0, *range(outline - 1, half.border)]] = True
+    # Vertices on the axis are their own partners; those of the others come after all of the half.
     partner = np.where(on_axis, np.arange(n), n + np.cumsum(~on_axis) - 1)
-    whole_z, whole_u = (np.concatenate([w, -w[~on_axis].conj()]) for w in (z, u))
-    whole = np.concatenate([faces, partner[faces][:, ::-1]])
+    z, u = (np.concatenate([w, -w[~on_axis].conj()]) for w in (half.z, half.u))
+    faces = np.concatenate([half.faces, partner[half.faces][:, ::-1]])
     loop = np.concatenate([np.arange(outline), partner[np.arange(outline - 2, 0, -1)]])
-    order = np.concatenate([loop, np.setdiff1d(np.arange(whole_z.size), loop)])
+    # The outline's vertices come first.
+    order = np.concatenate([loop, np.setdiff1d(np.arange(z.size), loop)])
     place = np.empty(order.size, np.int64)
     place[order] = np.arange(order.size)
-    return whole_z[order], whole_u[order], place[whole], loop.size
+    weights = None if half.weights is None else np.tile(half.weights, 2)
+    return MeshMap.plain(z[order], u[order], place[faces], loop.size, filled=half.filled, weights=weights)

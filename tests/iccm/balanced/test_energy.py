@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 from iccm.balanced.meshing.mesh import Sizes, triangulate
 from iccm.balanced.minimise import energy
 from iccm.balanced.minimise.energy import Objective, RestShapes
-from iccm.balanced.model.measures import stretch_quantile
+from iccm.balanced.model.measures import derivatives, stretch_quantile
 from iccm.linalg.cholesky import system_of
+from iccm.maps.distortion import Distortion
 
 ANGLES = 2 * np.pi * np.arange(16) / 16
 OUTLINE = np.exp(1j * ANGLES) / np.sqrt(np.pi)
@@ -124,3 +125,14 @@ def test_the_stretch_of_a_share_counts_both_areas():
     large = np.linalg.svd([[1, 0], [-1, 3]], compute_uv=False)[0] / np.sqrt(2)
     found = [stretch_quantile(z, u, faces, share) for share in (0.36, 0.39)]  # (1/2 + 1/4)/2 are kept
     assert found == pytest.approx([np.sqrt(2), large])
+
+
+@pytest.mark.parametrize("theta", [0.3, 1.0, 2.5])
+def test_the_figures_of_a_map_show_the_energy_that_is_minimised(theta):
+    """The report's energies, written in NumPy, and the solver's density, half of it by the source's area."""
+    f_z, f_zbar, areas = derivatives(Z, BENT, FACES)
+    images = areas * (np.abs(f_z) ** 2 - np.abs(f_zbar) ** 2)
+    scale = float(np.sqrt(images.sum() / areas.sum()))
+    total = Distortion(images, f_z, f_zbar, scale).energies(theta)["total"]
+    mean = 0.5 * (np.average(total, weights=areas) + np.average(total, weights=images))
+    assert mean == pytest.approx(energy.energy_of(Z, BENT, FACES, theta), rel=1e-12)
