@@ -24,6 +24,7 @@ from .terms import TermOnMesh
 
 CORE_SHARE = 0.5
 """Of a patch's radius: where its mean position is taken. The Hessian couples all vertices there."""
+LARGEST_CORE = 0.12  # radius, of domains of area one: some 150 vertices, and no more however large a patch is
 CORE_MARGIN = 1.3
 """Times the core: vertices that get places in the Hessian's pattern, so that it lasts while vertices move."""
 FEWEST_IN_CORE = 6
@@ -77,6 +78,11 @@ class SoftPins:
         pairs = np.column_stack([self.source, self.target])
         return np.ascontiguousarray(pairs[:, ::-1]) if self.inverted else pairs
 
+    @property
+    def core_radii(self) -> Real:
+        """(k,) radii of the cores of the patches."""
+        return np.minimum(CORE_SHARE * self.radii, LARGEST_CORE)
+
     def misses(self, z: Complex, u: Complex, faces: Index) -> Real:
         """Return the distances (k,) of the pins' images from their places in the target, for a map z -> u (n,)."""
         w, image = (u, z) if self.inverted else (z, u)
@@ -91,8 +97,8 @@ class SoftPins:
         """
         w = u if self.inverted else z
         found = []
-        for pin, radius, own in zip(self.source, self.radii, triangles_around(self.source, w, faces)):
-            near = np.flatnonzero(np.abs(w - pin) < margin * CORE_SHARE * radius)
+        for pin, radius, own in zip(self.source, self.core_radii, triangles_around(self.source, w, faces)):
+            near = np.flatnonzero(np.abs(w - pin) < margin * radius)
             found.append(np.union1d(near, faces[own]))
         return found
 
@@ -133,7 +139,7 @@ class SoftPins:
         found: list[TermOnMesh] = []
         around = triangles_around(self.source, w, faces)
         for k, vertices in enumerate(cores):
-            weights = _core_weights(self.source[k], self.radii[k], vertices, w, vertex_areas)
+            weights = _core_weights(self.source[k], self.core_radii[k], vertices, w, vertex_areas)
             if weights is None:
                 corners = faces[around[k]]
                 weights = np.zeros(vertices.size)
@@ -207,7 +213,7 @@ def _core_weights(
     They are the kernel times the areas around the vertices, times a linear function that puts the mean on the pin: the
     weighted mean of a linear map is then its value at the pin.
     """
-    away = (w[vertices] - pin) / (CORE_SHARE * radius)
+    away = (w[vertices] - pin) / radius
     masses = vertex_areas[vertices] * _kernel(np.abs(away))
     if np.count_nonzero(masses) < FEWEST_IN_CORE:
         return None

@@ -271,3 +271,13 @@ def test_settings_are_refused_where_they_have_no_effect():
     pins = [iccm.Pin(*PINS[0], radius=5)]
     with pytest.raises(iccm.InputError, match="pin"):
         iccm.fit(EGG, PEAR, pins=pins, method="conformal")
+
+
+def test_a_huge_patch_makes_the_shape_stiff_and_no_more():
+    found = iccm.fit(EGG, PEAR, pins=[iccm.Pin(*PINS[0], radius=1e9)])
+    usual = iccm.fit(EGG, PEAR, pins=[iccm.Pin(*PINS[0])])
+    assert found.status.ok and np.abs(found.map(PROBES) - usual.map(PROBES)).max() < 0.1 * DIAGONAL
+    pins = some_pins(radii=np.array([1e9, 0.2]))
+    z, u, faces = triangles(2000)
+    large, small = pins.cores(z, u, faces)
+    assert large.size < 0.1 * z.size and small.size < large.size
