@@ -42,20 +42,20 @@ from .logs import INPUT, Unread, explain
 
 COMMANDS = {
     "map": "Map one shape onto another and carry a texture through the map.",
-    "deform": "Deform a shape and its texture by pins and strokes alone.",
-    "morph": "Show a shape on its way to another, frame by frame.",
+    "deform": "Deform a shape and its texture with pins and strokes.",
+    "morph": "Animate one shape into another.",
     "apply": "Carry pictures, drawings, points, lines and polygons through a saved map.",
-    "edit": "Place pins and strokes in the browser, and see the map follow.",
+    "edit": "Place pins and strokes in the browser and watch the map follow.",
     "flatten": "Flatten a mesh patch into the plane.",
     "relayout": "Carry textures from one UV layout of a mesh to another.",
     "batch": "Run many jobs, from a pattern of files or a manifest.",
-    "init": "Write a manifest to start from.",
+    "init": "Write an example manifest to start from.",
     "check": "Compare results with stored baselines, for CI.",
-    "info": "Show what iccm sees in a file.",
-    "doctor": "Check whether iccm is installed and set up well.",
-    "completion": "Let the shell complete commands, options and files.",
-    "plugins": "Put iccm into the menus of Inkscape and Blender.",
-    "help": "Show help of a command, or one topic of it.",
+    "info": "Show how iccm reads a file.",
+    "doctor": "Check that iccm is installed correctly.",
+    "completion": "Set up completion of commands, options and files in the shell.",
+    "plugins": "Install the plug-ins for Inkscape and Blender.",
+    "help": "Show help for a command or one of its topics.",
 }
 
 
@@ -83,7 +83,7 @@ class Commands(click.Group):
             raise click.UsageError(f"No such option {name}; options follow the command", ctx)
         if Path(name).suffix and not Path(name).is_dir():
             raise click.UsageError(
-                f"{name}: not a command; to map it write: iccm map {shlex.join(args)}", ctx
+                f"{name}: not a command; to map this file, run: iccm map {shlex.join(args)}", ctx
             )
         near = get_close_matches(name, COMMANDS, 1)
         hint = f"did you mean {near[0]!r}?" if near else f"choose one of {', '.join(COMMANDS)}"

@@ -13,7 +13,7 @@ from . import logs, options, status
 from .options import FILE
 
 SAVED = ("inverse", "columns", "max_line_error", "report", "size", "texture_box", "target_box")
-"""Options that an STMap knows nothing of."""
+"""Options that do not apply to an STMap."""
 
 
 @click.command("apply", cls=options.Command)
@@ -21,15 +21,15 @@ SAVED = ("inverse", "columns", "max_line_error", "report", "size", "texture_box"
 @click.argument("input", type=FILE)
 @options.of("apply")
 def command(map: str, input: str, output: str, **given: Any) -> int:
-    """Carry INPUT through MAP, a map that was saved: a picture, a drawing, or a file of points, lines and polygons.
+    """Carry INPUT through MAP, a saved map. INPUT is a picture, a drawing, or a file of points, lines and polygons.
 
-    MAP is a file that `iccm map -o map.npz` wrote, the map itself: through it go pictures, drawings (.svg), points in
-    tables (.csv .tsv), GeoJSON, lists of landmarks (.json .tps) and lines (.obj), each in its file's own units, there
-    and with --inverse back. The output has the format of the input.
+    MAP is an .npz file written by `iccm map -o map.npz`. It carries pictures, drawings (.svg), tables of points (.csv
+    .tsv), GeoJSON, lists of landmarks (.json .tps) and lines (.obj), in the units of the files, from the source to
+    the target or (--inverse) back. The output has the format of the input.
 
-    Or MAP is an STMap, which `iccm map --stmap` or another program wrote: a picture of floats, red is where in the
-    image a pixel comes from, from 0 at its left edge to 1 at its right edge, green the same from its bottom to its top
-    edge; alpha is the coverage. Pictures go through it.
+    MAP can also be an STMap, written by `iccm map --stmap` or another program, which carries pictures. An STMap is a
+    picture of floats that gives for each pixel the position from which its colour is taken: red runs from 0 at the
+    left edge to 1 at the right edge, green from 0 at the bottom to 1 at the top, alpha is the coverage.
 
     \b
     iccm map rose.svg leaf.svg -o leaf.npz --stmap leaf.exr
@@ -38,9 +38,9 @@ def command(map: str, input: str, output: str, **given: Any) -> int:
     iccm apply leaf.npz cells.geojson --inverse -o on-rose.geojson
     iccm apply leaf.exr normal.png --kind normal -o leaf-normal.png
 
-    Names with <UDIM> in them stand for the tiles of texture coordinates: 'leaf.<UDIM>.exr' for all that there are.
+    A name with <UDIM> stands for all tiles of a UV layout, such as 'leaf.<UDIM>.exr'.
 
-    Exit code: 0 done, 2 an input is wrong.
+    Exit code: 0 done, 2 wrong input.
     """
     from ..io import formats
 
@@ -52,7 +52,7 @@ def command(map: str, input: str, output: str, **given: Any) -> int:
 
 
 def _saved(map: str, input: str, output: str, given: dict[str, Any]) -> list[str]:
-    """Carry a file through a map, and name what was written."""
+    """Carry a file through a saved map. Returns the names of the files that were written."""
     from ..io import formats
     from ..io.apply import Saved
     from ..io.geometry.document import READERS
@@ -63,17 +63,16 @@ def _saved(map: str, input: str, output: str, given: dict[str, Any]) -> list[str
     if name in READERS:
         counts = saved.carry_geometry(input, output, force=given["force"], tell=logs.log.warning, **own)
         said = ", ".join(f"{count} {what.replace('_', ' ')}" for what, count in counts.items() if count)
-        logs.log.info(f"carried {said or 'nothing: there are no points, lines or polygons'}")
+        logs.log.info(f"carried {said or 'nothing, since the file has no points, lines or polygons'}")
         return [each for each in (output, own["report"]) if each not in ("-", None)]
     if used := [key for key, value in own.items() if value not in (None, "drop")]:
         raise InputError(
-            f"--{used[0].replace('_', '-')}: for points, lines and polygons, and {input} holds none"
+            f"--{used[0].replace('_', '-')}: this option is for points, lines and polygons, and {input} "
+            "contains none"
         )
     if name not in (".svg", ".svgz") and name not in formats.holding("picture"):
         known = [*formats.holding("picture"), ".svg", ".svgz", *READERS]
-        raise InputError(
-            f"{input}: nothing is carried from a file of this kind; use one of {' '.join(known)}"
-        )
+        raise InputError(f"{input}: cannot carry a file of this type; use one of {' '.join(known)}")
     job = {key: value for key, value in given.items() if value is not None and key not in ("inverse", *own)}
     threads = job.pop("threads", None)
     as_drawing = name in (".svg", ".svgz") and output != "-" and formats.of(output).drawing
@@ -83,7 +82,7 @@ def _saved(map: str, input: str, output: str, given: dict[str, Any]) -> list[str
 
 
 def _stmap(stmap: str, image: str, output: str, given: dict[str, Any]) -> list[str]:
-    """Warp a picture through an STMap, or its tiles, and name what was written."""
+    """Warp a picture, or its tiles, through an STMap. Returns the names of the files that were written."""
     from ..io import files, formats
     from ..io.memory import within
     from ..io.pictures import image_files, tiles
@@ -91,7 +90,9 @@ def _stmap(stmap: str, image: str, output: str, given: dict[str, Any]) -> list[s
     from ..pixels.texture import check_kind
 
     if used := [name for name in SAVED if given[name]] + ["unmapped"] * (given["unmapped"] != "drop"):
-        raise InputError(f"--{used[0].replace('_', '-')}: for maps in .npz files, and {stmap} is an STMap")
+        raise InputError(
+            f"--{used[0].replace('_', '-')}: this option needs a map in an .npz file, and {stmap} is an STMap"
+        )
     room = within(given["memory"], output)
     given["kind"] = given["kind"] or "colour"
     sampling = {name: given[name] for name in ("filter", "kind", "edge", "threads")} | {"room": room}
@@ -114,18 +115,20 @@ def _stmap(stmap: str, image: str, output: str, given: dict[str, Any]) -> list[s
 
 
 def _tiles(stmap: str, output: str) -> list[tuple[str, str]]:
-    """The STMaps and what is made of each: of tiles (UDIM) all that there are.
+    """Return pairs of an STMap and its output; for tiles (UDIM) one pair for each existing tile.
 
     Raises:
-        InputError: one of the names is for tiles and the other is not, or there are none.
+        InputError: only one of the names contains <UDIM>, or no tile exists.
     """
     from ..io.pictures import tiles
 
     if not (tiles.is_pattern(stmap) or tiles.is_pattern(output)):
         return [(stmap, output)]
     if not (tiles.is_pattern(stmap) and tiles.is_pattern(output)):
-        raise InputError(f"{output}: {tiles.MARK} must stand in the names of both, the STMap and the output")
+        raise InputError(
+            f"{output}: {tiles.MARK} must be in both names, that of the STMap and that of the output"
+        )
     found = tiles.files_of(stmap)
     if not found:
-        raise InputError(f"{stmap}: no such files")
+        raise InputError(f"{stmap}: no file matches this pattern")
     return [(name, tiles.name_of(output, tiles.number_in(stmap, name))) for name in found]

@@ -26,15 +26,15 @@ OWN = of_command("batch").keys()
 PASSED_ON = tuple(
     name for name, (_, option) in options_of().items() if "map" in option.commands and name not in OWN
 )
-"""Options of `iccm map` that hold for jobs whose files are named on the command line."""
+"""Options of `iccm map` that apply to jobs whose files are named on the command line."""
 
 
 class BatchCommand(options.Command):
-    """`iccm batch`, with a manifest or with the files themselves."""
+    """The command `iccm batch`, with a manifest or with source files."""
 
     missing = (
-        "name files and a target: iccm batch 'icons/*.svg' shield.svg -o 'out/{source.stem}.png', "
-        "or a manifest: iccm init writes one to start from"
+        "name source files and a target (iccm batch 'icons/*.svg' shield.svg -o "
+        "'out/{source.stem}.png'), or a manifest (iccm init writes an example)"
     )
     passed_on = PASSED_ON
 
@@ -43,11 +43,11 @@ class BatchCommand(options.Command):
 @click.argument("jobs", type=FILE, nargs=-1, required=True, metavar="MANIFEST | SOURCES... TARGET")
 @options.of("batch", *PASSED_ON)
 def command(jobs: tuple[str, ...], root: str | None, dry_run: bool, **given: Any) -> int:
-    """Run many jobs: those of a MANIFEST, or of SOURCES, each mapped onto TARGET.
+    """Run the jobs of a MANIFEST, or map each of SOURCES onto TARGET.
 
-    SOURCES are files, patterns ('icons/*.svg', quoted) or folders; options of `iccm map` hold for all of them. A name
-    after -o holds {source.stem}, or is a folder. For more write a manifest (TOML, or JSON Lines; - for stdin), which
-    `iccm init` begins:
+    SOURCES are files, patterns ('icons/*.svg', in quotes) or folders; options of `iccm map` apply to all of them. The
+    name after -o contains {source.stem}, or is a folder. For anything more complex write a manifest (TOML, or JSON
+    Lines; - for stdin); `iccm init` writes an example:
 
     \b
     [defaults]
@@ -57,8 +57,8 @@ def command(jobs: tuple[str, ...], root: str | None, dry_run: bool, **given: Any
     source = "icons/*.svg"
     target = "shield.svg"
 
-    At a terminal each result is a line; elsewhere it is one line of JSON on stdout, as its job ends. A job that fails
-    is reported and the others go on.
+    On a terminal each result is one line of text; otherwise it is one line of JSON on stdout. A job that fails is
+    reported, and the other jobs continue.
 
     \b
     iccm batch 'icons/*.svg' shield.svg -o 'out/{source.stem}.svg'
@@ -66,7 +66,8 @@ def command(jobs: tuple[str, ...], root: str | None, dry_run: bool, **given: Any
     iccm batch jobs.toml --root out
     iccm batch jobs.toml --resume | jq -r 'select(.status != "done") | .name'
 
-    Exit code: 0 all done, 1 some are not, 2 the manifest is wrong, 130, 143 or 129 stopped by a signal.
+    Exit code: 0 all jobs done, 1 some failed or are not good enough, 2 wrong input, 129, 130 or 143 stopped by a
+    signal.
     """
     from ..io import files
     from ..io.batch import dispatch, overview
@@ -96,10 +97,10 @@ def command(jobs: tuple[str, ...], root: str | None, dry_run: bool, **given: Any
         and not dry_run
         and (swept := book.sweep(path for task in tasks for path in task.job.outputs))
     ):
-        logs.log.info(f"removed {len(swept)} temporary files of a batch that was killed")
+        logs.log.info(f"removed {len(swept)} temporary files left by a batch that was killed")
     tasks = dispatch.prepare(tasks, book, resume=given["resume"], make=not dry_run)
     if dry_run:
-        logs.log.info(f"{len(tasks)} jobs, no mistakes")
+        logs.log.info(f"{len(tasks)} jobs checked, no errors")
         return 0
     policy = dispatch.Policy(given["retries"], given["timeout"], given["fail_fast"], given["threads"])
     start = time.perf_counter()
@@ -123,7 +124,7 @@ def _tasks(jobs: str, folder: Path, *, outside: bool, force: bool) -> list[Any]:
     try:
         text = sys.stdin.read() if jobs == "-" else manifest.load(jobs)
     except UnicodeDecodeError as error:
-        raise InputError(f"-: byte {error.start} of stdin is not UTF-8") from None
+        raise InputError(f"-: stdin is not UTF-8 (byte {error.start}); pass the manifest as UTF-8") from None
     tasks = manifest.read(text, jobs, root=folder, outside=outside, tell=logs.log.warning)
     if not force:
         return tasks
@@ -142,7 +143,7 @@ def _outputs(tasks: list[Any]) -> list[str]:
 
 
 def _is_shape(name: str) -> bool:
-    """Whether a name is that of a drawing, a picture or a mesh, which no manifest is."""
+    """Whether a name is that of a drawing, a picture or a mesh, and therefore not of a manifest."""
     from ..io import formats
 
     known = formats.FORMATS.get(formats.suffix_of(name))
@@ -150,12 +151,15 @@ def _is_shape(name: str) -> bool:
 
 
 def _lacking(name: str, named: dict[str, Any]) -> str:
-    """What to write instead of one name that is not a manifest, or options that belong into one."""
+    """Explain what to do about a single name that is not a manifest, or options that belong in the manifest."""
     if name.endswith((".toml", ".jsonl", ".json")) or name == "-":
         option = next(iter(named))
-        return f"--{option.replace('_', '-')}: write it into {name}, as {option} = … under [defaults]"
+        return (
+            f"--{option.replace('_', '-')}: not an option for a manifest; add {option} = … to "
+            f"[defaults] in {name}"
+        )
     what = "is a folder" if os.path.isdir(name) else "is not a manifest"
-    return f"{name}: {what}; name a target, too: iccm batch '{name}' shield.svg -o 'out/{{source.stem}}.png'"
+    return f"{name}: {what}; to map it, add a target: iccm batch '{name}' shield.svg -o 'out/{{source.stem}}.png'"
 
 
 @contextmanager
@@ -176,7 +180,7 @@ def _pool(count: int, given: dict[str, Any]) -> Iterator[Any]:
 
 @contextmanager
 def _signals() -> Iterator[list[int]]:
-    """The signals that asked to stop, while the block runs; a second Ctrl-C stops at once."""
+    """Collect the signals that ask to stop while the block runs; a second Ctrl-C stops at once."""
     caught: list[int] = []
     process.leave_signals()
 
@@ -197,8 +201,9 @@ def _signals() -> Iterator[list[int]]:
 
 
 def _start_tracker() -> None:
-    """Start the process that keeps an account of the workers' semaphores, deaf to the hangup of a terminal, as Python
-    makes it deaf to Ctrl-C: it would leave with a traceback."""
+    """Start the process that tracks the workers' semaphores so that it ignores SIGHUP, as it ignores Ctrl-C.
+    Otherwise it ends with a traceback when the terminal is closed.
+    """
     from multiprocessing import resource_tracker
 
     # Where this process is killed it cleans up after it, and would say so: Python hands its warning filters on to it.
@@ -210,7 +215,7 @@ def _start_tracker() -> None:
 
 
 def _report(results: Iterator[dict[str, Any]], count: int, kept: list[dict[str, Any]] | None) -> Counter[str]:
-    """Results to stdout and to a list, troubles and progress to stderr; how many ended in which way."""
+    """Write results to stdout and to a list, problems and progress to stderr. Returns the number of jobs by status."""
     from .. import progress
     from ..io.run.report import as_json
 
@@ -237,10 +242,10 @@ def _report(results: Iterator[dict[str, Any]], count: int, kept: list[dict[str, 
 
 
 def _line(result: dict[str, Any]) -> str:
-    """A job that is done, in a line for people: what it wrote, and how long it took."""
+    """Describe a completed job in one line: what it wrote, and how long it took."""
     paths = [each["path"] for each in result["outputs"]]
     more = f" and {len(paths) - 1} more" if len(paths) > 1 else ""
-    took = "as it was" if result["resumed"] else f"{result['seconds']:.1f} s"
+    took = "unchanged" if result["resumed"] else f"{result['seconds']:.1f} s"
     return f"{os.path.normpath(paths[0]) if paths else result['name']}{more}  {took}"
 
 

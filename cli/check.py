@@ -31,7 +31,7 @@ def command(run: str, baselines: str, update: bool, **given: Any) -> int:
     iccm check out baselines --html check.html --summary "$GITHUB_STEP_SUMMARY"
     iccm check out baselines --update --only 'bell*'
 
-    Exit code: 0 no regression, 1 some, 2 an input is wrong.
+    Exit code: 0 no regression, 1 regressions, 2 wrong input.
     """
     if update:
         return _update(Path(run), Path(baselines), given["only"])
@@ -84,7 +84,7 @@ def _check(run: Path, baselines: Path, given: dict[str, Any]) -> int:
 def _tell(verdict: Any) -> None:
     if verdict.ok:
         figures = ", ".join(f"{name} {value:.4g}" for name, value in verdict.figures.items())
-        logs.log.debug(f"{verdict.name}: as its baseline" + (f" ({figures})" if figures else ""))
+        logs.log.debug(f"{verdict.name}: matches its baseline" + (f" ({figures})" if figures else ""))
     for problem in verdict.problems[:SHOWN]:
         logs.log.error(f"{verdict.name}: {problem}")
     if len(verdict.problems) > SHOWN:

@@ -17,41 +17,41 @@ SHELLS = ("bash", "zsh", "fish")
 @click.argument("action", type=click.Choice(["install"]))
 @options.of("completion")
 def command(action: str, shell: str | None) -> int:
-    """Let the shell complete commands, options and files.
+    """Set up completion of commands, options and files in the shell.
 
-    bash and fish find the script by themselves. zsh is told of it by a line at the end of .zshrc, once; nothing else
-    in that file changes.
+    bash and fish find the completion script automatically. For zsh, one line is added to the end of .zshrc, once.
 
     \b
     iccm completion install
     iccm completion install --shell zsh
 
-    Exit code: 0 done, 2 the shell is none of bash, zsh and fish, or its folder cannot be written.
+    Exit code: 0 done, 2 the shell is not bash, zsh or fish, or its folder cannot be written.
     """
     from ..io import files
 
     shell = shell or Path(os.environ.get("SHELL", "")).name
     if shell not in SHELLS:
         raise InputError(
-            f"{shell or 'the shell'}: no shell that iccm knows; name one: --shell {'|'.join(SHELLS)}"
+            f"{shell or 'the shell'}: iccm has no completion for this shell; choose one with --shell "
+            f"{'|'.join(SHELLS)}"
         )
     script = _script(shell)
     path = _place(shell)
     path.parent.mkdir(parents=True, exist_ok=True)
     if path.is_file() and path.read_text(encoding="utf-8") == script:
-        logs.log.info(f"{path}: is there already")
+        logs.log.info(f"{path}: already installed")
     else:
         files.write_bytes(path, script.encode(), force=True)
         logs.log.info(f"wrote {path}")
     if shell == "zsh":
         _name_in_zshrc(path)
-    also = ", where the package bash-completion is installed" if shell == "bash" else ""
-    logs.log.info(f"a new {shell} completes iccm{also}")
+    also = " (this needs the package bash-completion)" if shell == "bash" else ""
+    logs.log.info(f"open a new {shell} to complete iccm commands{also}")
     return 0
 
 
 def _script(shell: str) -> str:
-    """What click has for a shell."""
+    """Return the completion script that click generates for a shell."""
     from click.shell_completion import get_completion_class
 
     from . import iccm
@@ -62,7 +62,7 @@ def _script(shell: str) -> str:
 
 
 def _place(shell: str) -> Path:
-    """Where a shell looks for a user's completions; for zsh a place that its start file names."""
+    """Return the path where a shell looks for a user's completions; for zsh the path that .zshrc loads."""
     home = Path.home()
     data = Path(os.environ.get("XDG_DATA_HOME") or home / ".local" / "share")
     if shell == "fish":
@@ -76,7 +76,7 @@ def _place(shell: str) -> Path:
 
 
 def _name_in_zshrc(script: Path) -> None:
-    """Add the line that reads the script to the end of .zshrc, unless it is there; what is there stays as it is."""
+    """Append the line that loads the script to .zshrc, unless it is already there. Other lines stay unchanged."""
     from shlex import quote
 
     path = Path(os.environ.get("ZDOTDIR") or Path.home()) / ".zshrc"
@@ -84,8 +84,8 @@ def _name_in_zshrc(script: Path) -> None:
     line = f"{ready}; source {quote(str(script))}".encode()
     before = path.read_bytes() if path.exists() else b""
     if line in before.splitlines():
-        logs.log.info(f"{path}: names it already")
+        logs.log.info(f"{path}: already loads the completion")
         return
     with open(path, "ab") as file:
         file.write((b"" if before.endswith(b"\n") or not before else b"\n") + line + b"\n")
-    logs.log.info(f"added a line to {path}")
+    logs.log.info(f"{path}: added a line that loads the completion")

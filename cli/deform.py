@@ -15,14 +15,14 @@ from .options import FILE
 @click.argument("shape", type=FILE)
 @options.of("deform")
 def command(shape: str, **given: Any) -> int:
-    """Move SHAPE, a file or file#id, and its texture by pins and strokes alone: no target.
+    """Deform SHAPE (a file or file#id) and its texture with pins and strokes, without a target.
 
-    They are met, nothing folds, and every part stays as rigid as that allows.
+    Pins and strokes are met exactly, nothing folds, and every part stays as rigid as possible.
 
     \b
     iccm deform cat.svg --pin 256,150:270,140 --pin 256,420:256,420 -o cat-up.png
     iccm deform cat.svg --constraints tail.json --plot tail.png
 
-    Exit code: 0 done, 1 the result is not good enough, 2 an input is wrong.
+    Exit code: 0 done, 1 the result is not good enough, 2 wrong input.
     """
     return execute({"source": shape, **given})

@@ -10,7 +10,7 @@ from . import options, status
 @click.command("doctor", cls=options.Command)
 @options.of("doctor")
 def command(json: bool) -> int:
-    """Tell versions, threads, caches and write access, and try a small map. Exit code 1 when something is wrong."""
+    """Check that iccm is installed correctly: list versions, threads and folders, and compute a small map."""
     from json import dumps
 
     from ..io.doctor import examine

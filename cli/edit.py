@@ -11,7 +11,7 @@ from ..errors import InputError
 from . import logs, options, process
 from .options import FILE
 
-EXTRA = "iccm edit needs a server: pip install 'iccm[edit]'"
+EXTRA = "iccm edit needs additional packages: pip install 'iccm[edit]'"
 
 
 @click.command("edit", cls=options.Command)
@@ -19,11 +19,11 @@ EXTRA = "iccm edit needs a server: pip install 'iccm[edit]'"
 @click.argument("target", type=FILE, required=False)
 @options.of("edit")
 def command(**given: Any) -> int:
-    """Place pins and strokes on SOURCE and TARGET in the browser, and see the map follow.
+    """Place pins and strokes on SOURCE and TARGET in the browser and watch the map follow.
 
-    The page's address is written to stdout; nobody but this machine reaches it. Files change only by Save. Ends with
-    Ctrl-C, or when the page is closed. Without SOURCE and TARGET they are chosen on the page; without TARGET the pins
-    deform SOURCE.
+    The page's address is written to stdout; only this computer can open it. Files change only when you press Save.
+    The command ends with Ctrl-C, or when the page is closed. Without arguments, choose the files on the page; without
+    TARGET, the pins deform SOURCE.
 
     \b
     iccm edit
@@ -31,7 +31,7 @@ def command(**given: Any) -> int:
     iccm edit cat.svg round.svg --constraints pairs.json
     iccm edit gingerbread.svg --texture icing.png
 
-    Exit code: 0 the page was closed, 2 an input is wrong, 130 Ctrl-C.
+    Exit code: 0 the page was closed, 2 wrong input, 130 Ctrl-C.
     """
     try:
         import websockets  # noqa: F401  (uvicorn speaks to pages by it)
@@ -52,5 +52,5 @@ def command(**given: Any) -> int:
         logs.tell(note)
     server.serve(workspace, port=port, browser=browser, show=click.echo)
     if workspace.session and workspace.session.scene != workspace.session.saved:
-        logs.tell("not saved, but kept: the same command offers it again")
+        logs.tell("unsaved pins and strokes are kept; run the same command again to restore them")
     return 0

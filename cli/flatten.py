@@ -21,8 +21,8 @@ os.environ.setdefault("NUMPY_MADVISE_HUGEPAGE", "0")
 def command(**given: Any) -> int:
     """Flatten MESH (OBJ, GLB, PLY, OFF, STL) into the plane, without folds or overlaps.
 
-    MESH is file, file#part (an OBJ object, group or material), or file#2 for the outline along the second-longest
-    boundary. Inner holes stay holes. Without an output option MESH-flat.svg is written here.
+    MESH is a file, file#part (an OBJ object, group or material), or file#2 to use the second-longest boundary as the
+    outline. Holes stay holes. Without an output option, MESH-flat.svg is written to the current folder.
 
     \b
     iccm flatten face.obj -o face.svg
@@ -31,7 +31,7 @@ def command(**given: Any) -> int:
     iccm flatten glove.obj --method balanced --plot glove.png
     iccm flatten face.obj --onto heart.svg --uv face-heart.obj
 
-    Exit code: 0 done, 1 what was written is not one-to-one, 2 an input is wrong.
+    Exit code: 0 done, 1 the flattening is not one-to-one, 2 wrong input.
     """
     from ..flattening import METHODS
     from ..io.run import flatten
@@ -41,7 +41,7 @@ def command(**given: Any) -> int:
     if not any(given[name] for name in ("output", *FlattenJob.written)):
         given["output"] = (f"{Spec.of(given['mesh']).path.stem}-flat.svg",)
     if not given["onto"] and given["method"] not in METHODS:
-        logs.log.warning("--method OUTLINE is called --onto OUTLINE now; the old name works until iccm 2")
+        logs.log.warning("--method OUTLINE is now --onto OUTLINE; the old form works until iccm 2")
     job = described(FlattenJob, options.values(given))
     with status.show_phases("flatten"):
         outcome = flatten.run(job, tell=logs.log.warning)

@@ -13,14 +13,14 @@ from . import options
 @options.of("help")
 @click.pass_context
 def command(ctx: click.Context, name: str | None, topic: str | None) -> int:
-    """Show help: of all commands, of one, or one topic of it.
+    """Show help for all commands, for one command, or for one of its topics.
 
     \b
     iccm help
     iccm help map
     iccm help map texture
 
-    Exit code: 0 done, 2 there is no such command or topic.
+    Exit code: 0 done, 2 unknown command or topic.
     """
     from . import iccm
 

@@ -16,13 +16,13 @@ from .options import FILE
 @click.argument("file", type=FILE, nargs=-1, required=True)
 @options.of("info")
 def command(file: tuple[str, ...], json: bool, plot: str | None, force: bool, max_faces: int) -> int:
-    """Tell what iccm sees in each FILE: outlines and ids, pins and strokes, pictures, meshes, constraints, jobs.
+    """Show how iccm reads each FILE: outlines and ids, pins and strokes, pictures, meshes, constraints, jobs.
 
     \b
     iccm info body.obj
     iccm info sheet.svg --plot parts.png
 
-    Exit code: 0 done, 2 an input is wrong.
+    Exit code: 0 done, 2 wrong input.
     """
     from json import dumps
 
@@ -33,7 +33,7 @@ def command(file: tuple[str, ...], json: bool, plot: str | None, force: bool, ma
     if plot:
         formats.check(plot, "plot", "unknown suffix for --plot")
         if len(file) > 1:
-            raise InputError(f"--plot: a sheet shows one file; {len(file)} are named")
+            raise InputError(f"--plot: shows the parts of one file, but {len(file)} files are given")
         files.check_outputs([plot], file, force=force)
     for name in file:
         with status.show_status():

@@ -12,7 +12,7 @@ from .options import FILE
 @click.argument("manifest", type=FILE, default="jobs.toml")
 @options.of("init")
 def command(manifest: str, force: bool) -> int:
-    """Write MANIFEST, jobs.toml if nothing is named: a batch with comments, to start from.
+    """Write an example manifest with comments to MANIFEST (by default jobs.toml).
 
     \b
     iccm init
@@ -25,8 +25,8 @@ def command(manifest: str, force: bool) -> int:
     from ..io.batch.starter import starter
 
     if not manifest.endswith(".toml"):
-        raise InputError(f"{manifest}: a manifest to start from is TOML; give it a name that ends in .toml")
+        raise InputError(f"{manifest}: the manifest is written as TOML; choose a name that ends in .toml")
     files.write_bytes(manifest, starter(manifest).encode(), force=force)
     logs.log.info(f"wrote {manifest}")
-    logs.log.info(f"name your files in it, then: iccm batch {manifest}")
+    logs.log.info(f"enter your files in it, then run: iccm batch {manifest}")
     return 0

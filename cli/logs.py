@@ -1,5 +1,6 @@
-"""Messages on stderr: how many (`-v`, `-q`), in which form (`--log-format`); stopping on SIGTERM; every way to fail, as
-one line and an exit code."""
+"""Messages on stderr: verbosity (`-v`, `-q`) and format (`--log-format`); signals; errors as one line and an exit
+code.
+"""
 
 from __future__ import annotations
 
@@ -26,9 +27,9 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("iccm")
 POOR = 35
-"""The level of remarks on the result itself: notes that --quiet does not hide."""
+"""Log level of notes about the result, which --quiet does not hide."""
 NARROWEST = 40
-"""Columns of a terminal: on narrower ones lines are as long as on such."""
+"""Columns to which messages are wrapped at least, also on narrower terminals."""
 INDENTED = {
     "initial_indent": "  ",
     "subsequent_indent": "  ",
@@ -36,11 +37,13 @@ INDENTED = {
     "break_on_hyphens": False,
 }
 INPUT, INTERNAL, PIPE = 2, 70, 141
-"""Exit codes beside 0 (done) and 1 (not good enough); 128 + signal when stopped by one."""
+"""Exit codes besides 0 (done) and 1 (not good enough); a process that is stopped by a signal exits with 128 +
+signal.
+"""
 
 
 class Terminated(BaseException):
-    """A signal asked the process to stop; raised so that temporary files are removed on the way out."""
+    """Raised when a signal asks the process to stop, so that temporary files are removed."""
 
     def __init__(self, number: int) -> None:
         super().__init__(number)
@@ -48,10 +51,10 @@ class Terminated(BaseException):
 
 
 class _Text(logging.Formatter):
-    """`error: …`, `note: …`; plain text for what is asked for with -v."""
+    """Format messages as `error: …`, `note: …`, or plain text for other levels."""
 
     def format(self, record: logging.LogRecord) -> str:
-        """One record, one line."""
+        """Format one record as one line."""
         label = ""
         if record.levelno >= logging.ERROR:
             label = styled("error:", sys.stderr, fg="red", bold=True) + " "
@@ -61,31 +64,31 @@ class _Text(logging.Formatter):
 
 
 def wrapped(text: str) -> str:
-    """Text broken at words where it is wider than a terminal; as it is where nobody sees it on one.
+    """Wrap text at words to the width of the terminal; unchanged if stderr is not a terminal.
 
-    Names of files and options stay whole, so that they can be copied.
+    Names of files and options are not broken, so that they can be copied.
     """
     if not sys.stderr.isatty():
         return text
     wide = max(NARROWEST, shutil.get_terminal_size().columns) - 1
     if len(click.unstyle(text)) <= wide:
         return text
-    hidden = len(text) - len(click.unstyle(text))  # codes of colours, all of which are in the label
+    hidden = len(text) - len(click.unstyle(text))  # colour codes, all of them in the label
     first, *rest = textwrap.wrap(text, wide + hidden, break_long_words=False, break_on_hyphens=False)
     return "\n".join([first, *textwrap.wrap(" ".join(rest), wide - 2, **INDENTED)])  # type: ignore[arg-type]
 
 
 def styled(text: str, stream: Any, **style: Any) -> str:
-    """Text as `click.style` makes it, on a terminal that takes colours and where NO_COLOR (no-color.org) is not set."""
+    """Apply `click.style`, if the stream is a terminal with colours and NO_COLOR (no-color.org) is not set."""
     plain = os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb" or not stream.isatty()
     return text if plain else click.style(text, **style)
 
 
 class _Json(logging.Formatter):
-    """One object a line: level, message, and whatever fields the message came with."""
+    """Format messages as JSON, one object per line: level, message and additional fields."""
 
     def format(self, record: logging.LogRecord) -> str:
-        """One record, one line."""
+        """Format one record as one line."""
         fields = getattr(record, "fields", {})
         return json.dumps(
             {
@@ -98,14 +101,14 @@ class _Json(logging.Formatter):
 
 
 class _Stderr(logging.StreamHandler):
-    """Writes to whatever sys.stderr is at the time."""
+    """Write to the current sys.stderr, also after it was replaced."""
 
     def __init__(self) -> None:
         logging.Handler.__init__(self)
 
     @property
     def stream(self) -> Any:
-        """The stream of the moment."""
+        """The current stream."""
         return sys.stderr
 
 
@@ -113,13 +116,15 @@ _state = {"debug": False}
 
 
 def reset() -> None:
-    """Messages of level info and above, as text."""
+    """Reset to text messages of level info and above."""
     _state["debug"] = False
     configure(0, "text")
 
 
 def configure(verbosity: int, form: str) -> None:
-    """Set what the `iccm` logger shows: -1 errors and doubts about the result, 0 notes and results, 1 and more all."""
+    """Set the verbosity of the `iccm` logger: -1 errors and warnings about the result, 0 also notes and results, 1
+    all.
+    """
     handler = _Stderr()
     handler.setFormatter(_Json() if form == "json" else _Text())
     log.handlers[:] = [handler]
@@ -128,7 +133,7 @@ def configure(verbosity: int, form: str) -> None:
 
 
 def is_verbose() -> bool:
-    """Whether messages are for a person who wants more than errors."""
+    """Whether messages are text and include more than errors."""
     return log.isEnabledFor(logging.INFO) and isinstance(log.handlers[0].formatter, _Text)
 
 
@@ -138,14 +143,14 @@ def debug() -> bool:
 
 
 def tell(remark: str) -> None:
-    """Show a remark: on the inputs as a note, on the result itself so that no --quiet hides it."""
+    """Show a note. Notes about the result are shown even with --quiet."""
     from ..io.run.phases import Doubt
 
     log.log(POOR if isinstance(remark, Doubt) else logging.WARNING, remark)
 
 
 def conclude(name: str, outcome: Outcome, figures: Iterable[str]) -> int:
-    """Tell the figures of a run on a file, what it wrote, and what is wrong with it; the exit code."""
+    """Show the figures of a run, the files it wrote and its problem, if any. Returns the exit code."""
     for line in (*figures, *(f"wrote {path}" for path in outcome.written)):
         log.info(line)
     if not outcome.ok:
@@ -154,14 +159,14 @@ def conclude(name: str, outcome: Outcome, figures: Iterable[str]) -> int:
 
 
 def silence_others() -> None:
-    """Let nobody but iccm speak on stderr: no warnings of NumPy, no log of trimesh."""
+    """Silence warnings and logs of other libraries, such as NumPy and trimesh."""
     if not sys.warnoptions:
         warnings.simplefilter("ignore")
     logging.getLogger().addHandler(logging.NullHandler())
 
 
 def apply(ctx: click.Context, parameter: click.Parameter, value: Any) -> None:
-    """Take over an option of `MessageOptions`, as click calls it."""
+    """Apply an option of `MessageOptions` (a click callback)."""
     said = ctx.meta.setdefault("iccm.messages", {})
     said[parameter.name] = value
     _state["debug"] = _state["debug"] or bool(said.get("debug"))
@@ -170,7 +175,7 @@ def apply(ctx: click.Context, parameter: click.Parameter, value: Any) -> None:
 
 @contextmanager
 def raise_on_signals() -> Iterator[None]:
-    """Turn SIGTERM and SIGHUP into an exception while the block runs (main thread only)."""
+    """Raise an exception on SIGTERM and SIGHUP while the block runs (main thread only)."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -190,11 +195,11 @@ def raise_on_signals() -> Iterator[None]:
 
 
 class Unread(Exception):
-    """The reader of stdout went away: by a name that click does not know, which would exit with 1."""
+    """Raised when the reader of stdout is gone. It is not a BrokenPipeError, on which click would exit with 1."""
 
 
 def explain(error: BaseException) -> int:
-    """Say on stderr what went wrong and return the exit code for it."""
+    """Show an error on stderr and return its exit code."""
     if isinstance(error, SystemError) and error.__cause__ is not None:
         return explain(error.__cause__)  # compiled code was entered with a signal's exception pending
     if isinstance(error, SystemExit):
@@ -215,9 +220,9 @@ def explain(error: BaseException) -> int:
 
 
 def sentence(error: BaseException) -> tuple[str, int]:
-    """What went wrong in one line, and the exit code."""
+    """Return the message of an error in one line, and its exit code."""
     if isinstance(error, click.UsageError) and error.ctx is not None:
-        return f"{_one_line(error.format_message())} (see `{error.ctx.command_path} --help`)", INPUT
+        return f"{_one_line(error.format_message())} (run `{error.ctx.command_path} --help` for help)", INPUT
     if isinstance(error, click.ClickException):
         return _one_line(error.format_message()), INPUT
     if isinstance(error, IccmError):
@@ -226,16 +231,18 @@ def sentence(error: BaseException) -> tuple[str, int]:
         where = f"{error.filename}: " if error.filename else ""
         return f"{where}{error.strerror}", INPUT
     if isinstance(error, MemoryError) or _lacks_memory(error):
-        return "out of memory; ask for a smaller --size or fewer --vertices", INTERNAL
+        return "out of memory; choose a smaller --size or fewer --vertices", INTERNAL
     name = type(error).__name__
     return (
-        f"internal error, please report it ({name}: {_one_line(str(error))}); --debug shows where",
+        f"internal error, please report it ({name}: {_one_line(str(error))}); --debug shows the traceback",
         INTERNAL,
     )
 
 
 def _lacks_memory(error: BaseException) -> bool:
-    """Whether a library that cannot be loaded, a thread that cannot start or a failed allocation is what is wrong."""
+    """Whether the error is a lack of memory: a library cannot be loaded, a thread cannot start, or an allocation
+    failed.
+    """
     if (
         not isinstance(error, ImportError | OSError | RuntimeError | SystemError)
         and "GEOS" not in type(error).__name__
@@ -253,11 +260,11 @@ def _say(message: str, code: int) -> int:
 
 
 def _one_line(text: str) -> str:
-    """One line; what a terminal would act on is written out."""
+    """Join lines and escape characters that a terminal would interpret."""
     return "".join(c if c.isprintable() else repr(c)[1:-1] for c in " ".join(text.split()))
 
 
 def _broken_pipe() -> int:
-    """The reader of stdout went away, as `| head` does: end quietly, and keep Python from flushing into the pipe."""
+    """End quietly after the reader of stdout is gone (such as `| head`), without flushing into the pipe."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return PIPE

@@ -26,8 +26,8 @@ class MapCommand(options.Command):
     """`iccm map`, which takes two files."""
 
     several = (
-        "map takes one SOURCE and one TARGET, here are more; for many sources write: "
-        "iccm batch 'icons/*.svg' TARGET -o 'out/{source.stem}.png' (with the quotes)"
+        "iccm map takes one SOURCE and one TARGET; to map many sources, run: iccm batch 'icons/*.svg' "
+        "TARGET -o 'out/{source.stem}.png' (with the quotes)"
     )
 
 
@@ -38,9 +38,9 @@ class MapCommand(options.Command):
 def command(**given: Any) -> int:
     """Map the shape SOURCE onto the shape TARGET and carry a texture through the map.
 
-    SOURCE and TARGET are files (SVG, a picture with a silhouette, OBJ, GLB, GeoJSON, DXF), or file#id, an element of
-    one; font.ttf#text=Word is a word. Coordinates are in the files' own units. Without -o a picture is written here,
-    named after both files.
+    SOURCE and TARGET are files (SVG, a picture with a silhouette, OBJ, GLB, GeoJSON, DXF), or file#id for one element
+    of a file; font.ttf#text=Word is a word set in a font. Coordinates are in the files' own units. Without -o, a
+    picture named after both files is written to the current folder.
 
     \b
     iccm map rose.svg leaf.svg
@@ -48,7 +48,7 @@ def command(**given: Any) -> int:
     iccm map rose.svg leaf.svg --pin 256,256:256,300 --pin 256,80:256,80
     iccm map rose.svg leaf.svg -o rose-leaf.svg -o rose-leaf.npz
 
-    Exit code: 0 done, 1 the result is not good enough, 2 an input is wrong.
+    Exit code: 0 done, 1 the result is not good enough, 2 wrong input.
     """
     return execute(given)
 
@@ -61,11 +61,11 @@ def execute(given: dict[str, Any]) -> int:
     if given.get("sequence"):
         return _sequence(given, own, seconds)
     if own["resume"]:
-        raise InputError("--resume: is for a --sequence")
+        raise InputError("--resume: only works with --sequence")
     if not own["watch"]:
         return _run(given, own)[0]
     if given.get("constraints") == "-":
-        raise InputError("--watch: stdin can be read only once; name a file with --constraints")
+        raise InputError("--watch: stdin can be read only once; pass a file to --constraints")
     gc.enable()  # it runs long
     with deadline.limited(None):
         return _watch(given, own, seconds)
@@ -76,7 +76,7 @@ def _watch(given: dict[str, Any], own: dict[str, Any], seconds: float | None) ->
     with deadline.limited(seconds):
         code, seen = _run(given, own)
     given["force"], own["open"] = True, False  # its own files are replaced, and viewers show that themselves
-    logs.log.info(f"watching {', '.join(seen)}; Ctrl-C ends it")
+    logs.log.info(f"watching {', '.join(seen)}; press Ctrl-C to stop")
     try:
         while True:
             time.sleep(EVERY)
@@ -100,7 +100,7 @@ def _sequence(given: dict[str, Any], own: dict[str, Any], seconds: float | None)
     from ..io.batch.journal import Journal
 
     if used := [name for name in ("watch", "open") if own[name]]:
-        raise InputError(f"--{used[0]}: not with --sequence")
+        raise InputError(f"--{used[0]}: cannot be combined with --sequence")
     tasks = manifest.frames(options.values(given), root=Path("."))
     folders = {os.path.dirname(os.path.abspath(name)) for task in tasks for name in task.job.outputs}
     os.makedirs(home := os.path.commonpath(folders), exist_ok=True)
@@ -116,7 +116,7 @@ def _sequence(given: dict[str, Any], own: dict[str, Any], seconds: float | None)
         for result in dispatch.execute(tasks, pools.InProcess(), book, policy, **watch):
             failed |= result["status"] != "done"
             tell = logs.log.info if result["status"] == "done" else logs.log.error
-            took = "as it was" if result["resumed"] else f"{result['seconds']:.1f} s"
+            took = "unchanged" if result["resumed"] else f"{result['seconds']:.1f} s"
             tell(f"{result['name']}: {result['status']}, {took}: {result['message']}")
             for note in result["notes"]:
                 logs.tell(f"{result['name']}: {note}")
@@ -173,11 +173,11 @@ def _wait(seen: Stamps) -> Stamps:
 def _show(written: Sequence[str]) -> None:
     """Open the first file in the system's viewer, or say why not."""
     if not written:
-        logs.log.warning("--open: there is no file to show")
+        logs.log.warning("--open: no file was written")
         return
     display = (
         sys.platform in ("darwin", "win32") or "DISPLAY" in os.environ or "WAYLAND_DISPLAY" in os.environ
     )
     if not display or click.launch(written[0]):
-        lacks = "no program for it was found" if display else "there is no display here"
-        logs.log.warning(f"--open: {written[0]} is not shown: {lacks}")
+        lacks = "no program for this type of file was found" if display else "this computer has no display"
+        logs.log.warning(f"--open: cannot show {written[0]}: {lacks}")

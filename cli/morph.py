@@ -15,18 +15,18 @@ from .options import FILE
 @click.argument("target", type=FILE)
 @options.of("morph")
 def command(source: str, target: str, **given: Any) -> int:
-    """Show SOURCE on its way to TARGET, frame by frame, with its texture.
+    """Animate SOURCE into TARGET, with its texture.
 
-    The first frame is the source, on the target's canvas, the last one the target. In between no frame folds or
-    overlaps itself, and sizes and angles change evenly. All parts of both drawings are shown; what one of them lacks
-    fades. Pins and --turn say what goes where.
+    The first frame shows the source on the target's canvas, the last one the target. No frame folds or overlaps
+    itself, and sizes and angles change evenly over time. All parts of both drawings are shown; parts without a
+    partner fade in or out. Use pins and --turn to control which points correspond.
 
     \b
     iccm morph rose.svg leaf.svg -o rose-leaf.webp
     iccm morph rose.svg leaf.svg --texture petals.jpg -o rose-leaf.gif
     iccm morph rose.svg leaf.svg -o 'm-{number}.svg'
 
-    Exit code: 0 done, 1 the last frame is not the target, 2 an input is wrong.
+    Exit code: 0 done, 1 the last frame differs from the target, 2 wrong input.
     """
     from ..io.run.job import make
     from ..io.run.morph import MorphSettings, run

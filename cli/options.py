@@ -25,38 +25,38 @@ from . import logs, settings
 from .logs import apply, styled
 
 FILE = click.Path(readable=False)
-"""An argument that is a file: shells complete its name; whether it is there is told by what reads it."""
+"""An argument that is a file. Shells complete its name; the reader reports whether it exists."""
 MESSAGES = options_of(MessageOptions).keys()
-FILES = ("FILE", "IMAGE", "DIR", "OUTLINE")  # in what stands for a value: shells complete it
+FILES = ("FILE", "IMAGE", "DIR", "OUTLINE")  # metavars of values that are files, which shells complete
 ALL = "all"
-"""The topic of help that holds all options."""
+"""The topic of help that lists all options."""
 
 Decorator = Callable[[Callable], Callable]
 
 
 class Command(click.Command):
-    """A command whose help comes in tiers, and which takes former names and those that people try."""
+    """A command with help by topics that also accepts former names and synonyms of its options."""
 
     several = ""
-    """What to do with more files than the command takes."""
+    """Message for more files than the command takes."""
     missing = ""
-    """What to give, where an argument is missing."""
+    """Message for a missing argument."""
     passed_on: tuple[str, ...] = ()
-    """Options of other commands that it takes without showing them in its help."""
+    """Options of other commands that it accepts without listing them in its help."""
 
     @property
     def rows(self) -> dict[str, Option]:
-        """The options of the table that this command has, by name."""
+        """Options of the table that belong to this command, by name."""
         return {name: option for name, (_, option) in of_command(self.name or "").items()}
 
     @property
     def known(self) -> dict[str, Option]:
-        """These, and those that it passes on."""
+        """Options of this command and those that it passes on, by name."""
         every = {name: option for name, (_, option) in options_of().items()}
         return {name: every[name] for name in self.passed_on} | self.rows
 
     def get_help_option(self, ctx: click.Context) -> click.Option:
-        """`--help`, which takes a topic."""
+        """Return the option `--help`, which takes a topic."""
         topics = _topics_of(self.rows) if len(self.rows) > FEW else []
         return click.Option(
             ["-h", "--help"],
@@ -66,17 +66,17 @@ class Command(click.Command):
             expose_value=False,
             metavar="[TOPIC]" if topics else "",
             callback=_show_help,
-            help="Show help, or more of it on a topic." if topics else "Show this help.",
+            help="Show help, or the options of one topic." if topics else "Show this help.",
         )
 
     def get_params(self, ctx: click.Context) -> list[click.Parameter]:
-        """Its options, and `--version`, which people ask of a command, too."""
+        """Return its options and `--version`, which people also try after a command."""
         version = click.version_option(__version__, prog_name="iccm", help="Show the version.")
         holder: Any = version(lambda: None)
         return [*super().get_params(ctx), *holder.__click_params__]
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Parse with former names and aliases replaced; what is not known is answered with what was probably meant."""
+        """Parse after replacing former names and aliases; for unknown options suggest similar ones."""
         ctx.meta["iccm.notices"] = notices = list[str]()
         ctx.default_map = settings.defaults(self.rows)
         try:
@@ -93,23 +93,23 @@ class Command(click.Command):
             raise
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run the command within its time, after telling which names are former ones."""
+        """Run the command within its time limit, after warnings about deprecated names."""
         for notice in ctx.meta["iccm.notices"]:
             logs.log.warning(notice)
         for name, option in self.rows.items():
             given = ctx.get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE
             if given and self.name in option.hidden:
-                logs.log.warning(f"{_dashed(name)}: works until iccm 2; {option.instead}")
+                logs.log.warning(f"{_dashed(name)}: deprecated, will be removed in iccm 2; {option.instead}")
         with deadline.limited(ctx.params.pop("time_limit", None)):
             return super().invoke(ctx)
 
     def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """What the command does; the help of a topic leaves it out."""
+        """Write the description of the command, except in the help of a topic."""
         if ctx.meta.get("iccm.topic", "") in ("", ALL):
             super().format_help_text(ctx, formatter)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """The options that most need, or those of a topic, and how to see the others."""
+        """Write the most common options, or those of a topic, and how to see the others."""
         records: dict[str, Any] = {
             max(each.opts, key=len)[2:].replace("-", "_"): each.get_help_record(ctx)
             for each in self.get_params(ctx)
@@ -126,7 +126,7 @@ class Command(click.Command):
                 formatter.write_dl([row for name in names if (row := records.get(name))])
         if not topic and sum(len(names) for _, _, names in sections) < len(records):
             with formatter.section(
-                styled(f"More, by {ctx.command_path} --help TOPIC", sys.stdout, bold=True)
+                styled(f"More options: {ctx.command_path} --help TOPIC", sys.stdout, bold=True)
             ):
                 topics = [(word, TOPICS[word].title) for word in _topics_of(self.rows)]
                 formatter.write_dl([*topics, (ALL, "All options")])
@@ -135,7 +135,7 @@ class Command(click.Command):
 def _sections(
     command: str, rows: dict[str, Option], names: list[str], topic: str
 ) -> list[tuple[str, str, list[str]]]:
-    """Heading, example and options of what help shows."""
+    """Return heading, example and option names of each section of the help."""
     if topic == ALL or len(rows) <= FEW:
         return grouped(names)
     if topic:
@@ -150,25 +150,25 @@ def _sections(
 
 
 def _topics_of(rows: dict[str, Option]) -> list[str]:
-    """The topics that have options of a command."""
+    """Return the topics that contain options of a command."""
     return [word for word, topic in TOPICS.items() if any(name in rows for name in topic.names)]
 
 
 def _show_help(ctx: click.Context, parameter: click.Parameter, value: str | None) -> None:
-    """Show the help of a topic, or the short one, and end."""
+    """Show the help of a topic, or the short help, and exit."""
     if value is None:
         return
     rows = ctx.command.rows if isinstance(ctx.command, Command) else {}
     known = [*_topics_of(rows), ALL]
     if value and value not in known:
-        raise click.UsageError(f"--help {value}: no such topic; choose one of {', '.join(known)}", ctx)
+        raise click.UsageError(f"--help {value}: unknown topic; choose one of {', '.join(known)}", ctx)
     ctx.meta["iccm.topic"] = value
     click.echo(ctx.get_help())
     ctx.exit()
 
 
 def _with_todays_names(args: list[str], rows: dict[str, Option], notices: list[str]) -> Iterator[str]:
-    """Arguments with options by the names of today, and their values as these take them."""
+    """Replace former names and aliases of options by current names, with values in the current form."""
     today = {
         _dashed(old): (name, "{}", True)
         for name, option in rows.items()
@@ -192,14 +192,14 @@ def _with_todays_names(args: list[str], rows: dict[str, Option], notices: list[s
             continue
         name, template, is_old = today[word]
         if is_old:
-            notices.append(f"{word} is called {_dashed(name)} now; the old name works until iccm 2")
+            notices.append(f"{word} is now {_dashed(name)}; the old name works until iccm 2")
         if template != "{}" and not joined:
             value = next(left, "")
         yield _dashed(name) + (f"={template.format(value)}" if joined or template != "{}" else "")
 
 
 def _unknown(word: str, rows: dict[str, Option]) -> str:
-    """What to say of an option that there is not: what was probably meant, by what it means or how it is spelt."""
+    """Return the message for an unknown option, with suggestions by synonym or spelling."""
     near = suggest(word.lstrip("-"), rows)
     hint = f"; did you mean {' or '.join(map(_dashed, near[:2]))}?" if near else ""
     return f"No such option {word}{hint}"
@@ -210,7 +210,9 @@ def _dashed(name: str) -> str:
 
 
 def of(command: str, *passed_on: str) -> Decorator:
-    """One decorator that adds the options of a command, in the order of help, and those of a job that it passes on."""
+    """Return a decorator that adds the options of a command in the order of help, and the job options that it passes
+    on.
+    """
     made = [_click(command, name, hint, option) for name, (hint, option) in of_command(command).items()]
     for name, (hint, option) in options_of().items():
         if name in passed_on:
@@ -227,7 +229,7 @@ def of(command: str, *passed_on: str) -> Decorator:
 
 
 def _unset(option: Option) -> Any:
-    """The default of an option that is passed on: none, so that only what was given is."""
+    """Return an empty default for an option that is passed on, so that only given values are passed."""
     return () if option.default == () else False if option.default is False else None
 
 
@@ -253,7 +255,7 @@ def _click(command: str, name: str, hint: Any, option: Option) -> Decorator:
 
 
 def _type(hint: Any, option: Option) -> Any:
-    """What click checks of a value: its kind, its choices, its bounds."""
+    """Return the click type that checks a value: its kind, choices and bounds."""
     types = (hint, *get_args(hint))
     choices = next((get_args(each) for each in types if get_origin(each) is Literal), ())
     if choices and isinstance(choices[0], str):
@@ -265,12 +267,12 @@ def _type(hint: Any, option: Option) -> Any:
 
 
 def _text(option: Option) -> Any:
-    """Words, or the name of a file, which shells complete."""
+    """Return the click type of text, or of a file name, which shells complete."""
     return FILE if any(word in (option.metavar or "") for word in FILES) else str
 
 
 def _parsed(parse: Callable[[Any], Any]) -> Callable:
-    """A click callback that parses a value, and says what is wrong with it."""
+    """Return a click callback that parses a value and reports errors."""
 
     def of_click(ctx: click.Context, parameter: click.Parameter, value: str | None) -> Any:
         try:
@@ -282,7 +284,7 @@ def _parsed(parse: Callable[[Any], Any]) -> Callable:
 
 
 def values(options: dict[str, object]) -> dict[str, object]:
-    """The options that were given, as a Job's fields: unset ones are left to its defaults."""
+    """Return the given options as fields of a Job; unset options take its defaults."""
     return {key: _plain(value) for key, value in options.items() if value is not None}
 
 

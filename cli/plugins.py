@@ -8,8 +8,9 @@ from ..errors import InputError
 from . import logs, options
 
 NEXT = {
-    "inkscape": "restart Inkscape: Extensions > Texture",
-    "blender": "in Blender: Edit > Preferences > Add-ons, switch iccm on; then UV Editor > sidebar (N) > iccm",
+    "inkscape": "restart Inkscape, then open Extensions > Texture",
+    "blender": "in Blender, enable iccm under Edit > Preferences > Add-ons; its panel is in the UV "
+    "Editor's sidebar (N)",
 }
 
 
@@ -18,10 +19,10 @@ NEXT = {
 @click.argument("program", type=click.Choice(["inkscape", "blender"]), required=False)
 @options.of("plugins")
 def command(action: str, program: str | None, to: str | None) -> int:
-    """Put iccm into the menus of Inkscape and Blender, or take it out again.
+    """Install, remove or list the plug-ins for Inkscape and Blender.
 
-    The plug-in's files go into the program's own folder of extensions, and run iccm by the Python that it is installed
-    for: after moving that, install again.
+    The plug-in is copied into the program's folder of extensions and runs iccm with the Python that iccm is now
+    installed in. Install it again after moving that Python.
 
     \b
     iccm plugins install inkscape
@@ -39,13 +40,13 @@ def command(action: str, program: str | None, to: str | None) -> int:
                 click.echo(f"{each}\t{folder}\t{plugins.interpreter(folder)}")
         return 0
     if program is None:
-        raise InputError(f"plugins {action}: name a program: inkscape or blender")
+        raise InputError(f"plugins {action}: choose a program: inkscape or blender")
     if action == "uninstall":
         found = plugins.uninstall(program, to)
         for folder in found:
             logs.log.info(f"removed {folder}")
         if not found:
-            logs.log.warning(f"there is no plug-in for {program}")
+            logs.log.warning(f"no plug-in for {program} is installed")
         return 0
     for path in plugins.install(program, to):
         logs.log.info(f"wrote {path}")

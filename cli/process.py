@@ -64,10 +64,11 @@ def leave_signals() -> None:
 
 @contextmanager
 def watch_signals() -> Iterator[None]:
-    """While the block runs, a thread waits for signals, and ends the process where the main thread does not.
+    """Let a thread end the process on a signal while the block runs, in case the main thread does not.
 
-    The main thread gets its exceptions as ever. What Python's own handler of signals writes into a pipe is seen by the
-    thread though the main one is in compiled code; what has not been written whole by then is removed.
+    The main thread receives its exceptions as usual. The thread reads the pipe to which Python's signal handler
+    writes, also while the main thread executes compiled code. It removes incomplete output files before it ends the
+    process.
     """
     if threading.current_thread() is not threading.main_thread() or os.name == "nt":
         yield

@@ -15,17 +15,17 @@ from .options import FILE
 @click.argument("new", type=FILE)
 @options.of("relayout")
 def command(threads: int | None, **given: Any) -> int:
-    """Carry the materials, or textures, of OLD to NEW, the same surface with another UV layout.
+    """Transfer the materials or textures of OLD to NEW, the same surface with another UV layout.
 
-    Triangles with the same corners go to each other, however faces are ordered; where there are none, texels are taken
-    from the nearest point of OLD. Normals are turned from the old tangents to the new ones (as MikkTSpace makes them).
+    Triangles with the same corners are matched, whatever the order of the faces; elsewhere, texels are taken from the
+    nearest point of OLD. Normals are rotated from the old tangents to the new ones (MikkTSpace).
 
     \b
     iccm relayout old.glb new.glb -o out.glb
     iccm relayout old.obj new.obj --texture albedo.png -o new-albedo.png
     iccm relayout old.glb new.glb --texture albedo.png -o 'new/{stem}.png'
 
-    Exit code: 0 done, 1 some of NEW is farther from OLD than the limit or its layout is empty, 2 an input is wrong.
+    Exit code: 0 done, 1 a part of NEW is farther from OLD than the limit, or its layout is empty, 2 wrong input.
     """
     from ..io.run import relayout
     from ..io.run.job import RelayoutJob, described

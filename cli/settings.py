@@ -57,16 +57,20 @@ def _from_file() -> dict[str, str]:
         content: dict[str, Any] = tomllib.loads(place.read_text(encoding="utf-8"))
     except (FileNotFoundError, NotADirectoryError):
         if os.environ.get(FILE_VARIABLE):
-            raise InputError(f"{place}: no such file; {FILE_VARIABLE} names it") from None
+            raise InputError(
+                f"{place}: no such file; check the variable {FILE_VARIABLE}, which names it"
+            ) from None
         return {}
     except OSError as error:
-        raise InputError(f"{place}: cannot be read: {error.strerror}") from None
+        raise InputError(f"{place}: cannot read this file: {error.strerror}") from None
     except (ValueError, RecursionError) as error:
-        raise InputError(f"{place}: is not TOML: {str(error).splitlines()[0]}") from None
+        raise InputError(f"{place}: not valid TOML: {str(error).splitlines()[0]}") from None
     limits = content.get("limits", {})
     unknown = [key for key in content if key != "limits"]
     unknown += [key for key in limits if key not in LIMITS] if isinstance(limits, dict) else ["limits"]
     if unknown:
         known = ", ".join(LIMITS)
-        raise InputError(f"{place}: {unknown[0]}: unknown key; the file has a table [limits] of {known}")
+        raise InputError(
+            f"{place}: {unknown[0]}: unknown key; the file takes one table, [limits], with {known}"
+        )
     return {key: str(value) for key, value in limits.items()}

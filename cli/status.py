@@ -1,4 +1,4 @@
-"""A line on a terminal's stderr that tells what is under way, and for how long: nothing is silent for two seconds."""
+"""A status line on the terminal that shows the current step and the time it has taken."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from ..progress import Listener, heard, tell
 from . import logs
 
 QUIET = 1.0  # seconds of work before the line appears
-EVERY = 0.5  # seconds from one to the next
-SOON = 2.0  # seconds: less that is left is not told, since what follows takes as long
+EVERY = 0.5  # seconds between updates
+SOON = 2.0  # seconds: a shorter remaining time is not shown, since the steps that follow take as long
 WIDE = 16  # letters of the bar
 
 
 @contextmanager
 def show_status() -> Iterator[Listener | None]:
-    """Shows, while the block runs, what its listener is told, which hears `iccm.progress` too.
+    """Show reports of progress while the block runs: those sent to the returned listener and those of `iccm.progress`.
 
-    None without a terminal, and where messages are to be few or for machines.
+    Returns None without a terminal, and with --quiet or --log-format json.
     """
     if not (sys.stderr.isatty() and logs.is_verbose()):
         yield None
@@ -42,7 +42,7 @@ def show_phases(what: str) -> Iterator[None]:
 
 
 class Line:
-    """What is under way, by its last report."""
+    """The status line, with the latest report of progress."""
 
     def __init__(self) -> None:
         self._start, self._said = time.monotonic(), ("start", 0, 0)
@@ -51,7 +51,7 @@ class Line:
         self._bar: Any = None  # tqdm's
 
     def __call__(self, what: str, done: int, of: int) -> None:
-        """As `iccm.progress.Listener`; nothing under way takes the line away, at once."""
+        """Receive a report, as `iccm.progress.Listener`. An empty name removes the line at once."""
         _, before, count = self._said
         if what:
             if of != count or done < before:
@@ -73,7 +73,7 @@ class Line:
 
     @staticmethod
     def _drawn(share: float) -> str:
-        """A bar, of blocks where the terminal's encoding has them."""
+        """Draw a bar, with block characters if the terminal's encoding has them."""
         from tqdm.std import Bar
         from tqdm.utils import _supports_unicode
 
@@ -81,7 +81,7 @@ class Line:
 
     @contextmanager
     def ticking(self) -> Iterator[None]:
-        """Shows the line again and again, by a thread, until the block ends."""
+        """Redraw the line from a thread until the block ends."""
         ticker = threading.Thread(target=self._tick, daemon=True)
         ticker.start()
         try:
@@ -96,7 +96,7 @@ class Line:
         from tqdm import tqdm
         from tqdm.contrib.logging import logging_redirect_tqdm
 
-        size = shutil.get_terminal_size()  # a guess where a terminal does not know, as in containers
+        size = shutil.get_terminal_size()  # falls back to a guess, for instance in containers
         shape = {"ncols": size.columns - 1, "nrows": size.lines, "bar_format": "{desc}", "leave": False}
         with logging_redirect_tqdm([logs.log]), tqdm(desc=str(self), file=sys.stderr, **shape) as self._bar:
             while not self._over.wait(EVERY):

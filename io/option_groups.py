@@ -38,12 +38,12 @@ TOPICS: dict[str, Topic] = {
         "open force",
     ),
     "shapes": Topic(
-        "Which shapes, and how they fit",
+        "Which shapes, and how they are fitted",
         "--parts all --holes keep --fit cover",
         "parts fit place holes max_left_out max_uncovered trace sequence",
     ),
     "constraints": Topic(
-        "What must go where",
+        "Pins, strokes and rigid regions",
         "--pin 30,40:28,44 --pin 60,40:70,41",
         "pin exact_pins rigid rigid_target rigid_size constraints importance size_map start",
     ),
