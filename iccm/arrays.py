@@ -27,11 +27,11 @@ def as_complex(z: ArrayLike | Sequence, name: str, columns: int = 0) -> Complex:
             given = np.ascontiguousarray(given, np.float64).view(np.complex128)[..., 0]
         z = np.asarray(given, dtype=np.complex128)
     except (TypeError, ValueError) as error:
-        raise InputError(f"{name}: no array of complex numbers x + iy ({error})") from error
+        raise InputError(f"{name}: cannot be read as an array of complex numbers x + iy ({error})") from error
     if z.ndim != 1 + bool(columns) or (columns and z.shape[1] != columns):
         wanted = f"(n, {columns})" if columns else "(n,)"
         raise InputError(
-            f"{name}: an array of shape {z.shape}; {wanted} complex numbers x + iy, or pairs of x and y, are needed"
+            f"{name}: wrong shape {z.shape}; give {wanted} complex numbers x + iy, or pairs of x and y"
         )
     return z
 
@@ -44,7 +44,7 @@ def as_points(z: ArrayLike) -> Complex:
     """
     given = np.asarray(z)
     if given.dtype.kind in "iuf" and given.ndim > 1 and given.shape[-1] == 2:
-        raise InputError(f"points of shape {given.shape}: complex ones are needed here, x + iy")
+        raise InputError(f"points: real array of shape {given.shape}; give complex numbers x + iy here")
     return np.asarray(given, dtype=np.complex128)
 
 

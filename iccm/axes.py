@@ -14,9 +14,9 @@ AXES = {
     "screen": "pairs are x and y, y down: pixels as OpenCV and SVG count them",
     "image": "pairs are row and column, rows down: as NumPy and scikit-image index pixels",
 }
-"""The values of `axes`."""
+"""Values of `axes` and what they mean."""
 UP = ("xy", "xy")
-"""The axes of both sides of a map of which nothing else is known."""
+"""The axes of both sides of a map if nothing else is known."""
 
 
 def check(axes: str) -> None:

@@ -39,18 +39,18 @@ class Capability:
 
 
 BALANCED = ("balanced",)
-HOLES = Capability(BALANCED, "the balanced method alone knows of holes")
+HOLES = Capability(BALANCED, "only the balanced method supports holes")
 FIELD = Capability(
     BALANCED,
-    "is for the balanced method, between outlines of the plane",
+    "only works with the balanced method between planar outlines",
     kinds=("plane",),
-    elsewhere="is for the balanced method, between outlines of the plane",
+    elsewhere="only works with the balanced method between planar outlines",
     partial=False,
 )
 PIN_SETTINGS = "radius, tolerance, turn and scale of a pin"
-ONE_SIDE = "regions of one side are kept; leave one of the two out"
-BETWEEN_SURFACES = "regions are not kept between two surfaces; give pins"
-PINS_INSTEAD = "goes without strokes on surfaces; give pins"
+ONE_SIDE = "rigid regions can be given on one side only; remove one of the two options"
+BETWEEN_SURFACES = "rigid regions are not supported between two surfaces; use pins instead"
+PINS_INSTEAD = "cannot be combined with strokes on surfaces; use pins instead of strokes"
 
 
 def _rigid(kept: Kind, refused: Kind, instead: str, without: dict[str, str]) -> Capability:
@@ -64,7 +64,7 @@ def _rigid(kept: Kind, refused: Kind, instead: str, without: dict[str, str]) -> 
     """
     return Capability(
         BALANCED,
-        "regions are kept by the balanced method",
+        "rigid regions need the balanced method",
         kinds=("plane", kept),
         elsewhere={
             "between surfaces": BETWEEN_SURFACES,
@@ -86,7 +86,7 @@ CAPABILITIES: dict[str, Capability] = {
         "onto surface",
         "from surface",
         "rigid, regions of the source",
-        dict.fromkeys(("importance", "size_map"), "goes without importance and size_map"),
+        dict.fromkeys(("importance", "size_map"), "cannot be combined with importance or size_map"),
     ),
     PIN_SETTINGS: Capability(
         BALANCED,
@@ -96,7 +96,7 @@ CAPABILITIES: dict[str, Capability] = {
     ),
     "importance": FIELD,
     "size_map": FIELD,
-    "start": Capability(BALANCED, "an option of --method balanced"),
+    "start": Capability(BALANCED, "needs the balanced method"),
 }
 
 
@@ -125,4 +125,4 @@ def refuse(given: Collection[str], method: str, kind: Kind, fit: str) -> None:
             if other in given:
                 raise InputError(f"{name}: {why}" if other != "rigid_target" else f"{name}, {other}: {why}")
         if FITS[fit].is_partial and not row.partial:
-            raise InputError(f"{name}: goes with fit whole, or auto, which is whole then")
+            raise InputError(f"{name}: cannot be combined with fit {fit}; use whole or auto")

@@ -45,7 +45,7 @@ class Curve:
         """
         curve = cls(distinct(_finite(z, name)))
         if curve.z.size < 3:
-            raise InputError(f"{name}: {curve.z.size} distinct vertices; a domain needs at least 3")
+            raise InputError(f"{name}: has {curve.z.size} distinct vertices; at least 3 are needed")
         if abs(curve.area) <= 1e-14 * curve.diagonal**2:
             raise InputError(f"{name}: the outline encloses no area")
         if not curve.polygon.is_valid:

@@ -60,7 +60,10 @@ class Deadline:
 
     def message(self, what: str = "") -> str:
         """That the time is spent, and on what: by default on what is under way."""
-        return f"{what or self.doing or 'the command'}: took longer than {self.seconds:g} s; --time-limit allows more"
+        return (
+            f"{what or self.doing or 'the command'}: took longer than {self.seconds:g} s; set a longer "
+            "--time-limit"
+        )
 
 
 _current: ContextVar[Deadline | None] = ContextVar("deadline", default=None)

@@ -50,23 +50,21 @@ class FitMode:
 
 
 FITS: dict[str, FitMode] = {
-    "auto": FitMode(
-        "auto: what costs the least", "the one that costs the least", ("source", "target"), compares=True
-    ),
+    "auto": FitMode("auto: the cheapest", "the cheapest of these", ("source", "target"), compares=True),
     "frame": FitMode(
         "frame: a frame around all parts",
-        "a region around all of the source, its gaps closed, onto one around the target",
+        "a region around the whole source, with its gaps closed, onto one around the target",
         of_drawings=True,
     ),
-    "whole": FitMode("whole outlines", "outline onto outline, with all concavities"),
+    "whole": FitMode("whole outlines", "outline onto outline, including all concavities"),
     "contain": FitMode(
         "contain: all of the source is shown",
-        "all of the source is shown, and the target stays uncovered where concavities of the source open",
+        "all of the source is shown; the target stays bare where concavities of the source open",
         ("source",),
     ),
     "cover": FitMode(
         "cover: the target is covered",
-        "the target is covered, and what lies beyond its concavities is hidden",
+        "the target is covered; parts of the source that would lie in its concavities are hidden",
         ("target",),
     ),
 }

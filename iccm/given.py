@@ -51,7 +51,7 @@ def outlines_of(shape: Any, name: str, axes: str = "xy") -> Outlines:
     """
     check(axes)
     if isinstance(shape, str | PathLike):
-        raise InputError(f"{name}: is a name; read the file first: iccm.read_shape({fspath(shape)!r})")
+        raise InputError(f"{name}: is the name of a file; read it first: iccm.read_shape({fspath(shape)!r})")
     if isinstance(shape, Curve):
         return Outlines(shape)
     if (flattening := flattening_of(shape)) is not None:
@@ -193,11 +193,11 @@ def _polygons(shape: Any, name: str) -> list[Any] | None:
         try:
             shape = shapely.geometry.shape(known)
         except (AttributeError, KeyError, TypeError, ValueError, shapely.errors.ShapelyError) as error:
-            raise InputError(f"{name}: not a GeoJSON geometry ({error})") from None
+            raise InputError(f"{name}: not a valid GeoJSON geometry ({error})") from None
     if shape.geom_type in ("MultiPolygon", "GeometryCollection"):
         return [part for part in shape.geoms if part.geom_type == "Polygon"]
     if shape.geom_type not in ("Polygon", "LinearRing", "LineString"):
-        raise InputError(f"{name}: a {shape.geom_type} has no outline; give a polygon")
+        raise InputError(f"{name}: a {shape.geom_type} has no outline; pass a polygon")
     if shape.is_empty:
         raise InputError(f"{name}: the {shape.geom_type} is empty")
     return [shape]
@@ -212,7 +212,7 @@ def _only(parts: Sequence[Any], name: str) -> Any:
     if len(parts) == 1:
         return parts[0]
     if not parts:
-        raise InputError(f"{name}: no polygon in it")
+        raise InputError(f"{name}: contains no polygon")
     raise InputError(
-        f"{name}: {len(parts)} polygons; give one, such as the largest: max(parts, key=lambda p: p.area)"
+        f"{name}: contains {len(parts)} polygons; pass one, such as the largest: max(parts, key=lambda p: p.area)"
     )

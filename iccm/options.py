@@ -168,18 +168,19 @@ class Options:
         if self.method not in (None, *METHODS):
             raise InputError(f"method: {self.method!r} is not one of {', '.join(METHODS)}")
         if isinstance(self.turn, str) and self.turn != "any":
-            raise InputError(f"turn: {self.turn!r} is no angle in degrees, nor any")
+            raise InputError(f"turn: {self.turn!r} is not an angle in degrees, nor 'any'")
         if self.order not in (None, 0, 1):
-            raise InputError(f"order: {self.order!r} is not 0 or 1")
+            raise InputError(f"order: {self.order!r} is not allowed; use 0 or 1")
         for f in fields(self):
             value = getattr(self, f.name)
             least = -np.inf if f.name == "turn" else 0
             if isinstance(value, float | int) and not (np.isfinite(value) and value >= least):
                 raise InputError(f"{f.name}: {value} is not a finite number of at least 0")
         if self.literal and self.method != "paper":
-            raise InputError("literal: an option of --method paper")
+            raise InputError("literal: needs method paper")
         if self.literal and (free := self._given(FIXED_BY_LITERAL)):
-            raise InputError(f"{free[0]}: literal takes it as the paper has it; leave one of the two out")
+            raise InputError(f"{free[0]}: cannot be combined with literal, which uses the paper's value; "
+                             "remove one of the two")
         for name, words in (("fit", tuple(FITS)), ("place", PLACES), ("holes", HOLES)):
             if getattr(self, name) not in words:
                 raise InputError(f"{name}: {getattr(self, name)!r} is not one of {', '.join(words)}")
@@ -187,17 +188,17 @@ class Options:
             others := self._given(("fit", "holes", "max_left_out", "max_uncovered"))
         ):
             raise InputError(
-                f"{others[0]}: place {self.place} keeps the drawing's proportions, so no fits are compared; "
-                "leave one of the two out"
+                f"{others[0]}: cannot be combined with place {self.place}, which keeps the drawing's "
+                "proportions; remove one of the two"
             )
         if max(self.max_left_out, self.max_uncovered) > 1:
-            raise InputError("max_left_out, max_uncovered: are shares of the area, at most 1")
+            raise InputError("max_left_out, max_uncovered: must be shares of the area, at most 1")
         if not 1 <= self.effort <= MAX_EFFORT:
             raise InputError(f"effort: {self.effort} is not between 1 and {MAX_EFFORT}")
         if isinstance(self.rigid_size, str) and self.rigid_size != "free":
-            raise InputError(f"rigid_size: {self.rigid_size!r} is no factor, nor free")
+            raise InputError(f"rigid_size: {self.rigid_size!r} is not a factor, nor 'free'")
         if self.rigid_size == 0:
-            raise InputError("rigid_size: is a factor above 0")
+            raise InputError("rigid_size: must be above 0")
         if isinstance(self.vertices, str):
             if self.vertices != "source":
                 raise InputError(f"vertices: {self.vertices!r} is neither a number nor 'source'")
@@ -206,10 +207,10 @@ class Options:
         for name in ("max_dilatation", "max_stretch"):
             bound = getattr(self, name)
             if bound is not None and bound < 1:
-                raise InputError(f"{name}: {bound:g} is below 1, which no map can have")
+                raise InputError(f"{name}: {bound:g} is below 1, the least possible value; use a larger one")
         self._refuse_others()
         if self.tolerance == 0:
-            raise InputError("tolerance: 0 cannot be reached; give a number above")
+            raise InputError("tolerance: 0 cannot be reached; use a number above 0")
         if not (self.samples_per_edge != 0 and self.max_iterations >= 1 and 0 < self.tangential <= 1):
             raise InputError(
                 "samples_per_edge and max_iterations must be at least 1, tangential above 0 and at most 1"
@@ -244,4 +245,4 @@ class Options:
                 if self.method != "balanced" and self.method
                 else f"conformal, which {asked} asks for"
             )
-            raise InputError(f"{own[0]}: an option of --method balanced, not of {other}")
+            raise InputError(f"{own[0]}: needs the balanced method, not of {other}")

@@ -150,10 +150,10 @@ def _holes(outer: Curve | None, holes, name: str) -> tuple[Curve, ...]:
         curve = from_known(as_domain(hole, f"{name} hole {k + 1}"))
         ring = curve.polygon
         if not rings[0].contains_properly(ring):
-            raise InputError(f"{name} hole {k + 1}: crosses or touches the outline, or lies outside of it")
+            raise InputError(f"{name} hole {k + 1}: crosses or touches the outline, or lies outside it")
         touched = [j for j, other in enumerate(rings[1:]) if ring.intersects(other)]
         if touched:
-            raise InputError(f"{name} hole {k + 1}: crosses, touches or holds hole {touched[0] + 1}")
+            raise InputError(f"{name} hole {k + 1}: crosses, touches or contains hole {touched[0] + 1}")
         rings.append(ring)
         found.append(curve.reversed())
     return tuple(found)
@@ -168,7 +168,8 @@ def _field(given, box: Box, name: str, least: float) -> Field | None:
         low, high = as_complex(corners, name)
         box = complex(low), complex(high)
         if not (np.isfinite(corners).all() and high.real > low.real and high.imag > low.imag):
-            raise InputError(f"{name}: {corners!r} is no lower left and upper right corner, x + iy")
+            raise InputError(f"{name}: {corners!r} is not a box; give its lower left and upper right "
+                             "corner as x + iy")
     return Field.of(given, box, least, name)
 
 
@@ -181,7 +182,7 @@ def _partners(partners, holes: Sequence[tuple[Curve, ...]]) -> tuple[tuple[int, 
     found = tuple((int(i), int(j)) for i, j in partners)
     for k, (side, name) in enumerate(zip(zip(*found), ("source", "target"))):
         if len(set(side)) < len(side) or not all(0 <= i < len(holes[k]) for i in side):
-            raise InputError(f"hole_partners: {list(side)} are no different holes of the {name}")
+            raise InputError(f"hole_partners: {list(side)} are not different holes of the {name}")
     return found
 
 
@@ -192,7 +193,7 @@ def as_strokes(k: int, pair) -> tuple[Curve, Curve]:
         InputError: it is not a pair of polylines.
     """
     if not hasattr(pair, "__len__") or len(pair) != 2:
-        raise InputError(f"strokes: number {k + 1} is no pair of polylines, source and target")
+        raise InputError(f"strokes: item {k + 1} is not a pair of polylines, source and target")
     return _stroke(pair[0], "source stroke"), _stroke(pair[1], "target stroke")
 
 
@@ -210,7 +211,7 @@ def as_pins(pins: ArrayLike | Sequence | None) -> Complex:
         return np.empty((0, 2), dtype=np.complex128)
     array = as_complex(pins, "pins", 2)
     if not np.isfinite(array).all():
-        raise InputError("pins: not all coordinates are finite numbers")
+        raise InputError("pins: some coordinates are not finite numbers")
     return array
 
 
@@ -223,6 +224,6 @@ def _refuse_outside(shape: Curve, z: Complex, what: str, reach: float, side: str
     if outside.size:
         k = outside[0]
         raise InputError(
-            f"{what} {k + 1}: ({z[k].real:g}, {z[k].imag:g}) is outside the {side} shape, "
-            f"by {gap[k]:.3g}; move it inside"
+            f"{what} {k + 1}: ({z[k].real:g}, {z[k].imag:g}) is {gap[k]:.3g} outside the {side} shape; "
+            "move it inside"
         )

@@ -59,28 +59,32 @@ BACK = 1e-6  # of the source's diagonal: an inverse that errs by more is another
 class Status(Enum):
     """How the solver ended, as a sentence."""
 
-    DECREASE = "The energy no longer decreases by a relevant share of itself."
+    DECREASE = "The energy has converged."
     THRESHOLD = "The energy fell below the threshold."
-    REACHED = "The image of the boundary is within the tolerance of the target."
-    LIMIT = "The iteration limit was reached before the energy settled."
-    GAP = "The image of the boundary is not within the tolerance of the target (boundary.hausdorff)."
-    SOURCE_GAP = (
-        "The boundary that the map covers is not within the tolerance of the source (boundary.source)."
+    REACHED = "The mapped outline meets the target's outline within the tolerance."
+    LIMIT = "The iteration limit was reached before the energy converged (max_iterations)."
+    GAP = "The mapped outline does not meet the target's outline within the tolerance (boundary.hausdorff)."
+    SOURCE_GAP = "The map does not cover the source up to its outline within the tolerance (boundary.source)."
+    BOUNDS = (
+        "The bounds on dilatation or stretch cannot be met; the result is the closest map "
+        "(max_dilatation, max_stretch)."
     )
-    BOUNDS = "The bounds on dilatation or stretch cannot be met: the closest map is given."
     FOLDED = "The map folds: parts of the picture overlap or disappear (injective.folded)."
     TWISTED = (
-        "The image of the boundary is within the tolerance, but between the surfaces the map is twisted or squeezed "
-        "(stretch, dilatation): give landmarks there, or others."
+        "The mapped outline meets the target's, but the map between the surfaces is twisted or squeezed "
+        "(stretch, dilatation); add landmarks there, or move them."
     )
     MET = "Pins and strokes are met."
     OVERLAP = "Pins and strokes are met and nothing folds, but the outline overlaps itself."
-    BENT = "Not all rigid regions could be kept: the closest map without folds is given (regions)."
-    PINS = "Not all pins and strokes could be met: the closest map without folds is given."
-    FLIPPED = (
-        "The texture coordinates that were written turn triangles over, or leave them without area (uv)."
+    BENT = "Not all rigid regions could be kept rigid; the result is the closest map without folds (regions)."
+    PINS = (
+        "Not all pins and strokes could be met; the result is the closest map without folds (pins, strokes)."
     )
-    CROWDED = "Parts of the target are too crowded for double precision: they are not covered."
+    FLIPPED = "The texture coordinates that were written flip triangles or leave them without area (uv)."
+    CROWDED = (
+        "Parts of the target are not covered, because the map is too crowded there for double "
+        "precision (method conformal)."
+    )
 
     @property
     def ok(self) -> bool:
@@ -89,7 +93,7 @@ class Status(Enum):
 
 
 ROUTINE = tuple(status.value for status in (Status.DECREASE, Status.THRESHOLD, Status.REACHED, Status.MET))
-"""Messages that say no more than the figures do."""
+"""Messages that add nothing to the figures."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -260,7 +264,7 @@ class Fit:
             InputError: the map is between flattened surfaces.
         """
         if any(self.layouts):
-            raise InputError("maps of meshes are not saved; those between planar shapes are")
+            raise InputError("save: the map of a mesh cannot be saved, only maps between planar shapes")
         own = Plane.of(self.source.z, self.source_holes), Plane.of(self.image, self.target_holes)
         if self.place != "fill":
             own = replace(own[0], box=self.boxes[0]), replace(own[1], box=self.boxes[1])
@@ -296,9 +300,9 @@ class Fit:
         axes = about.get("axes", list(UP))
         is_tolerance = isinstance(tolerance, float) and tolerance > 0
         if not isinstance(axes, list) or len(axes) != 2 or any(each not in AXES for each in axes):
-            raise InputError("about: its axes are not those of two planes")
+            raise InputError("about: the axes are not those of two planes")
         if source.outline is None or ended not in Status.__members__ or not is_tolerance:
-            raise InputError("about: what it says of the solving is not understood")
+            raise InputError("about: the description of the solver is invalid")
         begins, ends, *holes = (
             [Curve(z, not name.startswith("stroke")) for z in held.rings[name]] for name in RINGS[:6]
         )
@@ -307,7 +311,7 @@ class Fit:
         fits &= target.outline is None or len(partners) == len(held.map.rims) - 1
         filled = held.rings["filled"]
         if len(begins) != len(ends) or not fits or len(filled) not in (0, 2):
-            raise InputError("hole_partners, strokes, filled: they do not fit each other")
+            raise InputError("hole_partners, strokes, filled: inconsistent with each other")
         return cls(
             map=replace(held.map, axes=(axes[0], axes[1])) if tuple(axes) != UP else held.map,
             ended=Status[ended],
@@ -349,7 +353,7 @@ class Fit:
     def plot(
         self,
         report: dict[str, Any] | None = None,
-        names: tuple[str, str] = ("source", "its image"),
+        names: tuple[str, str] = ("source", "mapped source"),
         carried: tuple[NDArray, Box] | None = None,
         *,
         ax: "Axes | None" = None,
@@ -727,14 +731,15 @@ class Fit:
         said = []
         if self.seen.hidden > 1 - WELL_SEEN and self.place != "slice":
             said.append(
-                f"{self.seen.hidden:.0%} of the source drawing is hidden: it lies where the target has gaps (shown)."
+                f"{self.seen.hidden:.0%} of the source drawing is hidden, because it lies in gaps of the "
+                "target (shown)."
             )
         if self.seen.bare > 1 - WELL_SEEN and self.place != "inside":
             said.append(f"{self.seen.bare:.0%} of the target drawing stays bare (covered).")
         if self.cracks > SEEN_CRACKS:
             said.append(
-                f"Cracks take {self.cracks:.1%} of the target drawing: slits narrower than 1% of it that show nothing "
-                "(cracks)."
+                f"Cracks cover {self.cracks:.1%} of the target drawing: slits narrower than 1 % of its "
+                "size that show nothing (cracks)."
             )
         return said
 
@@ -757,14 +762,13 @@ class Fit:
         found = []
         if self.lost >= SEEN_FOLDS:
             found.append(
-                f"folds: {self.lost:.1%} of the source's area fold, or shrink below what numbers can tell: the inverse "
-                "does not bring them back"
+                f"folds: {self.lost:.1%} of the source's area folds or shrinks to almost nothing, so the "
+                "inverse map does not recover it"
             )
         if all(self.layouts) and (share := self.distortion.squeezed) >= SQUEEZED:
             found.append(
-                f"squeezed: on {share:.1%} of a surface the map all but folds, lengths change by more than 100 times "
-                f"as much one way as the other, by up to {self.distortion.dilatations.max():.2g} (dilatation): "
-                "give landmarks there, or others"
+                f"squeezed: on {share:.1%} of a surface the map nearly folds (dilatation above 100, up to "
+                f"{self.distortion.dilatations.max():.2g}); add landmarks there, or move them"
             )
         return found
 
@@ -813,7 +817,7 @@ def _regions(held: MapFile, holes: tuple[list[Curve], list[Curve]]) -> list[Regi
     """
     counts, rings = held.about.get("rigid", []), list(held.rings["rigid"])
     if sum(counts) != len(rings) or (rings and not isinstance(held.map, TriangulatedMap)):
-        raise InputError("rigid: its rings are those of no regions")
+        raise InputError("rigid: the rings do not form regions")
     source, target = (None if plane.outline is None else Curve(plane.outline) for plane in held.planes)
     mean = mean_scale(source, target, holes) if source else 1.0
     found, of_target = [], held.about.get("rigid_of_target") is True
@@ -823,7 +827,7 @@ def _regions(held: MapFile, holes: tuple[list[Curve], list[Curve]]) -> list[Regi
             not isinstance(held.map, TriangulatedMap)
             or not triangles_in(held.map, region, of_target=of_target).size
         ):
-            raise InputError("rigid: a region without triangles")
+            raise InputError("rigid: a region contains no triangles")
         found.append(Region.of(held.map, region, mean, of_target=of_target))
     return found
 

@@ -60,7 +60,9 @@ def _within_time(solve: Solve) -> Solve:
             raise TimeUp(limit.message(deadline.searching(limit))) from error
         if not limit.cut:
             return found
-        note = f"The search was ended after {limit.seconds:g} s (--time-limit): the best map so far is given."
+        note = (
+            f"The search stopped after {limit.seconds:g} s (--time-limit); the result is the best map so far."
+        )
         ended = Status.LIMIT if found.ended.ok else found.ended
         return replace(found, ended=ended, notes=[*found.notes, note])
 
@@ -203,7 +205,9 @@ def fit(
     with listening(progress, cancel):
         on_surface = any(side.is_surface for side in both)
         if on_surface and settings.place != "fill":
-            raise InputError(f"place: {settings.place} is for drawings in the plane; a mesh is filled")
+            raise InputError(
+                f"place: {settings.place} only works for planar drawings; leave it out for a mesh"
+            )
         if (any(side.drawing is not None for side in both) or settings.place != "fill") and not on_surface:
             return _fit_drawings(both, constraints, settings, hole_partners, axes, opaque, free_gaps)
         return _fit_outlines(both, constraints, settings, hole_partners, axes)
@@ -276,7 +280,7 @@ class _Side:
             holes = tuple(hole.z for hole in self.drawing.mappable_holes)
             known = Outlines(self.drawing.tightest.outline, holes)
         if self.given_holes and known.holes:
-            raise InputError(f"{self.name}_holes: the shape brings its own holes; leave one of the two out")
+            raise InputError(f"{self.name}_holes: the shape already has holes; remove one of the two")
         return Outlines(known.outline, tuple(self.given_holes)) if self.given_holes else known
 
     def with_outline(self, outline: Curve, holes: Sequence[Curve]) -> _Side:
@@ -411,7 +415,7 @@ def _judged_by(
 
 def _switch_note(settings: Options) -> str:
     name = settings.switched_by.replace("_", "-")
-    return f"using --method conformal because of --{name}, which the default method does not have"
+    return f"using --method conformal because of --{name}, which the default method does not support"
 
 
 def _given(problem: Problem, start: TriangulatedMap | None) -> set[str]:
@@ -444,7 +448,7 @@ def _options(function: Callable[..., Fit], options: OptionValues) -> Options:
         if name in FORMER_NAMES:
             new = FORMER_NAMES[name]
             warnings.warn(
-                f"{name}: is called {new} now; the old name works until iccm 2", FutureWarning, stacklevel=4
+                f"{name}: is now {new}; the old name works until iccm 2", FutureWarning, stacklevel=4
             )
             values[new] = value
         else:
@@ -559,7 +563,7 @@ def deform(
         rigid=[_points(ring, f"rigid region {k + 1}", axes) for k, ring in enumerate(rigid)],
     )
     if not problem.pins.size and not problem.strokes:
-        raise InputError("deform: no pins and no strokes; give at least one")
+        raise InputError("deform: no pins or strokes are given; add at least one")
     with listening(progress, cancel):
         found = _deformed(problem, settings, start, options)
     return _with_axes(found, axes, (source,))
@@ -573,9 +577,9 @@ def _deformed(
         from .balanced import fit as balanced
 
         if settings.rigid_size is not None:
-            raise InputError("rigid_size: bones of a shape that is deformed keep their size")
+            raise InputError("rigid_size: does not apply to deform, where rigid regions keep their size")
         if settings.turn is not None:
-            raise InputError("turn: a shape that is deformed turns as its pins and strokes do")
+            raise InputError("turn: does not apply to deform, where pins and strokes determine the rotation")
         return balanced.deform(problem, settings, _map_of(start))
     capabilities.refuse(_given(problem, _map_of(start)), _method_of(settings), "plane", settings.fit)
     from .paper import algorithm1
@@ -586,10 +590,8 @@ def _deformed(
 
 def _map_of(start: Fit | TriangulatedMap | None) -> TriangulatedMap | None:
     if isinstance(start, Fit) and start.filled is not None:
-        raise InputError(
-            "start: is a partial map, which is not gone on from; solve that one with fit='whole'"
-        )
+        raise InputError("start: cannot continue from a partial map; compute it with fit='whole'")
     found = start.map if isinstance(start, Fit) else start
     if found is not None and not isinstance(found, TriangulatedMap):
-        raise InputError("start: is no balanced map, nor the result that holds one")
+        raise InputError("start: not a balanced map, nor a result that contains one")
     return found

@@ -110,7 +110,7 @@ class PictureOptions:
         pixels = _pixels(texture)
         encoding = self.encoding or ("linear" if pixels.dtype.kind == "f" else "srgb")
         if encoding not in ("srgb", "linear"):
-            raise InputError(f"encoding {encoding!r}: not one of srgb, linear")
+            raise InputError(f"encoding {encoding!r}: must be srgb or linear")
         alpha = pixels.shape[2] - 1 if pixels.shape[2] in (2, 4) else -1
         placed = Texture(pixels, _box(self.texture_box or box, "texture_box"), alpha, encoding)
         return Sampler(placed, self.filter, self.kind, self.edge, outlines=outlines, threads=self.threads)
@@ -195,7 +195,7 @@ def transfer(
     """
     if isinstance(texture, Fit) or target is None:
         raise InputError(
-            "transfer: takes a texture and two shapes; for a map that is there: iccm.warp(fit, texture)"
+            "transfer: takes a texture and two shapes; to use an existing map, call iccm.warp(fit, texture)"
         )
     solve.refuse_unknown(transfer, options, passed_to=solve.fit)
     axes = options.get("axes", "xy")
@@ -315,7 +315,8 @@ def from_stmap(st: ArrayLike, *, texture_box: Box = (0j, 1 + 1j), target_box: Bo
     stored = np.asarray(st)
     if stored.ndim != 3 or stored.shape[2] < 2 or stored.dtype.kind != "f":
         raise InputError(
-            f"stmap: an array of shape {stored.shape} of {stored.dtype}; (h, w, 2) floats or more are needed"
+            f"stmap: has shape {stored.shape} and type {stored.dtype}; pass floats of shape (h, w, 2) or "
+            "with more channels"
         )
     height, width = stored.shape[:2]
     canvas = _canvas((width, height), target_box or (0j, complex(width, height)))
@@ -327,7 +328,7 @@ def _pixels(texture: ArrayLike) -> NDArray:
     pixels = _of_usual_type(np.ascontiguousarray(texture))
     pixels = pixels[..., None] if pixels.ndim == 2 else pixels
     if pixels.ndim != 3 or not pixels.size:
-        raise InputError(f"texture: an array of shape {pixels.shape}; (h, w) or (h, w, c) are needed")
+        raise InputError(f"texture: has shape {pixels.shape}; pass an array of shape (h, w) or (h, w, c)")
     return pixels
 
 
@@ -349,7 +350,7 @@ def _of_usual_type(pixels: NDArray) -> NDArray:
             "(t - t.min()) / (t.max() - t.min())"
         )
     names = ", ".join(kind.__name__ for kind in TYPES)
-    raise InputError(f"texture: pixels of type {pixels.dtype}; {names}, float64, bool or integers are needed")
+    raise InputError(f"texture: has type {pixels.dtype}; use {names}, float64, bool or integers")
 
 
 def _canvas(size: int | tuple[int, int], box: Box) -> Canvas:
@@ -357,7 +358,7 @@ def _canvas(size: int | tuple[int, int], box: Box) -> Canvas:
     low, high = box = _box(box, "target_box")
     sides = np.atleast_1d(size)
     if sides.dtype.kind not in "iu" or sides.shape not in ((1,), (2,)) or sides.min() < 1:
-        raise InputError(f"size: {size!r} is neither a number of pixels nor width and height")
+        raise InputError(f"size: {size!r} is not valid; give a number of pixels, or width and height")
     width, height = sides.tolist() if sides.size == 2 else proportional(int(sides[0]), high - low)
     return Canvas.about(width, height, box)
 
@@ -365,7 +366,9 @@ def _canvas(size: int | tuple[int, int], box: Box) -> Canvas:
 def _box(box: Box, name: str) -> Box:
     corners = as_complex(box, name)
     if corners.shape != (2,) or not (np.isfinite(corners).all() and _ahead(corners[1] - corners[0])):
-        raise InputError(f"{name}: {box!r} is no lower left and upper right corner, x + iy")
+        raise InputError(
+            f"{name}: {box!r} is not a box; give its lower left and upper right corner as x + iy"
+        )
     return complex(corners[0]), complex(corners[1])
 
 

@@ -41,7 +41,9 @@ class Transform:
         if np.iscomplexobj(given):
             return self.forward(given)
         if given.shape[-1:] != (2,):
-            raise ValueError(f"points of shape {given.shape}; give complex ones, or real ones (n, 2)")
+            raise ValueError(
+                f"points: have shape {given.shape}; pass complex numbers, or real numbers of shape (n, 2)"
+            )
         return on_pairs(self.forward, given, self.axes)
 
     @property

@@ -166,15 +166,20 @@ class Saved:
         """
         suffix = formats.suffix_of(path)
         if output != "-" and document.READERS.get(formats.suffix_of(output)) != document.READERS[suffix]:
-            raise InputError(f"{output}: is written as it was read; give it a name that ends in {suffix}")
+            raise InputError(
+                f"{output}: must have the format of the input; choose a name that ends in {suffix}"
+            )
         formats.check_report(report)
         named = [name for name in (output, report) if name not in (None, "-")]
         files.check_outputs(named, [path, self.name], force=force)
         if output == report == "-":
-            raise InputError("only one output can be `-`: stdout is one stream")
+            raise InputError("-: only one output can be stdout; name a file for the others")
         given = document.read(path, columns)
         if unmapped == "keep" and not given.keeps:
-            raise InputError(f"--unmapped keep: {suffix} holds nothing without a place; use drop or refuse")
+            raise InputError(
+                f"--unmapped keep: {suffix} files cannot contain entries without a position; "
+                "use drop or refuse"
+            )
         (source, into), (found, rims) = self.planes, (given.geometry, self.fit.map.rims)
         reach = max_line_error or TOLERANCE * diagonal(
             self.fit.image if into.outline is None else into.outline
@@ -196,9 +201,7 @@ class Saved:
         away = {name: count for name, count in carrier.counts.items() if count}
         lost = ", ".join(f"{count} {name}" for name, count in away.items() if "repaired" not in name)
         if lost and unmapped == "refuse":
-            raise InputError(
-                f"{path}: {lost} of the map's domain; --unmapped drop leaves out what is beyond it"
-            )
+            raise InputError(f"{path}: {lost} of the map's domain; use --unmapped drop to leave them out")
         for note in (*given.notes, *(f"{count} {name}" for name, count in away.items())):
             tell(f"{path}: {note}")
         images = document.Images(points, lines, polygons, unmapped == "keep", into.name)
@@ -242,5 +245,5 @@ def _job(held: MapFile) -> dict[str, Any]:
     try:
         Job(source="-", target="-", **job)
     except (JobError, TypeError) as error:
-        raise InputError(f"about: the options of its job are wrong ({error})") from None
+        raise InputError(f"about: the options of its job are invalid ({error})") from None
     return job

@@ -7,7 +7,7 @@ from .point_syntax import TAGS
 MESSAGES = {
     "extra_forbidden": "unknown key",
     "missing": "is missing",
-    "model_type": "must be an object, {…}",
+    "model_type": "must be a JSON object, {…}",
     "string_unicode": "the name is not UTF-8; rename the file",
 }
 
@@ -32,5 +32,5 @@ def mistakes(error: ValidationError) -> list[tuple[str, str]]:
 def first(error: ValidationError, whole: str = "the file") -> str:
     """The first mistake with its place, that of a key or the `whole`, and how many more there are."""
     (key, text), *rest = mistakes(error)
-    more = f" (and {len(rest)} more mistakes)" if rest else ""
+    more = f" (and {len(rest)} more errors)" if rest else ""
     return f"{key[:200] or whole}: {text}{more}"

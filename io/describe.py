@@ -52,7 +52,7 @@ def describe(name: str | Path, *, max_faces: int = limits.FACES) -> dict[str, An
         if getattr(formats.of(path), what):
             return {"file": str(path), "bytes": path.stat().st_size, **facts(path)}
     known = sorted({suffix for what in kinds for suffix in formats.holding(what)})
-    raise InputError(f"{path}: no kind of file that iccm reads; it reads {' '.join(known)}")
+    raise InputError(f"{path}: iccm does not read files of this type; it reads {' '.join(known)}")
 
 
 def _shape(named: Spec | Path) -> dict[str, Any]:

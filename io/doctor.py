@@ -27,7 +27,7 @@ MODULES = {
     "resvg-py": "resvg_py",
     "scikit-image": "skimage",
 }
-"""What is imported of a requirement, where that is not its name."""
+"""Module names of requirements whose names differ."""
 EXTRAS = {
     "dask": "iccm batch --dask",
     "draco": "glTF files compressed by Draco",
@@ -35,7 +35,7 @@ EXTRAS = {
     "edit": "iccm edit",
     "meshopt": "glTF files compressed by meshopt",
 }
-"""What the requirements of an extra are needed for."""
+"""What each extra is for."""
 
 
 @dataclass(frozen=True)
@@ -126,9 +126,9 @@ def _fonts() -> Finding:
 def _writable(what: str, folder: Path) -> Finding:
     try:
         with tempfile.TemporaryFile(dir=folder):
-            return Finding(what, f"{folder} can be written", True)
+            return Finding(what, f"{folder} is writable", True)
     except OSError as error:
-        return Finding(what, f"{folder} cannot be written: {error.strerror}", False)
+        return Finding(what, f"{folder} is not writable: {error.strerror}", False)
 
 
 def _check(
@@ -165,5 +165,9 @@ def _try_map() -> str:
     shown = warp(fit.map, Texture(pixels, box), Canvas(8, 8, box)).pixels[1:7, 1:7, :3]
     off = int(np.abs(shown.astype(int) - pixels[1:7, 1:7]).max())
     if not (gap < 1e-6 and off <= 1):
-        raise ArithmeticError(f"a square onto itself is off by {gap:.3g}, its picture by {off}")
-    return f"a square onto itself is right to {gap:.0e}, in {time.perf_counter() - start:.2f} s"
+        raise ArithmeticError(
+            f"the map of a square onto itself is wrong: error {gap:.3g}, error of its picture {off}"
+        )
+    return (
+        f"the map of a square onto itself is correct to {gap:.0e} (took {time.perf_counter() - start:.2f} s)"
+    )

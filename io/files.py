@@ -59,7 +59,9 @@ def replacing(path: str | os.PathLike, *, force: bool = False, private: bool = F
     try:
         yield temporary
         if not force and path.exists():
-            raise InputError(f"{path}: the file appeared while it was being made; use --force to replace it")
+            raise InputError(
+                f"{path}: another program created this file in the meantime; use --force to replace it"
+            )
         _probe(temporary)
         _flush(temporary)
         os.replace(temporary, path)
@@ -69,7 +71,7 @@ def replacing(path: str | os.PathLike, *, force: bool = False, private: bool = F
         raise InputError(str(error).replace(str(temporary), str(given))) from error
     except OSError as error:
         if error.errno in _FULL or error.filename in (str(temporary), temporary):
-            raise InputError(f"{path}: cannot be written: {_reason(error)}") from error
+            raise InputError(f"{path}: cannot write this file: {_reason(error)}") from error
         raise
     finally:
         with suppress(OSError):
@@ -126,21 +128,21 @@ def check_output(path: str | os.PathLike, *, force: bool = False) -> Path:
         if real.is_dir():
             raise InputError(f"{path}: is a folder; name a file in it")
         if real.parent.exists() and not real.parent.is_dir():
-            raise InputError(f"{path}: {real.parent} is a file, no folder; choose another")
+            raise InputError(f"{path}: {real.parent} is a file, not a folder; choose another folder")
         if not real.parent.is_dir():
             raise InputError(f"{path}: the folder {real.parent} does not exist; create it first")
         if real.exists() and not real.is_file():
-            raise InputError(f"{path}: is not a plain file; name another output")
+            raise InputError(f"{path}: not a plain file; choose another output")
         if real.exists() and not force:
             raise InputError(f"{path}: the file exists; use --force to replace it")
         if path.is_symlink() and not force:
-            raise InputError(f"{path}: is a link to {real}; use --force to write there, or name that file")
+            raise InputError(f"{path}: is a link to {real}; use --force to write to it, or name that file")
     except (OSError, ValueError) as error:
         if isinstance(error, InputError):
             raise
-        raise InputError(f"{path!s}: cannot be written: {_reason(error)}") from error
+        raise InputError(f"{path!s}: cannot write this file: {_reason(error)}") from error
     if not os.access(real.parent, os.W_OK | os.X_OK):
-        raise InputError(f"{path}: the folder {real.parent} is not writable; choose another")
+        raise InputError(f"{path}: the folder {real.parent} is not writable; choose another folder folder")
     return real
 
 
@@ -165,9 +167,9 @@ def check_outputs(
     for name in names:
         real = check_output(name, force=True)
         if real in read:
-            raise InputError(f"{name}: is also an input; name another output")
+            raise InputError(f"{name}: is also an input; choose another output")
         if real in seen:
-            raise InputError(f"{name}: is named for two outputs; give each its own")
+            raise InputError(f"{name}: is used for two outputs; give each a separate name")
         seen.add(real)
     for name in names:
         try:
@@ -222,10 +224,10 @@ def opened(path: str | os.PathLike, *, max_bytes: int | None = None) -> Iterator
     except (OSError, ValueError) as error:
         if isinstance(error, InputError):
             raise
-        raise InputError(f"{path}: cannot be read: {_reason(error)}") from error
+        raise InputError(f"{path}: cannot read this file: {_reason(error)}") from error
     with file:
         if max_bytes is not None and size > max_bytes:
-            raise InputError(f"{path}: {size} bytes; at most {max_bytes} are read")
+            raise InputError(f"{path}: the file has {size} bytes, more than the limit of {max_bytes}")
         yield file
 
 
@@ -238,7 +240,7 @@ def read_bytes(path: str | os.PathLike, *, max_bytes: int) -> bytes:
     with opened(path, max_bytes=max_bytes) as file:
         content = file.read(max_bytes + 1)  # the size may have changed, or lie (/proc)
     if len(content) > max_bytes:
-        raise InputError(f"{path}: more than {max_bytes} bytes; that is the limit")
+        raise InputError(f"{path}: the file has more than {max_bytes} bytes, which is the limit")
     if not content:
         raise InputError(f"{path}: the file is empty")
     return content
@@ -257,7 +259,7 @@ def parse_json(data: str | bytes, *, once: bool = False) -> Any:
     except RecursionError:
         raise InputError("is nested too deeply") from None
     except ValueError as error:  # also numbers of thousands of digits
-        raise InputError(f"is not JSON: {str(error).splitlines()[0]}") from None
+        raise InputError(f"not valid JSON: {str(error).splitlines()[0]}") from None
 
 
 def distinct_keys(items: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -316,7 +318,7 @@ def _sibling(path: Path, private: bool) -> Path:
         if not private:  # as mkstemp makes them
             os.chmod(name, path.stat().st_mode & 0o777 if path.exists() else 0o666 & ~_umask())
     except OSError as error:
-        raise InputError(f"{path}: cannot be written: {_reason(error)}") from error
+        raise InputError(f"{path}: cannot write this file: {_reason(error)}") from error
     return Path(name)
 
 
@@ -329,7 +331,7 @@ def make_folder(path: Path) -> None:
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(f"{path}: cannot be made: {error.strerror}") from error
+        raise InputError(f"{path}: cannot create this folder: {error.strerror}") from error
 
 
 def make_private_folder(path: Path, top: Path) -> None:
@@ -349,7 +351,7 @@ def make_private_folder(path: Path, top: Path) -> None:
                 folder.chmod(0o700)
     except OSError as error:
         raise InputError(
-            f"{error.filename or path}: cannot be made for you alone: {error.strerror}"
+            f"{error.filename or path}: cannot create a private folder: {error.strerror}"
         ) from error
 
 

@@ -175,7 +175,7 @@ def check_report(name: str | None) -> None:
     """
     held = of(name or "")
     if held.picture or held.drawing or held.mesh or held.plot:
-        raise InputError(f"{name}: a report is JSON; give --report a name that ends in .json")
+        raise InputError(f"{name}: the report is JSON; choose a name that ends in .json for --report")
 
 
 def suffix_of_content(content: bytes) -> str:

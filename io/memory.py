@@ -54,7 +54,7 @@ class Bounded(memory.Memory):
                 self._maps.append(mmap.mmap(file.fileno(), wanted))
         except OSError as error:
             raise InputError(
-                f"--memory: no room for {wanted // MIB}M of scratch in {self.folder}: {error.strerror}"
+                f"--memory: cannot write {wanted // MIB}M of temporary data to {self.folder}: {error.strerror}"
             ) from error
         return np.frombuffer(self._maps[-1], dtype).reshape(shape)
 
@@ -85,7 +85,10 @@ class Bounded(memory.Memory):
         free = self.limit - held - MARGIN
         if free < each:
             takes = -(-(self.limit - free + each) // MIB)
-            raise InputError(f"--memory: {self.limit // MIB}M is too little for {what}, which takes {takes}M")
+            raise InputError(
+                f"--memory: {self.limit // MIB}M is too little for {what}, which needs "
+                f"{takes}M; raise --memory"
+            )
         return free
 
 

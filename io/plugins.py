@@ -134,16 +134,16 @@ def _check_own(folder: Path) -> None:
     """
     if folder.is_dir() and any(folder.iterdir()) and not (folder / PYTHON).is_file():
         raise InputError(
-            f"{folder}: holds something else than a plug-in of iccm; name another folder with --to"
+            f"{folder}: contains something other than a plug-in of iccm; choose another folder with --to"
         )
 
 
 def _zipped(program: str, path: Path) -> Path:
     if program != "blender":
-        raise InputError(f"{path}: {program.capitalize()} installs from no .zip; name a folder")
+        raise InputError(f"{path}: {program.capitalize()} does not install from a .zip; name a folder")
     if path.is_symlink() or (path.exists() and not _is_own_zip(path)):
         raise InputError(
-            f"{path}: exists, and is not a plug-in of iccm; name another file, or remove it first"
+            f"{path}: exists and is not a plug-in of iccm; choose another name, or remove the file first"
         )
     with files.replacing(path, force=True) as temporary, zipfile.ZipFile(temporary, "w") as archive:
         for name, content in sorted(contents(program).items()):
@@ -162,8 +162,8 @@ def _is_own_zip(path: Path) -> bool:
 
 
 _NOT_FOUND = {
-    "inkscape": "Inkscape is not found; name its folder of extensions (there: Edit > Preferences > System > User "
-    "extensions): --to DIR",
-    "blender": "no settings of Blender 4.2 or later are found; start it once, or write a file for its Preferences > "
-    "Get Extensions > Install from Disk: --to iccm-blender.zip",
+    "inkscape": "Inkscape: settings not found; pass its folder of extensions (in Inkscape: Edit > "
+    "Preferences > System > User extensions) with --to DIR",
+    "blender": "Blender: settings of version 4.2 or later not found; start Blender once, or write a file "
+    "for Preferences > Get Extensions > Install from Disk with --to iccm-blender.zip",
 }

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 from . import limits
 
 TAGS = ("plane", "space", "vertex")  # what pydantic calls the forms of a place in the path to a mistake
-FORMS = "write x,y or [x, y], on a mesh also v5 (a vertex) or x,y,z"
+FORMS = "write x,y or [x, y]; on a mesh also v5 (a vertex) or x,y,z"
 PIN = "SX,SY:TX,TY, such as 10,20:30,40 or 10,20:30,40,radius=6"
 PIN_SETTINGS = {"r": "radius", "radius": "radius", "tolerance": "tolerance", "turn": "turn", "scale": "scale"}
 """What may follow a typed pin, with the name of each in constraints files."""
@@ -33,7 +33,7 @@ def read(value: Any) -> Any:
     if len(words) == 1 and (vertex := _VERTEX.fullmatch(words[0])):
         return f"v{int(vertex[1])}"
     if len(words) not in (2, 3) or not all(map(_NUMBER.fullmatch, words)):
-        raise ValueError(f"{f'{value!r} ' if isinstance(value, str) else ''}is no place; {FORMS}")
+        raise ValueError(f"{f'{value!r} ' if isinstance(value, str) else ''}is not a point; {FORMS}")
     return tuple(map(float, words))
 
 

@@ -1,4 +1,4 @@
-"""Libraries in C that write to stderr by themselves: what they say there is told by iccm, or is nobody's business."""
+"""Redirect what C libraries write to stderr: iccm reports the relevant part in its own messages."""
 
 import os
 import threading

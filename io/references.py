@@ -10,7 +10,7 @@ from contextvars import ContextVar
 from pathlib import Path
 
 _ALLOWED = ContextVar("outside", default=False)
-OUTSIDE = "which is not in its folder or below: --allow-outside takes it from there"
+OUTSIDE = "which is outside its folder; allow this with --allow-outside"
 
 
 @contextmanager

@@ -45,7 +45,7 @@ def draw(path: Path, to: Path, *, max_faces: int = limits.FACES) -> None:
     """
     form = formats.of(path)
     if not (form.mesh or form.drawing or form.picture):
-        raise InputError(f"{path}: --plot: no drawing, picture or mesh: it has no parts to number")
+        raise InputError(f"{path}: --plot: not a drawing, picture or mesh, so there are no parts to number")
     opened = mesh_files.open_mesh(path, max_faces) if form.mesh else None
     if opened is not None:
         opened.check_size(max_faces)

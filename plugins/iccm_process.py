@@ -1,6 +1,6 @@
-"""Run iccm as a process of its own, by the Python that it is installed for.
+"""Run iccm as a separate process, with the Python that it is installed in.
 
-Programs bring their own Python, and say so in the environment: none of that may reach iccm's.
+Host programs bring their own Python and set environment variables for it, which must not reach iccm's Python.
 """
 
 import json
@@ -16,18 +16,18 @@ AGAIN = "run `iccm plugins install {program}` again"
 
 
 class Failed(Exception):
-    """iccm cannot be run, or says no; the message is for the user."""
+    """iccm cannot be run, or reported an error; the message is for the user."""
 
 
 def python(program: str) -> str:
     """The path of iccm's Python, as the installation wrote it.
 
     Raises:
-        Failed: it was not written, or is not there any more.
+        Failed: the path was not written, or the file does not exist any more.
     """
     found = PYTHON.read_text(encoding="utf-8").strip() if PYTHON.is_file() else ""
     if not found or not os.path.isfile(found):
-        raise Failed(f"iccm is not found{f' at {found}' if found else ''}; {AGAIN.format(program=program)}")
+        raise Failed(f"cannot find iccm{f' at {found}' if found else ''}; {AGAIN.format(program=program)}")
     return found
 
 
@@ -52,13 +52,13 @@ def start(interpreter: str, arguments: list[str], folder: str, log: str) -> subp
 
 
 def messages(log: str) -> tuple[list[str], list[str]]:
-    """What was said with `--log-format json`: errors, and notes."""
+    """Return the errors and the notes that were logged with `--log-format json`."""
     errors, notes = [], []
     for line in Path(log).read_text(encoding="utf-8", errors="replace").splitlines():
         try:
             record = json.loads(line)
         except ValueError:
-            errors.append(line.removeprefix("error: ").partition(" (see `")[0])
+            errors.append(line.removeprefix("error: ").partition(" (run `")[0])
             continue
         if record.get("level") in ("error", "critical"):
             errors.append(record["message"])

@@ -27,7 +27,7 @@ CLOSE = 0.015  # of the area of each part: what is so close is met
 PATIENCE, GAIN = 10, 0.1  # rounds in which this share of what is misplaced has to go, or it ends
 LEVELS = 64  # of sizes, that are told from each other
 LEAST = 2e-3  # of the source's area: smaller parts are left to what surrounds them
-TOLD = "The areas asked for are met to {:.1%} by all {} parts of the source (size-map)."
+TOLD = "All {1} parts of the source have the requested areas up to {0:.1%} (size-map)."
 
 
 def match_areas(field: Field, first: Fit, again: Callable[[Field, TriangulatedMap, bool], Fit]) -> Fit:

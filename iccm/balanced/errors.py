@@ -24,7 +24,7 @@ class Tangled(Stuck):
     """
 
     def __init__(self, u: Complex):
-        super().__init__("no map without folds was found for this correspondence of the outlines")
+        super().__init__("found no map without folds for this correspondence of the outlines")
         self.u = u
 
 

@@ -35,8 +35,8 @@ from .motion import carry_map
 from .rigid.given import NO_REGIONS, regions_of
 from .search.partial import GOOD, TURNED
 
-SEAM = "The ring of the {} is opened by a seam, where the picture meets itself (holes)."
-LAYERED = "Where the shape overlaps itself pictures show what is farther from the {}."
+SEAM = "The ring of the {} is cut open along a seam, where both edges of the picture meet (holes)."
+LAYERED = "Where the shape overlaps itself, pictures show the layer that is farther from the {}."
 
 EVEN = 1.0  # the balance at which angles and areas count alike
 HALF = 0.5  # of the dilatation: a partial map that needs no more is worth a word
@@ -85,9 +85,10 @@ def better_partial(problem: Problem, options: Options, whole: Fit) -> list[str]:
         )
         if other.status.ok and dilatation[1] <= HALF * dilatation[0]:
             return [
-                f"With {' and '.join(asked)} of auto that is {stretch[1]:.1f} times instead of {stretch[0]:.1f}, and "
-                f"{dilatation[1]:.1f} times as much one way as the other instead of {dilatation[0]:.1f}; "
-                f"{other.left_out:.1%} of the source is left out, {other.uncovered:.1%} of the target uncovered."
+                f"With {' and '.join(asked)} set to auto, the largest stretch on 95 % of the target is "
+                f"{stretch[1]:.1f} instead of {stretch[0]:.1f}, and the dilatation {dilatation[1]:.1f} "
+                f"instead of {dilatation[0]:.1f}; {other.left_out:.1%} of the source would be hidden and "
+                f"{other.uncovered:.1%} of the target bare."
             ]
     return []
 
@@ -239,7 +240,7 @@ def solve_inverse(
     """
     check(source, target, pins, strokes, numbers)  # its messages tell source from target
     if len(holes.source) > len(holes.target):
-        raise InputError("rigid_target: the source has more holes than the target; fill or cut them")
+        raise InputError("rigid_target: the source has more holes than the target; set holes to fill or cut")
     swapped = holes.inverse()
     found = solved(
         target,
@@ -396,9 +397,7 @@ def settings_of(options: Options) -> Settings:
     terms = []
     for number, term in enumerate(options.terms, 1):
         if not isinstance(term, Term):
-            raise InputError(
-                f"terms: number {number} is not an iccm.balanced.Term, but a {type(term).__name__}"
-            )
+            raise InputError(f"terms: item {number} is a {type(term).__name__}, not an iccm.balanced.Term")
         terms.append(term)
     return Settings(
         energy=Energy(options.balance, upright, tuple(terms)),
@@ -440,11 +439,16 @@ def check_sizes(fit: Fit, asked: float | str | None) -> None:
         if asked == "free" or not region.is_rigid or room > 1 - SIZE_OFF:
             continue
         said, instead, rounded = (
-            ("from", "more", np.ceil) if region.of_target else ("up to", "less", np.floor)
+            ("from", "larger", np.ceil) if region.of_target else ("up to", "smaller", np.floor)
         )
-        told = f"finds room {said} {rounded(round(1000 * region.scale) / 10) / 100:.2f} of the mean scale"
+        told = (
+            f"has room for a size {said} {rounded(round(1000 * region.scale) / 10) / 100:.2f} times "
+            "the mean scale"
+        )
         if asked is not None:
-            raise InputError(f"rigid_size: region {k + 1} {told}, not {wanted:g}; ask for {instead}")
+            raise InputError(
+                f"rigid_size: region {k + 1} {told}, not for {wanted:g}; choose a {instead} size"
+            )
         fit.notes.append(f"Rigid region {k + 1} {told} (regions).")
 
 
@@ -463,9 +467,8 @@ def stretch_notes(found: Distortion) -> list[str]:
     if found.strain is None:
         return []
     return [
-        "The shapes differ so much that the picture is stretched strongly: "
-        "on 5 % of the target lengths change by more than {:.1f} times, "
-        "and by {:.0f} times as much one way as the other.".format(*found.strain)
+        "The shapes differ so much that the picture is strongly stretched: on 5 % of the target, lengths "
+        "change by a factor of more than {:.1f}, and the dilatation exceeds {:.0f}.".format(*found.strain)
     ]
 
 
@@ -474,15 +477,17 @@ def coverage_notes(fit: Fit) -> list[str]:
     uncovered."""
     counts = zip(("source", "target"), map(len, fit.passed_holes))
     many = [f"{count} hole{'s' * (count > 1)} of the {side}" for side, count in counts if count]
-    said = [f"The map passes over {' and '.join(many)} (holes)."] if many else []
+    said = [f"The map ignores {' and '.join(many)} (holes)."] if many else []
     if fit.left_out >= SAID:
         said.append(
-            f"{fit.left_out:.1%} of the source is left out, which bays or holes of the target have no room for (fit)."
+            f"{fit.left_out:.1%} of the source is hidden, since concavities or holes of the target leave "
+            "no room for it (fit)."
         )
     if fit.uncovered >= SAID:
-        shown = "; what a texture has in those holes is seen there" if fit.passed_holes[0] else ""
+        shown = "; the texture inside these holes is shown there" if fit.passed_holes[0] else ""
         said.append(
-            f"{fit.uncovered:.1%} of the target stays uncovered, where bays or holes of the source open{shown} (fit)."
+            f"{fit.uncovered:.1%} of the target stays bare, where concavities or holes of the source "
+            f"open{shown} (fit)."
         )
     return said
 
@@ -516,6 +521,6 @@ def rotation_notes(found: float, asked: float | None) -> list[str]:
         return []
     turn = np.degrees(np.angle(np.exp(1j * found)))
     return [
-        f"The picture is rotated by {turn:.0f} degrees instead of {np.degrees(asked):g} (turn): "
-        "the shapes or the constraints require it."
+        f"The picture is rotated by {turn:.0f} degrees instead of {np.degrees(asked):g}, because of the "
+        "shapes or the constraints (turn)."
     ]

@@ -19,11 +19,15 @@ def refuse_folds(name: str, w: Complex, faces: Index) -> None:
     """Raises NoMapError unless all triangles are positive, in these very numbers."""
     if (orientation(*w[faces].T) <= 0).any():
         raise NoMapError(
-            f"the {name} has triangles without area in double precision; move the shape to the origin or enlarge it"
+            f"the {name} has triangles that have no area in double precision; move the shape closer to "
+            "the origin or enlarge it"
         )
 
 
 def refuse_touching(name: str, outer: Complex, *holes: Complex) -> None:
     """Raises NoMapError unless an outline is simple, its holes too and inside it, in these very numbers."""
     if not is_simple(outer) or (holes and fault([outer, *holes])):
-        raise NoMapError(f"the outline of the {name} touches itself in double precision")
+        raise NoMapError(
+            f"the outline of the {name} touches itself in double precision; widen the gap, "
+            "or move the shape closer to the origin"
+        )

@@ -149,7 +149,7 @@ def _with_rigid(
     """
     source, target, holes = curves
     if len(holes.target) > len(holes.source):
-        raise InputError("rigid: the target has more holes than the source; fill or cut them")
+        raise InputError("rigid: the target has more holes than the source; set holes to fill or cut")
     journal.notes = [note for note in journal.notes if note != multilevel.SIMILAR] + list(regions.notes)
     unit = Regions(tuple(tuple(unit_ring(frames[0], ring) for ring in rings) for rings in regions.polygons))
     given = pins.unit(frames)
@@ -195,10 +195,10 @@ def holes_of(map: TriangulatedMap, holes: Holes) -> list[tuple[int, int, int]]:
         if i >= 0 and j >= 0:
             found.append((number, i, j))
     if len(found) < min(len(side) for side in holes.sides) or len(map.loops) - 1 > len(holes.target):
-        raise InputError("start: is a map of shapes with other holes")
+        raise InputError("start: belongs to shapes with other holes; use a map of these shapes")
     partners = {i: j for _, i, j in found}
     if any(partners.get(i, j) != j for i, j in holes.partners):
-        raise InputError("start: takes holes to other partners")
+        raise InputError("start: pairs the holes differently; use a map with the same pairs of holes")
     return found
 
 

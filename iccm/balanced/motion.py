@@ -27,7 +27,7 @@ SMOOTHED = 0.02  # of the length, over which the steps of a match are evened: fi
 FARTHER = 2.0
 """Times as far as outlines are from each other that their match goes where limbs merge or part: a crotch that drops to
 the feet goes a leg's length, though the outlines are a gap's width apart."""
-HOLES = "start: is a map of shapes with other holes"
+HOLES = "start: belongs to shapes with other holes; use a map of these shapes"
 
 
 def carry_map(

@@ -138,7 +138,7 @@ def simplify(curve: Curve, tolerance: float, name: str) -> tuple[Curve, list[str
             break
     if z.size == curve.z.size:
         return curve, []
-    note = f"{name}: {curve.z.size} vertices simplified to {z.size}, by at most {share:.1g} of the diagonal"
+    note = f"{name}: simplified from {curve.z.size} to {z.size} vertices, within {share:.1g} of the diagonal"
     return Curve.domain(z, name), [note]
 
 
@@ -159,7 +159,7 @@ def without_hairs(curve: Curve, name: str) -> tuple[Curve, list[str]]:
     if shorter < HAIR:
         return curve, []
     return Curve.domain(z, name), [
-        f"{name}: slits and spikes of no width left out, {shorter:.1%} of its length"
+        f"{name}: ignored slits and spikes without width, {shorter:.1%} of the outline's length"
     ]
 
 
@@ -230,7 +230,8 @@ def crowding(c: Correspondence) -> dict[str, str]:
     parts = [("target", c.target.circle, there), ("source", c.source.circle, here)]
     shares = {name: float(v.lengths[gaps < CROWDED].sum() / v.length) for name, v, gaps in parts}
     return {
-        name: f"crowding: {share:.1%} of the {name}'s boundary has harmonic measure below {CROWDED:.0e} a panel"
+        name: f"crowding: {share:.1%} of the {name}'s boundary has a harmonic measure below {CROWDED:.0e} "
+        "per panel, so the map is inaccurate there"
         for name, share in shares.items()
         if share >= 1e-3
     }

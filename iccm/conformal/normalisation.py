@@ -48,7 +48,7 @@ def centres(curve: Curve, spacing: float) -> Complex:
     inside = curve.contains(middle)
     middle, radius = middle[inside], radius[inside]
     if not middle.size:
-        raise InputError("an outline is too thin to have a middle; simplify it, or make it wider")
+        raise InputError("an outline is too thin; simplify it, or make it wider")
     clear = curve.distances(middle)
     fair = (clear > 0.5 * radius) & (clear > CLEARANCE * clear.max())
     middle, clear = middle[fair], clear[fair]

@@ -73,7 +73,7 @@ class Atlas:
         """
         corner = triangulate(check(mesh))
         if mesh.uv is None or mesh.uv_corners is None:
-            raise InputError(f"{mesh.name}: has no texture coordinates; make them with iccm flatten --uv")
+            raise InputError(f"{mesh.name}: has no texture coordinates; create them with iccm flatten --uv")
         known = _known(mesh, mesh.uv, mesh.uv_corners, corner)
         notes = _left_out(int((~known).sum()), "texture coordinates")
         corner = corner[known]
@@ -88,10 +88,17 @@ class Atlas:
         faces = joined[pair.ravel()].reshape(-1, 3)
         whole = proper(faces)
         if not whole.any():
-            raise InputError(f"{mesh.name}: no face has an area in its texture coordinates")
+            raise InputError(
+                f"{mesh.name}: no face has an area in texture coordinates; create new ones "
+                "with iccm flatten --uv"
+            )
         shape = Triangles(faces[whole], kept.size)
         uv, turned = _turn_slips(shape, rows[kept, 3:])
-        notes += [f"{turned} triangles that the layout folds back by a hair are turned"] if turned else []
+        notes += (
+            [f"{turned} triangles that fold over by less than rounding in the layout are flipped"]
+            if turned
+            else []
+        )
         return cls(mesh, shape, of[first][kept], uv, corner[whole], tuple(notes))
 
     @cached_property
@@ -133,7 +140,9 @@ class Atlas:
             InputError: there is no such chart.
         """
         if not 1 <= number <= self.count:
-            raise InputError(f"{self.mesh.name}: no chart {number}; there are {self.count}, 1 is the largest")
+            raise InputError(
+                f"{self.mesh.name}: there is no chart {number}; choose 1 (the largest) to {self.count}"
+            )
         order, starts = self._sorted
         return order[starts[number - 1] : starts[number]]
 
@@ -182,14 +191,15 @@ class Atlas:
         patch = Patch(self.mesh, self.mesh.points[vertex], shape, vertex, corner, notes=self.notes)
         if not patch.loops:
             raise InputError(
-                f"{name}: chart {number} of its texture coordinates overlaps itself: it is closed"
+                f"{name}: chart {number} of its texture coordinates overlaps itself, since the surface is "
+                "closed; unwrap it again, or leave out uv to flatten it"
             )
         outline = max(patch.loops, key=lambda loop: polygon_area(flat[loop]))
         laid = Flattening(patch, flat, outline, "uv")
         if fault := overlap(laid):
             raise InputError(
-                f"{name}: chart {number} of its texture coordinates overlaps itself ({fault}); mend the layout, or "
-                "leave out uv for a flattening"
+                f"{name}: chart {number} of its texture coordinates overlaps itself ({fault}); repair the "
+                "layout, or leave out uv to flatten it"
             )
         return LaidOut(laid, tile, mirror)
 
@@ -283,9 +293,9 @@ def _known(mesh: Mesh, uv: Real, uv_corners: Index, corner: Index) -> Flags:
     faces = uv_corners[corner]
     good = np.logical_and.reduce(np.isfinite(uv), axis=1)
     if (uv_corners >= len(uv)).any():
-        raise InputError(f"{mesh.name}: a face names a texture coordinate that the file does not have")
+        raise InputError(f"{mesh.name}: a face uses a texture coordinate that is not in the file")
     return np.logical_and.reduce((faces >= 0) & good[faces], axis=1)
 
 
 def _left_out(count: int, what: str) -> list[str]:
-    return [f"{count} triangles without {what} are left out"] if count else []
+    return [f"ignored {count} triangles without {what}"] if count else []

@@ -50,10 +50,10 @@ def morph(
     """
     map = fit.map
     if not isinstance(map, TriangulatedMap) or fit.target is None:
-        raise InputError("morph: needs a balanced map between two shapes")
+        raise InputError("morph: needs a balanced map between two planar shapes")
     if fit.is_partial:
         raise InputError(
-            "morph: the map is partial; take one with fit='frame', or fit='whole' of shapes with as many holes"
+            "morph: the map leaves parts out; use fit='frame', or fit='whole' for shapes with equally many holes"
         )
     return _between(map, placed[0] * map.source + placed[1], shares)
 

@@ -63,14 +63,14 @@ def flatten(
     """
     if not 1 <= loop <= len(patch.loops):
         raise InputError(
-            f"{patch.mesh.name}: no boundary loop {loop}; there are {len(patch.loops)}, 1 is the longest"
+            f"{patch.mesh.name}: there is no boundary {loop}; choose 1 (the longest) to {len(patch.loops)}"
         )
     if method == "lscm":
         exact = _least_squares(patch, loop, grow and len(patch.seam) > 0)
         if not np.isfinite(exact.flat).all():
             name = patch.mesh.name
             raise InputError(
-                f"{name}: LSCM has no solution here, for faces without area; take another method"
+                f"{name}: LSCM has no solution, because some faces have no area; use another method"
             )
         return exact
     plain = _least_squares(patch, loop, False)
@@ -85,7 +85,7 @@ def flatten(
         return plain
     found = _conformal(*_even_with_seam(plain, growing, joins, sound))
     found = _check(_lengthen_seam(found) if growing and chart else found)
-    return replace(found, notes=() if fault is None else (f"LSCM gave {fault}: laid out without",))
+    return replace(found, notes=() if fault is None else (f"LSCM produced {fault}; another method was used",))
 
 
 def convex(layout: Flattening) -> Flattening:
@@ -241,7 +241,7 @@ def _start(patch: Patch, outline: Index) -> Flattening:
         return Flattening(patch, upright(patch, tutte.convex(patch, outline)), outline, "balanced")
     except RuntimeError:  # scipy's word for a singular matrix
         raise InputError(
-            f"{patch.mesh.name}: no layout without folds was found; cut the patch smaller"
+            f"{patch.mesh.name}: found no flattening without folds; cut the patch into smaller parts"
         ) from None
 
 
@@ -259,7 +259,7 @@ def _check(result: Flattening) -> Flattening:
     if fault is None:
         return result
     raise InputError(
-        f"{result.patch.mesh.name}: every flattening overlaps itself ({fault}); cut the patch smaller"
+        f"{result.patch.mesh.name}: every flattening overlaps itself ({fault}); cut the patch into smaller parts"
     )
 
 

@@ -50,17 +50,17 @@ def flatten(
     if faces is None:
         if not (hasattr(mesh, "vertices") and hasattr(mesh, "faces")):
             raise InputError(
-                "flatten: give vertices and faces, or a mesh with both; read files with iccm.read_shape"
+                "flatten: pass vertices and faces, or a mesh with both; read files with iccm.read_shape"
             )
         mesh, faces = mesh.vertices, mesh.faces
     points, corners = np.asarray(mesh, np.float64), np.asarray(faces)
     if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
-        raise InputError(f"flatten: vertices of shape {points.shape}; (n, 3) finite numbers are needed")
+        raise InputError(f"flatten: vertices have shape {points.shape}; pass (n, 3) finite numbers")
     if corners.ndim != 2 or corners.shape[1] != 3 or corners.dtype.kind not in "iu" or not corners.size:
-        raise InputError(f"flatten: faces of shape {corners.shape}; (m, 3) integers are needed")
+        raise InputError(f"flatten: faces have shape {corners.shape}; pass (m, 3) integers")
     if corners.min() < 0 or corners.max() >= len(points):
         raise InputError(
-            f"flatten: faces name vertices from {corners.min()} to {corners.max()} of {len(points)}"
+            f"flatten: faces use vertices {corners.min()} to {corners.max()}, but there are {len(points)}"
         )
     if method not in methods.METHODS:
         raise InputError(f"method: {method!r} is not one of {', '.join(methods.METHODS)}")

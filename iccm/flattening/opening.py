@@ -115,7 +115,10 @@ def concave(uv: Real, patch: Patch) -> int:
 def not_convex(count: int) -> str:
     """What that means, for people."""
     polygons = "polygon is" if count == 1 else "polygons are"
-    return f"{count} {polygons} not convex in the new coordinates: programs that cut them otherwise see folds"
+    return (
+        f"{count} {polygons} not convex in the new coordinates; programs that triangulate differently "
+        "may show folds"
+    )
 
 
 def _room(z: complex, heads: Complex, tails: Complex, height: float) -> complex | None:

@@ -86,7 +86,7 @@ def fit_placed(
     found = [placement for placement in placements if placement is not None]
     if not found:
         raise InputError(
-            f"place: no similar copy fits {options.place} where the pins ask for it; move them, or use place fill"
+            f"place: with these pins no copy fits (place {options.place}); move the pins, or use place fill"
         )
     best = min(found, key=lambda placement: _cost(placement, source, target, options.place, opaque=opaque))
     turn = float(np.degrees(np.angle(best.similarity.factor)))
@@ -161,11 +161,12 @@ def _within(copy: Curve, outer: shapely.Geometry) -> Curve:
     outside = 1 - sum(each.area for each in pieces) / region.area
     if outside > MOST_CUT:
         raise InputError(
-            f"place: with these pins {outside:.0%} of the copy lies outside; move them, or use place fill"
+            f"place: with these pins {outside:.0%} of the copy lies outside the target; move the pins, or "
+            "use place fill"
         )
     if len(pieces) != 1:
         raise InputError(
-            "place: with these pins the other drawing cuts the copy into pieces; move them, or use place fill"
+            "place: with these pins the other drawing cuts the copy into pieces; move the pins, or use place fill"
         )
     return Curve.domain(complex_of(shapely.get_coordinates(pieces[0].exterior)[:-1]))
 

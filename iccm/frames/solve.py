@@ -115,7 +115,7 @@ def solve_choice(choice: Choice, source: Drawing, target: Drawing, options: Opti
 def _parts_left_out(choice: Choice) -> list[str]:
     """Return a note for each drawing whose small parts are not mapped."""
     return [
-        f"Small parts, {frame.left_out:.1%} of the {side} drawing, are left out: fit frame maps all."
+        f"Small parts, {frame.left_out:.1%} of the {side} drawing, are left out; fit frame includes them."
         for frame, side in zip(choice.frames, ("source", "target"))
         if frame.left_out >= LEAST_LEFT_OUT
     ]

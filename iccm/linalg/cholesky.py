@@ -79,7 +79,7 @@ class BlockPattern:
         wanted = ends[0] * n + ends[1]
         found = np.searchsorted(keys, wanted)
         if not np.array_equal(keys.take(found, mode="clip"), wanted):
-            raise ValueError("pairs of vertices without a block: the pattern was made for other stencils")
+            raise ValueError("pairs of vertices without a block: the pattern belongs to other stencils")
         return found
 
     @cached_property

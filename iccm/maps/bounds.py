@@ -48,7 +48,9 @@ def bound_notes(map: TriangulatedMap, max_dilatation: float | None, max_stretch:
         share = found.area @ (values > bound * (1 + ROUNDING)) / found.area.sum()
         over = f"is up to {values.max():.3g}, more than {bound:g} on {share:.2%} of the target"
         met = f"is at most {bound:g}"
-        allowed = f"the outlines' angles, where they meet, allow no less than {least:.3g} (max_{name})."
+        allowed = (
+            f"the angles of the outlines at matching corners do not allow less than {least:.3g} (max_{name})."
+        )
         said.append(f"The {name} {met if values.max() <= bound * (1 + ROUNDING) else over}; {allowed}")
     return said
 

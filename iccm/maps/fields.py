@@ -37,11 +37,11 @@ class Field:
         except (TypeError, ValueError):
             values = np.empty(0)
         if values.ndim != 2 or not values.size:
-            raise InputError(f"{name}: an array (h, w) of numbers is needed")
+            raise InputError(f"{name}: not a two-dimensional array of numbers (h, w)")
         if not np.isfinite(values).all() or values.min() < 0:
-            raise InputError(f"{name}: not all its numbers are finite and at least 0")
+            raise InputError(f"{name}: contains numbers that are negative or not finite")
         if not values.max() > 0:
-            raise InputError(f"{name}: is 0 everywhere")
+            raise InputError(f"{name}: is zero everywhere")
         return cls(np.maximum(values, least * values.max()), box)
 
     def __call__(self, z: Complex) -> Real:

@@ -94,7 +94,7 @@ def figure(
         _frame(axes, name)
     pixels, (low, high) = carried
     picture.imshow(pixels, extent=(low.real, high.real, low.imag, high.imag), interpolation="none")
-    _frame(picture, "the picture carried")
+    _frame(picture, "the mapped texture")
     _distortion(map, source, openings[0], area, shear)
     write_words(in_words(report), words)
     return made
@@ -118,7 +118,7 @@ def write_words(lines: Sequence[str], axes: Any, wide: int = WIDE, most: int = M
         or [""]
     ]
     if len(wrapped) > most:
-        wrapped[most - 1 :] = ["… and more, in the report"]
+        wrapped[most - 1 :] = ["… more notes are in the report"]
     style = {"va": "top", "family": "monospace", "fontsize": 10, "color": INK}
     axes.text(0, 1, "\n".join(wrapped), transform=axes.transAxes, **style)
 
@@ -218,7 +218,7 @@ def _shear(axes: Any, shear: np.ndarray, area: np.ndarray, extent: tuple) -> Non
     _folded(axes, area, extent)
     bar = axes.figure.colorbar(image, ax=axes, shrink=0.75, extend="max")
     bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.3g}"))
-    _frame(axes, "dilatation (1: conformal)")
+    _frame(axes, "dilatation (1 = conformal)")
 
 
 def _folded(axes: Any, area: np.ndarray, extent: tuple) -> None:

@@ -115,7 +115,7 @@ class InsetDomain:
         inner = self.outline.buffer(-depth * self.inradius, join_style="mitre")
         parts = [part for part in shapely.get_parts(inner) if part.area > 0]
         if not parts:
-            return _failed(depth, "nothing of the source lies deeper")
+            return _failed(depth, "no part of the source lies deeper")
         pieces = self.encloser.pieces([ring_of(part) for part in parts])
         if obstacle := _fold_between(pieces):
             return _failed(depth, obstacle, pieces)
@@ -127,7 +127,7 @@ class InsetDomain:
             if obstacle := _fold_between(pieces):
                 return _failed(depth, obstacle, pieces)
             if pieces.start.size > MOST:
-                return _failed(depth, "nothing could be proven between samples", pieces)
+                return _failed(depth, "no proof between samples was possible", pieces)
         zeros = int(np.abs(pieces.zeros).sum())
         if zeros:
             return _failed(depth, f"f_z has {zeros} zero{'s' * (zeros > 1)}", pieces, zeros)
@@ -155,7 +155,7 @@ class InsetDomain:
             pieces = self.encloser.split(pieces, split)
             if pieces.loose.any() or pieces.start.size > MOST:
                 break
-        return pieces, "the image of the boundary crosses itself, or comes closer to that than numbers tell"
+        return pieces, "the image of the boundary crosses itself, or nearly does, within rounding"
 
 
 def ring_of(part: shapely.Polygon) -> Complex:

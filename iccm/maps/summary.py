@@ -19,8 +19,8 @@ def summary(report: dict[str, Any]) -> list[str]:
     area, injective = report.get("log10_area", {}), report.get("injective", {})
     if boundary:
         rms, gap = _figure(boundary.get("rms")), _figure(boundary.get("hausdorff"))
-        own = f", source's own {_figure(boundary['source'])} of its diagonal" if "source" in boundary else ""
-        lines.append(f"boundary    rms {rms}, Hausdorff {gap} of the diagonal{own}")
+        own = f", of the source {_figure(boundary['source'])} of its diagonal" if "source" in boundary else ""
+        lines.append(f"boundary    root mean square {rms}, Hausdorff distance {gap} of the diagonal{own}")
     if dilatation:
         lines.append(
             "dilatation  " + ", ".join(f"{name} {_figure(value)}" for name, value in dilatation.items())
@@ -33,7 +33,8 @@ def summary(report: dict[str, Any]) -> list[str]:
     if "shown" in report:
         lines.append(
             f"seen        {_percent(report['shown'])} of the source drawing, "
-            f"{_percent(report['covered'])} of the target's covered, {_percent(report['cracks'])} of it cracks"
+            f"{_percent(report['covered'])} of the target drawing covered, {_percent(report['cracks'])} "
+            "of it lost to cracks"
         )
     if injective:
         lines.append(f"injective   {_certificate(injective)}")
@@ -48,7 +49,7 @@ def summary(report: dict[str, Any]) -> list[str]:
         worst, sizes = max(each["dilatation"] for each in found), [each["scale"] for each in found]
         told = _figure(min(sizes)) + (f" to {_figure(max(sizes))}" if len(sizes) > 1 else "")
         lines.append(
-            f"regions     {len(found)} rigid, dilatation up to {worst:.4g}, size {told} of the mean scale"
+            f"regions     {len(found)} rigid, dilatation up to {worst:.4g}, size {told} times the mean scale"
         )
     if "seconds" in report:
         parts = {k: v for k, v in report["seconds"].items() if v >= 0.005}
@@ -115,7 +116,7 @@ def _folds(injective: dict[str, Any]) -> str:
     if folded >= SEEN_FOLDS:
         return f"FOLDS on {_percent(folded)}"
     if not injective["certified"]:
-        return "not certainly one-to-one"
+        return "not certified one-to-one"
     return (
         "no folds" if share >= CERTAIN_SHARE else f"no folds on {_percent(share)}, uncertain at the outline"
     )
@@ -129,7 +130,7 @@ def _percent(share: float) -> str:
 def _certificate(found: dict[str, Any]) -> str:
     if found.get("certified"):
         depth, share = _figure(found.get("depth")), found.get("share") or 0.0
-        return f"certified on {share:.2%} of the area, from a depth of {depth} of the inradius"
+        return f"certified on {share:.2%} of the area, beyond a depth of {depth} of the inradius"
     return f"not certified; {found.get('obstacle', 'unknown')}"
 
 

@@ -45,7 +45,7 @@ class Charted:
         """
         corner = triangulate(check(mesh))
         if mesh.uv is None or mesh.uv_corners is None:
-            raise InputError(f"{mesh.name}: has no texture coordinates; make them with iccm flatten --uv")
+            raise InputError(f"{mesh.name}: has no texture coordinates; create them with iccm flatten --uv")
         stated = mesh.normals is not None and mesh.normal_corners is not None
         normals = (mesh.normals, mesh.normal_corners[corner]) if stated else ()  # type: ignore[index]
         return cls(mesh.name, mesh.points, mesh.corners[corner], mesh.uv, mesh.uv_corners[corner], *normals)

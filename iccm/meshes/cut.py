@@ -77,7 +77,8 @@ def way_through(whole: Patch, stops: Sequence[int], dear: Sequence[Real] | None 
         way = walk(whole.triangles.paths(whole.points, np.array([start]), usable, factors)[1], end)
         if way[-1] != start:
             raise InputError(
-                f"{whole.mesh.name}: no seam leads through the pins in their order without crossing itself"
+                f"{whole.mesh.name}: no cut passes through the pins in their order without crossing "
+                "itself; remove some pins, or change their order"
             )
         free[way] = False
         found += way[-2::-1]

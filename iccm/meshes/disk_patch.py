@@ -44,7 +44,7 @@ class Joined:
         vertex, number = np.flatnonzero(used), np.cumsum(used) - 1
         shape = Triangles(number[mesh.corners[corner]], vertex.size)
         unused = int((~named).sum())
-        notes = [f"{unused} vertices that no face of it uses are left out"] if unused and mesh.whole else []
+        notes = [f"ignored {unused} vertices that belong to no face"] if unused and mesh.whole else []
         return cls(mesh, shape, corner, vertex, tuple(notes))._collapsed()._welded()._single()._mended()
 
     def _collapsed(self) -> "Joined":
@@ -59,7 +59,7 @@ class Joined:
         kept = proper(joined[faces])
         if not kept.any():
             return self
-        note = f"{self.vertex.size - first.size} edges without length are shrunk to a vertex"
+        note = f"collapsed {self.vertex.size - first.size} edges without length"
         shape = Triangles(joined[faces[kept]], first.size)
         return Joined(self.mesh, shape, self.corner[kept], self.vertex[first], (*self.notes, note))
 
@@ -77,7 +77,7 @@ class Joined:
             kept, what = np.flatnonzero(times == 1), "between cells"
         else:
             kept, what = np.sort(first), "with the corners of another"
-        note = f"{times.size - kept.size} triangles {what} left out"
+        note = f"ignored {times.size - kept.size} triangles {what}"
         used, named = np.unique(self.shape.faces[kept], return_inverse=True)
         shape = Triangles(named.reshape(-1, 3), used.size)
         return Joined(self.mesh, shape, self.corner[kept], self.vertex[used], (*self.notes, note))
@@ -101,7 +101,7 @@ class Joined:
         welded = Triangles(faces[kept], first.size)
         if not kept.any() or welded.components().max() >= pieces:
             return self
-        note = f"{self.vertex.size - first.size} vertices that coincide with another are joined to it"
+        note = f"merged {self.vertex.size - first.size} vertices that coincide with others"
         return Joined(self.mesh, welded, self.corner[kept], self.vertex[first], (*self.notes, note))
 
     @cached_property
@@ -148,8 +148,8 @@ def disk_patch(
         handles = f"has {whole.genus} handle{'s' if whole.genus > 1 else ''}"
         what = handles if whole.genus else "is closed"
         raise InputError(
-            f"{whole.mesh.name}: the surface {what}, so it cannot be flattened whole; "
-            "name a part of it (file#group) or open it with --cut-open"
+            f"{whole.mesh.name}: the surface {what} and cannot be flattened as a whole; choose a part of "
+            "it (file#group), or cut it open with --cut-open"
         )
     if through is not None and not whole.genus:
         stops = nearest(whole, through)
@@ -176,17 +176,17 @@ def nearest(whole: Patch, points: Real) -> list[int]:
 def _one_piece(joined: Joined, piece: int, notes: list[str]) -> tuple[Triangles, Index]:
     """The triangles of the piece that is the piece-th largest."""
     shape, area, name = joined.shape, joined.areas, joined.mesh.name
-    if not 1 <= piece <= area.size:
-        raise InputError(f"{name}: no piece {piece}; there are {area.size}, 1 is the largest")
-    chosen = joined.order[piece - 1]
-    if not area[chosen] > 0:
-        raise InputError(f"{name}: no face has an area; is this a mesh of lines?")
+    if area.size and not 1 <= piece <= area.size:
+        raise InputError(f"{name}: there is no piece {piece}; choose 1 (the largest) to {area.size}")
+    chosen = joined.order[piece - 1] if area.size else 0
+    if not area.size or not area[chosen] > 0:
+        raise InputError(f"{name}: no face has an area; does the file contain only lines?")
     if area.size == 1:
         return shape, joined.corner
     own = shape.components() == chosen
     others = f"{area.size - 1} other piece{'s' if area.size > 2 else ''} of {(~own).sum()} triangles"
     notes.append(
-        f"{others} that no edge connects to it left out; #piece-{2 if piece == 1 else 1} picks another"
+        f"ignored {others} that are not connected to it; #piece-{2 if piece == 1 else 1} selects another"
     )
     return Triangles(shape.faces[own], shape.count), joined.corner[own]
 
@@ -197,12 +197,12 @@ def _orient(mesh, shape: Triangles, corner: Index, vertex: Index, notes) -> tupl
         same = np.flatnonzero((shape.twin >= 0) & (shape.tail == shape.tail[shape.twin]))[0]
         a, b = (mesh.vertex_name(int(vertex[v[same]])) for v in (shape.tail, shape.head))
         raise InputError(
-            f"{mesh.name}: the surface is one-sided, like a Möbius strip: no orientation of the faces agrees "
-            f"across the edge from {a} to {b}; cut it there"
+            f"{mesh.name}: the surface is one-sided, like a Möbius strip; cut it, for instance along the "
+            f"edge from {a} to {b}"
         )
     turned, number = result
     if number:
-        notes.append(f"{number} triangles turned the other way are turned to agree with the rest")
+        notes.append(f"flipped {number} triangles to the orientation of the rest")
         flip = (turned.faces != shape.faces).any(axis=1)
         corner = np.where(flip[:, None], corner[:, ::-1], corner)
     return turned, corner

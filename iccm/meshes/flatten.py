@@ -113,13 +113,13 @@ def overlap(result: Flattening) -> str | None:
     if not np.isfinite(result.flat).all():
         return "no finite positions"
     if result.turned.size:
-        return f"{result.turned.size} turned triangles"
+        return f"{result.turned.size} flipped triangles"
     xy = xy_of(result.flat)
     holes = [xy[loop] for loop in result.patch.loops if not np.array_equal(loop, result.loop)]
     region = shapely.Polygon(xy[result.loop], holes)
     if not (region.is_valid and region.exterior.is_ccw):
         return "an outline that crosses itself"
-    return "a hole turned inside out" if any(ring.is_ccw for ring in region.interiors) else None
+    return "an inverted hole" if any(ring.is_ccw for ring in region.interiors) else None
 
 
 def lscm(patch: Patch, outline: Index) -> Complex:

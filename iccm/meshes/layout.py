@@ -87,17 +87,21 @@ def check_layout(name: str, uv: Real, uv_faces: Index, most: float = MOST_TILES)
     if (uv_faces < 0).any():
         bad = int(np.flatnonzero((uv_faces < 0).any(axis=1))[0])
         raise InputError(
-            f"{name}: triangle {bad} has no texture coordinates; leave out --bake to make new ones"
+            f"{name}: triangle {bad} has no texture coordinates; leave out --bake to create new ones"
         )
     at = np.take(uv, uv_faces, axis=0)  # several times faster than uv[uv_faces]
     low, high = _over_corners(np.minimum, at), _over_corners(np.maximum, at)
     span = (high - low).max(initial=0.0)
     if not np.isfinite(span) or span * span > most:
         raise InputError(
-            f"{name}: texture coordinates of a triangle are not finite or span {span:.3g} pictures"
+            f"{name}: texture coordinates of a triangle are not finite or span {span:.3g} pictures; "
+            "repair the layout"
         )
     if max(np.abs(low).max(initial=0.0), np.abs(high).max(initial=0.0)) > FARTHEST:
-        raise InputError(f"{name}: texture coordinates of a triangle are beyond {FARTHEST:g}")
+        raise InputError(
+            f"{name}: texture coordinates of a triangle are larger than {FARTHEST:g}; move "
+            "the layout closer to the unit square"
+        )
     return at
 
 

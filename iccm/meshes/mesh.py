@@ -126,10 +126,10 @@ def check(mesh: Mesh) -> Mesh:
             three corners, a vertex that is not finite or too far off.
     """
     if not mesh.points.size:
-        raise InputError(f"{mesh.name}: no vertices; is this a mesh?")
+        raise InputError(f"{mesh.name}: contains no vertices; is this a mesh?")
     if mesh.starts.size < 2:
         raise InputError(
-            f"{mesh.name}: {len(mesh.points)} vertices and no faces; a point cloud has no surface to map"
+            f"{mesh.name}: contains {len(mesh.points)} vertices but no faces; a point cloud cannot be mapped"
         )
     _refuse(mesh, mesh.sizes < 3, "has fewer than 3 corners")
     outside = (mesh.corners < 0) | (mesh.corners >= len(mesh.points))
@@ -139,20 +139,22 @@ def check(mesh: Mesh) -> Mesh:
         what = f"vertex {vertex + mesh.base}" if vertex >= 0 else "a vertex before the first one"
         place = mesh.face_name(_face_of(mesh, corner))
         raise InputError(
-            f"{mesh.name}: {place}: names {what}, but the file has {len(mesh.points)}; was it cut short?"
+            f"{mesh.name}: {place}: uses {what}, but the file has {len(mesh.points)}; is the file truncated?"
         )
     if mesh.uv_corners is not None and mesh.uv is not None:
         _refuse_corner(
-            mesh, mesh.uv_corners >= len(mesh.uv), "names a texture coordinate that the file does not have"
+            mesh, mesh.uv_corners >= len(mesh.uv), "uses a texture coordinate that is not in the file"
         )
     if mesh.normal_corners is not None and mesh.normals is not None:
         _refuse_corner(
-            mesh, mesh.normal_corners >= len(mesh.normals), "names a normal that the file does not have"
+            mesh, mesh.normal_corners >= len(mesh.normals), "uses a normal that is not in the file"
         )
     bad = ~(np.abs(mesh.points) <= FARTHEST).all(axis=1)  # NaN included
     if bad.any():
         vertex = int(np.flatnonzero(bad)[0])
-        raise InputError(f"{mesh.name}: {mesh.vertex_name(vertex)}: is not finite, or beyond {FARTHEST:g}")
+        raise InputError(
+            f"{mesh.name}: {mesh.vertex_name(vertex)}: is not finite, or larger than {FARTHEST:g}"
+        )
     return mesh
 
 
@@ -323,7 +325,7 @@ def _delaunay(z: NDArray[np.complex128]) -> Index:
     polygon = polygon_of(z)
     if len(number) < z.size or not polygon.is_valid:
         raise ValueError(
-            f"has {z.size} corners and crosses or touches itself; triangulate it in a modelling program"
+            f"has {z.size} corners and crosses or touches itself; triangulate the mesh in a modelling program"
         )
     parts = shapely.get_parts(shapely.constrained_delaunay_triangles(polygon))
     xy = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3]

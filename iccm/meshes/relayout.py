@@ -208,7 +208,7 @@ def limited(across: int, size: tuple[int, int]) -> int:
 def too_small(across: int, made: int) -> str:
     """A remark where pictures are not as many texels wide as `texels_across` says."""
     return (
-        f"{across} texels across would keep all that textures show; pictures have {made}, --size makes more"
+        f"pictures {made} texels wide lose detail of the old textures; use --size {across} to keep all of it"
     )
 
 

@@ -46,7 +46,7 @@ def _load(name: str) -> ctypes.CDLL:
     file = FOLDER / (name + ENDING)
     if not file.is_file():
         raise CoreMissing(
-            f"{file}: the compiled core is missing; install iccm again, or run in a checkout: "
+            f"{file}: the compiled core is missing; install iccm again, or in a checkout run: "
             f"{sys.executable} core/compile.py"
         )
     try:

@@ -70,7 +70,7 @@ def discretise(source: Curve, vertices: int | str | None) -> tuple[Curve, Real]:
         return Curve(source.at(s)), s
     if source.z.size > MAX_POLYGON_VERTICES:
         raise InputError(
-            f"vertices: the source has {source.z.size}, more than {MAX_POLYGON_VERTICES}; give a number instead"
+            f"vertices: the source has {source.z.size} vertices, more than {MAX_POLYGON_VERTICES}; pass a number"
         )
     return source, source.knots[:-1]
 

@@ -62,7 +62,7 @@ class Sampler:
             (texture.transfer, ("srgb", "linear"), "transfer"),
         ):
             if given not in known:
-                raise InputError(f"{what} {given!r}: not one of {', '.join(known)}")
+                raise InputError(f"{what} {given!r}: must be one of {', '.join(known)}")
         check_kind(kind, texture.pixels.shape[2])
         self.texture, self.kind, self.memory = texture, kind, memory or Memory()
         name = "cubic" if filter == "auto" else filter

@@ -114,7 +114,7 @@ def transform(st: NDArray, box: Box, canvas: Canvas) -> Transform:
     mirrored = np.nansum(area) < 0
     faces = faces[area < 0 if mirrored else area > 0]
     if not len(faces):
-        raise InputError("stmap: no three pixels beside each other say where they come from")
+        raise InputError("stmap: contains no three adjacent pixels with positions")
     used, corners = np.unique(faces, return_inverse=True)
     source, image = z[used], canvas.centres().ravel()[used]
     near = max(canvas.step) / diagonal(image)

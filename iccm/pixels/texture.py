@@ -29,7 +29,7 @@ def check_kind(kind: str, channels: int, name: str = "the picture") -> None:
     """
     if kind.startswith("normal") and channels < 3:
         raise InputError(
-            f"kind {kind!r}: {name} has {channels} channel{'s' * (channels > 1)}; normals need 3"
+            f"kind {kind!r}: {name} has {channels} channel{'s' * (channels > 1)}; a normal map needs 3"
         )
 
 
@@ -62,7 +62,7 @@ def mend(picture: Float, alpha: int = -1, memory: Memory | None = None, threads:
     from .padding import pad
 
     height, width, channels = picture.shape
-    memory.threads(1, MENDING * height * width, "a texture that is not finite everywhere")
+    memory.threads(1, MENDING * height * width, "a texture with pixels that are not finite")
     for k in sorted(range(channels), key=lambda k: k != alpha):  # alpha first
         known = np.isfinite(picture[..., k])
         picture[..., k][~known] = 0

@@ -98,7 +98,8 @@ def whole(
     if padding:
         if job.sampler.texture.associated:
             raise InputError(
-                "padding: the texture's alpha is associated, so nothing can be stored where it is zero"
+                "padding: the texture's alpha is associated (premultiplied), so no colour can be stored "
+                "where alpha is zero"
             )
         out = padded(out, job.alpha, padding, fill)
     return Warped(out, job.alpha, job.diagnostics)
@@ -107,7 +108,7 @@ def whole(
 def padded(pixels: NDArray, alpha: int, reach: int, fill: str) -> NDArray:
     """(h, w, c) straight pixels, their colours extended where the channel `alpha` is 0; arguments as for `warp`."""
     if fill not in ("push-pull", "nearest"):
-        raise InputError(f"fill {fill!r}: not one of push-pull, nearest")
+        raise InputError(f"fill {fill!r}: must be push-pull or nearest")
     from .padding import pad
 
     colours = [k for k in range(pixels.shape[2]) if k != alpha]

@@ -148,12 +148,14 @@ def read(path: str | PathLike) -> MapFile:
         with zipfile.ZipFile(path) as archive:
             size = sum(entry.file_size for entry in archive.infolist())
             if size > MOST_BYTES:
-                raise InputError(f"it holds {size} bytes; at most {MOST_BYTES} are read")
+                raise InputError(f"contains {size} bytes, more than the limit of {MOST_BYTES}")
             return _Archive(archive).map_file()
     except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from error
+        raise InputError(f"{path}: cannot read this file: {error.strerror or error}") from error
     except zipfile.BadZipFile as error:
-        raise InputError(f"{path}: is not a map that iccm wrote (not an archive of arrays)") from error
+        raise InputError(
+            f"{path}: not a saved map (not an archive of arrays); iccm map -o map.npz writes one"
+        ) from error
     except (
         ValueError,
         KeyError,
@@ -164,7 +166,7 @@ def read(path: str | PathLike) -> MapFile:
         zlib.error,
     ) as error:
         reason = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
-        raise InputError(f"{path}: is not a sound map: {reason}") from error
+        raise InputError(f"{path}: damaged or invalid map: {reason}") from error
 
 
 class _Archive:
@@ -181,7 +183,7 @@ class _Archive:
     def map_file(self) -> MapFile:
         format = self.text("format")
         if format != FORMAT:
-            raise InputError(f"its format is {format[:60]!r}; this version of iccm reads {FORMAT!r}")
+            raise InputError(f"its format is {format[:60]!r}, but this version of iccm reads {FORMAT!r}")
         about = self.about()
         map = self.harmonic() if "polygon" in self else self.triangulated()
         planes = tuple(self.plane(side, name) for side, name in zip(("source", "target"), about["names"]))
@@ -195,10 +197,10 @@ class _Archive:
         """What the archive says beside its arrays, each value of the type that `MapFile` states."""
         about = json.loads(self.text("about"))
         if not isinstance(about, dict):
-            raise InputError("about: is not an object")
+            raise InputError("about: not a JSON object")
         names = about.get("names")
         if not (_are(names, str) and len(names) == 2):
-            raise InputError("about: two names are needed")
+            raise InputError("about: does not contain two names")
         energies = about.get("energies", [])
         counts = about.get("rigid", [])
         sound = {
@@ -211,10 +213,10 @@ class _Archive:
             "job": isinstance(about.get("job", {}), dict),
         }
         if wrong := [name for name, fine in sound.items() if not fine]:
-            raise InputError(f"about: {wrong[0]} is not as in a map that iccm wrote")
+            raise InputError(f"about: {wrong[0]} is invalid")
         for text in (*names, *about.get("notes", [])):
             if not text.isprintable():
-                raise InputError("about: a name or note holds characters that cannot be printed")
+                raise InputError("about: a name or note contains characters that cannot be printed")
         return about
 
     def lacks(self, name: str) -> bool:
@@ -231,19 +233,19 @@ class _Archive:
         for loop in loops:
             _within("loops", loop, source.size)
         if not loops or any(loop.size < 3 for loop in loops):
-            raise InputError("loops: none, or one of fewer than three vertices")
+            raise InputError("loops: missing, or with fewer than three vertices")
         edges = edges_of(faces)
         bulge = self.array("bulges", "complex128")
         if not np.array_equal(edges.sides, sides) or len(edges.ends) != bulge.size:
-            raise InputError("sides: they are not the edges of the faces, or have not a bulge each")
+            raise InputError("sides: differ from the edges of the faces, or lack bulges")
         if why := unfit(source, image, faces, loops, bulge):
             raise InputError(f"faces: {why}")
         for name, plane in (("vertices", source), ("images", image)):
             if (triangle_areas(plane[faces]) < 0).any():
-                raise InputError(f"{name}: some triangles are turned over")
+                raise InputError(f"{name}: some triangles are flipped")
         near = float(self.array("near", "float64", 0))
         if not 0 <= near <= 1:
-            raise InputError(f"near: {near:g} is no share of the diagonal")
+            raise InputError(f"near: {near:g} is not a share of the diagonal")
         return TriangulatedMap(source, image, faces, loops, near, bulge)
 
     def harmonic(self) -> HarmonicMap:
@@ -252,7 +254,7 @@ class _Archive:
             raise InputError(f"phi, psi: {phi.size} and {psi.size} for {polygon.size} vertices")
         slack = float(self.array("slack", "float64", 0))
         if not np.array_equal(Curve.domain(polygon, "polygon").z, polygon) or slack < 0:
-            raise InputError("polygon: it is clockwise, or has vertices twice, or a slack below 0")
+            raise InputError("polygon: is clockwise, repeats vertices, or has a negative slack")
         return HarmonicMap(polygon, phi, psi, slack)
 
     def plane(self, side: str, name: str) -> Plane:
@@ -261,16 +263,16 @@ class _Archive:
             Curve.domain(outline, side)
         low, high = (complex(corner) for corner in self.pair(f"{side}_box"))
         if not (low.real < high.real and low.imag < high.imag):
-            raise InputError(f"{side}_box: no lower left and upper right corner")
+            raise InputError(f"{side}_box: not a lower left and an upper right corner")
         y = int(self.array(f"{side}_y", "int32", 0))
         if y not in (1, -1):
-            raise InputError(f"{side}_y: {y} is neither 1 nor -1")
+            raise InputError(f"{side}_y: is {y}, not 1 or -1")
         return Plane(outline if outline.size else None, (low, high), y < 0, self.rings(f"{side}_rings"), name)
 
     def pair(self, name: str) -> Complex:
         found = self.array(name, "complex128")
         if found.size != 2:
-            raise InputError(f"{name}: {found.size} points; 2 are needed")
+            raise InputError(f"{name}: has {found.size} points instead of 2")
         return found
 
     def rings(self, name: str) -> list[Complex]:
@@ -278,13 +280,13 @@ class _Archive:
         found = self.split(name, self.array(name, "complex128"))
         least = 2 if name.startswith("stroke") else 3
         if any(ring.size < least for ring in found):
-            raise InputError(f"{name}: one has fewer than {least} points")
+            raise InputError(f"{name}: one of them has fewer than {least} points")
         return found
 
     def split(self, name: str, joined: Any) -> list[Any]:
         ends = self.indices(f"{name}_ends")
         if np.any(np.diff(ends, prepend=0) <= 0) or (ends[-1] if ends.size else 0) != joined.size:
-            raise InputError(f"{name}_ends: they do not rise to {joined.size}")
+            raise InputError(f"{name}_ends: do not increase to {joined.size}")
         return np.split(joined, ends[:-1]) if ends.size else []
 
     def indices(self, name: str, columns: int = 0) -> Index:
@@ -295,7 +297,7 @@ class _Archive:
         found = self.member(name)
         fits = found.dtype == dtype and found.ndim == dimensions
         if not fits or (columns and found.shape[1] != columns):
-            raise InputError(f"{name}: {found.dtype} of shape {found.shape}; {dtype} are needed")
+            raise InputError(f"{name}: has type {found.dtype} and shape {found.shape}; expected {dtype}")
         numbers = found.view("float64") if found.dtype == "complex128" and found.size else found
         if not np.isfinite(numbers).all():
             raise InputError(f"{name}: some are not finite numbers")
@@ -305,7 +307,7 @@ class _Archive:
 
     def text(self, name: str) -> str:
         if name not in self or (found := self.member(name)).dtype.kind != "U" or found.ndim:
-            raise InputError(f"{name}: no text")
+            raise InputError(f"{name}: not text")
         text = str(found)
         text.encode()  # lone surrogates can be neither printed nor written
         return text
@@ -313,10 +315,10 @@ class _Archive:
     def member(self, name: str) -> Any:
         """An array as it is stored; its size is that of its file."""
         if name not in self:
-            raise InputError(f"{name}: it is missing")
+            raise InputError(f"{name}: missing")
         entry = self.archive.getinfo(f"{name}.npy")
         if entry.compress_type not in COMPRESSIONS:
-            raise InputError(f"{name}: its compression is not one that NumPy writes")
+            raise InputError(f"{name}: unsupported compression")
         with self.archive.open(entry) as file, naming(name):
             return _read_array(file, entry.file_size)
 
@@ -331,15 +333,15 @@ def _read_array(file: Any, size: int) -> Any:
     try:
         shape, by_columns, dtype = HEADERS[npy.read_magic(counted)](counted)
     except Exception as error:  # whatever NumPy's parser of headers stumbles over: the file is at fault
-        raise InputError("is not an array in NumPy's format 1.0 or 2.0") from error
+        raise InputError("not an array in NumPy's format 1.0 or 2.0") from error
     if dtype.hasobject or not dtype.itemsize or min(shape, default=0) < 0:
-        raise InputError("holds Python objects, or values without a size")
+        raise InputError("contains Python objects, or values without a size")
     left, claimed = size - counted.count, math.prod(shape) * dtype.itemsize
     if claimed != left:
-        raise InputError(f"its header claims {claimed} bytes, and {left} follow")
+        raise InputError(f"its header promises {claimed} bytes, but {left} follow")
     data = file.read(left)
     if len(data) != left:
-        raise EOFError("it is cut off")
+        raise EOFError("truncated")
     array = np.frombuffer(data, dtype).copy()  # of bytes it would be read-only
     return array.reshape(shape[::-1]).T if by_columns else array.reshape(shape)
 

@@ -43,11 +43,13 @@ def matched(old: Charted, new: Charted, match: str = "auto") -> Charted:
             return _laid_on(old, new, corner)
         if match == "index":
             raise InputError(
-                f"{new.name}: its faces are not those of {old.name} in the same order (--match index)"
+                f"{new.name}: its faces differ in number or order from those of {old.name}; --match index "
+                "needs the same faces"
             )
         if match == "topology":
             raise InputError(
-                f"{new.name}: its faces are not connected as those of {old.name} (--match topology)"
+                f"{new.name}: its faces are connected differently from those of {old.name}; --match "
+                "topology needs the same connectivity"
             )
     if same == 0 and (moved := _by_similarity(old, new)) is not None:
         return moved

@@ -77,7 +77,7 @@ def _gone_on(asked: SurfaceProblem, start: TriangulatedMap) -> DiscreteMap:
     try:
         return continue_from(final_mesh.final_level(asked.unit, asked.settings), sketch)
     except Stuck:
-        raise NoMapError("start: cannot be gone on from without folds; do without it") from None
+        raise NoMapError("start: cannot continue from this map without folds; leave it out") from None
 
 
 def _solve(asked: SurfaceProblem, start: TriangulatedMap | None) -> tuple[Solution, bool]:
@@ -205,7 +205,7 @@ def _with_rigid(asked: SurfaceProblem, own: OwnMap | None) -> OwnMap:
         NoMapError: none keeps them without folds.
     """
     if own is None:
-        raise NoMapError("rigid: no map without folds follows the surface's own triangles")
+        raise NoMapError("rigid: found no map without folds that follows the surface's triangles")
     places = own.of_layout(asked.sides[asked.onto].given.flat)
     settings = asked.settings.inverse() if asked.onto else asked.settings
     return rigid.keep_rigid(own, places, asked.regions, settings, asked.journal)

@@ -22,7 +22,10 @@ from ..meshes.stretch import laid_flat
 from ..plane import Similarity, triangle_areas
 from .target_mesh_map import OwnMap, OwnMetric
 
-OUTLINE = "A rigid region reaches the outline, which slides: its triangles there, {:.0%} of it, are not kept."
+OUTLINE = (
+    "A rigid region touches the outline, which slides: its triangles there, {:.0%} of its area, "
+    "are not rigid."
+)
 
 
 def keep_rigid(
@@ -51,10 +54,10 @@ def keep_rigid(
     count = int(labels.max(initial=-1)) + 1
     if not count:
         raise InputError(
-            "rigid: no triangle of the surface is in it; one that touches the outline does not count"
+            "rigid: contains no triangle of the surface that is away from the outline; enlarge the region"
         )
     if count > MOST:
-        raise InputError(f"rigid: {count} regions; at most {MOST} can be kept")
+        raise InputError(f"rigid: {count} regions are given, at most {MOST} are possible; remove some")
     if touching:
         journal.notes.append(OUTLINE.format(touching))
     metric = state.metrics[0]

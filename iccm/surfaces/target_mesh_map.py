@@ -283,7 +283,7 @@ def _with_pins(mesh: RefinedSurface, side: Side, places: Complex) -> tuple[Refin
         mesh, number = mesh.with_point(*_holding(flat[mesh.faces], z))
         numbers.append(number)
     if len(set(numbers)) < len(numbers):
-        raise Stuck("two pins on one vertex")
+        raise Stuck("pins: two pins are on the same vertex; remove one of them")
     return mesh, np.array(numbers, np.int64)
 
 

@@ -103,6 +103,8 @@ def carry_parts(
 
 def _document(source: Shape, target: Shape, copies: int) -> MappedDocument:
     if source.path.suffix.lower() not in SUFFIXES:
-        raise InputError(f"{source.path}: artwork is carried from SVG files only")
+        raise InputError(
+            f"{source.path}: artwork (.svg) can only be made from an SVG file; use a picture's suffix for -o"
+        )
     with naming(source.path):
         return MappedDocument.of(drawing_bytes(source.path), source, target, copies)

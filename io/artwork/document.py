@@ -29,15 +29,15 @@ from .mapping import Effect
 from .paint_server import SIDES, Definitions, Space, lined, scale
 from .references import confine
 
-_TEXT = "<{}>, left out (turn it into paths: Inkscape, Path > Object to Path; Illustrator, Type > Create Outlines)"
-_UNREAD = "style rule that is not read but kept: a malformed selector, or a pseudo-class such as :hover"
+_TEXT = "<{}>, omitted (convert it to paths: Inkscape, Path > Object to Path; Illustrator, Type > Create Outlines)"
+_UNREAD = "style rule that is kept but not applied: a malformed selector, or a pseudo-class such as :hover"
 _CARRIED = (
     f"as artwork these are more than {limits.ARTWORK_CURVES} lines and curves, with clip paths and masks for "
     "each place that uses them; simplify the drawing, or carry a picture of it (--texture)"
 )
 _COVERED = (
-    f"as artwork more than {limits.ARTWORK_COVERED} lines and curves lie under clip paths, masks and filters, counted "
-    "for each group around them that has one; use these in fewer groups"
+    f"as artwork more than {limits.ARTWORK_COVERED} lines and curves lie under clip paths, masks and "
+    "filters (counted once for each nested group); use these in fewer groups"
 )
 _COPIED = ("title", "desc", "metadata")
 _PAINTED = ("linearGradient", "radialGradient", "pattern")
@@ -149,7 +149,7 @@ class MappedDocument:
         self.definitions.collect(self.out)
         if len(self.definitions.out):
             self.out.insert(0, self.definitions.out)
-        self.notes["reference to another file, left out"] += confine(self.out)
+        self.notes["reference to another file, omitted"] += confine(self.out)
 
     def _share_pictures(self) -> None:
         """Hold each picture that is kept as it is, and shown more than once, once."""
@@ -168,7 +168,7 @@ class MappedDocument:
     def add(self, node: Node, parent: Element) -> None:
         """Adds a node, and what is in it, to the parent in the new document."""
         if node.hidden:
-            self.notes["hidden element (display: none, opacity 0), left out"] += not self.aside
+            self.notes["hidden element (display: none, opacity 0), omitted"] += not self.aside
         elif node.tag in tree.SHAPES:
             try:
                 self._shape(node, parent)
@@ -186,7 +186,7 @@ class MappedDocument:
                 self.document.copies.add(node.element, whole=True)
             parent.append(copy.deepcopy(node.element))
         else:
-            note = _TEXT if node.tag in ("text", "flowRoot") else "<{}>, left out"
+            note = _TEXT if node.tag in ("text", "flowRoot") else "<{}>, omitted"
             self.notes[note.format(node.tag)] += 1
 
     def _group(self, node: Node, parent: Element) -> None:
@@ -309,7 +309,7 @@ class MappedDocument:
             known = found is not None and id(found) not in node.used
             made = make(found, node, space) if found is not None and known else None
             if made is None and shapes:
-                self.notes[f"{name} without its element in the file or without area, left out"] += 1
+                self.notes[f"{name} that refers to no element of the file or has no area, omitted"] += 1
             restyle(out, {name: made or "none"})
 
     def _clip(self, found: Element, node: Node, space: Space) -> str | None:

@@ -131,7 +131,7 @@ def runs_of(drawn: Node) -> list[PenPath]:
     whole = batches([piece for run in out for piece in run.pieces], Affine())
     rough = np.concatenate([[run.start for run in out], *(batch.rough() for batch in whole)])
     if not (np.abs(rough) <= limits.SVG_NUMBER).all():  # NaN included
-        raise InputError("its coordinates are too large")
+        raise InputError("the coordinates are too large")
     return out
 
 

@@ -88,7 +88,7 @@ def _numbers(element: Element, name: str) -> list[float]:
     with naming(f"<{local(element)}> {name}"):
         found = numbers(element.get(name, ""))
     if not found:
-        raise InputError(f"<{local(element)}> {name}: no number")
+        raise InputError(f"<{local(element)}> {name}: not a number")
     return found
 
 

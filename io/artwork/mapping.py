@@ -23,8 +23,8 @@ from .element import MappedElement
 from .embedded import EmbeddedPicture
 from .regions import Region, Regions
 
-LOST = "shape of which the map makes no numbers, left out"
-CUT, OUTSIDE = "shape partly outside the source, cut off at its outline", "shape outside the source, left out"
+LOST = "shape whose image is not finite, omitted"
+CUT, OUTSIDE = "shape partly outside the source, clipped at its outline", "shape outside the source, omitted"
 # Parameters on a piece: samples at the odd ones, each for the length from the one before to the one after.
 _T = np.arange(9) / 8
 _CONJUGATE = Affine(0, 1)

@@ -158,7 +158,7 @@ class Definitions:
             if len(chain) > limits.SVG_LINKS:
                 name = element.get("id")
                 raise InputError(
-                    f"<{local(element)}> {name!r} refers to others more than {limits.SVG_LINKS} deep"
+                    f"<{local(element)}> {name!r} has a chain of more than {limits.SVG_LINKS} references"
                 )
         said = {k: v for each in reversed(chain) for k, v in each.attrib.items()}
         return said, next((each for each in chain if len(each)), element)
@@ -238,7 +238,9 @@ def _following(new: Element, name: str, to_root: Affine, kind: str) -> Apply:
 
 def told(kind: str, over: AffinePart) -> str:
     """What to note of something that follows only the map's affine part, where that is not near enough."""
-    return f"{kind} that follows the map only by its affine part" if over.curved > CURVED else ""
+    return (
+        f"{kind} that follows the map only approximately (by an affine map)" if over.curved > CURVED else ""
+    )
 
 
 def lined(shape: MappedElement, element: Element, said: Mapping[str, str], space: Space) -> Apply:
@@ -265,7 +267,7 @@ def lined(shape: MappedElement, element: Element, said: Mapping[str, str], space
         restyle(shape.out, style)
         wide = max(over.uneven, unevenness(space.affine)) > UNEVEN
         return (
-            "line of one width where the map would vary it (to keep that, turn strokes into paths)"
+            "line with constant width, although the map would vary it (convert strokes to paths to avoid this)"
             if wide
             else ""
         )

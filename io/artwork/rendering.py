@@ -76,7 +76,7 @@ def canvas_of(path: Path, *, max_bytes: int = limits.SVG_BYTES) -> Box:
         x, y, width, height = drawing.rectangle
         return complex(x, -y - height), complex(x + width, -y)
     if drawing.painted.is_empty:
-        raise InputError(f"{path}: paints nothing, and has neither a viewBox nor a size")
+        raise InputError(f"{path}: paints nothing and has neither a viewBox nor a size")
     left, top, right, bottom = drawing.painted.bounds
     return complex(left, -bottom), complex(right, -top)
 
@@ -100,11 +100,11 @@ def _rasterized(text: str, fonts: bool) -> bytes:
     try:
         done = subprocess.run(command, input=text.encode(), capture_output=True, timeout=seconds)
     except subprocess.TimeoutExpired:
-        reason = f"takes longer than {seconds:g} s to render; simplify its filters, masks and patterns"
-        raise InputError(f"{reason}, or use --texture (checker, or a picture of it)") from None
+        reason = f"rendering takes longer than {seconds:g} s; simplify its filters, masks and patterns"
+        raise InputError(f"{reason}, or use --texture checker, or --texture with a picture of it") from None
     if done.returncode or not done.stdout:
         said = done.stderr.decode(errors="replace").strip().splitlines()[-1:]
-        raise InputError(f"cannot be rendered: {said[0][:200] if said else 'resvg ended early'}")
+        raise InputError(f"cannot render this drawing: {said[0][:200] if said else 'resvg ended early'}")
     return done.stdout
 
 

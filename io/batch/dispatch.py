@@ -132,7 +132,13 @@ def execute(
             return
         if failed and policy.fail_fast:
             yield from (
-                _record(r, _answer("cancelled", "an earlier job failed (--fail-fast)"))
+                _record(
+                    r,
+                    _answer(
+                        "cancelled",
+                        "not started, because not started, because an earlier job failed (--fail-fast)",
+                    ),
+                )
                 for r in chain(pending, waiting.values())
             )
             pending.clear()
@@ -182,7 +188,10 @@ def _release(
     if record["outputs"] and item.before:
         item.task = item.task.with_job(item.task.job.model_copy(update={"start": item.before}))
     else:
-        warn(f"{item.task.place}: {item.task.name}: the frame before it has no map: it starts anew")
+        warn(
+            f"{item.task.place}: {item.task.name}: the previous frame has no map, so this one is "
+            "computed without it"
+        )
     pending.appendleft(item)
 
 
@@ -221,12 +230,12 @@ def _retry(
     files.sweep(path for item in items for path in item.task.job.outputs)
     first = items[0]
     if len(items) > 1:
-        warn(f"{first.task.place} and {len(items) - 1} more: their worker died; running them one by one")
+        warn(f"{first.task.place} and {len(items) - 1} more: the worker died; running the jobs one by one")
         return [replace(item, alone=True) for item in items], []
     if first.attempt <= policy.retries:
-        warn(f"{first.task.place}: its worker died; running it again")
+        warn(f"{first.task.place}: the worker died; running the job again")
         return [replace(first, attempt=first.attempt + 1, alone=True)], []
-    return [], [_answer("killed", "its worker died, killed or out of memory")]
+    return [], [_answer("killed", "the worker died: it was killed, or ran out of memory")]
 
 
 def _begin(
@@ -246,7 +255,7 @@ def _begin(
     try:
         key = journal.key(job)
     except (InputError, OSError) as error:
-        return _record(item, _answer("failed", f"an input went away: {error}"))
+        return _record(item, _answer("failed", f"an input disappeared: {error}"))
     if unasked:
         wrong = next((w for path in job.outputs if (w := _why_unwritable(path, job.force, False))), None)
         if wrong:
@@ -259,9 +268,7 @@ def _begin(
     try:
         book.begin(key, job)
     except OSError as error:
-        warn(
-            f"{book.path}: the journal cannot be written ({error.strerror}); --resume will not know this job"
-        )
+        warn(f"{book.path}: cannot write the journal ({error.strerror}); --resume will run this job again")
     return None
 
 
@@ -271,9 +278,7 @@ def _finish(key: str | None, record: dict[str, Any], book: Journal, warn: Callab
     try:
         book.finish(key, {name: record[name] for name in journal.RESULT})
     except OSError as error:
-        warn(
-            f"{book.path}: the journal cannot be written ({error.strerror}); --resume will run this job again"
-        )
+        warn(f"{book.path}: cannot write the journal ({error.strerror}); --resume will run this job again")
 
 
 def _collect(

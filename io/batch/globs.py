@@ -69,8 +69,8 @@ class Globs:
                     self._left -= 1
                     if self._left < 0 or time.monotonic() > self._end:
                         raise InputError(
-                            f"looks at more than {limits.GLOB_ENTRIES:,} files, or for more than "
-                            f"{limits.GLOB_SECONDS} s; name a narrower folder"
+                            f"the pattern searches more than {limits.GLOB_ENTRIES:,} files, or longer "
+                            f"than {limits.GLOB_SECONDS} s; choose a narrower folder"
                         )
                     yield entry
         except OSError:
@@ -82,5 +82,5 @@ class Globs:
             os.path.commonpath([root, real]) == root for root in self._real
         ):
             raise InputError(
-                f"leads to {path}, out of the manifest's folder and the root; --allow-outside lets it"
+                f"matches {path}, outside the manifest's folder and the root; allow this with --allow-outside"
             )

@@ -45,7 +45,7 @@ class Journal:
         """
         self.path, self._root = Path(root) / NAME, os.fspath(root)
         if os.path.lexists(self.path) and (self.path.is_symlink() or not self.path.is_file()):
-            raise InputError(f"{self.path}: is not a plain file, and no journal; remove it")
+            raise InputError(f"{self.path}: not a plain file, so the journal cannot be written; remove it")
         self._real = os.path.realpath(root)
         self._finished: dict[str, int] = {}
         self._begun: set[str] = set()

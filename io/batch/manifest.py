@@ -153,7 +153,7 @@ def _with_notices(entries: Iterable[Entry], name: str, tell: Callable[[str], Non
         for old, new in entry.former if entry.is_known else ():
             if old not in seen:
                 seen.add(old)
-                tell(f"{name}: {old} is called {new} now; the old name works until iccm 2")
+                tell(f"{name}: {old} is now {new}; the old name works until iccm 2")
         yield entry
 
 
@@ -205,7 +205,7 @@ def _in_folder(source: str) -> list[str]:
         if (form := formats.FORMATS.get(suffix.lower())) and any(getattr(form, kind) for kind in shapes)
     )
     if not found:
-        raise ManifestError([f"{source}: no shapes in this folder; iccm reads .svg, .png, .obj and others"])
+        raise ManifestError([f"{source}: no shapes in this folder (iccm reads .svg, .png, .obj and others)"])
     return [os.path.join(glob.escape(source), f"*{suffix}") for suffix in found]
 
 
@@ -229,19 +229,20 @@ def _tasks(
         tables = entry.values, entry.defaults
         both = [pair for pair in entry.former if any(set(pair) <= table.keys() for table in tables)]
         found += [
-            f"{entry.at(old)}: {old}: is a former name of {new}, which is given, too" for old, new in both
+            f"{entry.at(old)}: {old}: former name of {new}, which is also given; remove it"
+            for old, new in both
         ]
         before = 0
         for values in _expand(entry, base, globs, found):
             if len(tasks) >= limits.JOBS:
-                raise ManifestError([f"{name}: more than {limits.JOBS} jobs; split the manifest"])
+                raise ManifestError([f"{name}: contains more than {limits.JOBS} jobs; split the manifest"])
             task = _task(len(tasks) + 1, entry, values, found)
             if task:
                 tasks.append(replace(_place(task, root, outside, found), after=before))
                 before = task.number if entry.whole.get("sequence") else 0
     _check_distinct(tasks, {os.path.realpath(path): what for path, what in _reserved(name, root)}, found)
     if not found and not tasks:
-        found.append(f"{name}: no jobs; add [[job]] tables, or one JSON object a line")
+        found.append(f"{name}: contains no jobs; add [[job]] tables, or one JSON object per line")
     if found:
         distinct = dict.fromkeys(found)  # the same mistake of every file that a pattern matches is one
         above = [line for line in distinct if ": [defaults]: " in line]
@@ -265,7 +266,7 @@ def load(name: str) -> str:
     try:
         return files.read_bytes(name, max_bytes=limits.MANIFEST_BYTES).decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise InputError(f"{name}: byte {error.start} is not UTF-8; save the manifest as UTF-8") from None
+        raise InputError(f"{name}: not UTF-8 (byte {error.start}); save the manifest as UTF-8") from None
 
 
 def _entries(text: str, name: str, found: list[str]) -> Iterator[Entry]:
@@ -283,7 +284,7 @@ def _from_toml(text: str, name: str, found: list[str]) -> Iterator[Entry]:
     found += [f"{name}: {key}: unknown key; a manifest has [defaults] and [[job]]" for key in unknown]
     defaults, jobs = manifest.get("defaults", {}), manifest.get("job", [])
     if not isinstance(defaults, dict):
-        found.append(f"{name}: defaults: must be a table, [defaults]")
+        found.append(f"{name}: defaults: must be one table, [defaults]")
     elif not isinstance(jobs, list) or not all(isinstance(job, dict) for job in jobs):
         found.append(f"{name}: job: must be tables, [[job]]")
     else:
@@ -314,7 +315,7 @@ def _from_lines(text: str, name: str, found: list[str]) -> Iterator[Entry]:
             found.append(f"{place}: {what}; each line is one JSON object")
             continue
         if not isinstance(values, dict):
-            found.append(f"{place}: not a JSON object")
+            found.append(f"{place}: must be a JSON object")
         elif _exceeds(values, limits.DEPTH):
             found.append(f"{place}: nested more than {limits.DEPTH} deep")
         elif values.keys() == {"defaults"} and isinstance(values["defaults"], dict):
@@ -352,7 +353,7 @@ def _expand(entry: Entry, base: str, globs: Globs, found: list[str]) -> Iterator
         return
     count = math.prod(map(len, choices))
     if count > limits.JOBS:
-        found.append(f"{entry.place}: its globs make {count} jobs, more than {limits.JOBS}; split them")
+        found.append(f"{entry.place}: its patterns match {count} jobs, more than {limits.JOBS}; split them")
         return
     for combination in itertools.product(*choices):
         yield {**whole, **{k: v for k, v in zip(keys, combination) if v is not None}, "": base}
@@ -368,7 +369,7 @@ def _frames(entry: Entry, choices: list[list[Any]], base: str, found: list[str])
     counts = {len(each) for each in choices} - {1}
     if len(counts) > 1:
         listed = ", ".join(f"{key} {len(each)}" for key, each in zip(Job.globbed, choices) if len(each) != 1)
-        found.append(f"{entry.place}: the frames do not pair: {listed} files")
+        found.append(f"{entry.place}: the numbers of frames differ: {listed} files")
         return
     if wrong := _why_no_sequence(whole):
         found.append(f"{entry.place}: {wrong}")
@@ -382,13 +383,16 @@ def _frames(entry: Entry, choices: list[list[Any]], base: str, found: list[str])
 def _why_no_sequence(values: dict[str, Any]) -> str:
     """Why frames do not go on from each other with these values; empty where they do."""
     if values.get("parts") in ("all", "each") or values.get("method") not in (None, "balanced"):
-        return "frames go on from each other by the balanced method, one part each"
+        return (
+            "frames continue from each other only with the balanced method and one part each; remove "
+            "the other option"
+        )
     if values.get("place") not in (None, "fill"):
-        return "frames go on from each other with maps onto all of the target (place fill)"
+        return "frames continue from each other only with place fill; remove place"
     if values["fit"] != "whole":
-        return "frames go on from each other with whole outlines (fit whole)"
+        return "frames continue from each other only with fit whole; remove fit"
     if values.get("start") or not values.get("target"):
-        return "a sequence has a target, and needs no start"
+        return "a sequence needs a target and takes no start"
     return ""
 
 
@@ -412,7 +416,7 @@ def _task(number: int, entry: Entry, values: dict[str, Any], found: list[str]) -
     wrong = [f"{entry.at('name')}: name: must be text"] if not isinstance(name, str | None) else []
     given = entry.whole
     streams = [key for key in (*kind.globbed, *kind.read) if given.get(key) in ("-", ["-"])]
-    wrong += [f"{entry.at(key)}: {key}: `-` is no file; a batch reads files only" for key in streams]
+    wrong += [f"{entry.at(key)}: {key}: a batch cannot read from `-`; name a file" for key in streams]
     filled: dict[str, Any] = {}
     fields = {
         "number": str(number),
@@ -504,7 +508,9 @@ def _fill(value: Any, fields: dict[str, str], place: str, wrong: list[str]) -> A
 
     def fill(match: re.Match[str]) -> str:
         if match[1] not in fields:
-            wrong.append(f"{place}: unknown {match[0][:60]}; use one of {', '.join(sorted(fields))}")
+            wrong.append(
+                f"{place}: unknown placeholder {match[0][:60]}; use one of {', '.join(sorted(fields))}"
+            )
         return fields.get(match[1], "")
 
     return re.sub(r"\{([^{}]*)\}", fill, value)
@@ -514,7 +520,10 @@ def _place(task: Task, root: Path, outside: bool, found: list[str]) -> Task:
     """The task with its outputs under the root, after checking that they stay there and are no folders."""
     job = task.job
     if "-" in (*job.output, job.report):
-        found.append(f"{task.place}: output: `-` is taken by the results of the batch; name a file")
+        found.append(
+            f"{task.place}: output: `-` is not available, because results of the batch go to "
+            "stdout; name a file"
+        )
     real = Path(os.path.realpath(root))
     moved = {name: os.path.join(root, name) for name in job.outputs}
     for name, path in moved.items():
@@ -522,7 +531,8 @@ def _place(task: Task, root: Path, outside: bool, found: list[str]) -> Task:
             found.append(f"{task.place}: output: {path}: is a folder; name a file in it")
         if not outside and not Path(os.path.realpath(path)).is_relative_to(real):
             found.append(
-                f"{task.place}: output: {name} leaves {root}; choose --root or allow it with --allow-outside"
+                f"{task.place}: output: {name} lies outside {root}; choose another --root, or allow it "
+                "with --allow-outside"
             )
     values: dict[str, Any] = {field: moved.get(getattr(job, field) or "") for field in job.written}
     values["output"] = tuple(moved.get(name, name) for name in job.output)
@@ -547,9 +557,11 @@ def _check_distinct(tasks: list[Task], taken: dict[str, str], found: list[str]) 
             real = os.path.realpath(path)
             other = owner.get(names.alike(real))
             if other is not None:
-                both = f"{other.place} writes it too" if other is not task else "it is named twice"
+                both = (
+                    f"{other.place} writes the same file" if other is not task else "the job names it twice"
+                )
                 if (same := _name_in(other, real)) != real:
-                    both = f"{other.place} writes {same}, which is the same file on many disks"
+                    both = f"{other.place} writes {same}, which is the same file on case-insensitive disks"
                 found.append(f"{task.place}: output: {path}: {both}; use a template such as {{source.stem}}")
             if real in inputs:
                 found.append(f"{task.place}: output: {path}: is also an input of the batch")
@@ -561,7 +573,8 @@ def _check_distinct(tasks: list[Task], taken: dict[str, str], found: list[str]) 
             above = next(((owner[key], key) for key in _parents(path) if key in owner), None)
             if above:
                 found.append(
-                    f"{task.place}: output: {path}: {above[0].place} writes {_name_in(*above)}, which is no folder"
+                    f"{task.place}: output: {path}: {above[0].place} writes {_name_in(*above)} as a file, "
+                    "so it cannot be a folder"
                 )
 
 

@@ -16,18 +16,18 @@ def mistake(path: str) -> str | None:
     try:
         encoded = [os.fsencode(part) for part in path.split("/")]
     except UnicodeEncodeError:
-        return f"{shown}: the name is not Unicode; use another"
+        return f"{shown}: the name is not valid Unicode; choose another"
     if "\0" in path:
-        return f"{shown}: a name holds no NUL character; use another"
+        return f"{shown}: the name contains a NUL character; choose another"
     if any(len(part) > limits.NAME_BYTES for part in encoded):
-        return f"{shown}…: a name longer than {limits.NAME_BYTES} bytes; use a shorter one"
+        return f"{shown}…: the name is longer than {limits.NAME_BYTES} bytes; choose a shorter one"
     _drive, rest = os.path.splitdrive(path)
     for part in re.split(r"[/\\]", rest):
         found = FORBIDDEN.search(part)
         if found:
-            return f"{shown}: Windows allows no {found[0]!r} in names; use another"
+            return f"{shown}: Windows does not allow {found[0]!r} in names; choose another"
         if RESERVED.fullmatch(part) or (part.endswith((".", " ")) and part.strip(".")):
-            return f"{shown}: Windows allows no name {part!r}; use another"
+            return f"{shown}: Windows does not allow the name {part!r}; choose another"
     return None
 
 

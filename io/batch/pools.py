@@ -183,18 +183,20 @@ class Dask:
         try:
             from distributed import Client
         except ImportError:
-            raise InputError("--dask: distributed is not installed; run `pip install 'iccm[dask]'`") from None
+            raise InputError(
+                "--dask: the package distributed is not installed; run `pip install 'iccm[dask]'`"
+            ) from None
         try:
             self._client = Client(address, timeout=PATIENCE)
         except (OSError, ValueError) as error:
             raise InputError(
-                f"--dask: {address}: no scheduler answers: {' '.join(str(error).split())}"
+                f"--dask: no scheduler answers at {address}: {' '.join(str(error).split())}"
             ) from None
         self.size = sum(self._client.nthreads().values())
         if not self.size:
             self._client.close()
             raise InputError(
-                f"--dask: {address}: the scheduler has no workers; start some with `dask worker {address}`"
+                f"--dask: the scheduler at {address} has no workers; start some with `dask worker {address}`"
             )
         self.ahead = AHEAD * self.size if ahead else 0
         self._recent: tuple[float, ...] = ()  # seconds of the jobs that ended last

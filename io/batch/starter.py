@@ -1,11 +1,11 @@
 """The manifest that `iccm init` writes, to start from."""
 
 STARTER = """\
-# A batch of iccm: check it with `iccm batch {name} --dry-run`, run it with `iccm batch {name}`.
+# Jobs for iccm. Check them with `iccm batch {name} --dry-run`, run them with `iccm batch {name}`.
 # Keys are the options of `iccm map` with _ for -; `iccm map --help all` lists them.
-# Inputs are relative to this file, outputs too, unless --root names another folder.
+# Paths are relative to this file; --root names another folder for outputs.
 
-[defaults]                                        # hold for every job that says nothing else
+[defaults]                                        # options of all jobs, unless a job sets its own
 size = 512                                        # pixels of the longer side
 output = "out/{{source.stem}}-{{target.stem}}.png"  # or .svg for the drawing itself
 # texture = "petals.jpg"                          # without one: a numbered checkerboard

@@ -118,7 +118,7 @@ def _failure(error: Exception) -> dict[str, Any]:
             f"{error.filename}: {error.strerror}" if error.filename else error.strerror,
         )
     elif isinstance(error, MemoryError):
-        status, message = "failed", "out of memory; ask for a smaller size or fewer vertices"
+        status, message = "failed", "out of memory; choose a smaller size or fewer vertices"
     else:
         where = traceback.extract_tb(error.__traceback__)[-1]
         place = f"{os.path.basename(where.filename)}:{where.lineno}"

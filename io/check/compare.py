@@ -41,7 +41,7 @@ class Figure(StrictModel):
 
 
 SHARES_APART = 0.002
-"""How far apart shares of a drawing may be."""
+"""Largest difference between shares of a drawing."""
 REPORT = {
     "seconds*": Figure(ignore=True),
     "version": Figure(ignore=True),
@@ -132,9 +132,9 @@ def compare(name: str, run: Path, baseline: Path, allowed: Tolerances) -> Verdic
     """Compare one file with its baseline by what its suffix says it is."""
     verdict = Verdict(name)
     if not run.is_file():
-        return Verdict(name, ["missing from the run"], state="missing")
+        return Verdict(name, ["missing in the run"], state="missing")
     if not baseline.is_file():
-        return Verdict(name, ["has no baseline; --update makes it one"], state="new")
+        return Verdict(name, ["has no baseline; create it with --update"], state="new")
     if formats.of(baseline).picture:
         _pictures(run, baseline, allowed.pictures, verdict)
     elif baseline.suffix.lower() == ".json":
@@ -144,7 +144,7 @@ def compare(name: str, run: Path, baseline: Path, allowed: Tolerances) -> Verdic
     elif formats.of(baseline).uv:
         _meshes(run, baseline, allowed.meshes, verdict)
     else:
-        verdict.problems.append("the bytes differ")
+        verdict.problems.append("the contents differ")
     verdict.state = "differs" if verdict.problems else "same"
     return verdict
 
@@ -152,11 +152,11 @@ def compare(name: str, run: Path, baseline: Path, allowed: Tolerances) -> Verdic
 def _pictures(run: Path, baseline: Path, allowed: Pictures, verdict: Verdict) -> None:
     a, b = _pixels(run), _pixels(baseline)
     if a.shape != b.shape or a.dtype != b.dtype:
-        verdict.problems.append(f"is {_kept(a)} where the baseline is {_kept(b)}")
+        verdict.problems.append(f"is {_kept(a)}, but the baseline is {_kept(b)}")
         return
     x, y = scaled(a), scaled(b)
     if not np.array_equal(np.isfinite(x), np.isfinite(y)):
-        verdict.problems.append("NaN or infinity in other pixels than the baseline")
+        verdict.problems.append("NaN or infinity in other pixels than in the baseline")
         return
     x, y = finite(x), finite(y)
     gap = np.abs(x - y)
@@ -214,11 +214,11 @@ def _meshes(run: Path, baseline: Path, allowed: Meshes, verdict: Verdict) -> Non
     split_uv = mesh_files.format_of(baseline).split_uv
     made, wanted = split_uv(run), split_uv(baseline)
     if made is None or wanted is None:
-        verdict.problems.append("the bytes differ")
+        verdict.problems.append("the contents differ")
         return
     (uv, rest), (goal, own) = made, wanted
     if rest != own or uv.shape != goal.shape:
-        verdict.problems.append("the bytes differ, and not in texture coordinates alone")
+        verdict.problems.append("the contents differ, not only in texture coordinates")
         return
     gap = verdict.figures["uv"] = float(np.abs(uv - goal).max(initial=0.0))
     if not gap <= allowed.uv:
@@ -236,8 +236,8 @@ def _reports(name: str, run: Path, baseline: Path, allowed: Tolerances, verdict:
         elif not _same(a[key], b[key], tolerance):
             moved = Moved(key, _value(a[key]), _value(b[key]), _limit(a[key], b[key], tolerance))
             verdict.moved.append(moved)
-            within = f", which may move by {moved.limit}" if moved.limit else ""
-            verdict.problems.append(f"{key}: {moved.run} where the baseline has {moved.baseline}{within}")
+            within = f" (allowed difference {moved.limit})" if moved.limit else ""
+            verdict.problems.append(f"{key}: {moved.run} instead of {moved.baseline}{within}")
 
 
 def _leaves(path: Path, folder: Path) -> dict[str, Any]:

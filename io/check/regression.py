@@ -48,7 +48,7 @@ def check_inside(folder: Path, path: Path) -> None:
         InputError: it does.
     """
     if not path.resolve().is_relative_to(folder.resolve()):
-        raise InputError(f"{path}: is a link out of {folder}; put the file itself there")
+        raise InputError(f"{path}: is a link to a file outside {folder}; copy the file itself there")
 
 
 def chosen(found: Iterable[str], only: tuple[str, ...]) -> list[str]:
@@ -66,7 +66,7 @@ def check(run: Path, baselines: Path, allowed: Tolerances, only: tuple[str, ...]
     if not both and only:
         raise InputError(f"{' '.join(only)}: no such file in {run} or {baselines} (--only)")
     if not both:
-        raise InputError(f"{baselines}: nothing to compare; run with --update to store baselines")
+        raise InputError(f"{baselines}: contains no baselines to compare with; create them with --update")
     verdicts = []
     for name in both:
         try:
@@ -85,7 +85,7 @@ def update(run: Path, baselines: Path, only: tuple[str, ...] = ()) -> tuple[list
     """
     present = names(run, closed=True)
     if not present:
-        raise InputError(f"{run}: nothing to store as baselines")
+        raise InputError(f"{run}: contains no files to store as baselines")
     baselines.mkdir(parents=True, exist_ok=True)
     new = chosen(present, only)
     gone = chosen((name for name in names(baselines) if name not in set(present)), only)

@@ -35,7 +35,7 @@ def told(verdicts: list[Verdict]) -> str:
     counts = Counter("different" if verdict.state == "differs" else verdict.state for verdict in verdicts)
     ways = [f"{counts[state]} {state}" for state in ("different", "new", "missing") if counts[state]]
     same = sum(verdict.ok for verdict in verdicts)
-    return ", ".join([f"{same} of {len(verdicts)} files as their baselines", *ways])
+    return ", ".join([f"{same} of {len(verdicts)} files match their baselines", *ways])
 
 
 def html(verdicts: list[Verdict], run: Path, baselines: Path) -> bytes:
@@ -49,7 +49,7 @@ def html(verdicts: list[Verdict], run: Path, baselines: Path) -> bytes:
         detail = None if verdict.ok else _detail(verdict, run, baselines)
         rows.append(Row(verdict.ok, [*cells, Cell(first)], detail))
     title = f"iccm check {run} {baselines}"
-    return page(title, told(verdicts), ["file", "state", "largest difference", "what is wrong"], rows)
+    return page(title, told(verdicts), ["file", "state", "largest difference", "problem"], rows)
 
 
 def update_line(verdict: Verdict, run: Path, baselines: Path) -> str:
@@ -109,7 +109,7 @@ def markdown(verdicts: list[Verdict]) -> str:
     bad = [verdict for verdict in verdicts if not verdict.ok]
     lines = [f"### iccm check: {'no regression' if not bad else 'regression'}", "", told(verdicts), ""]
     if bad:
-        lines += ["| file | state | what is wrong |", "|---|---|---|"]
+        lines += ["| file | state | problem |", "|---|---|---|"]
         lines += [f"| {_text(v.name)} | {v.state} | {_text(v.problems[0])} |" for v in bad[:LISTED]]
     if len(bad) > LISTED:
         lines += ["", f"and {len(bad) - LISTED} more"]

@@ -32,7 +32,10 @@ def copy_with(of: Shape, pins: Pins, strokes: Strokes) -> bytes:
     data = drawing_bytes(path)
     root(data)
     if data[:2] in (b"\xfe\xff", b"\xff\xfe"):
-        raise InputError(f"{path}: pins are drawn into UTF-8 only; save it so, or the constraints as JSON")
+        raise InputError(
+            f"{path}: pins can only be drawn into UTF-8 files; save the drawing as UTF-8, or "
+            "save the pins as JSON"
+        )
     cuts, end = _places(data)
     kept, start = [], 0
     for a, b in cuts:
@@ -62,7 +65,7 @@ def check(spec: str, like: Shape, pins: Pins, strokes: Strokes) -> None:
         )
     )
     if not same:
-        raise InputError(f"{like.path}: pins cannot be drawn into this file; save the constraints as JSON")
+        raise InputError(f"{like.path}: pins cannot be drawn into this file; save them as JSON")
 
 
 @dataclass

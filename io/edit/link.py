@@ -162,7 +162,9 @@ class _Link:
         failed = await self._done("files", self._keep, scene)
         if failed and not self._told:
             self._told = True
-            await self._say({"type": "error", "message": f"unsaved work is not kept: {failed['error']}"})
+            await self._say(
+                {"type": "error", "message": f"unsaved changes could not be kept: {failed['error']}"}
+            )
 
     async def _compare(self) -> None:
         """Tell the page of another map, when nothing else is to be done."""

@@ -94,8 +94,8 @@ def verdict(status: Status, report: dict[str, Any], *, deformed: bool) -> str:
     if not status.ok:
         return status.value
     most, certified = report["stretch"]["p95"], report["injective"]["certified"]
-    even = f"it is stretched: {most:.2g} times and more on 5 % of it"
-    folds = "nothing folds" if certified else "that nothing folds is not certified"
+    even = f"it is stretched by a factor of {most:.2g} or more on 5 % of its area"
+    folds = "nothing folds" if certified else "the absence of folds is not certified"
     if deformed:
         return f"Pins and strokes are met, {folds}."
     lost = [
@@ -104,8 +104,12 @@ def verdict(status: Status, report: dict[str, Any], *, deformed: bool) -> str:
         if report.get(name, 1) < WELL_SEEN
     ]
     if lost:
-        return f"It fits, {folds}, but {' and '.join([*lost, *([even] if most > GOOD else [])])}."
-    return f"Good fit: sizes are even, {folds}." if most <= GOOD else f"It fits, {folds}, but {even}."
+        return f"The shapes fit, {folds}, but {' and '.join([*lost, *([even] if most > GOOD else [])])}."
+    return (
+        f"Good fit: the scale is nearly uniform, {folds}."
+        if most <= GOOD
+        else (f"The shapes fit, {folds}, but {even}.")
+    )
 
 
 def missed_constraints(report: dict[str, Any], scene: Scene) -> dict[str, list[int]]:

@@ -33,7 +33,10 @@ class Scene(_Message):
     def _short(self) -> Scene:
         lines = [line for stroke in self.strokes for line in (stroke.source, stroke.target)]
         if any(len(line) > limits.PAGE_POINTS for line in (*lines, *self.rigid)):
-            raise ValueError(f"a stroke or region has more than {limits.PAGE_POINTS} points")
+            raise ValueError(
+                f"a stroke or region has more than {limits.PAGE_POINTS} points; draw it with "
+                "fewer; draw it with fewer"
+            )
         return self
 
     @property
@@ -138,7 +141,7 @@ def read(text: str) -> Message:
     try:
         return _READ.validate_json(text)
     except ValidationError as error:
-        raise InputError(f"not understood: {first(error, 'the message')}") from None
+        raise InputError(f"invalid message: {first(error, 'the message')}") from None
 
 
 def scene_of(pins: list[Pin], strokes: list[Stroke], rigid: list[str | Polygon], **how: Any) -> Scene:

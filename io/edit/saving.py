@@ -52,7 +52,7 @@ def local(name: str) -> str:
         or name.startswith((".", "-"))
         or not name.isprintable()
     ):
-        raise InputError(f"{name}: write the name of a file in this folder")
+        raise InputError(f"{name}: enter the name of a file in this folder")
     return name
 
 
@@ -89,10 +89,12 @@ def save(session: Session, scene: Scene, name: str, *, replace: bool) -> str:
         InputError: it cannot be written, or exists without `replace`.
     """
     if session.drawn:
-        raise InputError(f"{session.source.path}: has pins of its own; write copies of the drawings instead")
+        raise InputError(
+            f"{session.source.path}: the drawing already contains pins; write copies of the drawings instead"
+        )
     name = name if name == session.job.constraints else local(name)
     if formats.suffix_of(name) != ".json":
-        raise InputError(f"{name}: constraints are written as .json")
+        raise InputError(f"{name}: pins and strokes are saved as .json; choose such a name")
     files.write_bytes(name, constraints_json(session, scene).encode(), force=replace)
     session.saved = scene
     session.written.add(name)
@@ -106,14 +108,14 @@ def copy_names(session: Session, ending: str) -> list[str]:
         InputError: one is no SVG, or both would be called the same.
     """
     if session.deforming:
-        raise InputError("pins of a shape that is deformed are kept as JSON; save the constraints")
+        raise InputError("the pins of a deformation can only be saved as JSON; use Save")
     paths = [shape.path for shape in _sides(session)]
     for path in paths:
         if formats.suffix_of(path) not in (".svg", ".svgz"):
-            raise InputError(f"{path}: pins are drawn in SVG files only; save the constraints as JSON")
+            raise InputError(f"{path}: pins can only be drawn into SVG files; save them as JSON")
     names = [local(f"{path.stem}{ending}.svg") for path in paths]
     if names[0] == names[1]:
-        raise InputError(f"{names[0]}: would be the copy of both; give one of the files another name")
+        raise InputError(f"{names[0]}: both copies would have this name; rename one of the files")
     return [*names, local(f"{stem(session.job)}{ending}.json")]
 
 
@@ -173,7 +175,7 @@ def with_names(scene: Scene) -> Scene:
 
 def _point(place: Any) -> tuple[float, float]:
     if vertex_of(place) is not None or len(place) != 2:
-        raise InputError("a pin at a vertex, or in space, is not drawn; save pins as a list")
+        raise InputError("pins at vertices of a mesh or in space cannot be drawn; save them as JSON")
     return float(place[0]), float(place[1])
 
 

@@ -70,7 +70,7 @@ class Session:
         self.deforming = not job.target
         if self.deforming and source.is_mesh:
             raise InputError(
-                f"{job.source}: a mesh needs a shape that goes onto it, or one that it goes onto"
+                f"{job.source}: a mesh can only be mapped, not deformed; name a TARGET"
             )
         target = source if self.deforming else inputs.shape(job.target or "", target=True, source=source)
         self.job, self.suffix = job, suffix_for(job, inputs)
@@ -353,7 +353,7 @@ class Session:
             InputError: one is none, or names what the session did not begin with.
         """
         if any(isinstance(each, str) and each not in self.first.rigid for each in scene.rigid):
-            raise InputError("rigid: only regions that were given or drawn here")
+            raise InputError("rigid: only regions from the command line or drawn on this page are possible")
         return regions.read(self.source, (), scene.rigid)
 
     def _regions(self, fit: Fit, report: dict[str, Any]) -> dict[str, Any]:
@@ -386,7 +386,8 @@ class Session:
             return self._bend(scene)
         if not (scene.whole and self._is_whole):
             return MapUpdate(
-                "coarse", True, "The map follows when you let go: parts of the shapes are left out."
+                "coarse", True, "The map is updated when you release the pin, because parts of the "
+                                "shapes are hidden or bare."
             )
         try:
             with one_thread():
@@ -401,7 +402,8 @@ class Session:
             return found
         gap = np.abs(map(pins[: len(scene.pins), 0]) - pins[: len(scene.pins), 1])
         wrong = {"pins": np.flatnonzero(~(gap <= MISSED * self.target.curve.diagonal)).tolist()}
-        message = "Not there yet: the map follows as far as nothing folds. Let go to look for another way."
+        message = ("The pin is not there yet: the map follows as far as possible without folds. Release "
+                  "the pin to search for another map.")
         return replace(found, wrong=wrong, message=message)
 
     def _bend(self, scene: Scene) -> MapUpdate:
@@ -415,7 +417,7 @@ class Session:
         report, drawn = solved.report, self.image_of(solved.maps)
         wrong = missed_constraints(report, scene)
         met = not any(wrong.values())
-        message = "" if met else "Not there yet: the shape follows as far as nothing folds."
+        message = "" if met else "The pin is not there yet: the shape follows as far as possible without folds."
         outlines = self._outlines(solved.fit)
         return MapUpdate("coarse", met, message, figures(report), wrong, drawn, outlines=outlines)
 
@@ -436,7 +438,7 @@ class Session:
         if self._live is not None:
             return self._live.moved(pins, strokes, scene.balance, dragged=dragged)
         if self._fit is None:
-            raise InputError("there is no map yet to begin with")
+            raise InputError("there is no map yet; wait for the first one")
         turn = None if scene.turn == "any" else float(np.radians(scene.turn))
         settings = Settings(energy=Energy(scene.balance), turn=turn, tolerance=self.job.tolerance)
         return Live.of(self._fit, settings, pins, strokes, dragged=dragged)
@@ -456,13 +458,13 @@ class Session:
             check_inside(shape, "point", list(z))
         if not moving and self.job.holed and any(Curve(hole).contains(z).any() for hole in shape.holes):
             raise InputError(
-                "that is in a hole; place a pin beside it, then drag both ends into holes that go together"
+                "this point is in a hole; place the pin next to it, then drag both ends into the holes to be paired"
             )
         w = np.full(z.shape, complex(np.nan, np.nan))
         for map in self._maps:
             w = np.where(np.isfinite(w), w, (map if side == "source" else map.inverse)(z))
         if not np.isfinite(w).all():
-            raise InputError("the map does not reach that point")
+            raise InputError("this point is not part of the map; place the pin elsewhere")
         s = shape.curve.closest(z)
         rim = (np.abs(shape.curve.at(s) - z) < ON_OUTLINE * shape.curve.diagonal) & (not self.deforming)
         w[rim] = other.curve.nearest(w[rim])

@@ -96,10 +96,10 @@ class Workspace:
         """
         for spec in filter(None, chosen.values()):
             if path_of(spec) not in self._known:
-                raise InputError(f"{spec}: choose the file once more")
+                raise InputError(f"{spec}: choose this file again")
         now = {role: spec for role, spec in (self.chosen | chosen).items() if role in ROLES and spec}
         if "source" not in now:
-            raise InputError("choose the shape to map from, too")
+            raise InputError("choose a source shape as well")
         before = self.session
         same = all(now.get(side) == self.chosen.get(side) for side in ("source", "target"))
         given = self._given | {role: now.get(role) for role in ROLES}
@@ -120,7 +120,7 @@ class Workspace:
         """
         found = samples_of(name)
         if not found:
-            raise InputError(f"{name}: no such sample")
+            raise InputError(f"{name}: unknown sample")
         self._known.update(found)
         self.open(dict(zip(ROLES, found)))
 

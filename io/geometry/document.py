@@ -104,13 +104,13 @@ def read(path: str, columns: str | None = None) -> Document:
     """
     module, _, name = READERS[formats.suffix_of(path)].partition(".")
     if columns and module != "table":
-        raise InputError(f"--columns: for tables, and {path} is none")
+        raise InputError(f"--columns: this option is for tables, and {path} is not a table")
     data = files.read_bytes(Path(path), max_bytes=limits.GEOMETRY_BYTES)
     with naming(path):
         try:
             return getattr(import_module(f".{module}", __package__), name).parse(data, columns)
         except UnicodeDecodeError:
-            raise InputError("is no text in UTF-8") from None
+            raise InputError("not a UTF-8 text file; save it as UTF-8") from None
 
 
 def number(text: str, where: str) -> float:
@@ -124,5 +124,5 @@ def number(text: str, where: str) -> float:
     except ValueError:
         found = np.nan
     if not abs(found) <= limits.COORDINATE:
-        raise InputError(f"{where}: {text.strip()[:40]!r} is no coordinate")
+        raise InputError(f"{where}: {text.strip()[:40]!r} is not a coordinate")
     return found

@@ -40,8 +40,8 @@ class GeoJson(Document):
             for holder, key in _landmarks(content):
                 found.points.append(_pair(holder[key]))
         if not (found.points or found.lines or found.polygons):
-            raise InputError("holds no points, lines or polygons")
-        notes = ("lines and polygons lose their heights",) if found.heights else ()
+            raise InputError("contains no points, lines or polygons")
+        notes = ("heights of lines and polygons are dropped",) if found.heights else ()
         return cls(content, Geometry(np.array(found.points, complex), found.lines, found.polygons), notes)
 
     def text(self, images: Images) -> str:
@@ -83,7 +83,7 @@ class _Found:
             return
         parts = at if kind.startswith("Multi") else [at]
         if not isinstance(parts, list):
-            raise InputError(f"{kind}: its coordinates are no list")
+            raise InputError(f"{kind}: the coordinates are not a list")
         if kind.endswith("Point"):
             self.points += [_pair(part) for part in parts]
         elif kind.endswith("LineString"):
@@ -93,22 +93,22 @@ class _Found:
 
     def _rings(self, part: Any, kind: str) -> list[Any]:
         if not isinstance(part, list) or not part:
-            raise InputError(f"{kind}: a polygon without rings")
+            raise InputError(f"{kind}: a polygon has no rings")
         return part
 
     def _ring(self, ring: Any, kind: str) -> Complex:
         z = self._line(ring, 4, kind)
         if z[0] != z[-1]:
-            raise InputError(f"{kind}: a ring does not end where it begins")
+            raise InputError(f"{kind}: a ring is not closed (its first and last positions differ)")
         return z[:-1]
 
     def _line(self, line: Any, least: int, kind: str) -> Complex:
         if not isinstance(line, list) or len(line) < least:
-            raise InputError(f"{kind}: fewer than {least} positions in a row")
+            raise InputError(f"{kind}: a line or ring has fewer than {least} positions")
         self.heights |= any(isinstance(position, list) and len(position) > 2 for position in line)
         z = np.array([_pair(position) for position in line], complex)
         if np.isnan(z).any():
-            raise InputError(f"{kind}: a position without a place (null), which only points may be")
+            raise InputError(f"{kind}: a position is null, which is only possible for points")
         return z
 
 
@@ -149,7 +149,9 @@ def _geometries(content: dict[str, Any]) -> Iterator[dict[str, Any]]:
     """Every geometry with coordinates, in order; bounding boxes, which no longer hold, go."""
     for geometry, _ in geometries(content):
         if not _is_geojson(geometry) or geometry["type"] not in SIMPLE:
-            raise InputError("is no GeoJSON: something in it is neither a feature nor a geometry")
+            raise InputError(
+                "not valid GeoJSON: it contains an object that is neither a feature nor a geometry"
+            )
         yield geometry
 
 
@@ -177,7 +179,7 @@ def _landmarks(content: Any) -> list[tuple[Any, Any]]:
         inner = [each for value in content.values() if (each := _members(value))]
         found = inner[0] if len(inner) == 1 else None
     if found is None:
-        raise InputError('is neither GeoJSON nor a list of points ([x, y] or {"x": …, "y": …})')
+        raise InputError('not GeoJSON, nor a list of points ([x, y] or {"x": …, "y": …})')
     return found
 
 
@@ -207,7 +209,7 @@ def _pair(position: Any) -> complex:
     if isinstance(position, dict) and {"x", "y"} <= position.keys():
         position = [position["x"], position["y"]]
     if not isinstance(position, list) or len(position) < 2 or not all(map(_is_coordinate, position[:2])):
-        raise InputError(f"{json.dumps(position)[:60]} is no position")
+        raise InputError(f"{json.dumps(position)[:60]} is not a position")
     if None in position[:2]:
         return complex(np.nan, np.nan)
     x, y = (number(str(value), "a position") for value in position[:2])

@@ -46,7 +46,7 @@ class Polylines(Document):
             elif words[0] in ("l", "p"):
                 found = np.array([_vertex(word, vertices, where) for word in words[1:]])
                 if found.size < (2 if words[0] == "l" else 1):
-                    raise InputError(f"{where}: too few vertices")
+                    raise InputError(f"{where}: has too few vertices")
                 if words[0] == "l":
                     lines.append(found)
                     order.append(("l", ""))
@@ -54,14 +54,14 @@ class Polylines(Document):
                     points += found.tolist()
                     order += [("p", "")] * found.size
             elif words[0] == "f":
-                raise InputError(f"{where}: has faces; lines (l) and points (p) are carried")
+                raise InputError(f"{where}: is a face; only lines (l) and points (p) can be carried")
             elif words[0] in ("o", "g") or line.startswith("#"):
                 order.append(("text", line))
         if not (points or lines):
-            raise InputError("has no lines (l) and no points (p)")
+            raise InputError("contains no lines (l) or points (p)")
         heights = [height for _, _, height in vertices]
         if max(heights) - min(heights) > 1e-6 * np.ptp(np.array(vertices), axis=0).max():
-            raise InputError("its vertices lie in no plane z = constant")
+            raise InputError("its vertices do not lie in a plane z = constant")
         return cls(order, heights[0], Geometry(np.array(points, complex), lines))
 
     def text(self, images: Images) -> str:

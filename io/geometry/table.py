@@ -43,7 +43,7 @@ class Table(Document):
         try:
             rows = list(csv.reader(io.StringIO(text, newline=""), delimiter=delimiter))
         except csv.Error as error:
-            raise InputError(f"is no table: {error}") from None
+            raise InputError(f"not a table: {error}") from None
         rows = [row for row in rows if row]
         if not rows:
             raise InputError("has no rows")
@@ -65,7 +65,7 @@ class Table(Document):
             except (ValueError, IndexError):
                 z[k] = _place(row, at, k + 1 + has_head)
         if not (np.isnan(z) | (np.abs(z) < 1e100)).all():
-            raise InputError("some coordinates are no finite numbers")
+            raise InputError("some coordinates are not finite numbers")
         return cls(head, rows, at, delimiter, ending, Geometry(z), comma)
 
     def text(self, images: Images) -> str:
@@ -143,9 +143,10 @@ def _columns(first: list[str], wanted: str | None) -> tuple[int, int]:
             elif name.strip().isdecimal() and 1 <= int(name) <= len(names):
                 found.append(int(name) - 1)
             else:
-                raise InputError(f"--columns: no {name.strip()!r} in it; it has {', '.join(names[:12])}")
+                raise InputError(f"--columns: there is no column {name.strip()!r}; the table has "
+                                 f"{', '.join(names[:12])}")
     if len(found) != 2 or max(found) >= len(names) or found[0] == found[1]:
-        raise InputError("two columns are needed, of x and of y; --columns x,y names them")
+        raise InputError("a table needs a column of x and one of y; name them with --columns X,Y")
     return found[0], found[1]
 
 
@@ -160,7 +161,7 @@ def _is_number(text: str) -> bool:
 def _place(row: list[str], at: tuple[int, int], line: int) -> complex:
     """The place of a row that is not two numbers: none where both cells are empty, or say that a value is missing."""
     if max(at) >= len(row):
-        raise InputError(f"row {line}: has {len(row)} cells; column {max(at) + 1} is needed")
+        raise InputError(f"row {line}: has only {len(row)} cells, but column {max(at) + 1} is needed")
     cells = [row[k] for k in at]
     words = [cell.strip().lower() for cell in cells]
     if not any(words) or any(word in MISSING for word in words):

@@ -40,19 +40,23 @@ class Tps(Document):
                 places.append(k)
                 left -= 1
             elif left and (said or line.strip()):
-                raise InputError(f"line {k + 1}: {left} places are missing before it")
+                raise InputError(
+                    f"line {k + 1}: the landmarks before this line are incomplete ({left} missing)"
+                )
             elif said:
                 left = int(said[2])
             elif re.match(r"\s*LM3", line, re.IGNORECASE):
-                raise InputError(f"line {k + 1}: landmarks in space (LM3); two coordinates are needed")
+                raise InputError(
+                    f"line {k + 1}: landmarks in space (LM3) are not supported; use two coordinates"
+                )
             elif line.strip() and not _KEY.fullmatch(line):
                 raise InputError(f"line {k + 1}: {line.strip()[:40]!r} is not KEY=VALUE")
         if left:
-            raise InputError(f"it ends {left} places early")
+            raise InputError(f"the file ends before the last {left} landmarks")
         if not places:
-            raise InputError("holds no landmarks (LM=…)")
+            raise InputError("contains no landmarks (LM=…)")
         scaled = any(re.match(r"\s*SCALE\s*=", line, re.IGNORECASE) for line in lines)
-        notes = ("SCALE is left out: it is of the image that the landmarks were on",) if scaled else ()
+        notes = ("SCALE is dropped, because it belongs to the original image",) if scaled else ()
         return cls(lines, places, Geometry(np.array(z)), notes)
 
     def text(self, images: Images) -> str:
@@ -73,6 +77,6 @@ def _place(line: str, at: int) -> complex:
     if [word.upper() for word in words] == ["NA", "NA"]:
         return NOWHERE
     if len(words) != 2:
-        raise InputError(f"line {at}: {line.strip()[:40]!r} is no place x y")
+        raise InputError(f"line {at}: {line.strip()[:40]!r} is not a position x y")
     x, y = (number(word, f"line {at}") for word in words)
     return complex(x, y)

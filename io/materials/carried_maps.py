@@ -43,11 +43,13 @@ class CarriedMaps:
         dialect, path = self.file.content.dialect, self.file.path
         if not dialect:
             raise InputError(
-                f"{path}: --carry-maps is for materials of GLB, glTF and OBJ files; it names none"
+                f"{path}: --carry-maps needs materials of a GLB, glTF or OBJ file, and this file has none"
             )
         able = mesh_files.suffixes_with_materials(dialect)
         if formats.suffix_of(name) not in able:
-            raise InputError(f"{name}: --carry-maps keeps the materials of {path}; use {' or '.join(able)}")
+            raise InputError(
+                f"{name}: cannot contain the materials of {path} (--carry-maps); use {' or '.join(able)}"
+            )
         _ = self.material_set
 
     @cached_property

@@ -136,5 +136,5 @@ def check_pictures(material_set: MaterialSet, name: str) -> None:
     if not material_set.maps:
         why = "".join(f" ({note})" for note in material_set.notes[:1])
         raise InputError(
-            f"{name}: its materials show no pictures; name some with --texture, --normal or --data{why}"
+            f"{name}: its materials have no textures; name pictures with --texture, --normal or --data{why}"
         )

@@ -36,7 +36,9 @@ def material_set(
     shown, every = with_layout(name, parts), len(parts)
     parts = parts if plain else shown
     left = every - len(parts)
-    notes = (f"{name}: {left} of its {every} geometries have no texture coordinates: left out",)
+    notes = (
+        f"{name}: {left} of its {every} geometries are ignored, because they have no texture coordinates",
+    )
     alike: dict[tuple[str, bool], list[Primitive]] = {}
     for part in parts:
         alike.setdefault((part.key, has_layout(part)), []).append(part)
@@ -54,7 +56,7 @@ def with_layout(name: str, parts: Sequence[Primitive]) -> list[Primitive]:
     """
     shown = [part for part in parts if has_layout(part)]
     if not shown:
-        raise InputError(f"{name}: has no texture coordinates; make them with iccm flatten --uv")
+        raise InputError(f"{name}: has no texture coordinates; create them with iccm flatten --uv")
     return shown
 
 

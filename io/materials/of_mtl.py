@@ -67,7 +67,7 @@ def sheet_of(file: MeshFile) -> Charted:
     """The triangles with their coordinates; errors as for `material_set`."""
     sheet = Charted.of(file.mesh)
     if (sheet.uv_faces < 0).any():
-        raise InputError(f"{sheet.name}: some faces have no texture coordinates; give all of them some")
+        raise InputError(f"{sheet.name}: some faces have no texture coordinates; unwrap all of them")
     return sheet
 
 
@@ -89,7 +89,7 @@ def _material(
             continue
         picture = library.folder / named.replace("\\", "/")
         if not picture.is_file() or is_pattern(picture):
-            notes.append(f"{path}: {word} of {name} names {named}, which is no file; left out")
+            notes.append(f"{path}: {word} of {name} is ignored, because its file {named} does not exist")
             continue
         if (word, picture) not in kinds:
             kinds[word, picture] = _kind(word, picture, most)

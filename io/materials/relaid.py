@@ -58,10 +58,10 @@ def given_maps(maps: Sequence[tuple[str, str]], dialect: str) -> dict[str, Mater
     found = dict[str, MaterialMap]()
     for path, kind in maps:
         if (slot := GIVEN[dialect].get(kind)) is None:
-            text = f"materials of a mesh have no one place for --{kind}; use a picture's suffix for -o"
+            text = f"--{kind}: cannot be added to the materials of a mesh; use a picture's suffix for -o"
             raise InputError(f"{path}: {text}")
         if slot in found:
-            raise InputError(f"{path}: a material shows one picture of the kind; name one")
+            raise InputError(f"{path}: a material has one texture of each kind; name only one")
         found[slot] = MaterialMap(Path(path), kind, path)
     return found
 
@@ -104,14 +104,14 @@ class Relaid:
         check_pictures(self.before, self.before.sheet.name)
         own = self.meshes[0].content.dialect
         if own == "gltf" and self.dialect != own:
-            raise InputError(f"{self.name}: would lose what {self.meshes[0].path} holds; use .glb")
+            raise InputError(f"{self.name}: would lose contents of {self.meshes[0].path}; use .glb")
         if not formats.of(self.name).uv or not self.dialect:
             able = " and ".join(mesh_files.suffixes_with_materials())
-            raise InputError(f"{self.name}: materials are written to {able}")
+            raise InputError(f"{self.name}: this format cannot contain materials; use {able}")
         if self.dialect == "mtl" and own != "mtl":
             path = self.meshes[0].path
             raise InputError(
-                f"{self.name}: an OBJ with materials is made from an OBJ, not from {path}; use .glb"
+                f"{self.name}: an OBJ with materials can only be made from an OBJ, not from {path}; use .glb"
             )
 
     @cached_property
@@ -145,7 +145,9 @@ class Relaid:
             count = int(self.owner.max(initial=-1)) + 1
             if count > np.unique(self.after.owner).size:
                 kinds = "transparency, sides, scales of normals or extensions differ"
-                self.told([f"has {count} materials, as {kinds} among those of {self.before.sheet.name}"])
+                self.told(
+                    [f"has {count} materials, because those of {self.before.sheet.name} differ in {kinds}"]
+                )
         for k in range(count):
             own = np.flatnonzero(self.owner == k)
             baker = MaterialBaker(self.before, part(sheet, own), (first[own], order[own]), self.settings)
@@ -168,7 +170,10 @@ class Relaid:
             self.told(baker.notes)
             if len({self.before.kinds[k] for k in baker.materials}) > 1:
                 self.told(
-                    ["materials that differ in more than pictures become one, as triangles show several"]
+                    [
+                        "materials that differ in more than their textures are merged, because some "
+                        "triangles show several of them"
+                    ]
                 )
         return found
 

@@ -78,7 +78,7 @@ def to_mtl(images: Pictures, source_material: Material) -> tuple[Pictures, list[
 
 def _left_out(names: Iterable[str]) -> list[str]:
     said = ", ".join(names)
-    return [f"{said}: the other format has no place for it; left out"] if said else []
+    return [f"{said}: dropped, because the other format does not support it"] if said else []
 
 
 def _rough(rough: Image | None, metal: Image | None) -> Image:

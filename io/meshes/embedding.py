@@ -23,5 +23,7 @@ def picture_file(texture: Path | bytes) -> bytes:
     where = "a picture" if isinstance(texture, bytes) else str(texture)
     image = image_files.read_held(texture, where, max_pixels=limits.PIXELS)
     if image.pixels.dtype.kind == "f":
-        raise InputError(f"{where}: holds floats, which a GLB file does not; use a PNG or JPEG texture")
+        raise InputError(
+            f"{where}: contains floats, which a GLB file cannot store; use a PNG or JPEG texture"
+        )
     return image_files.as_png(image)

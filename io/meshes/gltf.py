@@ -116,7 +116,7 @@ class Gltf:
             if number not in found:
                 found[number] = matrix = above @ _matrix(nodes[number])
                 if not (np.abs(matrix) <= FARTHEST).all():  # NaN included
-                    raise ValueError(f"nodes/{number} scales or moves what it shows beyond {FARTHEST:g}")
+                    raise ValueError(f"nodes/{number}: its transform moves vertices beyond {FARTHEST:g}")
                 waiting += [(child, matrix) for child in reversed(nodes[number].get("children", []))]
         return found
 
@@ -332,7 +332,7 @@ def _chunks(data: bytes) -> tuple[bytes, bytes]:
     """The JSON and the binary chunk of a GLB file."""
     version, size = struct.unpack_from("<II", data, 4)
     if version != 2 or size > len(data):
-        raise ValueError(f"version {version}, {len(data)} bytes of {size}; was it cut short?")
+        raise ValueError(f"version {version}, {len(data)} of {size} bytes; is the file truncated?")
     found, at = dict[bytes, bytes](), 12
     while at + 8 <= size:
         length, kind = struct.unpack_from("<I4s", data, at)
@@ -345,7 +345,7 @@ def _view(buffers: list[bytes], view: dict) -> bytes:
     start, length = view.get("byteOffset", 0), view["byteLength"]
     found = buffers[view["buffer"]][start : start + length]
     if len(found) != length or start < 0:
-        raise ValueError("a buffer is shorter than its views; was it cut short?")
+        raise ValueError("a buffer is shorter than its views; is the file truncated?")
     return found
 
 
@@ -355,7 +355,7 @@ def _content(path: Path, uri: str) -> bytes:
         return base64.b64decode(uri.partition(",")[2])
     name = path.parent / unquote(uri)
     if "://" in uri or not references.may_be_read(name, path.parent):
-        raise InputError(f"{path}: names {uri!r}, {references.OUTSIDE}; or put it beside the file")
+        raise InputError(f"{path}: refers to {uri!r}, {references.OUTSIDE}, or move it next to the mesh")
     return files.read_bytes(name, max_bytes=limits.MESH_BYTES)
 
 

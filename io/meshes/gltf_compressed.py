@@ -18,7 +18,7 @@ from .gltf_schema import DTYPES, TRIANGLES
 
 DRACO = "KHR_draco_mesh_compression"
 MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
-NEEDS = "{}: is compressed ({}); pip install 'iccm[{}]' reads it, or save it without compression"
+NEEDS = "{}: is compressed ({}); run pip install 'iccm[{}]' to read it, or save it without compression"
 
 
 def meshopt_views(path: Path, tree: dict[str, Any], buffers: list[bytes]) -> dict[int, bytes]:
@@ -34,7 +34,7 @@ def meshopt_views(path: Path, tree: dict[str, Any], buffers: list[bytes]) -> dic
         for name in needed & said.keys():
             found[number] = _decoded(path, name, f"bufferViews/{number}", said[name], buffers)
             if len(found[number]) != view["byteLength"]:
-                raise ValueError(f"bufferViews/{number}: is not of {view['byteLength']} bytes")
+                raise ValueError(f"bufferViews/{number}: does not have {view['byteLength']} bytes")
     for buffer in tree.get("buffers", []):  # what holds nothing but room for what is decoded
         if set(MESHOPT) & set(buffer.get("extensions", {})):
             del buffer["extensions"]
@@ -88,7 +88,7 @@ def without_draco(path: Path, tree: dict[str, Any], views: list[bytes]) -> tuple
         said = tree["accessors"][accessor]
         values = np.ascontiguousarray(values, DTYPES[said["componentType"]])
         if len(values) != said["count"]:
-            raise ValueError(f"accessors/{accessor}: {said['count']} items, and {len(values)} are compressed")
+            raise ValueError(f"accessors/{accessor}: {said['count']} items, but {len(values)} are compressed")
         tree.setdefault("bufferViews", []).append({"buffer": 0, "byteLength": values.nbytes})
         views.append(values.tobytes())
         said["bufferView"] = len(views) - 1
@@ -106,7 +106,7 @@ def without_draco(path: Path, tree: dict[str, Any], views: list[bytes]) -> tuple
                 raise ValueError(f"bufferViews/{at}: {error}") from None
         found = decoded[at]
         if "indices" not in primitive or not hasattr(found, "faces"):
-            raise ValueError(f"bufferViews/{at}: no triangles are compressed")
+            raise ValueError(f"bufferViews/{at}: contains no triangles")
         primitive["mode"] = TRIANGLES
         put(primitive["indices"], found.faces.reshape(-1, 1))
         for name, number in said["attributes"].items():

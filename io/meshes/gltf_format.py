@@ -60,7 +60,7 @@ class GltfContent(MeshContent):
         ]
         if not any(name in each for each in names):
             there = ", ".join(f"'{each}'" for each in sorted(set().union(*names)))
-            raise InputError(f"no geometry or material of the mesh is called '{name}'; there is {there}")
+            raise InputError(f"the mesh has no geometry or material named '{name}'; it has {there}")
         counts = [len(part.faces) for part in self.primitives]
         return np.repeat([name in each for each in names], counts)
 
@@ -95,9 +95,7 @@ class GltfFormat(MeshFormat):
             return 0
         if excessive:
             number, items = excessive
-            raise InputError(
-                f"{self.path}: accessor {number} claims {items} items, more than there are data for"
-            )
+            raise InputError(f"{self.path}: accessor {number} has {items} items, more than its data")
         return count
 
     def files_named(self) -> list[str]:
@@ -159,7 +157,7 @@ class GltfFormat(MeshFormat):
         except InputError:
             raise
         except Exception as error:  # whatever a parser stumbles over: the file is at fault
-            raise InputError(f"{path}: cannot be read as GLB: {error}") from None
+            raise InputError(f"{path}: cannot read this GLB file: {error}") from None
         named = [p["attributes"] for mesh in file.tree.get("meshes", []) for p in mesh["primitives"]]
         found = {at for each in named for name, at in each.items() if name.startswith("TEXCOORD_")}
         accessors, views = file.tree.get("accessors", []), list(file.views)

@@ -79,7 +79,7 @@ TREE = {
     "buffers": [{"byteLength": int, "uri": str}],
 }
 ITEMS = {"POSITION": "VEC3", "NORMAL": "VEC3", "TANGENT": "VEC4", "TEXCOORD": "VEC2"}
-"""What the attributes of a primitive are made of."""
+"""Element types of the attributes of a primitive."""
 WORDS = {int: "a whole number", float: "a number", str: "text", dict: "an object", list: "a list"}
 
 
@@ -98,16 +98,18 @@ def check(tree: dict[str, Any]) -> None:
                 place = f"meshes/{k}/primitives/{number}"
                 items = ITEMS.get(name.partition("_")[0], accessor["type"])
                 if accessor["type"] != items:
-                    raise ValueError(f"{place}: {name} is made of {accessor['type']!r}, not of {items}")
+                    raise ValueError(f"{place}: {name} has type {accessor['type']!r} instead of {items}")
                 if accessor["count"] < points:
-                    raise ValueError(f"{place}: {accessor['count']} of {name}, but {points} positions")
+                    raise ValueError(
+                        f"{place}: has {accessor['count']} values of {name}, but {points} positions"
+                    )
 
 
 def _check(value: Any, tree: dict[str, Any], shape: Any, place: str) -> None:
     if isinstance(shape, str):
         count = len(tree.get(shape, []))
         if not _is(value, int) or not 0 <= value < count:
-            raise ValueError(f"{place} is {value!r}, and there are {count} {shape}")
+            raise ValueError(f"{place} is {value!r}, but there are {count} {shape}")
     elif isinstance(shape, dict):
         _demand(_is(value, dict), place, WORDS[dict])
         for key, each in value.items():
@@ -122,7 +124,7 @@ def _check(value: Any, tree: dict[str, Any], shape: Any, place: str) -> None:
     else:
         _demand(_is(value, shape), place, WORDS[shape])
         if shape is not str and not (math.isfinite(value) and abs(value) <= limits.COORDINATE):
-            raise ValueError(f"{place} is not finite, or beyond {limits.COORDINATE:g}")
+            raise ValueError(f"{place} is not finite, or larger than {limits.COORDINATE:g}")
 
 
 def _is(value: Any, kind: type) -> bool:

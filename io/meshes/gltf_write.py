@@ -443,9 +443,7 @@ def _notes(staying: list[str], kept: int | None) -> list[str]:
     if kept is None:
         return []
     names = gltf_materials.name_slots(staying)
-    return [
-        f"{names} stay on the old coordinates, which are TEXCOORD_{kept} now; --carry-maps carries them over"
-    ]
+    return [f"{names} still use the old coordinates, now TEXCOORD_{kept}; use --carry-maps to transfer them"]
 
 
 def _type_of(content: bytes) -> str:

@@ -76,10 +76,12 @@ def read(folder: Path, names: list[str]) -> Library:
         paths = [whole] if os.path.isfile(whole) else [folder / word for word in text.split()]
         for path in paths:
             if not references.may_be_read(path, folder):
-                outside.append(f"names the material library {relative(path, folder)}, {references.OUTSIDE}")
+                outside.append(
+                    f"refers to the material library {relative(path, folder)}, {references.OUTSIDE}"
+                )
             elif not os.path.isfile(path) or path.stat().st_size > limits.LIBRARY_BYTES:
                 missing.append(
-                    f"{path}: the material library is missing or too large; its materials are made anew"
+                    f"{path}: the material library is missing or too large; new materials are created"
                 )
             else:
                 lines += path.read_bytes().decode("utf-8", "surrogateescape").splitlines()
@@ -87,7 +89,7 @@ def read(folder: Path, names: list[str]) -> Library:
     for line in filter(_is_statement, lines):
         picture = picture_named(line)
         if picture and not references.may_be_read(folder / picture, folder):
-            outside.append(f"a material names {picture}, {references.OUTSIDE}")
+            outside.append(f"a material refers to {picture}, {references.OUTSIDE}")
         else:
             kept.append(line)
     return Library(tuple(kept), folder, tuple(missing), tuple(dict.fromkeys(outside)))
@@ -147,7 +149,7 @@ def name_of(texture: Path, folder: Path) -> str:
     """
     name = relative(texture, folder)
     if name != name.strip() or "\n" in name or "\r" in name or name.startswith("-"):
-        raise InputError(f"{texture}: a material library cannot name this file; rename it")
+        raise InputError(f"{texture}: a material library cannot refer to a file of this name; rename it")
     return name
 
 

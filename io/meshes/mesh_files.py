@@ -28,7 +28,7 @@ def format_of(name: str | Path) -> type[MeshFormat]:
     """
     if not (place := formats.of(name).mesh):
         suffix, known = formats.suffix_of(name), ", ".join(formats.holding("mesh"))
-        raise InputError(f"{name}: no mesh is read from {suffix!r}; use one of {known}")
+        raise InputError(f"{name}: cannot read a mesh from {suffix!r}; use one of {known}")
     module, _, kind = place.partition(".")
     return getattr(import_module(f".{module}", __package__), kind)
 
@@ -91,11 +91,9 @@ def _unite(found: MeshFile, opened: MeshFormat) -> MeshFile:
     whole = MeshFile.whole(found.path, content)
     notes = [*parts[0].notes[:-1]]  # without that on the other geometries
     if left := len(opened.names) - len(parts):
-        notes.append(f"left out {left} geometr{'ies' if left > 1 else 'y'} of other meshes")
+        notes.append(f"ignored {left} geometr{'ies' if left > 1 else 'y'} of other meshes")
     if len({part.picture for part in parts}) > 1:
-        notes.append(
-            "its materials show different pictures, of which one counts; --texture names one for all"
-        )
+        notes.append("its materials have different textures; choose one with --texture")
     return replace(
         found,
         mesh=replace(whole.mesh, name=found.mesh.name),

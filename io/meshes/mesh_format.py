@@ -68,7 +68,7 @@ class MeshContent:
             InputError: nothing has this name, or the format has no names.
         """
         path = self.polygons.name
-        raise InputError(f"names a part of an OBJ or a material of a GLB, and {path} is neither; give a mask")
+        raise InputError(f"names a part of an OBJ or a material of a GLB, and {path} has neither; use a mask")
 
     def names_at(self, faces: Index) -> set[str]:
         """Collect the objects, groups and materials that polygons (k,) belong to."""
@@ -234,7 +234,9 @@ class MeshFormat(ABC):
             InputError: the file declares more than `most`, or cannot be opened.
         """
         if (count := self.count_faces(most)) > most:
-            raise InputError(f"{self.path}: {count} faces are more than {most}; raise --max-faces")
+            raise InputError(
+                f"{self.path}: has {count} faces, more than the limit of {most}; raise --max-faces"
+            )
 
     def is_mesh(self, *, gets_uv: bool = False) -> bool:
         """Whether the file is a mesh, and not an outline; `gets_uv`: it is to be given texture coordinates."""
@@ -276,15 +278,15 @@ class MeshFormat(ABC):
         geometries, path = self._geometries, self.path
         if part is not None and part not in geometries:
             there = ", ".join(geometries) or "none"
-            raise InputError(f"{path}#{part}: no geometry is called '{part}'; there is {there}")
+            raise InputError(f"{path}#{part}: there is no geometry '{part}'; the file has {there}")
         if not geometries:
-            raise InputError(f"{path}: no faces; a point cloud has no surface to map")
+            raise InputError(f"{path}: contains no faces; a point cloud cannot be mapped")
         chosen = part or max(geometries, key=self._areas.__getitem__)
         file, notes = geometries[chosen], list[str]()
         if left := len(geometries) - 1:
-            others = f"left out {left} other geometr{'ies' if left > 1 else 'y'}"
+            others = f"ignored {left} other geometr{'ies' if left > 1 else 'y'}"
             cure = (
-                f": {chosen!r} is the largest; {path}#name picks one, --parts all or each takes all of them"
+                f": {chosen!r} is the largest; {path}#name selects one, --parts all or each uses all of them"
             )
             notes.append(others + ("" if part else cure))
         mesh = replace(file.mesh, name=str(path) + (f"#{part}" if part else ""))
@@ -305,7 +307,7 @@ class MeshFormat(ABC):
         except Exception as error:  # whatever a parser stumbles over: the file is at fault
             reason = " ".join(str(error).split())[:REASON_LENGTH] or type(error).__name__
             kind = self.path.suffix[1:].upper()
-            raise InputError(f"{self.path}: cannot be read as {kind}: {reason}") from error
+            raise InputError(f"{self.path}: cannot read this {kind} file: {reason}") from error
 
     @cached_property
     def _areas(self) -> dict[str, float]:

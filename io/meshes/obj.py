@@ -21,9 +21,9 @@ from .obj_scan import Elements
 
 NUMBER_WIDTH = 32  # bytes of a number that numpy may convert many at a time
 WRONG = {
-    1: "a face needs at least 3 corners; was the file cut short?",
-    2: "a corner is not of the form v, v/vt, v//vn or v/vt/vn with whole numbers other than 0",
-    3: "too few numbers; was the file cut short?",
+    1: "a face needs at least 3 corners; is the file truncated?",
+    2: "a corner must have the form v, v/vt, v//vn or v/vt/vn with whole numbers other than 0",
+    3: "too few numbers; is the file truncated?",
 }
 
 
@@ -101,7 +101,7 @@ class Obj(Elements):
             if marked.any():
                 return marked
         raise InputError(
-            f"{self.path}#{part}: nothing with faces is called '{part}'; there is {self._choices()}"
+            f"{self.path}#{part}: there is no part '{part}' with faces; the file has {self._choices()}"
         )
 
     def parts(self) -> list[str]:
@@ -201,7 +201,7 @@ def _convert(data: bytes, path: Path, values: Real, listed: Index) -> None:
     strings = text.view(f"S{NUMBER_WIDTH}").ravel()
     try:
         if not over[:, -1].all():
-            raise ValueError("a number longer than the table is wide")
+            raise ValueError("a number is too long")
         values.ravel()[listed[:, 0]] = strings.astype(np.float64)
     except ValueError:  # find the one at fault, or convert the overlong ones
         for place, at in listed:

@@ -38,7 +38,9 @@ def staying(whole: Obj, library: Library, faces: Flags, name: Path, but: Contain
     )
     said = ", ".join(maps)
     return (
-        [f"{name}: {said} of its materials are for the old coordinates; --carry-maps carries them over"]
+        [
+            f"{name}: {said} of its materials still belong to the old coordinates; use --carry-maps to transfer them"
+        ]
         if said
         else []
     )

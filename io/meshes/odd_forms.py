@@ -51,13 +51,13 @@ def binary_off(data: bytes) -> tuple[Real, Index, Index]:
     for order, coloured in ((">", True), ("<", False)):
         words = np.frombuffer(rest[: len(rest) // 4 * 4], f"{order}i4")
         if words.size < 3 or min(words[:2]) < 0 or words.size < 3 + 3 * int(words[0]):
-            wrong = "it ends within its points"
+            wrong = "the file ends within its points"
             continue
         end = 3 + 3 * int(words[0])
         found = _faces(words[end:].astype(np.int64), int(words[1]), coloured=coloured)
         if found is not None:
             return words[3:end].view(f"{order}f4").reshape(-1, 3).astype(float), *found
-        wrong = "its faces are not as many numbers as it has"
+        wrong = "the number of face indices differs from the header"
     raise ValueError(wrong)
 
 

@@ -186,7 +186,7 @@ def parse(data: bytes, path: Path) -> Ply:
     lines = data[:end].decode("utf-8", "surrogateescape").split(newline)[:-1]
     words = [line.split() for line in lines]
     if words[0][:1] != ["ply"]:
-        raise ValueError("it does not begin with 'ply'")
+        raise ValueError("the file does not begin with 'ply'")
     order = FORMATS[next(line for line in words if line[:1] == ["format"])[1]]
     body = data[end + len("end_header") :]
     body = body[len(newline) :] if body.startswith(newline.encode()) else body.lstrip(b" ")[1:]
@@ -224,7 +224,7 @@ def _rows(cells: NDArray, count: int, properties: tuple[Property, ...]) -> Index
     heads = [0 if not p.count else 1 if text else np.dtype(p.count).itemsize for p in properties]
     least = max(1, sum(sizes) + sum(heads))
     if not 0 <= count * least <= cells.size:
-        raise ValueError(f"{count} rows do not fit into what there is; was it cut short?")
+        raise ValueError(f"there is not enough data for {count} rows; is the file truncated?")
     counted = [k for k, p in enumerate(properties) if p.count]
     row = _walk(cells, 1, properties, sizes, heads)[0] if count and counted else np.cumsum([0, *sizes])
     starts = row[-1] * np.arange(count + 1)[:, None] + row
@@ -251,7 +251,7 @@ def _walk(cells: NDArray, count: int, properties, sizes: list[int], heads: list[
             places.append(at)
         starts[row] = places
         if at > cells.size:
-            raise ValueError(f"row {row} is not whole; was it cut short?")
+            raise ValueError(f"row {row} is incomplete; is the file truncated?")
     starts[count] = at
     return starts
 
@@ -262,7 +262,7 @@ def _counter(cells: NDArray, said: Property) -> Callable[[int], int]:
     def counts(at: int) -> int:
         found = int(_values(cells, np.array([at]), said.count)[0])
         if found < 0:
-            raise ValueError("a list of fewer than no values")
+            raise ValueError("a list has a negative length")
         return found
 
     if cells.dtype.kind == "S" or said.count[1:] != "u1":

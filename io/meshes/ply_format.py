@@ -48,7 +48,7 @@ class PlyFormat(MeshFormat):
         texture, picture, notes = whole.texture, None, list[str]()
         if texture is not None and not references.may_be_read(texture, self.path.parent):
             shown = material_library.relative(texture, self.path.parent)
-            notes.append(f"names {shown}, {references.OUTSIDE}")
+            notes.append(f"refers to {shown}, {references.OUTSIDE}")
         elif texture is not None:
             picture = files.read_bytes(texture, max_bytes=limits.MESH_BYTES)
         if not content.polygons.sizes.size:
@@ -67,9 +67,9 @@ class PlyFormat(MeshFormat):
         named = material_library.relative(texture, name.parent) if isinstance(texture, Path) else None
         made, notes = ply_write.with_coordinates(whole, faces, new.uv, new.corners, named)
         if isinstance(texture, bytes):
-            notes.append("PLY holds no texture; its coordinates are for the one given")
+            notes.append("a PLY file contains no texture, only texture coordinates for it")
         elif texture is None and whole.texture is not None:
-            notes.append(f"{whole.texture.name}, which it names, is for the old coordinates")
+            notes.append(f"its texture {whole.texture.name} still belongs to the old coordinates")
         out.write_bytes(made)
         return Written(notes=[f"{name}: {note}" for note in notes])
 

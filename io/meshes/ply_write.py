@@ -57,7 +57,7 @@ def with_coordinates(
         if (begins == 2 * starts).all():
             _cornerwise(made, table, places.reshape(-1, 2)[changed], uv[uv_corners])
             return _whole(ply, made, texture), notes
-        notes.append("its lists of coordinates of corners are not for all corners, and stay")
+        notes.append("its lists of texture coordinates do not cover all corners and are kept unchanged")
     names = ply.named(*COORDINATES)
     old = np.zeros((len(ply.tables["vertex"].starts) - 1, 2)) if names is None else ply.vertices(names)
     index = len(uv) + corners  # what faces that stay show: the old coordinates
@@ -79,7 +79,9 @@ def subdivided(ply: Ply, plan: Subdivision) -> Ply:
     corners, starts = ply.polygons
     vertices = ply.tables["vertex"]
     if any(p.count for p in vertices.properties):
-        raise InputError(f"{ply.path}: vertices with lists cannot be split; write an OBJ or GLB")
+        raise InputError(
+            f"{ply.path}: vertices with lists cannot be split at seams; write an OBJ or GLB instead"
+        )
     mixed = plan.mixtures(corners, len(vertices.starts) - 1)
     numbers, begins = with_triangles(starts, corners, plan, mixed.number)
     made = Changes(list(ply.header), {name: _bytes(t.cells, t.starts) for name, t in ply.tables.items()})
@@ -200,7 +202,10 @@ def _vertices(ply: Ply, made: Changes, names: tuple[str, ...] | None, order: Ind
     """The vertices in a new order, with coordinates (n, 2)."""
     table = ply.tables["vertex"]
     if any(p.count for p in table.properties):
-        raise InputError(f"{ply.path}: vertices with lists cannot be given coordinates; write an OBJ or GLB")
+        raise InputError(
+            f"{ply.path}: texture coordinates cannot be added to vertices with lists; write "
+            "an OBJ or GLB instead"
+        )
     wide = int(table.starts[0, -1]) if len(table.starts) > 1 else 0
     rows = _room(table.cells).reshape(-1, wide)[order]
     head = next(k for k, line in enumerate(made.header) if line.split()[:2] == ["element", "vertex"])

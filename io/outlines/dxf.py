@@ -22,7 +22,9 @@ from ..svg.drawing import Drawing
 
 JOINED = 1e-6  # of the drawing's diagonal: ends so close to each other meet
 NO_FONTS = {"version": 2, "font-faces": []}
-"""A list of fonts as ezdxf keeps it; of another version it makes one anew, where this one is."""
+"""An empty font list in ezdxf's format, so that ezdxf does not scan the system's fonts. It is rebuilt for other
+versions.
+"""
 DRAWN = {"LINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE", "LWPOLYLINE", "POLYLINE", "HATCH", "MPOLYGON", "SOLID"}
 
 
@@ -40,7 +42,7 @@ def read(
             from ezdxf import disassemble, recover
             from ezdxf import path as paths
     except ImportError:
-        raise InputError(f"{path}: DXF is read by ezdxf: pip install 'iccm[dxf]'") from None
+        raise InputError(f"{path}: reading DXF needs the package ezdxf: pip install 'iccm[dxf]'") from None
     files.open_input(path, max_bytes=max_bytes)
     curves = defaultdict[str, list[Complex]](list)
     try:
@@ -60,9 +62,9 @@ def read(
             curves[layer].append(complex_of(np.array([[v.x, v.y] for v in part.flattening(tolerance)])))
     except (ezdxf.DXFError, OSError, ValueError, TypeError, KeyError, IndexError, AttributeError) as error:
         said = str(error).splitlines()[0][:120] if str(error) else type(error).__name__
-        raise InputError(f"{path}: is no DXF drawing that can be read: {said}") from None
+        raise InputError(f"{path}: cannot read this DXF drawing: {said}") from None
     if not curves:
-        raise InputError(f"{path}: draws no lines in its model space")
+        raise InputError(f"{path}: contains no lines in model space")
     if not all((np.abs(z) <= limits.SVG_NUMBER).all() for each in curves.values() for z in each):
         raise InputError(f"{path}: a coordinate is not finite, or too large")
     drawing = Drawing([], None, flip=False, ids=dict.fromkeys(curves))
@@ -106,6 +108,6 @@ def _add(drawing: Drawing, layer: str, curves: list[Complex], near: float) -> No
         else:
             opened += not chain.is_empty
     if opened:
-        drawing.notes.append(f"left out {opened} open lines of layer {layer!r}")
+        drawing.notes.append(f"ignored {opened} open lines of layer {layer!r}")
     if closed:
         drawing.add(closed, "evenodd", repr(layer), (layer,))

@@ -16,7 +16,7 @@ from ..svg.path_data import subpaths
 SIZE = 100.0  # units to the em
 TEXT = "text="
 LINE = 0.8, 1.0  # ems above the baseline, and in all, of the canvas where letters do not reach beyond it
-SAY = "say what is to be set in it, such as {}#text=Word"
+SAY = "a font needs a text, such as {}#text=Word"
 
 
 def read(
@@ -31,15 +31,17 @@ def read(
     if not (chosen or "").startswith(TEXT) or not (text := (chosen or "")[len(TEXT) :].strip()):
         raise InputError(f"{path}: {SAY.format(path.name)}")
     if len(text) > limits.SVG_LETTERS:
-        raise InputError(f"{path}: more than {limits.SVG_LETTERS} letters")
+        raise InputError(f"{path}: the text has more than {limits.SVG_LETTERS} letters; shorten it")
     try:
         font = Font(files.as_text(path))
         sets, width = font.sets(text), font.width(text) * SIZE
         data = font.set_at(text, 0.0, LINE[0] * SIZE, SIZE) if sets else ""
     except (OSError, RuntimeError, ValueError) as error:
-        raise InputError(f"{path}: is no font that can be read: {error}") from None
+        raise InputError(f"{path}: cannot read this font: {error}") from None
     if not sets:
-        raise InputError(f"{path}: is no font, or lacks letters of {text[:40]!r}, or they run both ways")
+        raise InputError(
+            f"{path}: not a font, or it lacks letters of {text[:40]!r}, or the text mixes writing directions"
+        )
     rings = [run.z for run in subpaths(data, Affine(), flatness)] if data else []
     if not rings:
         raise InputError(f"{path}: {text[:40]!r} draws nothing")

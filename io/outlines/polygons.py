@@ -35,7 +35,7 @@ def read(
     """
     content = _content(path, max_bytes)
     if not isinstance(content, dict):
-        raise InputError(f"{path}: is neither GeoJSON nor annotations by labelme or COCO")
+        raise InputError(f"{path}: not GeoJSON, nor annotations of labelme or COCO")
     try:
         if isinstance(content.get("shapes"), list):
             drawing, found = _canvas(content.get("imageWidth"), content.get("imageHeight")), _labelme(content)
@@ -45,10 +45,10 @@ def read(
             drawing = Drawing([], None, flip=False)
             found = _geojson(topology.as_geojson(content), drawing.notes)
         else:
-            raise InputError("is neither GeoJSON nor annotations by labelme or COCO")
+            raise InputError("not GeoJSON, nor annotations of labelme or COCO")
         _fill(drawing, found, chosen)
     except (LookupError, TypeError, ValueError, AttributeError, RecursionError, OverflowError) as error:
-        said = str(error) if isinstance(error, InputError) else "its polygons are not as its kind has them"
+        said = str(error) if isinstance(error, InputError) else ("its polygons do not have the structure of this format")
         raise InputError(f"{path}: {said}") from None
     return drawing
 
@@ -103,7 +103,7 @@ def _fill(drawing: Drawing, found: Iterator[Found], chosen: str | None) -> None:
         drawing.add(rings, rule, repr(names[0]) if names else f"polygon {number}", names)
     drawing.outlines.sort(key=lambda outline: -outline.area)
     if not number:
-        raise InputError(f"holds no polygons{'; ' + drawing.notes[0] if drawing.notes else ''}")
+        raise InputError(f"contains no polygons{'; ' + drawing.notes[0] if drawing.notes else ''}")
 
 
 def geometries(
@@ -125,7 +125,7 @@ def geometries(
     elif kind in MEMBERS:
         members = item.get(MEMBERS[kind])
         if not isinstance(members, list):
-            raise InputError(f"is no GeoJSON: a {kind} without members")
+            raise InputError(f"not valid GeoJSON: a {kind} without members")
         for member in members:
             yield from geometries(member, feature, depth + 1)
     elif item is not None:
@@ -193,11 +193,13 @@ def _coco(content: dict[str, Any], chosen: str | None) -> tuple[Drawing, Iterato
         found.append((picture, (tuple(filter(None, own)), [_sound(ring) for ring in rings], "nonzero")))
     seen = {picture for picture, (names, _, _) in found if chosen is None or chosen in names}
     if len(seen) > 1:
-        raise InputError(f"holds annotations of {len(seen)} pictures; name one, #{_name(pictures, seen)}")
+        raise InputError(f"contains annotations of {len(seen)} pictures; choose one, such as "
+                         f"#{_name(pictures, seen)}")
     size = pictures.get(next(iter(seen), None), {})
     drawing = _canvas(size.get("width"), size.get("height"))
     if runs:
-        drawing.notes.append(f"left out {runs} mask{'s' * (runs > 1)} by runs (RLE); polygons are read")
+        drawing.notes.append(f"ignored {runs} run-length encoded mask{'s' * (runs > 1)} (RLE); only "
+                             "polygons are read")
     return drawing, (each for _, each in found)
 
 
@@ -216,5 +218,5 @@ def _ring(points: Any) -> Complex:
 
 def _sound(z: Complex) -> Complex:
     if not (np.abs(z) <= limits.SVG_NUMBER).all():
-        raise InputError("a vertex is not finite, or too large")
+        raise InputError("a vertex is not finite or too large")
     return z

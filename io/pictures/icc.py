@@ -35,7 +35,8 @@ def read(path: str | Path, spec: oiio.ImageSpec) -> NDArray[np.uint8]:
 
     if str(spec.format) != "uint8":
         raise InputError(
-            f"{path}: CMYK with an ICC profile, or Lab, is read with 8 bits a channel; convert it to RGB first"
+            f"{path}: CMYK with an ICC profile and Lab are only read with 8 bits per channel; convert the "
+            "picture to RGB first"
         )
     with pillow.opened(Path(path), path, ("JPEG", "TIFF")) as picture:
         try:
@@ -44,7 +45,10 @@ def read(path: str | Path, spec: oiio.ImageSpec) -> NDArray[np.uint8]:
             elif picture.mode == "CMYK":
                 profile = ImageCms.ImageCmsProfile(BytesIO(picture.info["icc_profile"]))
             else:
-                raise InputError(f"{path}: CMYK or Lab with more channels; convert it to RGB first")
+                raise InputError(
+                    f"{path}: CMYK or Lab with additional channels is not supported; convert "
+                    "the picture to RGB first"
+                )
             made = ImageCms.profileToProfile(
                 picture,
                 profile,
@@ -55,7 +59,7 @@ def read(path: str | Path, spec: oiio.ImageSpec) -> NDArray[np.uint8]:
             )
         except (OSError, KeyError, ImageCms.PyCMSError) as error:
             reason = (str(error) or "unknown reason").splitlines()[0]
-            raise InputError(f"{path}: cannot be converted by its ICC profile: {reason}") from error
+            raise InputError(f"{path}: cannot convert its colours with its ICC profile: {reason}") from error
     assert made is not None
     return np.asarray(made)
 

@@ -208,7 +208,7 @@ def error_of(library: Any) -> str:
     try:
         return first_line(library.geterror())
     except UnicodeDecodeError:  # it quotes the file
-        return "its header has bytes that are not UTF-8"
+        return "its header contains bytes that are not UTF-8"
 
 
 def first_line(text: str) -> str:

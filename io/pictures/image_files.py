@@ -90,7 +90,8 @@ def read(
         elif beginning[4:] == b"ftyp" and (form := UNREAD.get(content.read(4))):
             if form == "AVIF" and not colorspace:
                 return _by_pillow(path, max_pixels)
-            raise InputError(f"{path}: {form} is not read; convert it first, to .png or .jxl for instance")
+            raise InputError(f"{path}: {form} is not supported; convert the picture first, for instance "
+                             "to .png or .jxl")
     with silence():
         return _read(path, max_pixels, colorspace, room or Memory(), several)
 
@@ -110,7 +111,8 @@ def _by_pillow(path: str | Path, max_pixels: int) -> Image:
     with pillow.opened(Path(path), path, ("AVIF",)) as picture:
         width, height = picture.size
         if width * height > max_pixels:
-            raise InputError(f"{path}: {width}x{height} is more than {max_pixels} pixels; raise --max-pixels")
+            raise InputError(f"{path}: {width}x{height} exceeds the limit of {max_pixels} pixels; raise "
+                             "--max-pixels")
         several = getattr(picture, "n_frames", 1) > 1
         picture.load()
         pixels, alpha = icc.as_srgb(picture, path)
@@ -128,7 +130,7 @@ def read_held(picture: Path | bytes, where: str, **options: Any) -> Image:
         try:
             found = read(path, **options)
         except InputError as error:
-            raise InputError(f"{where} cannot be read: {str(error).partition(': ')[2]}") from error
+            raise InputError(f"{where}: cannot read this picture: {str(error).partition(': ')[2]}") from error
     return replace(found, notes=tuple(note.replace(str(path), where) for note in found.notes))
 
 
@@ -164,24 +166,25 @@ def _read(path: str | Path, max_pixels: int, colorspace: str | None, room: Memor
         form = formats.of(path)
         if form.drawing and not form.mesh:
             raise InputError(
-                f"{path}: is a drawing, no picture; export it as one, or let iccm map -o out.svg carry what the source "
-                "itself draws"
+                f"{path}: is a drawing, not a picture; export it as a picture, or write -o out.svg to "
+                "carry the source drawing itself"
             )
         if not form.picture:
             raise InputError(f"{path}: not an image; iccm reads {' '.join(formats.holding('picture'))}")
-        raise InputError(f"{path}: cannot be read as a picture: {said}")
+        raise InputError(f"{path}: cannot read this picture: {said}")
     try:
         if file.format_name() not in DECODERS:
-            raise InputError(f"{path}: pictures of the kind {file.format_name()!r} are not read")
+            raise InputError(f"{path}: pictures in the format {file.format_name()!r} are not supported; "
+                             "convert the picture to .png or .tif")
         spec = file.spec()
         for width, height in ((spec.width, spec.height), (spec.full_width, spec.full_height)):
             if width * height > max_pixels:
                 raise InputError(
-                    f"{path}: {width}x{height} is more than {max_pixels} pixels; raise --max-pixels"
+                    f"{path}: {width}x{height} exceeds the limit of {max_pixels} pixels; raise --max-pixels"
                 )
         if spec.deep or spec.depth > 1:
             raise InputError(
-                f"{path}: a {'deep picture' if spec.deep else 'volume'}, which is not read; flatten it first"
+                f"{path}: a {'deep picture' if spec.deep else 'volume'}, which is not supported; flatten it first"
             )
         kind = str(spec.format) if not spec.channelformats else "float"
         if not colorspace and icc.needed(spec):
@@ -189,7 +192,7 @@ def _read(path: str | Path, max_pixels: int, colorspace: str | None, room: Memor
         else:
             pixels = _pixels(file, spec, kind if kind in KEPT else "float", room)
         if pixels is None or file.has_error:
-            raise InputError(f"{path}: the pixels cannot be read: {error_of(file)}")
+            raise InputError(f"{path}: cannot read its pixels: {error_of(file)}")
         several = several or file.seek_subimage(1, 0)
     finally:
         file.close()
@@ -285,7 +288,7 @@ def write_bands(path: str | Path, like: Image, height: int, width: int, blocks: 
                 with silence():
                     begun = file.open(str(path), _spec(ready, height, width, format.encoder))
                 if not begun:
-                    raise InputError(f"{path}: cannot be written: {error_of(file)}")
+                    raise InputError(f"{path}: cannot write this picture: {error_of(file)}")
             rows = np.ascontiguousarray(ready.pixels)
             done = (
                 file.write_image(rows)
@@ -293,7 +296,7 @@ def write_bands(path: str | Path, like: Image, height: int, width: int, blocks: 
                 else file.write_scanlines(row, row + len(rows), 0, rows)
             )
             if not done:
-                raise InputError(f"{path}: cannot be written: {error_of(file)}")
+                raise InputError(f"{path}: cannot write this picture: {error_of(file)}")
             row += len(rows)
 
 
@@ -305,12 +308,12 @@ def _check_channels(path: str | Path, image: Image, any_number: bool) -> None:
     suffix = formats.suffix_of(path)
     held = f"1{', 3 or more' if any_number else ' or 3'} channels{' beside alpha' if format.alpha else ''}"
     others = ".exr" if any_number or colours == 2 else ".exr or .tif"
-    raise InputError(f"{path}: {suffix} holds {held}, not {colours}; use {others}")
+    raise InputError(f"{path}: {suffix} can store {held}, not {colours}; use {others}")
 
 
 def _unknown(path: str | Path) -> InputError:
     return InputError(
-        f"{path}: no picture format has the suffix {Path(path).suffix!r}; use .png, .tif or .exr"
+        f"{path}: unknown picture format {Path(path).suffix!r}; use .png, .tif or .exr"
     )
 
 
@@ -327,7 +330,7 @@ def _open(path: str | Path) -> Iterator[Any]:
     finally:
         closed = file.close()
     if not closed:
-        raise InputError(f"{path}: cannot be written: {error_of(file)}")
+        raise InputError(f"{path}: cannot write this picture: {error_of(file)}")
 
 
 def _pixels(file: Any, spec: oiio.ImageSpec, kind: str, room: Memory) -> NDArray | None:
@@ -366,7 +369,7 @@ def _check_png(path: str | Path, content: BinaryIO) -> bool:
             left, checksum = left - len(block), zlib.crc32(block, checksum)
         stored = content.read(4)
         if left or len(stored) < 4:
-            raise InputError(f"{path}: the picture is damaged: the file is cut off")
+            raise InputError(f"{path}: the picture is damaged: the file is truncated")
         if name[:1].isupper() and stored != checksum.to_bytes(4):  # others are left out by readers
             shown = name.decode() if name.isalnum() else repr(name)
             raise InputError(f"{path}: the picture is damaged: wrong checksum of {shown}")
@@ -399,24 +402,24 @@ def clipping_note(path: str | Path, image: Image) -> str | None:
         return None
     top = f", up to {highest:.3g}," if highest > 1 else ""
     return (
-        f"{formats.suffix_of(path)} holds 0 to 1; {count / pixels[..., 0].size:.1%} of the texels are beyond{top} "
-        "and are clipped; .exr, .hdr and .tif keep them"
+        f"{formats.suffix_of(path)} stores values from 0 to 1; {count / pixels[..., 0].size:.1%} of the "
+        f"texels lie outside{top} and are clipped; use .exr, .hdr or .tif to keep them"
     )
 
 
 def _notes(path: str | Path, spec: oiio.ImageSpec, others: bool, holes: int, whole: bool) -> tuple[str, ...]:
     notes = []
     if not whole:
-        notes.append(f"{path}: parts of its header make no sense, and are left out")
+        notes.append(f"{path}: invalid parts of its header are ignored")
     if others:
-        notes.append(f"{path}: holds several pictures; the first is used")
+        notes.append(f"{path}: contains several pictures; the first one is used")
     if WIDE.intersection(map(str, spec.channelformats or [spec.format])):
         notes.append(
-            f"{path}: holds 32-bit integers; they become floats, 1 for the largest, exact to 24 bits"
+            f"{path}: contains 32-bit integers; they are converted to floats between 0 and 1, exact to 24 bits"
         )
     if holes:
         notes.append(
-            f"{path}: texels that are not finite: {holes}; filters leave them out, --filter nearest keeps them"
+            f"{path}: {holes} texels are not finite and are ignored by filters; use --filter nearest to keep them"
         )
     return tuple(notes)
 
@@ -446,7 +449,7 @@ def _known(path: str | Path, colorspace: str) -> str:
     names = [*config.getColorSpaceNames(), *config.getAliases(colorspace)]
     if colorspace != "data" and config.resolve(colorspace) not in names:
         raise InputError(
-            f"{path}: colour space {colorspace!r} is unknown; use sRGB, lin_rec709, data, or one of OpenColorIO's"
+            f"{path}: unknown colour space {colorspace!r}; use sRGB, lin_rec709, data, or another name of OpenColorIO"
         )
     return colorspace
 

@@ -40,7 +40,7 @@ def opened(picture: Path | bytes, where: object, formats: Sequence[str] = FORMAT
     from PIL import Image as Pillow
 
     if beyond := set(formats).difference(FORMATS):
-        raise ValueError(f"{', '.join(beyond)}: not among the formats that may be opened")
+        raise ValueError(f"{', '.join(beyond)}: formats that may not be opened")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -49,11 +49,9 @@ def opened(picture: Path | bytes, where: object, formats: Sequence[str] = FORMAT
                 yield image
     except Pillow.DecompressionBombError as error:
         most = 2 * (Pillow.MAX_IMAGE_PIXELS or 0)
-        raise InputError(
-            f"{where}: more than {most} pixels, which is the limit for this kind of picture"
-        ) from error
+        raise InputError(f"{where}: has more than {most} pixels, the limit for this format") from error
     except InputError:
         raise
     except (OSError, ValueError, SyntaxError, EOFError) as error:
         reason = (str(error) or type(error).__name__).splitlines()[0][:200]
-        raise InputError(f"{where}: cannot be read as a picture ({', '.join(formats)}): {reason}") from error
+        raise InputError(f"{where}: cannot read this picture ({', '.join(formats)}): {reason}") from error

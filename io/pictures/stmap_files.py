@@ -75,7 +75,7 @@ def band_bytes(width: int) -> int:
 
 def check(path: str | Path) -> None:
     """Refuses a suffix whose format does not hold floats."""
-    formats.check(path, "stmap", "an STMap holds floats")
+    formats.check(path, "stmap", "an STMap needs floats")
 
 
 def read(path: str | Path, *, max_pixels: int = limits.READ_PIXELS, room: Memory | None = None) -> NDArray:
@@ -87,8 +87,8 @@ def read(path: str | Path, *, max_pixels: int = limits.READ_PIXELS, room: Memory
     found = image_files.read(path, max_pixels=max_pixels, room=room)
     if found.pixels.shape[2] < 2 or found.pixels.dtype.kind != "f":
         raise InputError(
-            f"{path}: not an STMap: {found.pixels.shape[2]} channels of {found.pixels.dtype}; "
-            "it needs at least 2 of floats"
+            f"{path}: not an STMap: it has {found.pixels.shape[2]} channels of {found.pixels.dtype}, but "
+            "needs at least 2 channels of floats"
         )
     return found.pixels
 

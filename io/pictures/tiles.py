@@ -45,7 +45,10 @@ def name_at(pattern: str, tile: complex, mesh: str) -> str:
     """
     number = number_of(tile)
     if number is None:
-        raise InputError(f"{mesh}: faces lie at u {tile.real:g}, v {tile.imag:g}, where no tile has a number")
+        raise InputError(
+            f"{mesh}: some faces lie at u {tile.real:g}, v {tile.imag:g}, outside the "
+            "numbered tiles (UDIM); move them to u and v from 0 to 10"
+        )
     return name_of(pattern, number)
 
 
@@ -109,7 +112,7 @@ def read(
     present = {tile: name for tile, name in paths.items() if Path(name).is_file()}
     if not present:
         listed = ", ".join(str(number_of(tile) or f"({tile.real:g}, {tile.imag:g})") for tile in corners[:8])
-        raise InputError(f"{pattern}: no picture for the tiles that are used: {listed}")
+        raise InputError(f"{pattern}: no file for any tile of the mesh: {listed}")
     options: dict[str, Any] = {"max_pixels": max_pixels, "colorspace": colorspace, "room": room}
     images = {tile: image_files.read(name, **options) for tile, name in present.items()}
     first = next(iter(images.values()))
@@ -120,7 +123,7 @@ def read(
     if columns * width * rows * height > max_pixels:
         size = f"{columns * width}x{rows * height}"
         raise InputError(
-            f"{pattern}: {size} of all tiles is more than {max_pixels} pixels; raise --max-pixels"
+            f"{pattern}: all tiles together, {size}, exceed the limit of {max_pixels} pixels; raise --max-pixels"
         )
     shape = rows * height, columns * width, first.pixels.shape[2]
     pixels = (room or Memory())(shape, first.pixels.dtype)
@@ -134,7 +137,7 @@ def read(
         names = ", ".join(str(number_of(tile) or f"({tile.real:g}, {tile.imag:g})") for tile in lacking[:8])
         more = f" and {len(lacking) - 8} more" if len(lacking) > 8 else ""
         shown = "black" if first.alpha < 0 else "transparent"
-        notes.append(f"{pattern}: no picture for the tiles {names}{more}: what lies there is {shown}")
+        notes.append(f"{pattern}: no file for the tiles {names}{more}; the mesh is {shown} there")
     holes = sum(image.holes for image in images.values())
     return TiledImage(replace(first, pixels=pixels, notes=tuple(notes), holes=holes), (low, high))
 
@@ -162,8 +165,11 @@ def _alike(name: str, image: Image, first: Image, width: int, height: int) -> An
         for each in (image, first)
     ]
     if kinds[0] != kinds[1]:
-        raise InputError(f"{name}: its channels, type or colour space are not those of the other tiles")
+        raise InputError(f"{name}: its channels, type or colour space differ from those of the other tiles")
     h, w = image.pixels.shape[:2]
     if height % h or width % w:
-        raise InputError(f"{name}: {w}x{h} does not divide {width}x{height}, the size of the largest tile")
+        raise InputError(
+            f"{name}: its size {w}x{h} does not divide {width}x{height}, the size of the "
+            "largest tile; resize it"
+        )
     return image.pixels.repeat(height // h, axis=0).repeat(width // w, axis=1)

@@ -53,10 +53,15 @@ class Colours:
         """
         if self.empty:
             if not covered:
-                return "the picture is empty: nothing of the target lies in what it shows"
+                return "the picture is empty: no part of the target lies in the area that it shows"
             why, what = "the texture is transparent where the source lies", "the picture is empty"
         elif self.single:
-            why, what = "the texture has no other where the source lies", "the picture shows a single colour"
+            why, what = (
+                "the texture has only one colour where the source lies",
+                "the picture shows a single colour",
+            )
         else:
             return None
-        return f"{what}: {why}" + ("; --texture-box bbox lays all of it on the source" if textured else "")
+        return f"{what}: {why}" + (
+            "; use --texture-box bbox to lay the whole texture on the source" if textured else ""
+        )

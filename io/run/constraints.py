@@ -155,7 +155,10 @@ def by_names(
         costs = [price(_cost(each), (each.left_out, each.uncovered), 1.0) for each in (found, free)]
         gained = [name for name, lost, is_lost in zip(names, before, missed(free)) if lost and not is_lost]
         if free.status.ok and missed(free).sum() < before.sum() and costs[1] <= MORE * costs[0]:
-            tell(f"{target.spec}: starts from what both drawings name alike: {', '.join(gained)} (names)")
+            tell(
+                f"{target.spec}: the search starts from elements with the same names in both drawings: "
+                f"{', '.join(gained)} (names)"
+            )
             return free
     return found
 
@@ -172,12 +175,12 @@ def read_start(job: Job) -> Fit:
     if job.several or not job.exact:
         other = f"--parts {job.parts}" if job.exact else "--method balanced"
         raise InputError(
-            f"--start: one balanced map goes on from it, {'not' if job.exact else 'so give'} {other}"
+            f"--start: only works with one balanced map, {'not with' if job.exact else 'so add'} {other}"
         )
     files.open_input(job.start or "")
     found = load(job.start or "")
     if not isinstance(found.map, TriangulatedMap):
-        raise InputError(f"{job.start}: is no balanced map, which --start goes on from")
+        raise InputError(f"{job.start}: not a balanced map, so --start cannot continue from it")
     return found
 
 
@@ -209,7 +212,8 @@ def go_on(
     best = better(start, found, lambda: solve(source, target, given, holed=holed, tell=tell))
     if best is not found:
         tell(
-            f"{(target or source).spec}: the shapes differ too much from those of the map before: it starts anew"
+            f"{(target or source).spec}: the shapes differ too much from those of the earlier map, so a "
+            "new one is computed"
         )
     return best
 
@@ -268,5 +272,5 @@ def check_inside(shape: Shape, what: str, points: list[complex]) -> None:
     outside = np.flatnonzero(~shape.curve.contains(z) & (gap > 1e-6 * shape.curve.diagonal))
     if outside.size:
         x, y = shape.to_file(z[outside[0]])
-        where = f"({x:g}, {y:g}) is outside the shape by {gap[outside[0]]:.3g}"
+        where = f"({x:g}, {y:g}) is {gap[outside[0]]:.3g} outside the shape"
         raise InputError(f"{shape.spec}: {what} {outside[0] + 1}: {where}; move it inside")

@@ -146,7 +146,7 @@ def solve_pairs(run: Run, settings_of: Callable[[Pair], Settings] | None = None)
     run.pairs = solved
     if failed:
         run.figures["without_map"] = parts.without_map(failed)
-    run.note(*(Doubt(parts.label(pair, f"left out: {why}")) for pair, why in failed))
+    run.note(*(Doubt(parts.label(pair, f"omitted: {why}")) for pair, why in failed))
     run.note(*(parts.label(pair, note) for pair, fit in zip(run.pairs, run.fits) for note in fit.notes))
 
 
@@ -160,9 +160,11 @@ def check_place(run: Run) -> None:
         return
     option = f"--place {run.job.place}"
     for shape in (shape for pair in run.pairs for shape in pair if shape.is_mesh):
-        raise InputError(f"{option}: for drawings in the plane, and {shape.spec} is a mesh, which is filled")
+        raise InputError(
+            f"{option}: only works for planar drawings, and {shape.spec} is a mesh; leave the option out"
+        )
     if run.job.start:
-        raise InputError(f"{option}: goes without --start; the place follows from the shapes")
+        raise InputError(f"{option}: cannot be combined with --start; leave one of the two out")
 
 
 def pair_parts(run: Run) -> None:
@@ -183,7 +185,7 @@ def pair_parts(run: Run) -> None:
             (source.part_of(own, k + 1), target.part_of(aim, k + 1)) for k, (own, aim) in enumerate(pairs)
         ]
         run.note(
-            f"{target.spec}: its {len(pairs)} parts are mapped one by one (--parts joined maps them as one)"
+            f"{target.spec}: its {len(pairs)} parts are mapped separately (use --parts joined to map them together)"
         )
 
 

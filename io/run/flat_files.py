@@ -24,7 +24,8 @@ def check(name: str) -> None:
     """
     if not formats.of(name).flat:
         raise InputError(
-            f"{name}: a flattening is written as .svg (outline) or .obj (flat mesh); --uv writes meshes"
+            f"{name}: a flattening is written as .svg (outline) or .obj (flat mesh); use --uv for meshes "
+            "with texture coordinates"
         )
 
 

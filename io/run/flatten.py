@@ -52,7 +52,7 @@ def check(job: FlattenJob) -> None:
         InputError: naming one.
     """
     if job.subdivide_rim and goal_of(job) in METHODS:
-        raise InputError("--subdivide-rim: needs an outline whose edges are followed; name one with --onto")
+        raise InputError("--subdivide-rim: needs an outline to follow; name one with --onto")
     for name in job.output:
         flat_files.check(name)
     if job.uv:
@@ -122,9 +122,11 @@ def lay_out(mesh: str, method: str, *, cut: bool, tell: Callable[[str], None], s
     else:
         path = Spec.of(method).path
         if not path.is_file():
-            raise InputError(f"--onto {method}: no such file; --method takes {', '.join(METHODS)}")
+            raise InputError(
+                f"--onto {method}: no such file; for a method use --method ({', '.join(METHODS)})"
+            )
         if formats.of(path).mesh:
-            raise InputError(f"--onto {method}: is a mesh; name a drawing or a picture that shows an outline")
+            raise InputError(f"--onto {method}: is a mesh; name a drawing or a picture with an outline")
         outline = planar.read(method)
         before = mesh_reading.read(mesh, cut=cut)
         found = Layout(
@@ -178,7 +180,7 @@ def doubt(found: dict[str, Any]) -> str | None:
     """What keeps the coordinates that are written from being one-to-one, by their figures, or None."""
     turned = found["uv"]
     if any(turned.values()):
-        return f"{turned['flipped']} triangles are turned over, {turned['degenerate']} without area"
+        return f"{turned['flipped']} triangles are flipped and {turned['degenerate']} have no area"
     return found["overlap"]
 
 

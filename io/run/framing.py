@@ -37,7 +37,7 @@ def _why_not_canvas(job: Job, target: Shape) -> str:
     if _reach(target, target.box) >= 1:
         return "lies outside its canvas"
     share = _share(target)
-    return f"takes {share:.0%} of its canvas' sides" if share <= SMALL else ""
+    return f"takes up {share:.0%} of the sides of its canvas" if share <= SMALL else ""
 
 
 def texture_box(job: Job, source: Shape, proportions: float | None = None) -> Box:
@@ -89,8 +89,8 @@ def stretch_notes(job: Job, source: Shape, shape: tuple[int, ...]) -> list[str]:
     size = source.box[1] - source.box[0]
     if abs(math.log(width / height * size.imag / size.real)) <= UNLIKE:
         return []
-    text = f"{width}x{height} pixels are stretched over the canvas of {size.real:g}x{size.imag:g}"
-    return [f"{job.texture}: {text}; crop it to these proportions to keep its own"]
+    text = f"{width}x{height} pixels are stretched to the canvas of {size.real:g}x{size.imag:g}"
+    return [f"{job.texture}: {text}; crop the picture to these proportions to avoid this"]
 
 
 def checkerboard_box(job: Job, source: Shape) -> Box:
@@ -102,28 +102,28 @@ def remarks(job: Job, source: Shape, target: Shape) -> list[str]:
     """Notes on what is shown of the target, and on shapes that reach out of that, or out of the texture."""
     said = []
     if why := _why_not_canvas(job, target):
-        text = "pictures show the shape's box; --target-box viewbox shows the canvas"
+        text = "pictures show the shape's bounding box; use --target-box viewbox to show the canvas"
         said.append(f"{target.spec}: {why}, so {text}")
     if job.target and (out := _reach(target, picture_box(job, target))) > OFF:
-        text = f"{out:.0%} of its extent lies outside its canvas, where pictures end"
+        text = f"{out:.0%} of its extent lies outside its canvas and is not shown"
         cure = (
-            "names with <UDIM> give each tile a picture"
+            "use names with <UDIM> to write a picture for each tile"
             if target.is_layout
-            else "--target-box bbox shows all of it"
+            else "use --target-box bbox to show all of it"
         )
         said.append(f"{target.spec}: {text}; {cure}")
     own = repeats(job) or placing_options(job)
     if job.texture_box == "bbox" or own or not (job.texture or job.texture_box):
         return said
-    cure = "--texture-box bbox covers it"
+    cure = "use --texture-box bbox to cover it"
     if source.is_layout:  # where the texture repeats, or goes on
         return said
     if (out := _reach(source, source.box)) > OFF:
-        text = f"{out:.0%} of its extent lies outside its canvas, where the texture ends"
+        text = f"{out:.0%} of its extent lies outside its canvas, beyond the texture"
         said.append(f"{source.spec}: {text}; {cure}")
     elif job.texture and not job.texture_box and (share := _share(source)) <= SMALL:
-        text = f"takes {share:.0%} of its canvas' sides, and shows no more of the texture"
-        said.append(f"{source.spec}: {text}; {cure} with all of it")
+        text = f"takes up {share:.0%} of the sides of its canvas, and shows only that part of the texture"
+        said.append(f"{source.spec}: {text}; {cure} with the whole texture")
     return said
 
 
@@ -155,7 +155,7 @@ def size_within(size: tuple[int, ...], extent: complex, most: int) -> tuple[int,
     elif height == FREE:
         height = max(1, round(width * extent.imag / extent.real))
     if width * height > most:
-        raise InputError(f"--size: {width}x{height} is more than {most} pixels; raise --max-pixels")
+        raise InputError(f"--size: {width}x{height} exceeds the limit of {most} pixels; raise --max-pixels")
     return width, height
 
 

@@ -148,7 +148,9 @@ class Inputs(Files):
         """
         specs = [spec for spec in (self.job.source, self.job.target) if spec]
         if self.job.trace != "auto" and not any(formats.of(Spec.of(spec).path).picture for spec in specs):
-            raise InputError(f"--trace {self.job.trace}: for shapes in pictures, and {specs[0]} is none")
+            raise InputError(
+                f"--trace {self.job.trace}: only works for pictures, and {specs[0]} is not a picture"
+            )
 
     def is_layout(self, text: str) -> bool:
         """Whether a spec names a mesh in the plane of its texture coordinates, as far as its form says so.
@@ -219,7 +221,9 @@ class Inputs(Files):
             found, beyond = mesh_reading.read_all(
                 text, most, opened=self._sound_mesh(text), **self._lying(target, source)
             )
-        notes = [f"{text}: left out {beyond} shapes beyond the {most} largest"] if beyond else []
+        notes = (
+            [f"{text}: ignored {beyond} shapes, because only the {most} largest are mapped"] if beyond else []
+        )
         return found[:most], notes
 
     def _sound_mesh(self, text: str) -> MeshFormat:

@@ -91,7 +91,7 @@ class Described:
         if lacking := [name for name in self.required() if not getattr(self, name)]:
             raise JobError([(name, "must be given") for name in lacking])
         if [*self.output, self.report].count("-") > 1:
-            raise JobError([("", "only one output can be `-`: stdout is one stream")])
+            raise JobError([("", "only one output can be stdout (`-`)")])
 
     @classmethod
     def defaults(cls) -> dict[str, Any]:
@@ -246,7 +246,7 @@ class Job(Textured, JobOptions):
         able = [name for name in self.output if name != "-" and formats.of(name).stmap]
         if len(able) != 1:
             raise JobError(
-                [("stmap", "name one file for it: --stmap map.exr, or one -o map.exr and --stmap")]
+                [("stmap", "name one file for the STMap: --stmap map.exr, or one -o map.exr with --stmap")]
             )
         rest = tuple(name for name in self.output if name != able[0])
         vars(self).update(stmap=able[0], output=rest)
@@ -407,15 +407,15 @@ def pair_outputs(outputs: Sequence[str], maps: Sequence[tuple[str, str]]) -> tup
     alone = not pictures and any(map(is_mesh, outputs))
     if alone and (unshown := {"normal-down", "data"}.intersection(kinds)):
         raise ValueError(
-            f"a mesh by itself shows a --texture and a --normal; name a picture for {sorted(unshown)[0]} too, "
+            f"a mesh only includes a --texture and a --normal; add a picture for {sorted(unshown)[0]}, "
             "such as -o made.png"
         )
     alone = alone and sorted(kinds) == ["colour", "normal"]
     if len(textures) > 1 and len(pictures) != len(textures) and not alone:
-        also = "; a mesh by itself takes one --texture and one --normal" if any(map(is_mesh, outputs)) else ""
+        also = "; a mesh takes one --texture and one --normal" if any(map(is_mesh, outputs)) else ""
         raise ValueError(
-            f"{len(textures)} textures and {len(pictures)} pictures: "
-            f"name one -o for each texture, or one with {STEM} in it{also}"
+            f"{len(textures)} textures but {len(pictures)} pictures: give one -o for each texture, or one "
+            f"with {STEM} in its name{also}"
         )
     return tuple(outputs)
 

@@ -100,10 +100,10 @@ def run(
     names = {name: _names(name, asked.frames) for name in outputs}
     written = [each for group in names.values() for each in group]
     if twice := [name for name in names if job.output.count(name) > 1]:
-        raise InputError(f"{twice[0]}: is written twice")
+        raise InputError(f"{twice[0]}: is used for two outputs; give each a separate name")
     if is_partial(job.fit):
         raise InputError(
-            f"--fit {job.fit}: leaves parts of a shape out, and a morph shows all; use frame or whole"
+            f"--fit {job.fit}: hides parts of a shape, but a morph shows all of it; use frame or whole"
         )
     phases = Phases()
     with one_thread(), references.outside(job.allow_outside), progress.heard(listener):
@@ -147,8 +147,11 @@ def _output(name: str, job: Job, asked: MorphSettings) -> Output | None:
     suffix = formats.suffix_of(name)
     if NUMBER not in name or asked.target_texture:
         if suffix not in ANIMATED:
-            need = f"is no animation; use {' '.join(ANIMATED)}, or {NUMBER} in the name for a file a frame"
-            fades = f"--target-texture fades pictures; use {' '.join(ANIMATED)}"
+            need = (
+                f"not an animation; use {' '.join(ANIMATED)}, or {NUMBER} in the name to write one "
+                "file per frame"
+            )
+            fades = f"--target-texture only works with pictures; use {' '.join(ANIMATED)}"
             raise InputError(f"{name}: {need if NUMBER not in name else fades}")
         return None
     output = Artwork(name) if suffix == ".svg" else Picture(name)
@@ -185,8 +188,8 @@ def _settings(begun: Run, pair: Pair) -> Settings:
     job, (source, target) = begun.job, pair
     many = len(source.mappable_holes), len(target.mappable_holes)
     if job.holes == "keep" and many[0] != many[1]:
-        text = f"{source.spec}, {target.spec}: {many[0]} and {many[1]} holes cannot go onto each other"
-        raise InputError(f"{text}; --holes auto lets them appear and vanish on the way")
+        text = f"{source.spec}, {target.spec}: {many[0]} holes cannot be mapped onto {many[1]}"
+        raise InputError(f"{text}; use --holes auto to let holes open and close during the morph")
     if job.holed and many[0] == many[1] > 0 and job.fit != "frame":
         return {"fit": "whole", "holes": "keep"}, True
     return {"fit": "whole" if job.fit == "whole" else "frame"}, False
@@ -200,14 +203,16 @@ def _check(begun: Run, outputs: Sequence[Output | None], frames: int) -> None:
     """
     for shape in (begun.source, begun.target):
         if shape.is_mesh or shape.is_layout:
-            raise InputError(f"{shape.spec}: a morph is between shapes of the plane, and this is a mesh")
+            raise InputError(
+                f"{shape.spec}: is a mesh, but a morph needs planar shapes; use a drawing or a picture"
+            )
     for output in filter(None, outputs):
         output.check(begun)
     begun.image.covered()
     size = framing.canvas_size(begun.job, framing.picture_box(begun.job, begun.target))
     if None in outputs and frames * size[0] * size[1] > begun.job.max_pixels:
-        text = f"{frames} pictures of about {size[0]}x{size[1]} are more than {begun.job.max_pixels} pixels"
-        raise InputError(f"--frames: {text}; make --size smaller, or raise --max-pixels")
+        text = f"{frames} pictures of about {size[0]}x{size[1]} exceed the limit of {begun.job.max_pixels} pixels"
+        raise InputError(f"--frames: {text}; choose a smaller --size, or raise --max-pixels")
     begun.note(*(f"{shape.spec}: {note}" for pair in begun.pairs for shape in pair for note in shape.notes))
 
 

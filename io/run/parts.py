@@ -37,15 +37,15 @@ def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:
     from ..shapes import parts
 
     if job.pin or job.constraints:
-        raise InputError(f"--parts {job.parts}: pins and strokes are for one shape; name it with #id")
+        raise InputError(f"--parts {job.parts}: pins and strokes only work for one shape; choose it with #id")
     for name in ("rigid", "rigid_target", "importance", "size_map"):
         if getattr(job, name):
             option = f"--{name.replace('_', '-')}"
-            raise InputError(f"--parts {job.parts}: {option} is for one shape; name it with #id")
+            raise InputError(f"--parts {job.parts}: {option} only works for one shape; choose it with #id")
     if job.parts == "each":
         source = inputs.shape(job.source)
         targets, more = inputs.shapes(job.target or "", limits.PARTS, target=True, source=source)
-        empty_ones: list[str] = [Doubt(f"{note}: they stay empty") for note in more]
+        empty_ones: list[str] = [Doubt(f"{note}; they stay empty") for note in more]
         return _with_overlap([(source, target) for target in targets], empty_ones, {})
     (sources, notes), (targets, more) = (
         inputs.shapes(spec, limits.PARTS, target=bool(k))
@@ -62,8 +62,8 @@ def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:
     if alone[0]:
         notes.append(_unpaired(alone[0], targets[0].spec))
     if alone[1]:
-        cure = "; --parts each maps the source onto each" if len(sources) == 1 else ""
-        left = f"they stay empty, {empty:.0%} of all parts' area{cure}"
+        cure = "; use --parts each to map the source onto each" if len(sources) == 1 else ""
+        left = f"they stay empty, {empty:.0%} of the total area{cure}"
         notes.append(Doubt(f"{_unpaired(alone[1], sources[0].spec)}: {left}"))
     figures = {
         "source": [shape.part for shape in alone[0]],
@@ -82,7 +82,7 @@ def _with_overlap(
     if crossing:
         first, second = (_name(target) for target in crossing[0])
         further = f" and {len(crossing) - 1} more" if len(crossing) > 1 else ""
-        covered = f"parts cover each other, {first} and {second}{further}: the smaller lies on top"
+        covered = f"parts overlap, such as {first} and {second}{further}; the smaller one lies on top"
         notes = [*notes, Doubt(f"{pairs[0][1].spec}: {covered}")]
     return pairs, notes, figures | ({"overlap": overlap} if overlap else {})
 
@@ -116,7 +116,7 @@ def _overlaps(shapes: Sequence[Shape]) -> tuple[float, list[tuple[Shape, Shape]]
 
 def _unpaired(alone: Sequence[Shape], others: str) -> str:
     more = f" and {len(alone) - LISTED} more" if len(alone) > LISTED else ""
-    return f"{alone[0].spec}: no partner in {others} for {', '.join(map(_name, alone[:LISTED]))}{more}"
+    return f"{alone[0].spec}: no matching part in {others} for {', '.join(map(_name, alone[:LISTED]))}{more}"
 
 
 def _name(shape: Shape) -> str:

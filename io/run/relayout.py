@@ -79,7 +79,7 @@ def plan(job: RelayoutJob) -> Plan:
     formats.check_report(job.report)
     whole = [name for name in job.output if formats.of(name).mesh]
     if len(whole) > 1:
-        raise InputError(f"{whole[1]}: one mesh is written at a time; name one")
+        raise InputError(f"{whole[1]}: only one mesh can be written; remove the other -o")
     rest = [name for name in job.output if name not in whole]
     pictures = _pictures(job.maps, rest) if rest else []
     named = [*whole, *(each.output for each in pictures)]
@@ -89,12 +89,16 @@ def plan(job: RelayoutJob) -> Plan:
 
 def _pictures(maps: Sequence[tuple[str, str]], outputs: Sequence[str]) -> list[CarriedPicture]:
     if not maps:
-        cure = "name one with --texture, --normal or --data, or a .glb or .obj for all that materials show"
-        raise InputError(f"{outputs[0]}: no texture; {cure}")
+        cure = (
+            "name a picture with --texture, --normal or --data, or write a .glb or .obj for all "
+            "textures of the materials"
+        )
+        raise InputError(f"{outputs[0]}: no texture is given; {cure}")
     names = name_each(outputs, maps)
     if len(names) != len(maps):
         raise InputError(
-            f"{len(maps)} textures and {len(outputs)} outputs: name one -o for each texture, or one with {STEM} in it"
+            f"{len(maps)} textures but {len(outputs)} outputs: give one -o for each texture, or one with "
+            f"{STEM} in its name"
         )
     return [CarriedPicture(path, kind, name) for (path, kind), name in zip(maps, names)]
 
@@ -254,9 +258,12 @@ def write_all(job: RelayoutJob, wanted: Plan, threads: int | None, stack: ExitSt
 def _doubt(found: dict[str, Any], job: RelayoutJob) -> str | None:
     """What is wrong with the pictures, or None."""
     if far := found["far_texels"]:
-        return f"{far} texels are farther from {job.old} than {job.limit:g} of the diagonal: left empty"
+        return (
+            f"{far} texels stay empty, because they are farther from {job.old} than {job.limit:g} of "
+            "the diagonal (--limit)"
+        )
     if found["status"] == "empty":
-        return "its texture coordinates cover no texel: there is nothing to carry anything to"
+        return "its texture coordinates cover no texel; unwrap the mesh, or use a larger --size"
     return None
 
 
@@ -268,10 +275,10 @@ def _demand_partners(origins: Sequence[Origin], old: str, new: str, settings: Ba
     """
     covered = any(origin.grid.owners.owner.max() >= 0 for origin in origins)
     if covered and not any(origin.reached(settings.limit).any() for origin in origins):
-        tried = {"index": "face by face", "topology": "by connectivity"}
-        tried["position"] = "by place, as it is and after a similarity"
-        tried["auto"] = "by place, face by face, by connectivity, and after a similarity"
-        raise InputError(f"{new}: nothing of it lies on {old}; tried {tried[settings.match]}")
+        tried = {"index": "by index", "topology": "by topology"}
+        tried["position"] = "by position, with and without a similarity"
+        tried["auto"] = "by position, by index, by topology, and by position after a similarity"
+        raise InputError(f"{new}: no part of it matches {old}; tried {tried[settings.match]}")
 
 
 def _blank(origins: Sequence[Origin], new: str) -> list[str]:
@@ -282,7 +289,7 @@ def _blank(origins: Sequence[Origin], new: str) -> list[str]:
     if own <= SAME * every:
         return []
     return [
-        f"{new}: texture coordinates have no area on {own / every:.1%} of the surface, which shows no texture"
+        f"{new}: {own / every:.1%} of the surface shows no texture, because its texture coordinates have no area"
     ]
 
 
@@ -355,12 +362,15 @@ def _layout(origins: Sequence[Origin]) -> dict[str, int]:
 def remarks(figures: dict[str, Any]) -> list[str]:
     """What a person may want to know, a sentence each; the first says how triangles were found."""
     same, count = figures["same_triangles"], figures["triangles"]
-    found = [f"{same} of {count} triangles are those of the old mesh"]
+    found = [f"{same} of {count} triangles match triangles of the old mesh"]
     found.append("pictures of {}x{} texels".format(*figures["size"]))
     nearest, overlaps = figures["nearest_texels"], figures["layout"]["overlapping_texels"]
     if nearest:
         worst = f"{figures['distance']['max']:.2g} of the diagonal"
-        found.append(f"{nearest} texels are taken from the nearest point, {worst} away at most")
+        found.append(f"{nearest} texels are taken from the nearest point, at most {worst} away")
     if overlaps:
-        found.append(f"{overlaps} texels lie in several triangles of the new layout; the first one's is kept")
+        found.append(
+            f"{overlaps} texels lie in several triangles of the new layout, which overlaps; they "
+            "show the first triangle"
+        )
     return found

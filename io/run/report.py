@@ -120,13 +120,13 @@ def doubts(found: dict[str, Any], tolerance: float, quasi: bool, *, weighed: boo
     gap, injective = (found["boundary"] or {}).get("hausdorff", 0.0), found["injective"]
     pulled = weighed and bool(found["pins"] or found["strokes"])
     if gap > FAR_OFF * tolerance and (pulled or found["status"] not in ("gap", "crowded")):
-        said.append(Doubt("the outline's image is far from the target's (boundary)"))
+        said.append(Doubt("the mapped outline is far from the target's outline (boundary)"))
     if not injective["certified"]:
         said.append(Doubt("the map is not one-to-one, so the picture overlaps itself (injective)"))
     elif injective["share"] < CERTAIN_SHARE and not injective["folded"] >= SEEN_FOLDS:
         said.append(
-            f"the picture may overlap itself near the outline: {injective['share']:.1%} of the source's area are "
-            "certain to be one-to-one (injective)"
+            f"the picture may overlap itself near the outline: only {injective['share']:.1%} of the "
+            "source's area is certified one-to-one (injective)"
         )
     if not (found["pins"] or found["strokes"]) or not weighed:
         return said
@@ -173,10 +173,13 @@ def verdict(run: Run, report: dict[str, Any]) -> tuple[bool, str]:
             return False, label(pair, fit.status.value)
         share = (part.get("injective") or {}).get("share") or 0.0
         if wanted is not None and not share >= wanted:
-            found = f"{share:.4g} of the source's area are certified injective, less than {wanted:g}"
+            found = f"{share:.4g} of the source's area is certified one-to-one, less than {wanted:g}"
             return False, label(pair, f"{found} (--require-injective)")
     if left := report.get("without_map"):
-        return False, f"{len(left)} of {len(left) + len(run.fits)} parts have no map, and are left out."
+        return False, (
+            f"{len(left)} of {len(left) + len(run.fits)} parts are omitted, because no map was "
+            "found for them."
+        )
     return not has_flips(report), report["message"]
 
 

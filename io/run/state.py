@@ -94,15 +94,19 @@ class Run:
             source = inputs.shape(job.source)
             target = inputs.shape(job.target, target=True, source=source) if job.target else source
             said = (
-                f"{job.target}: has the connectivity of {job.source}: {len(pins)} vertices are held to theirs"
+                f"{job.target}: has the same topology as {job.source}, so {len(pins)} vertices are pinned "
+                "to the same vertices"
             )
-            pairs, notes = [(source, target)], [f"{said} (--pin gives others)"] if pins else []
+            pairs, notes = [(source, target)], [f"{said} (use --pin for other pins)"] if pins else []
         run = cls.of_pairs(job, inputs, pairs, tell, phases, threads, figures)
         run.note(*notes)
         if not job.several:
             run.constraints, run.called = constrain(job, run.source, run.target, inputs.listed)
             if job.target and run.target.rigid and not job.rigid_target:
-                text = "what is called rigid here is left out: regions of the source keep their form, or --rigid-target"
+                text = (
+                    "elements named rigid in the target are ignored; mark regions in the source, or "
+                    "use --rigid-target"
+                )
                 run.note(f"{run.target.spec}: {text}")
         if job.start:
             run.start = read_start(job)
@@ -341,7 +345,10 @@ class Run:
                 self.job, image, self.box, outlines, self.room, self.threads, on_paper=on_paper
             )
         if made.faded:
-            self.note(f"{self.job.texture}: --memory leaves no room to take its own edge off, which may fade")
+            self.note(
+                f"{self.job.texture}: with this --memory its edge cannot be removed, so the result "
+                "may fade at the outline"
+            )
         return made
 
     @cached_property
@@ -413,7 +420,7 @@ def _with_holes_as_asked(shape: Shape, job: Job, notes: list[str]) -> Shape:
         count = len(shape.holes)
         if count and shape.drawing:
             many = f"{count} holes" if count > 1 else "hole"
-            notes.append(f"{shape.spec}: the map passes over its {many}, which pictures fill")
+            notes.append(f"{shape.spec}: the map ignores its {many}, which pictures fill")
         return filled(shape)
     if job.holes == "auto" and job.holed and job.target and not (job.pin or job.constraints):
         return without_holes(shape, notes.append)

@@ -194,7 +194,7 @@ def tiles_of(job: Job, sources: Sequence[Shape], room: Memory) -> TiledImage | N
     if name is None or isinstance(name, bytes) or not tiles.is_pattern(name):
         return None
     if not sources[0].has_uv:
-        raise InputError(f"{name}: tiles are for a mesh with texture coordinates as source")
+        raise InputError(f"{name}: <UDIM> tiles need a mesh with texture coordinates as the source")
     from ..shapes.mesh_shape import as_mesh
 
     wanted = set().union(*(as_mesh(source).tiles for source in sources))

@@ -59,7 +59,7 @@ class Constraints:
         for weights, kind in ((self.pin_weights, "pin"), (self.stroke_weights, "stroke")):
             if weights.size and np.ptp(weights):
                 raise InputError(
-                    f"{kind}s: weights that differ are not supported; use --{kind}-weight for all of them"
+                    f"{kind}s: different weights are not supported; use --{kind}-weight for all of them"
                 )
 
 
@@ -119,7 +119,7 @@ def _around(source: Shape, target: Shape, listed: list[Pin]) -> list[tuple]:
         InputError: there is a target, which says how it turns, or no room about a pin.
     """
     if target is not source:
-        raise InputError("turn: a shape turns about its pins only where it has no target")
+        raise InputError("turn: a rotation of pins is only possible in a deformation, without a target")
     found: list[tuple] = []
     z = np.array([source.at(pin.source) for pin in listed])
     outlines, size = (source.curve, *map(Curve, source.holes)), source.curve.diagonal
@@ -130,7 +130,7 @@ def _around(source: Shape, target: Shape, listed: list[Pin]) -> list[tuple]:
         room = min([*away, *np.abs(np.delete(z, k) - z[k])])
         if room < LEAST_ROOM * size:
             raise InputError(
-                f"pin {k + 1}: no room to turn the shape; move it off the outline and other pins"
+                f"pin {k + 1}: too close to the outline or to other pins to rotate the shape; move it away"
             )
         around = min(TURNED * size, room / 2) * np.exp(2j * np.pi * np.arange(CIRCLE) / CIRCLE)
         goals = target.at(pin.target) + around * np.exp(1j * np.radians(pin.turn))
@@ -172,7 +172,7 @@ def _common_names(source: Shape, target: Shape, kind: str) -> list[str]:
         if alone:
             names = ", ".join(sorted(alone)[:12])
             raise InputError(
-                f"{by.path}: {names}: not drawn in {other.path}; draw each in both files, or in none"
+                f"{by.path}: {names}: missing in {other.path}; draw each pin and stroke in both files or in neither"
             )
     return list(in_source)
 

@@ -23,8 +23,8 @@ FILLED_BY_LINES = 0.01
 """Of a drawing's area: where lines surround less than that, filling them changes nothing that is seen."""
 LINES = 1 / 3  # of a silhouette: where less of it is drawn lines draw it
 UNMAPPED = (
-    "no map without folds was found that takes holes onto holes: it passes over them, and pictures leave the target's "
-    "transparent"
+    "found no map without folds that takes holes onto holes, so the map ignores them and the target's "
+    "holes stay transparent"
 )
 
 
@@ -78,7 +78,8 @@ def without_holes(shape: Shape, tell: Callable[[str], None]) -> Shape:
     if not is_drawn_by_lines(shape):
         return shape
     tell(
-        f"{shape.spec}: drawn by lines; what they surround is taken as filled (--holes keep takes it as holes)"
+        f"{shape.spec}: drawn with lines only, so the areas that they enclose count as filled (use "
+        "--holes keep to treat them as holes)"
     )
     return shape if shape.drawing else replace(shape, holes=(), hole_names=())
 
@@ -170,7 +171,7 @@ def about(pairs: Sequence[tuple[Shape, Shape]], *, keep: bool, mapped: bool) -> 
         if left:
             many = f"its {left} hole{'s' * (left > 1)}" if left == count else f"{left} of its {count} holes"
             why = ", too small or too close to an outline" if mapped else ""
-            said.append(f"{pairs[0][k].spec}: the map passes over {many}{why}{cure}")
+            said.append(f"{pairs[0][k].spec}: the map ignores {many}{why}{cure}")
     return said[-1:] if pairs[0][0].spec == pairs[0][1].spec else said
 
 

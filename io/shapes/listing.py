@@ -133,7 +133,7 @@ class ConstraintsFile(StrictModel):
         ):
             if alone:
                 names = ", ".join(sorted(alone)[:12])
-                raise InputError(f"landmarks: {names}: given for the {side} alone; give each for both")
+                raise InputError(f"landmarks: {names}: only given for the {side}; give each for both shapes")
         marks = [Pin(name=name[:200], source=place, target=targets[name]) for name, place in sources.items()]
         return [*self.pins, *marks]
 
@@ -148,10 +148,10 @@ class ConstraintsFile(StrictModel):
             size = np.array([(high - low).real, (high - low).imag])
             if sheet and not np.allclose(size, sheet.size, rtol=SAME_SIZE):
                 expected, actual = ("{:g} x {:g}".format(*each) for each in (sheet.size, size))
-                cure = 'scale the places, or take its size out of "files"'
+                cure = 'scale the points, or remove the size from "files"'
                 raise InputError(
-                    f"the constraints are for {sheet.file or 'a shape'} of {expected}, "
-                    f"and {shape.spec} is {actual}; {cure}"
+                    f"the constraints were made for {sheet.file or 'a shape'} with size {expected}, but "
+                    f"{shape.spec} has size {actual}; {cure}"
                 )
 
 

@@ -110,7 +110,7 @@ def flatten_patch(
         others = (
             "the others are holes" if left == loops else f"the cut joins {loops - left} of the others to it"
         )
-        notes.append(f"boundary loop {file.loop} of {loops} is the outline, {others}")
+        notes.append(f"boundary {file.loop} of {loops} is the outline, {others}")
     return _lay_out(spec, file, flat, curve, curve.box, notes, start=start)
 
 
@@ -172,7 +172,7 @@ def read_chart(spec: str, file: MeshFile, atlas: Atlas, number: int, aspect: flo
     """A chart of a mesh in the plane of its texture coordinates; errors as for `read`."""
     if file.loop != 1:
         raise InputError(
-            f"{spec}: the outline of a chart is its outer boundary; #uv-{file.loop} is another chart"
+            f"{spec}: the outline of a chart is always its outer boundary; #uv-{file.loop} would be another chart"
         )
     chart = atlas.chart(number, aspect)
     file, patch = _of_patch(file, chart.flattening.patch)
@@ -180,10 +180,10 @@ def read_chart(spec: str, file: MeshFile, atlas: Atlas, number: int, aspect: flo
     low = complex(chart.tile.real * aspect, chart.tile.imag)
     notes = [*file.notes, *atlas.notes]
     if atlas.count > 1:
-        others = f"left out {atlas.count - 1} other chart{'s' if atlas.count > 2 else ''} of its texture coordinates"
-        notes.append(f"{others}; #uv-{2 if number == 1 else 1} picks another, iccm map --parts all maps each")
+        others = f"ignored {atlas.count - 1} other chart{'s' if atlas.count > 2 else ''} of its texture coordinates"
+        notes.append(f"{others}; #uv-{2 if number == 1 else 1} selects another, --parts all maps all of them")
     if shared := atlas.shared(number):
-        notes.append(f"other charts lie on {shared:.0%} of chart {number}, and show what it shows there")
+        notes.append(f"other charts overlap {shared:.0%} of chart {number} and show the same there")
     box = low, low + complex(aspect, 1)
     return _lay_out(spec, file, flat, flat.boundary, box, notes, chart=chart, aspect=aspect)
 
@@ -254,7 +254,7 @@ def read_all(
         raise InputError(faults[0])
     shapes = [shape for _, shape in made] if charts else side_by_side([shape for _, shape in made])
     extent = bounding_box(np.array([reflected(shape.curve.box, shape.mirror) for shape in shapes]))
-    notes = tuple(f"left out: {fault.removeprefix(f'{parts[0].path}: ')}" for fault in faults)
+    notes = tuple(f"ignored: {fault.removeprefix(f'{parts[0].path}: ')}" for fault in faults)
     box = shapes[0].box if charts else extent
     return [
         replace(
@@ -342,7 +342,9 @@ def _pick(found: Sequence[_Found]) -> tuple[list[tuple[str, MeshShape]], list[st
 
 def _common(shape: MeshShape) -> tuple[str, ...]:
     """The notes that are not about what is left out for the sake of one part."""
-    return tuple(note for note in shape.notes if "picks another" not in note and "is the outline" not in note)
+    return tuple(
+        note for note in shape.notes if "selects another" not in note and "is the outline" not in note
+    )
 
 
 def read_texture(shape: Shape, **options: Any) -> Image:
@@ -354,5 +356,5 @@ def read_texture(shape: Shape, **options: Any) -> Image:
     from ..pictures import image_files
 
     if not shape.pictures:
-        raise InputError(f"{shape.spec}: names no texture; give one with --texture")
+        raise InputError(f"{shape.spec}: has no texture; name one with --texture")
     return image_files.read_held(shape.pictures[0], f"{shape.spec}: the texture in the file", **options)

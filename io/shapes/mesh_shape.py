@@ -238,9 +238,7 @@ class MeshShape(Shape):
             InputError: it has none.
         """
         if self.file.mesh.uv is None:
-            raise InputError(
-                f"{self.spec}: has no texture coordinates of its own; make them with iccm map … -o uv.obj"
-            )
+            raise InputError(f"{self.spec}: has no texture coordinates; create them with iccm flatten --uv")
         return self.file.mesh.uv
 
     @property
@@ -260,7 +258,7 @@ class MeshShape(Shape):
             what = (
                 "has no texture coordinates"
                 if missing[triangle, corner]
-                else f"its coordinates are not finite, or beyond {layout.FARTHEST:g}"
+                else f"its texture coordinates are not finite, or larger than {layout.FARTHEST:g}"
             )
             raise InputError(f"{self.spec}: {mesh.face_name(int(face))}: {what}")
         return faces
@@ -282,7 +280,7 @@ def as_mesh(shape: Shape) -> MeshShape:
         InputError: it is none.
     """
     if not isinstance(shape, MeshShape):
-        raise InputError(f"{shape.spec}: is no mesh")
+        raise InputError(f"{shape.spec}: not a mesh")
     return shape
 
 
@@ -294,5 +292,8 @@ def row_of(file: MeshFile, spec: str, number: int) -> int:
     """
     mesh = file.mesh
     if not 0 <= number - mesh.base < len(mesh.points):
-        raise InputError(f"{spec}: no vertex {number}; it has {len(mesh.points)}, the first is {mesh.base}")
+        raise InputError(
+            f"{spec}: there is no vertex {number}; the mesh has {len(mesh.points)} vertices, "
+            f"starting at {mesh.base}"
+        )
     return number - mesh.base

@@ -37,7 +37,7 @@ def read(
     files.open_input(path, max_bytes=max_bytes)
     content = obj.read(path)
     if not len(content.v):
-        raise InputError(f"{path}: has no vertices (lines that begin with v)")
+        raise InputError(f"{path}: contains no vertices (lines that begin with v)")
     polylines = _polylines(content)
     ids = list(dict.fromkeys(name for name, _ in polylines)) if polylines else content.parts()
     parts = polylines or _boundary(content, chosen if chosen in ids else None)
@@ -80,7 +80,7 @@ def _planar(content: Obj, used: NDArray) -> Real:
     extent = np.ptp(v, axis=0)
     if extent[2] > FLAT * extent.max():
         raise InputError(
-            f"{content.path}: is not in a plane z = constant{_remedy(extent, len(content.starts) - 1)}"
+            f"{content.path}: does not lie in a plane z = constant{_remedy(extent, len(content.starts) - 1)}"
         )
     return v[:, :2]
 
@@ -89,9 +89,9 @@ def _remedy(extent: Real, faces: int) -> str:
     """What to do about points with an extent along z."""
     upright = next((axis for axis, size in zip("xy", extent) if size <= FLAT * extent.max()), None)
     if upright:
-        where = f" but {upright} = constant; write it with z upwards (Blender: Forward Axis Y, Up Axis Z)"
-        return where + (", or flatten it first: iccm flatten" if faces else "")
-    return "; flatten it first: iccm flatten" if faces else "; draw it flat, and write it with z upwards"
+        where = f" but {upright} = constant; export it with z up (Blender: Forward Axis Y, Up Axis Z)"
+        return where + (", or flatten it first with iccm flatten" if faces else "")
+    return "; flatten it first with iccm flatten" if faces else "; draw it flat, and export it with z up"
 
 
 def _polylines(content: Obj) -> list[tuple[str, Edges]]:
@@ -135,13 +135,13 @@ def _place(content: Obj, at: int) -> str:
 def _boundary(content: Obj, part: str | None) -> list[tuple[str, Edges]]:
     """The edges that only one face has: of the whole mesh, or of one part."""
     if not len(content.face_at):
-        raise InputError(f"{content.path}: has neither polylines (l) nor faces (f)")
+        raise InputError(f"{content.path}: contains no polylines (l) or faces (f)")
     mesh = content.mesh(part)
     corners = mesh.corners
     bad = (corners < 0) | (corners >= len(content.v))
     if bad.any():
         raise InputError(
-            f"{content.path}: a face names vertex {int(corners[bad][0]) + 1}, which is not there"
+            f"{content.path}: a face uses vertex {int(corners[bad][0]) + 1}, which does not exist"
         )
     after = np.arange(1, len(corners) + 1)
     after[mesh.starts[1:] - 1] = mesh.starts[:-1]
@@ -149,7 +149,7 @@ def _boundary(content: Obj, part: str | None) -> list[tuple[str, Edges]]:
     single, count = np.unique(edges, axis=0, return_counts=True)
     if not (count == 1).any():
         raise InputError(
-            f"{content.path}: the faces have no boundary; cut and flatten the mesh first: iccm flatten"
+            f"{content.path}: the faces have no boundary; flatten the mesh first with iccm flatten --cut-open"
         )
     return [(part or "", single[count == 1])]
 

@@ -73,7 +73,7 @@ def fields(source: Shape, importance: str | None, size_map: str | None) -> dict[
             continue
         option = f"--{name.replace('_', '-')}"
         if source.is_mesh:
-            raise InputError(f"{option}: {source.spec} is a mesh; it is for drawings and pictures")
+            raise InputError(f"{option}: only works for drawings and pictures, and {source.spec} is a mesh")
         bright = _brightness(Path(path), option)
         found[name] = Field.of(least + bright, source.box, WHITER, f"{option} {path}")
     return found
@@ -93,7 +93,7 @@ def greys(source: Shape, given: Sequence[str | list[Place]]) -> dict[str, Field]
         if ((bright > WHITER) & (bright < WHITE)).sum() > GREY * (bright > WHITER).sum()
     ]
     if len({bright.shape for bright in found}) > 1:
-        raise InputError("--rigid: masks with grey have different sizes; make them of one size")
+        raise InputError("--rigid: masks with grey have different sizes; give them the same size")
     return {"importance": Field.of(np.max(found, axis=0), source.box, WHITER, "--rigid")} if found else {}
 
 
@@ -120,7 +120,9 @@ def _triangles(shape: MeshShape, name: str, option: str) -> list[Complex]:
         named = file.faces_called(name[len(MARK) :])
     own = named[np.searchsorted(file.mesh.starts, patch.corner[:, 0], side="right") - 1]
     if not own.any():
-        raise InputError(f"{option} {name}: none of its faces is in the part that is mapped, {shape.spec}")
+        raise InputError(
+            f"{option} {name}: none of its faces belongs to the part that is mapped, {shape.spec}"
+        )
     return [rings[0] for rings in rings_of(shape.flattening.flat, patch.faces[own])]
 
 
@@ -128,7 +130,7 @@ def _mask(shape: Shape, path: Path, option: str) -> list[Complex]:
     """The outlines of what is white in a picture."""
     bright = _brightness(path, option)
     if not (bright >= WHITE).any():
-        raise InputError(f"{option} {path}: nothing in it is white; paint white what is rigid")
+        raise InputError(f"{option} {path}: contains no white; paint the rigid region white")
     with naming(f"{option} {path}"):
         outlines, _ = silhouette.traced(bright)
     (low, high), (height, width) = shape.box, bright.shape

@@ -64,11 +64,14 @@ def field_of(colours: Float, trace: str, *, photographs: bool = False) -> tuple[
     distance = np.clip(away.max(axis=2), 0, None)
     usual = np.median(distance[distance > 0.25 * distance.max()])
     if usual / 2 <= NOISE * noise:
-        raise InputError("nothing stands out from the background; cut the shape out, or trace it by hand")
+        raise InputError("no shape stands out from the background; cut the shape out, or trace it by hand")
     mask = distance >= usual / 2
     inside = inside or (trace == "auto" and is_line(mask))
     if photographs and not is_on_background(mask, PAPER if inside else BACKGROUND):
-        raise Photograph("there is no background that anything stands out from")
+        raise Photograph(
+            "there is no plain background from which a shape stands out; cut the shape out, "
+            "or trace it by hand"
+        )
     mask = inside_of(mask) if inside else _without_specks(mask)
     return smooth(mask), width / size[0], inside
 
@@ -115,7 +118,8 @@ def inside_of(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
         if whole.sum() > 2 * ink.sum():
             return whole | ink
     raise InputError(
-        f"no line in it closes, even over gaps of {2 * _radii(mask)[-1]} pixels; close it, or use --trace dark"
+        f"no line in the picture encloses an area, even with gaps of {2 * _radii(mask)[-1]} pixels "
+        "closed; close the line, or use --trace dark"
     )
 
 

@@ -202,7 +202,7 @@ class Shape:
             InputError: a vertex or a point in space where the shape is no mesh.
         """
         if isinstance(place, str) or len(place) != 2:
-            text = f"{written(place)} is a place on a mesh, and this is none; write x,y"
+            text = f"{written(place)} is a point on a mesh, but this is not a mesh; write x,y"
             raise InputError(f"{self.spec}: {text}")
         return complex(self.to_core(place))
 
@@ -257,8 +257,8 @@ def read(
     if curve.length**2 > THINNEST * curve.area:
         times = curve.length**2 / (4 * curve.area)
         raise InputError(
-            f"{text}: the outline is too long for what it encloses (as a strip {times:.2g} times as long as wide); "
-            "make it wider, or simplify it"
+            f"{text}: the outline is too long for the area that it encloses (like a strip {times:.2g} "
+            "times as long as wide); make it wider, or simplify it"
         )
     if vertices is not None:
         curve = Curve.domain(curve.resample(vertices).z, f"{text} with {vertices} vertices")
@@ -287,7 +287,7 @@ def read(
 
 def _whole(drawing: Drawing, text: str, spec: Spec, notes: list[str], trace: str) -> Shape:
     """The shape of everything that a drawing paints, in the tightest frame around all of it."""
-    notes += [f"left out: {error}" for _, error in drawing.refused]
+    notes += [f"ignored: {error}" for _, error in drawing.refused]
     whole = _drawn_region(drawing, drawing.painted)
     ink = whole if drawing.ink is drawing.painted else _drawn_region(drawing, drawing.ink)
     frame = whole.tightest.outline
@@ -342,19 +342,19 @@ def read_all(text: str, *, flatness: float = 1e-4, trace: str = "auto") -> list[
     if chosen.part is not None and chosen.part not in drawing.ids:
         _choose(drawing, text, chosen)
     curves: dict[int, Curve] = {}
-    notes = [*drawing.notes, *(f"left out: {error}" for _, error in drawing.refused)]
+    notes = [*drawing.notes, *(f"ignored: {error}" for _, error in drawing.refused)]
     if drawing.pins or drawing.strokes or drawing.rigid:
         what = "pins, strokes and rigid regions" if drawing.rigid else "pins and strokes"
-        notes.append(f"left out the {what} drawn in it, which are for one shape; #id picks it")
+        notes.append(f"ignored the {what} drawn in it, which belong to one shape; choose it with #id")
     for number, outline in enumerate(drawing.outlines):
         try:
             curves[number] = Curve.domain(_core(outline.z, drawing.flip), f"{text}#{number + 1}")
         except InputError as error:
-            notes.append(f"left out: {error}")
+            notes.append(f"ignored: {error}")
         else:
             notes += outline.notes
     if not curves:
-        raise InputError(f"{text}: none of its outlines is a domain; {notes[-1]}")
+        raise InputError(f"{text}: contains no usable outline; {notes[-1]}")
     extent = bounding_box(np.array([curve.box for curve in curves.values()]))
     box, said = _box(drawing, extent), tuple(dict.fromkeys(notes))
     return [
@@ -391,7 +391,7 @@ def known(path: Path) -> str:
             )
         kind = repr(path.suffix) if path.suffix else "a file without suffix"
         known = sorted({*SUFFIXES, *formats.holding("mesh")})
-        raise InputError(f"{path}: no shape is read from {kind}; use one of {', '.join(known)}")
+        raise InputError(f"{path}: cannot read a shape from {kind}; use one of {', '.join(known)}")
     return suffix
 
 
@@ -409,9 +409,7 @@ def drawn(
         InputError: an unknown suffix, or what the reader finds wrong.
     """
     if not 1e-9 <= flatness <= 0.1:
-        raise InputError(
-            f"flatness {flatness:g}: a number from 1e-9 to 0.1, relative to the shape's size, is needed"
-        )
+        raise InputError(f"flatness {flatness:g}: must be between 1e-9 and 0.1, relative to the shape's size")
     path, suffix = spec.path, known(spec.path)
     reader: Callable[..., Drawing] = READERS.get(suffix, silhouette.read)
     limits: dict[str, Any] = {"flatness": flatness} | ({"max_bytes": max_bytes} if max_bytes else {})
@@ -451,16 +449,18 @@ def _choose(drawing: Drawing, text: str, spec: Spec, *, told: bool = True) -> tu
     """The outline that is meant, and, if they are to be `told`, the notes about all the others."""
     found, number = drawing.outlines, spec.number
     if spec.part is not None and spec.part not in drawing.ids:
-        raise InputError(f"{text}: no {spec.part!r} in the file; it has {_listed(drawing.ids)}")
+        raise InputError(f"{text}: there is no {spec.part!r} in the file; it has {_listed(drawing.ids)}")
     if number is not None and not 1 <= number <= len(found):
-        raise InputError(f"{text}: no outline {number}; {'it' if spec.part else 'the file'} has {len(found)}")
+        raise InputError(
+            f"{text}: there is no outline {number}; {'it' if spec.part else 'the file'} has {len(found)}"
+        )
     largest = max(drawing.refused, key=lambda r: r[0], default=None)
     if largest and (not found or (number is None and largest[0] > found[0].area)):
         raise InputError(f"{text}: {largest[1]}")
     if not found:
         raise InputError(
-            f"{text}: nothing in it has an outline; draw a closed path, turn text into paths in your drawing program, "
-            "or name a word with its font: font.ttf#text=Hello"
+            f"{text}: contains no outline; draw a closed path, convert text to paths in your drawing "
+            "program, or set a word in a font with font.ttf#text=Hello"
         )
     outline = found[(number or 1) - 1]
     return outline, [*drawing.notes, *outline.notes, *(_left_out(drawing, outline) if told else [])]
@@ -472,10 +472,10 @@ def _left_out(drawing: Drawing, outline: FilledOutline) -> list[str]:
     if others:
         share = others[0].area / outline.area
         notes.append(
-            f"left out {len(others)} other outline{'s' * (len(others) > 1)}, "
-            f"the largest {share:.1%} of this one's area; #id or #2 picks another, iccm map --parts all maps each"
+            f"ignored {len(others)} other outline{'s' * (len(others) > 1)}, the largest with {share:.1%} "
+            "of this one's area; #id or #2 selects another, --parts all maps all of them"
         )
-    notes += [f"left out: {error}" for _, error in drawing.refused]
+    notes += [f"ignored: {error}" for _, error in drawing.refused]
     return notes
 
 

@@ -36,10 +36,10 @@ LINE_SHARE = 32  # of the longer side: as wide as a pencil's line around a drawi
 FEW_SHARE = 0.005  # of the pixels: fewer of another colour, such as noise, do not make a second one
 CANVAS, SILHOUETTE = "canvas", "silhouette"
 PHOTOGRAPH = (
-    "taken as a whole, a rectangle: it has no transparency and no plain background (#silhouette or --trace traces what "
-    "stands out)"
+    "the whole rectangle is used, because the picture has no transparency and no plain background "
+    "(#silhouette or --trace uses the part that stands out)"
 )
-INSIDE = "the inside of its line is taken; --trace dark takes the line itself"
+INSIDE = "the inside of the line is used; --trace dark uses the line itself"
 APART = 1e-3
 """Coverage by which no pixel is nearer to the level than that: they keep contours apart (by hand)."""
 REACH = 1.5  # pixels that a vertex may move when lines are fitted to its edges
@@ -88,8 +88,8 @@ def read(
     drawing.outlines.extend(_enlarged(each, reading.scale) for each in found)
     if rest:
         drawing.notes.append(
-            f"left out {rest} speck{'s' * (rest > 1)} of less than {SPECK} pixels or beyond the {limits.PIECES} "
-            "largest pieces"
+            f"ignored {rest} speck{'s' * (rest > 1)} smaller than {SPECK} pixels or beyond the "
+            f"{limits.PIECES} largest pieces"
         )
     return drawing
 
@@ -293,8 +293,8 @@ def coverage(pixels: NDArray, alpha: int) -> NDArray[np.float32]:
         return np.clip(opaque, 0, 1)
     if distance.max() < 0.02:
         raise InputError(
-            "the picture is of one colour; a silhouette needs alpha, or a shape on a plain background (#canvas is its "
-            "rectangle)"
+            "the picture has a single colour; a silhouette needs alpha, or a shape on a plain background "
+            "(#canvas selects the whole rectangle)"
         )
     usual = np.median(distance[distance > 0.25 * distance.max()])
     return np.clip(distance / usual, 0, 1)
@@ -313,11 +313,11 @@ def traced(field: NDArray[np.float32], flatness: float = 1e-4) -> tuple[list[Fil
     sizes = boxes[1:, cv2.CC_STAT_AREA]
     order = [int(k) + 1 for k in np.argsort(-sizes, kind="stable")[: limits.PIECES] if sizes[k] >= SPECK]
     if not order:
-        raise InputError(f"nothing of at least {SPECK} pixels stands out")
+        raise InputError(f"no piece of at least {SPECK} pixels stands out from the background")
     pieces = (_piece(field, labels, boxes[k], k, flatness) for k in progress.counted("tracing pieces", order))
     found = [outline for outline in pieces if outline]
     if not found:
-        raise InputError("nothing in it encloses an area")
+        raise InputError("the picture contains no enclosed area")
     return sorted(found, key=lambda o: -o.area), count - 1 - len(order)
 
 

@@ -16,7 +16,7 @@ from ..meshes.mesh_format import MeshFile
 from .mesh_parts import join
 from .mesh_shape import MeshShape
 
-LEFT = "edges at the rim that stay straight, as triangles beside them would turn over: {} (rim_edges_left)"
+LEFT = "{} edges at the boundary stay straight, because adjacent triangles would flip (rim_edges_left)"
 
 COARSE = 10  # tolerances: an outline farther off between vertices is told
 
@@ -25,9 +25,11 @@ def missed(boundary: Mapping[str, float], tolerance: float, split: bool) -> list
     """What is told where chords between written coordinates are far off an outline, of the report's `boundary`."""
     if (gap := boundary["hausdorff"]) <= COARSE * tolerance:
         return []
-    said = f"between vertices of the mesh the outline is missed by {gap:.1%} of its diagonal"
-    cure = "" if split else "; --subdivide-rim splits its triangles there"
-    return [f"{said}: the mesh is too coarse for it (boundary){cure}"]
+    said = (
+        f"between vertices of the mesh, the boundary is up to {gap:.1%} of the diagonal away from the outline"
+    )
+    cure = "" if split else "; use --subdivide-rim to split its triangles there"
+    return [f"{said}, because the mesh is too coarse (boundary){cure}"]
 
 
 def subdivide_rims(

@@ -54,12 +54,12 @@ class StartingMap(StrictModel):
         z, w = source.to_core(self.source), target.to_core(self.target)
         faces = np.array(self.triangles, dtype=np.int64)
         if len(z) != len(w):
-            raise InputError(f"start: {len(z)} vertices in the source, and {len(w)} in the target")
+            raise InputError(f"start: has {len(z)} vertices in the source but {len(w)} in the target")
         if not np.array_equal(np.unique(faces), np.arange(len(z))):
             raise InputError(f"start: the triangles must use each of its {len(z)} vertices")
         for side, at in (("source", z), ("target", w)):
             if not proper(faces).all() or (triangle_areas(at[faces]) <= 0).any():
-                raise InputError(f"start: a triangle is turned over or has no area in the {side}")
+                raise InputError(f"start: a triangle is flipped or has no area in the {side}")
         return TriangulatedMap(z, w, faces, _loops(z, faces))
 
 
@@ -74,6 +74,6 @@ def _loops(z: Complex, faces: NDArray[np.int64]) -> tuple[NDArray[np.int64], ...
     sound = shape.components().max() == 0 and shape.crowded_edges == 0 and np.unique(ends).size == ends.size
     loops = shape.loops() if sound else []
     if not loops or shape.count - shape.edge_count + len(faces) != 2 - len(loops):
-        raise InputError("start: the triangles are no disk, nor one with holes")
+        raise InputError("start: the triangles do not form a disk, with or without holes")
     size = [polygon_area(z[k]) for k in loops]
     return tuple(loops[k] for k in np.argsort([-s for s in size], kind="stable"))

@@ -80,7 +80,7 @@ def parse(text: str) -> Affine:
         result = result @ _function(match[1], match[2])
         position = match.end()
     if text[position:].strip(" \t\r\n,"):
-        raise InputError(f"transform: {text[position:].strip()[:24]!r} is not understood")
+        raise InputError(f"transform: invalid at {text[position:].strip()[:24]!r}")
     return result
 
 
@@ -94,7 +94,7 @@ def _function(name: str, text: str) -> Affine:
         or len(values) not in _ALLOWED.get(name, ())
         or not all(map(math.isfinite, values))
     ):
-        raise InputError(f"transform: {name}({text.strip()[:32]}) is not understood")
+        raise InputError(f"transform: invalid {name}({text.strip()[:32]})")
     if name == "matrix":
         return Affine.matrix(*values)
     if name == "translate":
@@ -135,7 +135,7 @@ def viewport(
         r"(?:defer\s+)?(?:(none)|x(Min|Mid|Max)Y(Min|Mid|Max))(?:\s+(meet|slice))?", aspect.strip()
     )
     if not match:
-        raise InputError(f"preserveAspectRatio {aspect[:32]!r} is not understood")
+        raise InputError(f"preserveAspectRatio: invalid value {aspect[:32]!r}")
     sx, sy = place[2] / box[2], place[3] / box[3]
     if not match[1]:
         sx = sy = max(sx, sy) if match[4] == "slice" else min(sx, sy)

@@ -46,16 +46,16 @@ class Budget:
 
     def __init__(self, segments: int = limits.SEGMENTS):
         self.runs = Quota(
-            limits.SVG_SHAPES, f"it draws more than {limits.SVG_SHAPES} runs (M); split the drawing"
+            limits.SVG_SHAPES, f"it contains more than {limits.SVG_SHAPES} subpaths; split the drawing"
         )
         self.segments = Quota(
             segments,
-            f"it draws more than {segments} lines and curves; simplify it (Inkscape: Path > Simplify), "
+            f"it contains more than {segments} lines and curves; simplify it (Inkscape: Path > Simplify), "
             "or raise --max-segments",
         )
         self.points = Quota(
             limits.SVG_POINTS,
-            f"its curves take more than {limits.SVG_POINTS} points; draw fewer or gentler curves",
+            f"its curves need more than {limits.SVG_POINTS} points; draw fewer or smoother curves",
         )
 
 
@@ -68,12 +68,12 @@ class Copies:
     def __init__(self) -> None:
         self.elements = Quota(
             limits.SVG_COPIES,
-            f"<use>, clip paths, masks, markers and filters make more than {limits.SVG_COPIES} elements; "
-            "use fewer of them, or carry a picture of the drawing",
+            f"<use>, clip paths, masks, markers and filters expand to more than {limits.SVG_COPIES} "
+            "elements; use fewer of them, or carry a picture of the drawing",
         )
         self.characters = Quota(
             limits.SVG_COPIED,
-            f"attributes and texts that are used again have more than {limits.SVG_COPIED} characters; shorten them",
+            f"copied attributes and texts have more than {limits.SVG_COPIED} characters; shorten them",
         )
 
     def add(self, element: Element, *, whole: bool = False) -> None:

@@ -11,7 +11,7 @@ from ...plane import cross
 from .. import limits
 
 FEW = 300  # segments, which cannot cross too often
-NESTED = "too many runs lie in each other; split the path (Inkscape: Path > Break Apart)"
+NESTED = "too many subpaths are nested; split the path (Inkscape: Path > Break Apart)"
 AT_ONCE = 200_000  # pairs that are looked at in one go
 FIRST = 16  # segments that are looked at first, when nothing is known of their neighbours
 

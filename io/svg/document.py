@@ -38,9 +38,9 @@ def drawing_bytes(path: Path, max_bytes: int = limits.SVG_BYTES) -> bytes:
     except zlib.error as error:
         raise InputError(f"{path}: damaged: {error}; save it again") from error
     if len(found) > max_bytes:
-        raise InputError(f"{path}: unpacks to more than {max_bytes} bytes; that is the limit")
+        raise InputError(f"{path}: unpacks to more than {max_bytes} bytes, which is the limit")
     if not unpacker.eof:
-        raise InputError(f"{path}: damaged: it ends too early; save it again")
+        raise InputError(f"{path}: damaged: the file is truncated; save it again")
     return found
 
 
@@ -129,12 +129,12 @@ def root(data: bytes) -> Element:
     except ParseError as error:
         held = formats.picture_kind(data)  # pictures are sometimes given the suffix of a drawing
         if held:
-            raise InputError(f"is a {held} picture, not an SVG; give it the suffix .{held.lower()}") from None
+            raise InputError(f"is a {held} picture, not an SVG; rename it to .{held.lower()}") from None
         raise InputError(f"not well-formed XML: {error}") from error
     except (ValueError, LookupError) as error:
         if isinstance(error, InputError):
             raise
-        raise InputError(f"not readable as XML: {str(error).splitlines()[0]}") from error
+        raise InputError(f"invalid XML: {str(error).splitlines()[0]}") from error
     if local(found) != "svg":
         raise InputError(f"the root element is <{str(found.tag)[:40]}>, not <svg>")
     return found

@@ -63,7 +63,7 @@ def outlines(
     whole = [ring for ring in rings if ring.size > 2]
     if not whole:
         raise InputError(
-            f"{name}: {max((r.size for r in rings), default=0)} distinct points; at least 3 are needed"
+            f"{name}: has {max((r.size for r in rings), default=0)} distinct points; at least 3 are needed"
         )
     simple: list[Complex] = []
     refused: list[Refused] = []
@@ -71,7 +71,10 @@ def outlines(
         lobes, twisted, place = _untangled(ring)
         simple.extend(lobes if crossed or not place else [])
         if place and crossed:
-            notes = (*notes, f"{name}: the outline crosses itself {place}; what its fill paints is taken")
+            notes = (
+                *notes,
+                f"{name}: the outline crosses itself {place}; the area that its fill paints is used",
+            )
         elif place:
             refused.append(
                 (twisted, InputError(f"{name}: the outline crosses itself {place}; remove the crossing"))

@@ -110,7 +110,7 @@ class Lettering:
     ):
         self._own, self._linked = own, linked
         most = limits.SVG_LETTERS
-        self._letters = Quota(most, f"it draws more than {most} letters; turn text into paths")
+        self._letters = Quota(most, f"it contains more than {most} letters; convert text to paths")
         self._families: set[tuple[str, int, int]] = set()
 
     def path_data(self, element: Element, properties: Mapping[str, str]) -> str | None:

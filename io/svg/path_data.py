@@ -119,8 +119,8 @@ def _arguments(d: str, position: int, command: str) -> tuple[list[float], int, s
     position = _skip(d, position)
     if count and not fault and (not found or len(found) % count):
         fault = (
-            f"d: character {position + 1}: command {command} (character {start}) takes {count} numbers a time,"
-            f" {len(found)} are given before {d[position : position + 12] or 'the end'!r}"
+            f"d: character {position + 1}: command {command} (character {start}) takes {count} numbers at "
+            f"a time, but {len(found)} are given before {d[position : position + 12] or 'the end'!r}"
         )
     return found[: len(found) // count * count] if count else found, position, fault
 

@@ -71,7 +71,7 @@ def read(
         without_area: dict[Node, Refused] = {}
         if count := document.unread:
             rules = f"{count} style rule{'s' * (count > 1)}"
-            drawing.notes.append(f"{rules} not read: a malformed selector, or a pseudo-class such as :hover")
+            drawing.notes.append(f"{rules} ignored: a malformed selector, or a pseudo-class such as :hover")
         _check_size(shapes, max_segments)
         for drawn in shapes:
             with naming(drawn.name):
@@ -152,7 +152,7 @@ def _special(
     if chosen is not None and chosen in document.tags and chosen not in drawing.ids:
         drawing.ids[chosen] = None
         which = f"<{document.tags[chosen]}> {chosen!r}"
-        reason = f"{which} draws no outline; show it if it is hidden, turn text into paths"
+        reason = f"{which} draws no outline; show it if it is hidden, convert text to paths"
         drawing.refused.append((0.0, InputError(reason)))
     elif chosen == CANVAS and chosen not in drawing.ids and drawing.rectangle:
         drawing.ids[chosen] = None
@@ -193,8 +193,8 @@ def _candidate(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail
     rings: list[Complex] = []
     notes = [f"{drawn.name}: its {name} is ignored" for name in _unknown(drawn)]
     notes += [
-        f"{drawn.name}: {run.before} points simplified to {run.z.size}, "
-        f"by at most {THINNED * detail.flatness:g} of its size"
+        f"{drawn.name}: simplified from {run.before} to {run.z.size} points, within "
+        f"{THINNED * detail.flatness:g} of its size"
         for run in runs
         if run.before
     ]
@@ -286,7 +286,7 @@ def _closed_lines(drawing: Drawing, lines: list[Node], detail: Detail) -> None:
             return
         found = silhouette(runs, "the silhouette of its strokes", detail.clips.cut)
     except InputError as error:
-        drawing.notes.append(f"lines left out: {error}")
+        drawing.notes.append(f"lines ignored: {error}")
         return
     closed = [outline for outline in found if outline.holes]
     if max((outline.area for outline in closed), default=0.0) > largest:
@@ -303,7 +303,7 @@ def _paint(
         shapes = [(drawn, detail.runs(drawn)) for drawn in seen]
         return painted_areas(shapes, detail.clips.cut, pictures)
     except TooMuch as error:
-        drawing.notes.append(f"strokes left out of what it paints: {error}")
+        drawing.notes.append(f"its strokes are ignored: {error}")
         return replace(drawing, paint=None)._areas
 
 
@@ -336,8 +336,8 @@ def _ring(run: Subpath, drawn: Node, notes: list[str]) -> Complex:
         return z
     ends = " and ".join(f"({p.real:g}, {p.imag:g})" for p in (run.z[0], run.z[-1]))
     if not drawn.filled:
-        raise InputError(f"{drawn.name}: the outline is open: its ends are {ends}; close it with Z")
-    notes.append(f"{drawn.name}: closed the open outline between {ends}, as SVG fills it")
+        raise InputError(f"{drawn.name}: the outline is open, its ends are {ends}; close the path")
+    notes.append(f"{drawn.name}: closed the open outline between {ends}, as SVG does to fill it")
     return z
 
 
@@ -348,13 +348,13 @@ def _constraint(drawn: Node, drawing: Drawing, detail: Detail) -> bool:
         return False
     known = drawing.pins if name.startswith(PIN) else drawing.strokes
     if name in known:
-        raise InputError(f"a second {name!r}; names of pins and strokes must differ")
+        raise InputError(f"a second {name!r}; give pins and strokes different names")
     if name.startswith(PIN):
         drawing.pins[name], drawing.pin_radii[name] = _circle(drawn)
         return True
     runs = detail.runs(drawn)
     if len(runs) != 1:
-        raise InputError(f"a stroke is one run; this has {len(runs)}")
+        raise InputError(f"a stroke must be a single line, but this path has {len(runs)} parts")
     z = np.append(runs[0].z, runs[0].z[:1]) if runs[0].closed else runs[0].z
     if np.ptp(z.real) == np.ptp(z.imag) == 0:
         raise InputError("a stroke needs at least 2 distinct points")
@@ -372,7 +372,7 @@ def _rigid(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail) ->
     _candidate(drawn, name, found, detail)
     if not found.outlines:
         raise (
-            found.refused[0][1] if found.refused else InputError("a rigid region is a closed path; draw one")
+            found.refused[0][1] if found.refused else InputError("a rigid region must be a closed path; close it")
         )
     drawing.ids.update(found.ids)
     drawing.rigid.extend(outline.z for outline in found.outlines)
@@ -382,7 +382,7 @@ def _rigid(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail) ->
 def _circle(drawn: Node) -> tuple[complex, float]:
     """The centre of a pin, and the radius of a circle with its area."""
     if drawn.tag not in ("circle", "ellipse"):
-        raise InputError("a pin is the centre of a circle or an ellipse; draw one")
+        raise InputError("a pin must be a circle or an ellipse, whose centre counts; draw one")
     centre = drawn.affine(complex(drawn.length("cx", "x"), drawn.length("cy", "y")))
     sides = ("r", ""), ("r", "")
     if drawn.tag == "ellipse":
@@ -400,7 +400,7 @@ def runs_of(drawn: Node, flatness: float, budget: Budget | None = None) -> list[
     """
     a = drawn.affine
     if not all(abs(part) <= limits.SVG_NUMBER for part in (a.alpha, a.beta, a.gamma)):  # NaN included
-        raise InputError("its transforms are too large")
+        raise InputError("its transforms have too large numbers")
     budget = budget or Budget()
     pens = pen_paths(drawn, budget, joined=True)
     runs = [flatten(run, drawn.affine, flatness, budget) for run in pens]

@@ -49,8 +49,8 @@ class Stylesheet:
         self.root, self.unread = root, 0
         self._tests = Quota(
             limits.RULES,
-            f"its style sheet has more than {limits.RULES} combinations of rules and elements; "
-            "save it as plain SVG, with styles in attributes",
+            f"its style sheet has more than {limits.RULES} combinations of rules and elements; save it as "
+            "plain SVG with styles in attributes",
         )
         self._simple, self._contextual = _Matcher(self._tests), _Matcher(self._tests)
         self._known: dict[tuple[str, str | None, str | None], tuple[list[Any], css.Style]] = {}

@@ -16,7 +16,7 @@ from .iccm_process import Failed, messages, python, start
 
 EVERY = 0.2  # seconds from one look at the process to the next
 FITS = [
-    ("auto", "Automatic", "The fit that costs the least"),
+    ("auto", "Automatic", "The fit with the lowest cost"),
     ("whole", "Whole Outlines", "All of one outline onto all of the other"),
     ("contain", "Show All", "All of the source is shown"),
     ("cover", "Cover All", "All of the target is covered"),
@@ -24,12 +24,12 @@ FITS = [
 
 
 class Preferences(bpy.types.AddonPreferences):
-    """Where iccm is."""
+    """The location of iccm."""
 
     bl_idname = __package__
     python: StringProperty(
         name="Python of iccm",
-        description="The Python that iccm is installed for. Empty: the one that `iccm plugins install blender` wrote",
+        description="The Python that iccm is installed in. Empty: the one recorded by `iccm plugins install blender`",
         subtype="FILE_PATH",
     )
 
@@ -85,12 +85,12 @@ class Run:
             self._process.kill()
             self._process.wait()
             self._close(context)
-            self.report({"INFO"}, "iccm was cancelled; nothing has changed")
+            self.report({"INFO"}, "iccm was cancelled; the scene is unchanged")
             return {"CANCELLED"}
         if event.type == "TIMER" and (done := self._advance(context)) is not None:
             return done
         context.workspace.status_text_set(
-            f"iccm: {self.bl_label}, {time.monotonic() - self._began:.0f} s. Esc cancels"
+            f"iccm: {self.bl_label}, {time.monotonic() - self._began:.0f} s. Press Esc to cancel"
         )
         return {"RUNNING_MODAL"}
 
@@ -134,7 +134,7 @@ class Run:
 
 
 def onto_islands(source, mesh, faces, turn):
-    """The command that maps a shape onto islands of a layout, each by itself, turned by what was typed."""
+    """Return the command that maps a shape onto each island of a layout, rotated as entered."""
     parts = ["--parts", "each"] if mesh.count(faces) > 1 else []
     turned = [f"--turn={turn.strip()}"] if turn.strip() else []
     return ["map", source, "islands.obj#uv", *parts, *turned]
@@ -148,19 +148,19 @@ class ICCM_OT_fit_island(Run, bpy.types.Operator):
     outline: EnumProperty(
         name="Outline",
         items=[
-            ("island", "Active Island", "The island of the active face; the other selected ones go into it"),
-            ("file", "SVG or Picture", "The largest shape of a file, whose canvas is the unit square"),
-            ("curve", "Curve Object", "A curve, seen from above, as large as the unit square takes it"),
+            ("island", "Active Island", "The island of the active face; the other selected islands are fitted into it"),
+            ("file", "SVG or Picture", "The largest shape of a file whose canvas is the unit square"),
+            ("curve", "Curve Object", "A curve, seen from above, scaled to the unit square"),
         ],
     )
     filepath: StringProperty(name="File", subtype="FILE_PATH", description="file.svg or file.svg#id")
     curve: StringProperty(name="Curve")
     fit: EnumProperty(name="Fit", items=FITS, default="whole")
     turn: StringProperty(
-        name="Turn", description="Degrees counter-clockwise, or any; empty: as the island lies"
+        name="Rotation", description="Degrees counter-clockwise, or any; empty: keep the island's orientation"
     )
     balance: FloatProperty(
-        name="Balance", default=1, min=0, max=10, description="0: angles, 1: even, more: areas"
+        name="Balance", default=1, min=0, max=10, description="0 keeps angles, 1 weights both equally, more keeps areas"
     )
 
     def draw(self, context):
@@ -180,20 +180,20 @@ class ICCM_OT_fit_island(Run, bpy.types.Operator):
         if self.outline == "island":
             if mesh.active is None:
                 raise exchange.Unfit(
-                    "no face is active: in Edit Mode, click one of the island that the others go into"
+                    "no face is active: in Edit Mode, click a face of the island to fit the others into"
                 )
             onto = mesh.islands_of([mesh.active])
             faces = [face for face in faces if face not in set(onto)]
             if not faces:
                 raise exchange.Unfit(
-                    "select the islands to fit and, last, a face of the island that they go into"
+                    "select the islands to fit and, last, a face of the island to fit them into"
                 )
             mesh.write(folder / "outline.obj", onto, mesh.mirrored())
             outline = "outline.obj#uv"
         elif self.outline == "file":
             outline = bpy.path.abspath(self.filepath)
             if not outline:
-                raise exchange.Unfit("name the file of the outline")
+                raise exchange.Unfit("choose the file of the outline")
         else:
             exchange.write_curve(context, self.curve, folder / "outline.svg")
             outline = "outline.svg"
@@ -211,24 +211,24 @@ class ICCM_OT_fit_island(Run, bpy.types.Operator):
 
 
 class ICCM_OT_transfer(Run, bpy.types.Operator):
-    """Carry a picture onto the selected faces' islands, outline onto outline, over the picture in the editor"""
+    """Map a picture onto the islands of the selected faces, over the picture in the editor"""
 
     bl_idname = "iccm.transfer"
     bl_label = "Transfer Texture onto Selected Faces"
-    picture: StringProperty(name="Picture", description="A picture of this file")
+    picture: StringProperty(name="Picture", description="A picture of this .blend file")
     source: EnumProperty(
         name="Its Shape",
         items=[
             ("canvas", "All of the Picture", "Its rectangle"),
-            ("shape", "What it Shows", "The outline of what is opaque or stands out"),
+            ("shape", "Visible Shape", "The outline of its opaque part, or of the part that stands out"),
             ("file", "SVG", "The largest shape of a drawing with the same canvas"),
         ],
     )
     filepath: StringProperty(name="File", subtype="FILE_PATH", description="file.svg or file.svg#id")
     fit: EnumProperty(name="Fit", items=FITS)
-    turn: StringProperty(name="Turn", description="Degrees counter-clockwise, or any")
+    turn: StringProperty(name="Rotation", description="Degrees counter-clockwise, or any")
     size: IntProperty(
-        name="Size", default=1024, min=16, max=16384, description="Pixels, where the editor shows none"
+        name="Size", default=1024, min=16, max=16384, description="Pixels, if the editor shows no picture"
     )
 
     def draw(self, context):
@@ -245,10 +245,10 @@ class ICCM_OT_transfer(Run, bpy.types.Operator):
         mesh = exchange.Layout(context.object, context.tool_settings.use_uv_select_sync)
         faces = mesh.islands_of(mesh.selected)
         if not faces:
-            raise exchange.Unfit("select faces of the islands that the picture goes onto")
+            raise exchange.Unfit("select faces of the islands to map the picture onto")
         image = bpy.data.images.get(self.picture)
         if image is None:
-            raise exchange.Unfit("choose the picture")
+            raise exchange.Unfit("choose a picture")
         mesh.write(folder / "islands.obj", faces)
         texture = exchange.save(image, folder / "picture")
         self._under = exchange.shown_image(context, image)
@@ -271,12 +271,12 @@ class ICCM_OT_transfer(Run, bpy.types.Operator):
 
 
 class ICCM_OT_relayout(Run, bpy.types.Operator):
-    """Carry the materials' pictures from the UV map that is rendered to the active one, and render by that"""
+    """Transfer the materials' textures from the rendered UV map to the active one, and render with that one"""
 
     bl_idname = "iccm.relayout"
     bl_label = "Relayout Textures to the Active UV Map"
     size: IntProperty(
-        name="Size", min=0, max=16384, description="Pixels; 0: as dense on the surface as before"
+        name="Size", min=0, max=16384, description="Pixels; 0: same density on the surface as before"
     )
 
     def prepare(self, context, folder):
@@ -286,7 +286,7 @@ class ICCM_OT_relayout(Run, bpy.types.Operator):
         self._old, self._new = next(each.name for each in layers if each.active_render), layers.active.name
         if self._old == self._new:
             raise exchange.Unfit(
-                f"{self._new} is rendered already; make the UV map active that textures go to"
+                f"{self._new} is already the rendered UV map; make the UV map active that should receive the textures"
             )
         self._made, commands = {}, []
         old, new = exchange.Layout(owner, layer=self._old), exchange.Layout(owner, layer=self._new)
@@ -306,7 +306,7 @@ class ICCM_OT_relayout(Run, bpy.types.Operator):
                 outputs += ["-o", self._made[image]]
             commands.append(command + outputs)
         if not commands:
-            raise exchange.Unfit(f"no material of the faces shows a picture by the UV map {self._old}")
+            raise exchange.Unfit(f"no material of the faces uses a picture with the UV map {self._old}")
         return commands
 
     def take(self, context, folder):

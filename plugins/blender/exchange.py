@@ -229,9 +229,9 @@ def write_canvas(image, path):
 def save(image, stem):
     """A picture as a file beside `stem`, as it is now; returns the file's name in its folder."""
     if image.source == "TILED":
-        raise Unfit(f"{image.name} is of several tiles (UDIM); use `iccm relayout` and `iccm map` for these")
+        raise Unfit(f"{image.name} has several tiles (UDIM); use `iccm relayout` or `iccm map` instead")
     if not all(image.size):
-        raise Unfit(f"{image.name}: its picture is not found")
+        raise Unfit(f"{image.name}: the picture file is missing")
     copy = image.copy()
     try:
         copy.file_format = "OPEN_EXR" if image.is_float else "PNG"
@@ -255,7 +255,7 @@ def _pixels(image):
 def load(path, name, like=None):
     """A picture kept in the .blend file, in the colour space of another one."""
     if not Path(path).is_file():
-        raise Unfit("iccm made no picture")
+        raise Unfit("iccm wrote no picture")
     image = bpy.data.images.load(str(path))
     image.name = name
     if like is not None:

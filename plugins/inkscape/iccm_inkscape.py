@@ -54,7 +54,7 @@ class Texture(inkex.EffectExtension):
                 raise inkex.AbortExtension(str(error)) from None
 
     def carry(self, folder):
-        """Write iccm's inputs into a folder, run it there, and insert what it writes."""
+        """Write iccm's inputs into a folder, run iccm there, and insert the result."""
         interpreter = python("inkscape")
         fits = self.options.job == "fit"
         marks = self.marks() if self.options.pins else {kind: {} for kind in KINDS}
@@ -62,13 +62,13 @@ class Texture(inkex.EffectExtension):
         chosen = [each for each in self.svg.selection.values() if each not in marked]
         if len(chosen) < 1 + fits:
             raise Failed(
-                "Select the artwork, then with Shift the shape that it goes into."
+                "Select the artwork, then Shift-click the shape to fit it into."
                 if fits
-                else "Select the artwork that is to be deformed."
+                else "Select the artwork to deform."
             )
         artwork, target = (chosen[:-1], chosen[-1]) if fits else (chosen, chosen[0])
         if any(target in each.iterdescendants() or each in target.iterdescendants() for each in artwork):
-            raise Failed("The target is a part of the artwork, or the other way round; ungroup them.")
+            raise Failed("The target is part of the artwork, or the artwork is part of the target; ungroup them.")
         source = self.only(artwork, marked)
         picture = fits and self.options.result == "picture"
         if picture or self.options.outline == "box":
@@ -110,18 +110,18 @@ class Texture(inkex.EffectExtension):
             for each in artwork:
                 self.remove(each)
         report = json.loads((folder / "report.json").read_text(encoding="utf-8"))
-        left_out = [note for note in report["notes"] if " × " in note and "left out" in note]
+        left_out = [note for note in report["notes"] if " × " in note and "omitted" in note]
         if said := [*errors, *doubts, *(note for note in left_out if note not in doubts)]:
             inkex.errormsg(readable("\n".join(said)))
 
     def part(self, artwork):
-        """What of the artwork's file is its outline: the end of `file#part`; shapes are counted from the largest, 1."""
+        """Return the `#part` of the artwork's file that is the outline; shapes are numbered from the largest, 1."""
         first = f"#{artwork[0].get('id')}"
         parts = {"silhouette": "#silhouette", "largest": "#1", "box": "#canvas", "first": first}
         return parts[self.options.outline]
 
     def said(self):
-        """What was chosen otherwise than by default."""
+        """Return the options that differ from the defaults."""
         found = []
         for name, default in (("fit", "auto"), ("holes", "auto"), ("parts", "auto"), ("balance", 1.0)):
             value = getattr(self.options, name)
@@ -130,7 +130,7 @@ class Texture(inkex.EffectExtension):
         return found + ([f"--turn={turn}"] if turn else [])
 
     def marks(self):
-        """Pins and strokes that are seen: for each kind by name the elements, in the order of drawing."""
+        """Return visible pins and strokes: for each kind a dictionary from names to elements in drawing order."""
         found = {kind: {} for kind in KINDS}
         for element in self.svg.iterdescendants():
             if not isinstance(element, inkex.ShapeElement):
@@ -291,9 +291,9 @@ def drawn_box(root, folder):
     try:
         x, y, width, height = map(float, lines[0].split(",")[1:])
     except (IndexError, ValueError):
-        raise Failed("Nothing that is drawn is selected.") from None
+        raise Failed("Select visible objects; the selection draws nothing.") from None
     if not width > 0 or not height > 0:
-        raise Failed("What is selected has no area.")
+        raise Failed("The selected objects have no area.")
     return x, y, width, height
 
 
@@ -371,7 +371,7 @@ def drawing(path, svg):
         elif tag not in NOT_DRAWN:
             group.append(child)
     if not len(group):
-        raise Failed("Nothing of the artwork lies inside its outline.")
+        raise Failed("No part of the artwork lies inside its outline.")
     return group
 
 

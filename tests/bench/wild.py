@@ -31,7 +31,7 @@ HEART = (
     '<path d="M50 90C10 60 5 30 25 15S50 25 50 30 60 0 80 15 90 60 50 90Z"/></svg>'
 )
 SUFFIXES = (".obj", ".off", ".ply", ".stl")
-REVERSED = re.compile(r"(\d+) triangles turned the other way")  # in the file, and so in what is written
+REVERSED = re.compile(r"flipped (\d+) triangles")  # in the file, and so in what is written
 SLOW, LIMIT = 60, 300  # processor seconds that a mesh may take, and after which it is ended
 
 

@@ -163,7 +163,7 @@ def test_a_picture_without_padding_is_written_as_it_is_made_and_is_the_same(shap
 @pytest.mark.parametrize("suffix", [".jpg", ".exr", ".webp"])
 def test_padding_that_a_format_would_lose_is_refused(shapes, iccm, suffix):
     ran = iccm("map", "square.svg", "blob.svg", *PICTURE, "-o", f"a{suffix}", "--padding", "2")
-    assert ran.code == 2 and "no --padding" in ran.err and len(ran.err.splitlines()) == 1
+    assert ran.code == 2 and "--padding has no effect" in ran.err and len(ran.err.splitlines()) == 1
 
 
 @pytest.mark.parametrize("suffix", [".png", ".exr"])
@@ -187,7 +187,12 @@ def test_a_bound_on_memory_does_not_change_a_picture(shapes, iccm, monkeypatch, 
 
 @pytest.mark.parametrize(
     ("memory", "said"),
-    [("10M", "10M is too little for"), ("two", "'two' is no size"), ("-1G", "no size"), ("0", "memory")],
+    [
+        ("10M", "10M is too little for"),
+        ("two", "'two' is not"),
+        ("-1G", "not an amount of memory"),
+        ("0", "memory"),
+    ],
 )
 def test_a_bound_on_memory_that_cannot_be_kept_is_refused(shapes, iccm, memory, said):
     ran = iccm("map", "square.svg", "blob.svg", *QUICK, "-o", "a.png", "--memory", memory)
@@ -278,7 +283,7 @@ def test_constraints_that_no_map_meets_are_named(shapes, iccm, listed, said):
         (("map", "square.svg", "disk.svg#leaf"), ["disk.svg#leaf", "rim"]),
         (("map", "empty.svg", "blob.svg"), ["empty.svg"]),
         (("map", "nothing.svg", "blob.svg"), ["nothing.svg"]),
-        (("map", "notes.txt", "blob.svg"), ["notes.txt: no shape is read from '.txt'"]),
+        (("map", "notes.txt", "blob.svg"), ["notes.txt: cannot read a shape from '.txt'"]),
         (("map", "notes", "blob.svg"), ["notes: no shape is read from a file without suffix"]),
         (("map", "", "blob.svg"), ["SOURCE: "]),
         (("map", "square.svg", "blob.svg", "--texture", "none.png"), ["none.png", "no such file"]),
@@ -324,7 +329,7 @@ def test_require_injective_turns_a_failed_certificate_into_exit_code_1(shapes, i
     free = iccm("map", "disk.svg", "disk.svg", *options)
     assert json.loads(free.out)["injective"]["certified"] is False
     typed = iccm("map", "disk.svg", "disk.svg", *options, "--require-injective")
-    assert typed.code == 1 and ("certified injective" in typed.lines[-1] or free.code == 1)
+    assert typed.code == 1 and ("certified one-to-one" in typed.lines[-1] or free.code == 1)
 
 
 def test_require_injective_takes_a_share_of_the_area(shapes, iccm):
@@ -342,7 +347,7 @@ def test_constraints_that_spoil_the_picture_are_told(shapes, iccm):
     notes = json.loads(typed.out)["notes"]
     assert [f"note: {note}" for note in notes] == [line for line in typed.lines if line.startswith("note")]
     assert any("picture overlaps itself" in note and "--quasi" in note for note in notes)
-    assert any("far from the target's (boundary)" in note for note in notes)
+    assert any("far from the target's outline (boundary)" in note for note in notes)
     gentle = iccm("map", "disk.svg", "disk.svg", *QUICK, "--pin", "30,50:31,50", "--report", "-")
     assert json.loads(gentle.out)["notes"] == []
 
@@ -436,7 +441,7 @@ def test_info_and_doctor(shapes, iccm):
     (shapes / "j.toml").write_text('[[job]]\nsource = "disk.svg"\ntarget = "blob.svg"')
     assert "jobs: 1" in iccm("info", "j.toml").out
     doctor = iccm("doctor")
-    assert doctor.code == 0 and "a square onto itself is right" in doctor.out
+    assert doctor.code == 0 and "a square onto itself is correct" in doctor.out
 
 
 def test_info_tells_about_meshes_pictures_and_constraints(shapes, iccm):

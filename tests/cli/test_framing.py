@@ -23,17 +23,17 @@ def test_a_shape_that_leaves_its_canvas_is_told(shapes, iccm):
     typed = ("--texture-box", "viewbox", "--target-box", "viewbox")
     done = iccm("map", "half.svg", "out.svg", *PICTURE, *typed)
     assert [line for line in done.lines if line.startswith("note")] == [
-        "note: out.svg: 100% of its extent lies outside its canvas, where pictures end; "
-        "--target-box bbox shows all of it",
-        "note: half.svg: 50% of its extent lies outside its canvas, where the texture ends; "
-        "--texture-box bbox covers it",
-        "note: the picture is empty: nothing of the target lies in what it shows",
+        "note: out.svg: 100% of its extent lies outside its canvas and is not shown; use --target-box "
+        "bbox to show all of it",
+        "note: half.svg: 50% of its extent lies outside its canvas, beyond the texture; use "
+        "--texture-box bbox to cover it",
+        "note: the picture is empty: no part of the target lies in the area that it shows",
     ]
     assert "canvas" not in iccm("map", "half.svg", "disk.svg", *PICTURE).err
     done = iccm("map", "half.svg", "out.svg", *PICTURE, "--force")
     assert [line for line in done.lines if line.startswith("note")] == [
-        "note: out.svg: lies outside its canvas, so pictures show the shape's box; "
-        "--target-box viewbox shows the canvas"
+        "note: out.svg: lies outside its canvas, so pictures show the shape's bounding box; use "
+        "--target-box viewbox to show the canvas"
     ]
 
 
@@ -102,7 +102,7 @@ def test_a_texture_of_other_proportions_than_the_canvas_is_told(shapes, iccm):
     for name, size in (("wide.png", (40, 120)), ("even.png", (40, 41))):
         write(name, np.random.default_rng(1).integers(0, 255, (*size, 3), np.uint8))
     told = {
-        (name, *more): "are stretched over the canvas of 100x100"
+        (name, *more): "are stretched to the canvas of 100x100"
         in iccm("map", "square.svg", "disk.svg", "--texture", name, *more, *PICTURE, "--force").err
         for name in ("wide.png", "even.png")
         for more in ((), ("--texture-box", "bbox"))
@@ -114,7 +114,7 @@ def test_a_texture_that_nothing_shows_is_told(shapes, iccm):
     write("grey.png", np.full((9, 9, 3), 99, np.uint8))
     written = {"picture": ("-o", "o.png"), "drawing": ("-o", "o.svg"), "figures": ("--report", "o.json")}
     told = {
-        name: "nothing that is written shows it"
+        name: "-o FILE.png"
         in iccm("map", "square.svg", "disk.svg", "--texture", "grey.png", *typed, *PICTURE).err
         for name, typed in written.items()
     }

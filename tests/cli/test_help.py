@@ -78,13 +78,12 @@ def test_completion_is_installed_once_and_nothing_else_changes(tmp_path, monkeyp
     assert first.code == 0 and len(found) == 2 and any(b"_ICCM_COMPLETE" in text for text in found.values())
     assert found[tmp_path / ".zshrc"].startswith(mine)
     assert (found[tmp_path / ".zshrc"] == mine) == (shell != "zsh")
-    assert "is there already" in iccm("completion", "install", "--shell", shell).err
+    assert "already installed" in iccm("completion", "install", "--shell", shell).err
     assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == found
     monkeypatch.setenv("SHELL", "/bin/sh")
     typed = iccm("completion", "install")
-    assert typed.code == 2 and typed.lines == [
-        "error: sh: no shell that iccm knows; name one: --shell bash|zsh|fish"
-    ]
+    assert typed.code == 2 and typed.lines[0].startswith("error: sh: ")
+    assert len(typed.lines) == 1 and "--shell bash|zsh|fish" in typed.lines[0]
 
 
 def test_a_run_is_summed_up_in_one_line(shapes, iccm):
@@ -121,7 +120,7 @@ def test_an_input_that_changes_is_mapped_again_until_ctrl_c(shapes):
             return lines
 
         try:
-            told("Ctrl-C ends it")
+            told("Ctrl-C")
             first = (shapes / "out.png").read_bytes()
             (shapes / "disk.svg").write_text("<svg")
             told("error: disk.svg")
@@ -141,7 +140,9 @@ def test_what_no_viewer_shows_is_told(shapes, iccm, monkeypatch):
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     typed = iccm(*given)
-    assert typed.code == 0 and "note: --open: out.png is not shown: there is no display here" in typed.lines
+    assert (
+        typed.code == 0 and "note: --open: cannot show out.png: this computer has no display" in typed.lines
+    )
     shown = []
     monkeypatch.setenv("DISPLAY", ":0")
     monkeypatch.setattr("click.launch", lambda name: shown.append(name) or 0)

@@ -148,16 +148,16 @@ def test_artwork_is_cut_to_the_target_by_and_by(shapes, iccm):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("square.svg", "blob.svg", "-o", "m.jpg"), "m.jpg: is no animation; use .webp .gif .png"),
-        (("square.svg", "blob.svg", "-o", "m.png", "-o", "m.png"), "is written twice"),
-        (("square.svg", "blob.svg", "--target-texture", "t.png", "-o", "{number}.svg"), "fades pictures"),
+        (("square.svg", "blob.svg", "-o", "m.jpg"), "m.jpg: not an animation; use .webp .gif .png"),
+        (("square.svg", "blob.svg", "-o", "m.png", "-o", "m.png"), "two outputs"),
+        (("square.svg", "blob.svg", "--target-texture", "t.png", "-o", "{number}.svg"), "--target-texture "),
         (("square.svg", "none.svg", "-o", "m.webp"), "none.svg: no such file"),
         (
             ("square.svg", "ring.svg", "--holes", "keep", "-o", "m.webp"),
-            "0 and 1 holes cannot go onto each other",
+            "0 holes cannot be mapped onto 1",
         ),
-        (("square.svg", "sheet.obj", "-o", "m.webp"), "a morph is between shapes of the plane"),
-        (("square.svg", "blob.svg", "-o", "square.svg"), "is no animation"),
+        (("square.svg", "sheet.obj", "-o", "m.webp"), "a morph needs planar shapes"),
+        (("square.svg", "blob.svg", "-o", "square.svg"), "not an animation"),
         (("square.svg", "blob.svg", "-o", "old.webp"), "old.webp"),
         (("square.svg", "blob.svg", "--fit", "cover", "-o", "m.webp"), "--fit cover"),
         (

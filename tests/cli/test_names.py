@@ -33,5 +33,5 @@ def test_a_fish_is_turned_by_what_both_drawings_name(tmp_path, monkeypatch, iccm
     Path("other.svg").write_text(FISH.format(name="circle12", **LEFT).replace("Tail", "g7"))
     done = iccm("map", "right.svg", target, "-o", "o.png", "--size", "64", "--report", "r.json", *more)
     assert done.code == 0 and (abs(json.loads(Path("r.json").read_text())["turn"]) > 160) == turned
-    assert ("what both drawings name alike: head, tail" in done.err) == turned
+    assert ("same names in both drawings: head, tail" in done.err) == turned
     assert "instead of 0 (turn)" not in done.err

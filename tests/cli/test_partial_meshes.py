@@ -43,4 +43,4 @@ def test_what_is_uncovered_is_transparent_where_it_is_in_the_plain_shape(shapes,
 
 def test_a_mesh_with_coordinates_is_refused_with_what_can_be_had(shapes, iccm):
     done = iccm("map", "u.svg", "plane.obj", "--fit", "contain", "-o", "o.obj")
-    assert done.code == 2 and "--bake leaves them transparent" in done.err and not Path("o.obj").exists()
+    assert done.code == 2 and "use --bake" in done.err and not Path("o.obj").exists()

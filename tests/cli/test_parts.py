@@ -32,7 +32,7 @@ def drawings(shapes):
 def test_each_part_has_its_map_in_one_picture_stmap_and_report(drawings, iccm):
     done = iccm(*ALL, "-o", "o.png", "-o", "o.svg", "--stmap", "o.tif", "--report", "r.json")
     assert done.code == 0
-    assert "note: face.svg: no partner in mask.svg for #4, #5" in done.lines
+    assert "note: face.svg: no matching part in mask.svg for #4, #5" in done.lines
     report = json.loads((drawings / "r.json").read_text())
     assert [(part["source"], part["target"]) for part in report["parts"]] == [
         ("1", "1"),
@@ -59,7 +59,8 @@ def test_parts_of_the_target_that_stay_empty_are_told_however_quiet(drawings, ic
     done = iccm("map", "tile.svg", "word.svg", "--parts", "all", "-o", "w.png", "--report", "r.json", "-q")
     assert done.code == 0
     assert (
-        "word.svg: no partner in tile.svg for #2 (i), #3: they stay empty, 33% of all parts' area" in done.err
+        "word.svg: no matching part in tile.svg for #2 (i), #3; they stay empty, 33% of the total area"
+        in done.err
     )
     unpaired = json.loads((drawings / "r.json").read_text())["unpaired"]
     assert unpaired == {"source": [], "target": ["2", "3"], "empty": pytest.approx(1 / 3)}
@@ -74,7 +75,7 @@ def test_targets_that_cover_each_other_are_told_however_quiet_and_the_smaller_li
         "--report", "r.json", "-q",
     )  # fmt: skip
     assert done.code == 0
-    assert "two.svg: parts cover each other, #1 (head) and #2 (left): the smaller lies on top" in done.err
+    assert "two.svg: parts overlap, such as #1 (head) and #2 (left); the smaller one lies on top" in done.err
     assert json.loads((drawings / "r.json").read_text())["overlap"] == pytest.approx(800 / 5200, rel=1e-6)
     st = image_files.read("o.tif").pixels
     assert (
@@ -94,7 +95,7 @@ def test_artwork_goes_with_the_part_that_it_lies_in(drawings, iccm):
 
 def test_what_does_not_go_with_parts_is_refused(drawings, iccm):
     typed = iccm(*ALL, "--pin", "50,50:50,50")
-    assert typed.code == 2 and "--parts all: pins and strokes are for one shape" in typed.err
+    assert typed.code == 2 and "--parts all: pins and strokes only work for one shape" in typed.err
 
 
 def test_the_others_are_told_once(drawings, iccm):
@@ -160,7 +161,7 @@ def test_each_goes_in_batches_and_without_pins(drawings, iccm):
     assert iccm("batch", "jobs.jsonl", "-j", "1").code == 0
     assert len(json.loads((drawings / "r.json").read_text())["parts"]) == 3
     refused = iccm("map", "square.svg", "word.svg", "--parts", "each", "--pin", "50,50:50,50")
-    assert refused.code == 2 and "--parts each: pins and strokes are for one shape" in refused.err
+    assert refused.code == 2 and "--parts each: pins and strokes only work for one shape" in refused.err
 
 
 def test_a_part_without_a_map_is_left_out_told_and_counted(drawings, iccm):
@@ -169,7 +170,7 @@ def test_a_part_without_a_map_is_left_out_told_and_counted(drawings, iccm):
     (drawings / "two.obj").write_text("\n".join([*corners, "f 1 2 3", "f 1 3 4", "f 5 6 7"]))
     each = ("map", "square.svg", "two.obj", "--parts", "each")
     done = iccm(*each, "-o", "o.obj", "--report", "r.json", "-q")
-    assert done.code == 1 and "1 of 2 parts have no map, and are left out" in done.err
+    assert done.code == 1 and "1 of 2 parts are omitted" in done.err
     assert "#piece-2: left out: no map without folds" in done.err
     report = json.loads((drawings / "r.json").read_text())
     assert report["mapped"] == pytest.approx(2 / 3) and [part["target"] for part in report["parts"]] == [

@@ -94,10 +94,10 @@ def test_a_mesh_shows_tiles_by_its_coordinates_or_baked(tile, iccm):
         ("map mesh.obj square.svg --texture tile.png --edge mirror -o o.png", "--edge mirror is for textures"),
         ("map square.svg mesh.obj --texture tile.png --texture-turn 9 -o o.obj", "use --edge repeat, or --bake"),
         ("map square.svg mesh.obj --texture tile.png --edge mirror -o o.obj", "use --edge repeat, or --bake"),
-        ("map square.svg blob.svg --texture-scale 0 -o o.png", "'--texture-scale': a factor must be from"),
+        ("map square.svg blob.svg --texture-scale 0 -o o.png", "'--texture-scale': a factor"),
         ("map square.svg blob.svg --texture-scale 1,2,3 -o o.png", "'--texture-scale': '1,2,3' is not a factor"),
         ("map square.svg blob.svg --texture-offset 1 -o o.png", "'--texture-offset': '1' is not two numbers"),
-        ("map square.svg blob.svg --texture-turn 9 -o o.svg", "--texture-turn: nothing that is written shows"),
+        ("map square.svg blob.svg --texture-turn 9 -o o.svg", "--texture-turn: has no effect"),
         ("map square.svg blob.svg --texture-turn nan -o o.png", "--texture-turn"),
     ],
 )  # fmt: skip

@@ -88,8 +88,8 @@ def test_a_folder_or_an_archive_is_named(home, iccm, monkeypatch):
     before = files(home)
     for wrong, said in (
         (("install", "inkscape", "--to", "a.zip"), "name a folder"),
-        (("install",), "name a program"),
-        (("uninstall",), "name a program"),
+        (("install",), "inkscape or blender"),
+        (("uninstall",), "inkscape or blender"),
         (("install", "gimp"), "'gimp' is not one of"),
         (("install", "inkscape", "--to", "addon.zip/x"), "addon.zip"),
     ):

@@ -77,7 +77,7 @@ def test_a_report_is_not_written_under_the_name_of_something_else(shapes, iccm, 
     ):
         done = iccm(*line, "--report", name)
         assert done.code == 2 and done.lines == [
-            f"error: {name}: a report is JSON; give --report a name that ends in .json"
+            f"error: {name}: the report is JSON; choose a name that ends in .json for --report"
         ]
     assert not (shapes / name).exists()
 

@@ -76,5 +76,5 @@ def test_the_summary_follows_the_figures():
     assert summary_of() == "64×32 · scale within 2× on 12 % · no folds · 1.2 s"
     assert "FOLDS on 64 %" in summary_of(folded=0.639)
     assert "FOLDS on 0.3 %" in summary_of(folded=0.003)
-    assert "not certainly one-to-one" in summary_of(certified=False, share=0.0)
+    assert "not certified one-to-one" in summary_of(certified=False, share=0.0)
     assert "no folds on 97 %" in summary_of(share=0.97)

@@ -9,8 +9,8 @@ from iccm.cli import logs
 from iccm.cli.status import Line
 
 LONG = (
-    "drawings/a-rather-long-name.svg: left out 2 other outlines, the largest 1.5% of this one's area; #id or #2 picks "
-    "another, iccm map --parts all maps each"
+    "drawings/a-rather-long-name.svg: ignored 2 other outlines, the largest with 1.5% of this one's "
+    "area; #id or #2 selects another, --parts all maps all of them"
 )
 
 

@@ -14,7 +14,7 @@ from tests.shapes import arrow, circle, ell, inside, pear, square
 BAD_DOMAINS = {
     "nan": ([0, 1, complex(0, np.nan)], "shape: vertex 2 is not a finite number"),
     "infinite": ([0, np.inf, 1j], "shape: vertex 1 is not a finite number"),
-    "empty": ([], "0 distinct vertices; a domain needs at least 3"),
+    "empty": ([], "0 distinct vertices; at least 3"),
     "point": ([1, 1, 1, 1], "1 distinct vertices"),
     "two": ([0, 1, 1, 0], "2 distinct vertices"),
     "line": ([0, 1, 2, 3], "encloses no area"),

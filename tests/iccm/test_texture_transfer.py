@@ -170,7 +170,7 @@ def test_boxes_are_kept_to():
         ({"kind": "colors"}, "kind"),
         ({"edge": "wrap"}, "edge"),
         ({"encoding": "rec709"}, "encoding"),
-        ({"kind": "normal", "texture": np.zeros((2, 2), np.uint8)}, "normals need 3"),
+        ({"kind": "normal", "texture": np.zeros((2, 2), np.uint8)}, "normal map needs 3"),
         ({"source": [0, 1]}, "source"),
         ({"method": "none"}, "method"),
     ],

@@ -29,7 +29,7 @@ def test_a_transform_takes_what_it_gives(fit):
     assert np.abs(fit.inverted()(w) - z).max() < 1e-6 and np.array_equal(fit.inverted().inverse(z), w)
     assert fit.transform(z[:6].reshape(2, 3)).shape == (2, 3)
     for wrong in ([1.0, 2, 3], np.zeros((4, 3))):
-        with pytest.raises(ValueError, match="points of shape"):
+        with pytest.raises(ValueError, match=r"points: .*shape"):
             fit.transform(wrong)
 
 
@@ -120,7 +120,7 @@ def test_the_figure_of_a_map(balanced, tmp_path):
     titles = [axes.get_title() for axes in figure.axes]
     assert titles[:2] == ["pear", "arrow"] and titles[3:5] == [
         "log10 area scale, relative to its median",
-        "dilatation (1: conformal)",
+        "dilatation (1 = conformal)",
     ]
     (shown,) = figure.axes[2].images
     assert shown.get_array().shape[2] == 4 and len(np.unique(shown.get_array()[..., 0])) > 100

@@ -132,8 +132,11 @@ def test_a_pipe_does_not_hang(tmp_path):
 
 def test_a_mistake_names_the_file_and_not_the_temporary_one(tmp_path):
     out = tmp_path / "picture.png"
-    with pytest.raises(InputError, match=f"^{out}: cannot be written"), files.replacing(out) as temporary:
-        raise InputError(f"{temporary}: cannot be written")
+    with (
+        pytest.raises(InputError, match=f"^{out}: cannot write this file"),
+        files.replacing(out) as temporary,
+    ):
+        raise InputError(f"{temporary}: cannot write this file")
     assert only(tmp_path)
 
 

@@ -53,7 +53,7 @@ def test_a_place_on_a_mesh_where_there_is_none(shapes, iccm, pin):
     place = {"5": "v5"}.get(pin.partition(":")[2], pin.partition(":")[2])
     ran = iccm("map", "square.svg", "blob.svg", "--pin", pin)
     assert ran.code == 2
-    assert ran.lines == [f"error: blob.svg: {place} is a place on a mesh, and this is none; write x,y"]
+    assert ran.lines == [f"error: blob.svg: {place} is a point on a mesh, but this is not a mesh; write x,y"]
 
 
 def test_a_place_may_name_a_vertex_by_its_number():

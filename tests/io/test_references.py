@@ -50,7 +50,9 @@ def test_a_library_outside_of_the_folder_is_not_read(meshes, iccm, name):
     (meshes / "x.obj").write_text(f"mtllib x.mtl\nmtllib {name}\n" + CORNERS + FACES)
     done = iccm("relayout", "x.obj", "new.obj", "-o", "o.obj")
     assert (
-        done.code == 0 and done.err.count("names the material library") == 1 and "--allow-outside" in done.err
+        done.code == 0
+        and done.err.count("refers to the material library") == 1
+        and "--allow-outside" in done.err
     )
     assert not written(meshes) and "newmtl other" not in (meshes / "o.mtl").read_text()
     done = iccm("relayout", "x.obj", "new.obj", "-o", "o.obj", "--force", "--allow-outside")
@@ -63,8 +65,8 @@ def test_a_mesh_whose_only_library_is_outside_is_refused_with_the_reason(meshes,
     done = iccm("relayout", "x.obj", "new.obj", "-o", "o.obj")
     assert (
         done.code == 2
-        and "show no pictures" in done.err
-        and "link.txt, which is not in its folder" in done.err
+        and "have no textures" in done.err
+        and "link.txt, which is outside its folder" in done.err
     )
     assert len(done.err.splitlines()) == 1
 
@@ -74,7 +76,7 @@ def test_a_picture_outside_of_the_folder_is_not_carried(meshes, iccm, name):
     (meshes / "x.mtl").write_text(f"newmtl skin\nmap_Kd {name}\nmap_Ks inner/own.png\n")
     (meshes / "x.obj").write_text("mtllib x.mtl\n" + CORNERS + FACES)
     done = iccm("relayout", "x.obj", "new.obj", "-o", "o.obj")
-    assert done.code == 0 and done.err.count("--allow-outside takes it") == 1 and not written(meshes)
+    assert done.code == 0 and done.err.count("allow this with --allow-outside") == 1 and not written(meshes)
     assert "map_Ks o-ks.png" in (meshes / "o.mtl").read_text().splitlines()
     assert "--allow-outside" in iccm("info", "x.obj").out
     assert "--allow-outside" in iccm("flatten", "x.obj", "-o", "flat.svg", "--force").err

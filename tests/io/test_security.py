@@ -85,7 +85,7 @@ def test_faces_are_counted_without_reading_the_mesh(tmp_path, name):
     path.write_bytes(FACES[name])
     assert mesh_files.open_mesh(path).count_faces(71) == 71
     mesh_files.check_size(path, 71)
-    with pytest.raises(InputError, match="71 faces are more than 70; raise --max-faces"):
+    with pytest.raises(InputError, match="71 faces, more than the limit of 70; raise --max-faces"):
         mesh_files.check_size(path, 70)
 
 
@@ -107,7 +107,7 @@ def test_nonsense_has_no_faces(tmp_path, suffix):
 def test_too_many_faces_from_the_command_line(shapes, iccm):
     (shapes / "a.obj").write_bytes(FACES["a.obj"])
     typed = iccm("map", "square.svg", "a.obj", "--max-faces", "70")
-    assert typed.code == 2 and "71 faces are more than 70" in typed.err
+    assert typed.code == 2 and "71 faces, more than the limit of 70" in typed.err
 
 
 def glb(accessors, views):
@@ -138,4 +138,4 @@ def test_an_accessor_without_data_is_refused_before_memory_is_taken(shapes, iccm
 def test_every_command_obeys_max_faces(shapes, iccm, command):
     (shapes / "a.obj").write_bytes(FACES["a.obj"])
     typed = iccm(command[0], "a.obj", *command[1:], "--max-faces", "70")
-    assert typed.code == 2 and "71 faces are more than 70" in typed.err and len(typed.lines) == 1
+    assert typed.code == 2 and "71 faces, more than the limit of 70" in typed.err and len(typed.lines) == 1

@@ -59,4 +59,4 @@ def test_map_and_flatten_take_the_same_part_and_loop(shapes, iccm):
     assert iccm("map", "square.svg", "g.obj#left#1", *words).code in (0, 1)
     text = (shapes / "o.obj").read_text()
     assert "f 1/1 2/2 3/3" in text and "f 1 3 4" in text
-    assert "no boundary loop 2" in iccm("map", "square.svg", "g.obj#left#2", *words, "--force").err
+    assert "no boundary 2" in iccm("map", "square.svg", "g.obj#left#2", *words, "--force").err

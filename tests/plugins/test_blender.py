@@ -218,9 +218,9 @@ found["same"] = before == coordinates() and len(bpy.data.images) == 1
         "name the file",
         "no face is active",
         "choose a curve object",
-        "choose the picture",
-        "'left' is no angle",
-        "is rendered already",
+        "choose a picture",
+        "'left' is not an angle",
+        "is already the rendered UV map",
         "select faces",
         "/nowhere/python",
     ]
@@ -271,9 +271,9 @@ found["finished"], found["moved"] = list(state), before != coordinates()
 """.replace("DISC", repr(DISC))
     )
     assert found["begun"] == found["waiting"] == ["RUNNING_MODAL"] and found["there"]
-    assert found["text"].startswith("iccm: Fit, ") and found["text"].endswith("Esc cancels")
+    assert found["text"].startswith("iccm: Fit, ") and found["text"].endswith("Esc to cancel")
     assert found["ended"] == ["CANCELLED"] and found["same"]
-    assert found["left"] == [False, False, ["timer", None], ["iccm was cancelled; nothing has changed"]]
+    assert found["left"] == [False, False, ["timer", None], ["iccm was cancelled; the scene is unchanged"]]
     assert found["finished"] == ["FINISHED"] and found["moved"]
 
 

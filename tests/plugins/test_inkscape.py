@@ -231,31 +231,31 @@ def test_all_letters_of_a_word_go_into_the_target(profile):
         sorted({each.get("fill") for each in drawn}) == ["#030", "#031", "#032", "#033"] and len(drawn) == 8
     )
     largest = run(document, profile, "--id=word", "--id=target", "--outline=largest")
-    assert largest[2] == 0 and "3 × shape outside the source, left out" in largest[1]
+    assert largest[2] == 0 and "3 × shape outside the source, omitted" in largest[1]
 
 
 def test_what_is_left_out_is_said_beside_the_result(profile):
     aside = '<circle cx="20" cy="120" r="5"/>'
     document = plain([]).replace('<g id="art">', f'<g id="art">{aside}')
     made, said, code = run(document, profile, "--id=art", "--id=target", "--outline=largest")
-    assert code == 0 and "1 × shape outside the source, left out" in said
+    assert code == 0 and "1 × shape outside the source, omitted" in said
     assert len(eyes(made)) == 1
 
 
 @pytest.mark.parametrize(
     ("arguments", "marks", "said"),
     [
-        (["--id=art"], [], "Select the artwork, then with Shift"),
+        (["--id=art"], [], "Select the artwork, then Shift-click"),
         (
             ["--id=art", "--id=target"],
             [mark("pin-a", 30, 30, 1)],
             "pin-a is drawn 1 times; draw it once on the artwork",
         ),
         (["--id=art", "--id=target"], [mark("pin-a", 30, 30, 1), mark("pin-a", 5, 120, 2)], "pin"),
-        (["--id=art", "--id=target", "--turn=left"], [], "'left' is no angle in degrees"),
+        (["--id=art", "--id=target", "--turn=left"], [], "'left' is not an angle"),
         (["--id=art", "--job=deform"], [], "There are no pins."),
         (["--id=line", "--id=target"], [], "the artwork"),
-        (["--id=line", "--id=target", "--result=picture"], [], "What is selected has no area."),
+        (["--id=line", "--id=target", "--result=picture"], [], "The selected objects have no area."),
     ],
 )
 def test_what_cannot_be_done_is_said_and_nothing_changes(profile, arguments, marks, said):

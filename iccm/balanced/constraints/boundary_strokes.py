@@ -81,18 +81,21 @@ def _along(domains: tuple[Curve, ...], drawn: DrawnStroke, beside: Sequence[bool
     k = drawn.number
     if len(domains) < 2:
         raise ConstraintError(
-            f"stroke {k + 1}: it runs along the outline, which is free to move; draw it inside", strokes=[k]
+            f"stroke {k + 1}: runs along the outline, which is free to move in a deformation; draw the "
+            "stroke inside the shape",
+            strokes=[k],
         )
     if not all(beside):
         here, there = NAMES if beside[0] else NAMES[::-1]
         raise ConstraintError(
-            f"stroke {k + 1}: its {here} runs along the outline and its {there} does not; "
-            "a one-to-one map takes outline to outline",
+            f"stroke {k + 1}: runs along the outline in the {here} but not in the {there}; draw both "
+            "along the outline or both inside, since the map takes outline to outline",
             strokes=[k],
         )
     if len({_goes_round(*pair) for pair in zip(domains, drawn.curves)}) > 1:
         raise ConstraintError(
-            f"stroke {k + 1}: it runs the other way around the outline in the target; turn it round",
+            f"stroke {k + 1}: runs along the outlines in opposite directions; reverse it in the source or "
+            "in the target",
             strokes=[k],
         )
     ends = [Curve(c.nearest(s.z[[0, -1]]), closed=False) for c, s in zip(domains, drawn.curves)]
@@ -122,14 +125,14 @@ def _snap_ends(domains: tuple[Curve, ...], drawn: DrawnStroke) -> DrawnStroke:
         here, there = at_ends[0, end], at_ends[-1, end]
         if here and not there:
             raise ConstraintError(
-                f"stroke {k + 1}: its source ends on the outline and its target does not; "
-                "a one-to-one map takes outline to outline",
+                f"stroke {k + 1}: ends on the outline in the source but not in the target; end both on "
+                "the outline or both inside, since the map takes outline to outline",
                 strokes=[k],
             )
         if there and not here and drawn.sticks[end]:
             raise ConstraintError(
-                f"stroke {k + 1}: its target ends on the outline and its source does not; "
-                "without a pin there its end may stay inside",
+                f"stroke {k + 1}: ends on the outline in the target but not in the source; end both on "
+                "the outline, or remove the pin at that end",
                 strokes=[k],
             )
     on = bool(at_ends[:, 0].all()), bool(at_ends[:, 1].all())
@@ -152,8 +155,8 @@ def _refuse_touching(curve: Curve, stroke: Curve, on_outline: tuple[bool, bool],
             bad &= from_end > BESIDE_END * unit
     if bad.any():
         raise ConstraintError(
-            f"stroke {k + 1}: its {NAMES[side]} leaves the shape or touches its outline, other than at an end; "
-            "keep it inside, or part it there",
+            f"stroke {k + 1}: leaves the shape or touches its outline between its ends, in the "
+            f"{NAMES[side]}; keep it inside, or split it there",
             strokes=[k],
         )
 
@@ -211,8 +214,8 @@ def refuse_other_sides(
             drawn = [] if is_pin else [others[k - len(pins)].number]
             told = f"pin {pin[0] + 1}" if is_pin else f"stroke {drawn[0] + 1}"
             raise ConstraintError(
-                f"{told}: it lies on the one side of stroke {stroke.number + 1} in the source, on the other in the "
-                "target; that stroke parts the shape",
+                f"{told}: lies on different sides of stroke {stroke.number + 1} in the source and in the "
+                "target; that stroke divides the shape, so move one of the two points",
                 pin,
                 [*drawn, stroke.number],
             )

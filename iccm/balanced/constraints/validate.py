@@ -96,14 +96,16 @@ def check(
     for k in np.flatnonzero(outer[:, 0] != outer[:, 1]):
         there, here = ("source", "target") if outer[k, 0] else ("target", "source")
         raise ConstraintError(
-            f"pin {numbers[k] + 1}: its {there} is on the outline and its {here} is not; "
-            "a one-to-one map takes outline to outline",
+            f"pin {numbers[k] + 1}: is on the outline in the {there} but not in the {here}; place both "
+            "points on the outline or both inside, since the map takes outline to outline",
             [numbers[k]],
         )
     outer = outer[:, 0]
     near = np.flatnonzero(~outer & (distances.min(axis=1) < NEAR_OUTLINE))
     notes = tuple(
-        f"Pin {numbers[k] + 1} is very close to the outline: what lies between is stretched." for k in near
+        f"Pin {numbers[k] + 1} is very close to the outline: the picture is stretched in between. Move "
+        "the pin away from the outline or onto it."
+        for k in near
     )
     inner, along = separate(domains, strokes, ends)
     drawn = check_strokes(domains, inner, pins, numbers)
@@ -184,24 +186,27 @@ def check_strokes(
             ends = stroke.curves[side].z[[0, -1]]
             if abs(ends[1] - ends[0]) < ON_OUTLINE * unit:
                 raise ConstraintError(
-                    f"stroke {k + 1}: its {name} is closed; open it, or draw two that leave a gap",
+                    f"stroke {k + 1}: is closed in the {name}; open it, or draw two strokes with a gap between them",
                     strokes=[k],
                 )
             if not line.is_simple:
-                raise ConstraintError(f"stroke {k + 1}: its {name} crosses or touches itself", strokes=[k])
+                raise ConstraintError(
+                    f"stroke {k + 1}: crosses or touches itself in the {name}; remove the crossing",
+                    strokes=[k],
+                )
             for other, before in zip(lines, strokes):
                 if before is stroke:
                     break
                 if line.distance(other) < ON_OUTLINE * unit:
                     j = before.number
                     raise ConstraintError(
-                        f"strokes {j + 1} and {k + 1}: they cross or touch in the {name}; leave a gap",
+                        f"strokes {j + 1} and {k + 1}: cross or touch in the {name}; leave a gap between them",
                         strokes=[j, k],
                     )
             for z, number in zip(pins[:, side], numbers):
                 if line.distance(shapely.Point(z.real, z.imag)) < ON_OUTLINE * unit:
                     raise ConstraintError(
-                        f"pin {number + 1} and stroke {k + 1}: they touch in the {name}; drop one",
+                        f"pin {number + 1} and stroke {k + 1}: touch in the {name}; move or remove one of them",
                         [number],
                         [k],
                     )
@@ -229,12 +234,13 @@ def _without_repeats(pins: Complex, unit: float, image_unit: float | None) -> tu
             continue
         if same:
             raise ConstraintError(
-                f"pins {same[0] + 1} and {k + 1}: the same point of the source is to go to two places",
+                f"pins {same[0] + 1} and {k + 1}: the same source point has two targets; remove one of the pins",
                 [same[0], k],
             )
         if same_goal and image_unit is not None:
             raise ConstraintError(
-                f"pins {same_goal[0] + 1} and {k + 1}: two points of the source are to go to one place",
+                f"pins {same_goal[0] + 1} and {k + 1}: two source points have the same target; move one "
+                "of the targets",
                 [same_goal[0], k],
             )
         keep.append(k)
@@ -308,7 +314,7 @@ class OutlinePoints:
             alone = all(self.pins[wrong] >= 0)
             told = ", ".join(str(self.pins[k] + 1) if alone else self.name(k) for k in wrong)
             raise self.refused(
-                f"pins on the outline out of order: {told}; a one-to-one map keeps the order around the outline",
+                f"pins on the outline out of order: {told}; put them in the same order around both outlines",
                 wrong,
             )
         return np.column_stack([source.at(s), target.at(tau)])[order]
@@ -324,7 +330,8 @@ class OutlinePoints:
                 if same or same_goal:
                     told = f"{self.name(j)} and {self.name(k)}"
                     raise self.refused(
-                        f"{told}: one place on the outline of the {NAMES[int(same_goal)]} and two on the other",
+                        f"{told}: at the same place on the outline of the {NAMES[int(same_goal)]}, but at "
+                        "different places on the other outline; move or remove one of them",
                         [j, k],
                     )
             else:

@@ -83,13 +83,18 @@ def named_partners(
         if (i < 0) != (j < 0):
             inside, out = ("source", "target") if i >= 0 else ("target", "source")
             raise InputError(
-                f"pin {k + 1}: its {inside} is in a hole and its {out} is not; in holes of both it says that they go "
-                "together"
+                f"pin {k + 1}: is in a hole in the {inside} but not in the {out}; place both points in "
+                "holes to pair these holes, or both outside of holes"
             )
         if i >= 0 and partners.setdefault(i, j) != j:
-            raise InputError(f"pin {k + 1}: its hole already has another partner")
+            raise InputError(
+                f"pin {k + 1}: pairs a hole that another pin pairs with a different hole; "
+                "remove one of the two pins"
+            )
     if len(set(partners.values())) < len(partners):
-        raise InputError("two holes of the source are to go to one of the target")
+        raise InputError(
+            "pins: two holes of the source are paired with the same hole of the target; move one of the pins"
+        )
     rest = np.flatnonzero(own[0] < 0)
     for k, (outer, side) in enumerate(zip((source, target), holes.sides)):
         _refuse_touching(
@@ -123,10 +128,14 @@ def _refuse_touching(
         ring = hole.polygon
         for k in rest:
             if ring.distance(shapely.Point(z[k].real, z[k].imag)) < near:
-                raise InputError(f"pin {k + 1}: its {name} is on the outline of a hole; move it off")
+                raise InputError(
+                    f"pin {k + 1}: is on the outline of a hole in the {name}; move it off the outline"
+                )
         for k, stroke in enumerate(strokes):
             if ring.distance(shapely.LineString(xy_of(stroke.z))) < near:
-                raise InputError(f"stroke {k + 1}: its {name} touches or crosses a hole; lead it around")
+                raise InputError(
+                    f"stroke {k + 1}: touches or crosses a hole in the {name}; draw it around the hole"
+                )
 
 
 def open_holes(
@@ -146,8 +155,8 @@ def open_holes(
     filled = len(holes) - len(kept)
     if not filled:
         return tuple(kept), []
-    which = "A hole holds" if filled == 1 else f"{filled} holes hold"
-    return tuple(kept), [f"{which} pins or strokes: the shape is moved as if filled there."]
+    which = "A hole contains" if filled == 1 else f"{filled} holes contain"
+    return tuple(kept), [f"{which} pins or strokes: the shape is deformed as if it were filled there."]
 
 
 def unequal(holes: Holes) -> list[str]:

@@ -104,17 +104,17 @@ def triangulate(
     faces, across = np.empty((2 * room, 3), np.int64), np.full((2 * room, 3), -1)
     triangles = clip_ears(z[:border], faces, across)
     if triangles < 0 or not triangle_areas(z[faces[:triangles]]).min() > 0:
-        raise Stuck("the outline is too thin to be triangulated in double precision")
+        raise Stuck("the outline is too thin to be triangulated in double precision; make it wider")
     stack = np.zeros(8 * room, np.int64)
     if inside.size:
         triangles = _insert(z, border, given, faces, across, triangles, all_links, stack, stack.size)
     if triangles < 0:
-        raise Stuck("a stroke, or the outline of a hole, cannot be kept by the mesh")
+        raise Stuck("the mesh cannot follow a stroke or the outline of a hole; move it away from the outline")
     if rims:
         last = border + rims
         triangles = _remove_holes(faces, across, triangles, border, last, all_links, given, stack, stack.size)
         if not triangles:
-            raise Stuck("the outline of a hole crosses another")
+            raise Stuck("the outline of a hole crosses another outline; remove the crossing")
     count, areas = np.array([triangles]), np.ascontiguousarray(sizes.areas, np.float64)
     vertices = _refine(
         z, given, room, faces, across, count, all_links, stack, stack.size,

@@ -163,7 +163,7 @@ def boundary_pairs(
     s, tau, kind = _merge_corners(s, tau, kind, source.length, target.length, MERGED * spacing)
     ds, dt = _gaps(s, source.length), _gaps(tau, target.length)
     if min(ds.min() / source.length, dt.min() / target.length) < 1e-10:
-        raise Stuck("two corners of the outlines fall on the same place")
+        raise Stuck("two corners of the outlines coincide")
     own, share = subdivide(np.maximum(ds, dt), spacing)
     is_corner = share == 0
     return Pairs(

@@ -37,7 +37,7 @@ def split_at_vertices(state: DiscreteMap) -> DiscreteMap:
     u[: old.size] = boundary.images()
     faces, parents = _bisect(place[state.faces], boundary.slices, old)
     if folds(faces, z):
-        raise Stuck("a kink of the source's outline lies beyond the triangle beside it")
+        raise Stuck("a corner of the source's outline lies outside the adjacent triangle")
     split = replace(
         state,
         faces=faces,
@@ -143,7 +143,7 @@ def _merge(pairs: Pairs, number: Index, loop: MatchedLoop) -> tuple[Pairs, Index
     kept[first + 1] = False
     s, tau = s[kept], tau[kept]
     if not (np.diff(s, append=s[0] + length) > 0).all() or not (np.diff(tau, append=tau[0] + goal) > 0).all():
-        raise Stuck("two vertices of the outlines fall on the same place")
+        raise Stuck("two vertices of the outlines coincide")
     return Pairs(s, tau, at_source[kept], at_target[kept]), number[kept]
 
 

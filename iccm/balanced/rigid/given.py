@@ -72,12 +72,12 @@ def regions_of(
     shapes = [shapely.Polygon(xy_of(z)) for z in given]
     for k, shape in enumerate(shapes):
         if not shape.intersects(domain):
-            raise InputError(f"rigid region {k + 1}: is outside the source shape; draw it inside")
+            raise InputError(f"rigid region {k + 1}: lies outside the source shape; draw it inside")
     whole = shapely.union_all(shapes)
     for k, pair in enumerate(strokes):
         if whole.intersects(shapely.LineString(xy_of(pair[0].z))):
             raise InputError(
-                f"stroke {k + 1}: runs through a rigid region; end it before, or pin the region instead"
+                f"stroke {k + 1}: runs through a rigid region; end it outside the region, or pin the region instead"
             )
     near = shapely.points(pins[:, 0].real, pins[:, 0].imag)
     near = near[whole.dwithin(near, detail)] if near.size else near
@@ -88,16 +88,19 @@ def regions_of(
         part for part in _parts(shapely.union_all(parts).intersection(room)) if part.area > LEAST * unit**2
     ]
     if not kept:
-        raise InputError("rigid: nothing of it is inside the source shape and large enough to be kept")
+        raise InputError(
+            "rigid: no part of the region lies inside the source shape and is large enough; "
+            "draw it larger, inside the shape"
+        )
     if len(kept) > MOST:
-        raise InputError(f"rigid: {len(kept)} regions; at most {MOST} can be kept")
+        raise InputError(f"rigid: {len(kept)} regions are given, at most {MOST} are possible; remove some")
     notes = []
     inside = whole.intersection(domain).area
     share = shapely.union_all(kept).intersection(whole).area / inside
     if 1 - share > LOST:
         notes.append(
-            "A rigid region reaches the outline, which slides: it is rigid up to 1 % of the shape's size from "
-            f"there, on {share:.0%} of it."
+            "A rigid region touches the outline, which slides: the region is rigid only beyond 1 % of "
+            f"the shape's size from the outline, on {share:.0%} of its area."
         )
     ordered = [shapely.geometry.polygon.orient(part) for part in kept]
     rings = [(part.exterior, *part.interiors) for part in ordered]
@@ -133,7 +136,8 @@ def aims_by(count: int, own: Index, pins: Complex, size: float) -> tuple[Complex
         off = np.abs(found(here) - there).max() / (abs(found.factor) * np.abs(here - here.mean()).max())
         if off > SAME:
             raise InputError(
-                f"rigid region {k + 1}: its {here.size} pins are moved by no similarity; leave two of them, or one"
+                f"rigid region {k + 1}: no similarity moves its {here.size} pins to their targets; keep "
+                "at most two of them"
             )
         aims[k], said[k] = found.factor, True
     return aims, said, held

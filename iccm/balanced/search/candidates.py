@@ -68,7 +68,7 @@ def best_of(level: Level, states: list[DiscreteMap]) -> DiscreteMap:
     if not settled:
         if deadline.ends_search():
             return states[0]
-        raise Stuck("no start")
+        raise Stuck("no starting map")
     settled.sort(key=lambda s: s.value)
     most = FINALISTS * level.problem.starts
     finalists = [state for state in settled[:most] if state.value <= CLOSE * settled[0].value]
@@ -86,7 +86,7 @@ def settle(level: Level, state: DiscreteMap, rounds: int) -> DiscreteMap:
         state = remesh(level, state)
     state = state.alternated(1.0, rounds, BACKWARD)
     if not np.isfinite(state.value):
-        raise Stuck("no map without folds was found for this correspondence of the outlines")
+        raise Stuck("found no map without folds for this correspondence of the outlines")
     return state
 
 

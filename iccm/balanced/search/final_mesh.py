@@ -25,9 +25,14 @@ from .unit_problem import UnitProblem
 FINE_EXACTNESS = (2e-4, 6e-4)  # with 1e-3 limbs fold on the last mesh, with 3e-4 no map is better
 STEEPEST_FINE = 20.0  # slope of a match, relative to the mean, that a mesh follows
 TRIANGLES_PER_AREA = 4.6  # number of triangles times h²: measured, outline and grading included
-FINEST_FOLDS = "The finest mesh folds: the outlines are followed as closely as the one before allows."
+FINEST_FOLDS = (
+    "The map folds on the finest mesh, so the result uses the next coarser one and follows "
+    "the outlines less closely."
+)
 LAST_ROUNDS = 4  # of such steps; later ones where a squeezed triangle widens slowly
-UNSETTLED = "The map had not settled on its last mesh: its stretch could be smaller."
+UNSETTLED = (
+    "The map had not converged on its last mesh: a longer search could stretch the picture less (effort)."
+)
 BOUND_ROUNDS = 40  # of weighing what exceeds bounds
 BOUND_AIM = 0.99  # of a bound, that is aimed at: it is approached from above
 KNOTTED = 1.1  # times the energy on the mesh before: a finer one, with all kinks, changes a few per cent

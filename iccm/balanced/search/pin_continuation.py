@@ -37,7 +37,7 @@ KEPT = 3  # starts, best with pins met, that are settled
 TURNED_STARTS = 3  # elastic ones, at the turn that fits the pins best
 BESIDE = 0.5  # share of even goals in those of strokes whose ends slide
 STRONG = 3.0  # times the energy without pins from which they force strong stretch
-STRETCHED = "The pins force strong stretch: the energy is over three times that without them."
+STRETCHED = "The pins stretch the picture strongly: the energy is more than three times that without pins."
 RELEASES = 2  # rounds of released corners with pins held
 
 
@@ -154,7 +154,7 @@ def refine_pinned(level: Level, state: DiscreteMap, sizes: Sizes | None = None) 
         new = refine(level, relaxed, sizes)
     new = satisfy_constraints(replace(new, inside=new.inside.with_pins_of(state.inside)))
     if new.miss > 0:
-        raise Stuck("the constraints are not met on a new mesh")
+        raise Stuck("the constraints are not met on the new mesh")
     return new
 
 
@@ -165,7 +165,7 @@ def unfold_pinned(fine: DiscreteMap) -> DiscreteMap:
         Stuck: that would take long, or does not work.
     """
     if folds(fine.faces, fine.u) > FEW_FOLDS:
-        raise Stuck("too many folds beside what is constrained")
+        raise Stuck("too many folds next to the constraints")
     return fine.unfolded(harmonic=False, steps=HELD_STEPS)
 
 
@@ -188,7 +188,7 @@ def coarse(level: Level, matches: list[Match], journal: SolveLog) -> DiscreteMap
     matches = matches + pin_aligned_matches(level, level.problem.all_pins)
     states, free = screen(level, matches)
     if not states:
-        raise Stuck("no start")
+        raise Stuck("no starting map")
     met = [state for state in states if state.miss == 0]
     if met:
         best = min((settle_pinned(level, s) for s in met), key=lambda s: s.value)

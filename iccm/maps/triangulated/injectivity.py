@@ -49,7 +49,7 @@ def _counts(folded: int, bent: int, late: int) -> list[tuple[int, str]]:
     return [
         (folded, "triangles are folded"),
         (bent, "patches may be folded"),
-        (late, "edges of the outline turn back"),
+        (late, "edges of the outline are reversed"),
     ]
 
 

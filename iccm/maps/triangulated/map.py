@@ -188,7 +188,7 @@ class TriangulatedMap:
         """
         for a, b, _ in (source, image):
             if not abs(a) > abs(b):
-                raise ValueError(f"coordinates {a} z + {b} conj(z) turn the plane over")
+                raise ValueError(f"coordinates: {a} z + {b} conj(z) reverses the plane's orientation")
         (a, b, c), (d, e, f) = source, image
         z = a * self.source + b * self.source.conj() + c
         w = d * self.image + e * self.image.conj() + f

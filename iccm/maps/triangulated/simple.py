@@ -17,11 +17,11 @@ def fault(loops: list[Complex]) -> str:
     if any(loop.size < 3 for loop in loops) or _touching(loops):
         return "crosses or touches itself"
     if _turn(loops[0]) <= 0 or any(_turn(hole) >= 0 for hole in loops[1:]):
-        return "turns the wrong way"
+        return "has the wrong orientation"
     for i, hole in enumerate(loops[1:], 1):
         around = [_surrounds(loop, hole[0]) for k, loop in enumerate(loops) if k != i]
         if not around[0] or any(around[1:]):
-            return "has a hole outside of it or in another hole"
+            return "has a hole outside it or inside another hole"
     return ""
 
 

@@ -112,7 +112,7 @@ export function actionsOf({editor, link, panes, hello, report, setPen}) {
         const entry = kind === 'strokes' ? scene.strokes[number] : scene.pins[number];
         if (!entry) return;
         if (editor.isLocked(entry)) {
-          report('It is locked: press L on it, or Lock in the list, to move or remove it.', true);
+          report('This pin is locked: unlock it with L, or in the list, to move or remove it.', true);
           return;
         }
         if (kind === 'strokes') removeFromStroke(scene.strokes, number, whole ? null : point ?? null);
@@ -139,7 +139,7 @@ export function actionsOf({editor, link, panes, hello, report, setPen}) {
         return;
       }
       if (typed.length !== count && !(hello.deforming && typed.length === count + 1)) {
-        report('write as many numbers as before', true);
+        report('Enter as many numbers as before.', true);
         return;
       }
       pin.source = typed.slice(0, split);

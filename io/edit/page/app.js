@@ -183,8 +183,8 @@ function showMap(message, floats) {
   if (message.kind === 'full') showNotes([...page.hello.notes, ...(message.figures.notes ?? [])]);
   showOtherMap(message.other ?? '');
   if (message.command) byId('command').textContent = message.command;
-  const further = message.other === 'fresh' ? ' From scratch another one is found.' : '';
-  const sentence = failed ? `${message.message}. The map is the last good one.` : message.message + further;
+  const further = message.other === 'fresh' ? ' A computation from scratch finds another map.' : '';
+  const sentence = failed ? `${message.message}. The last valid map is shown.` : message.message + further;
   report(sentence, !message.ok);
   refresh();
 }
@@ -194,7 +194,7 @@ function showOtherMap(way) {
   const element = button('other');
   element.hidden = !way;
   element.dataset.way = way;
-  element.textContent = way === 'kept' ? 'Back to the one gone on from' : 'Show the map from scratch';
+  element.textContent = way === 'kept' ? 'Back to the continued map' : 'Show the map computed from scratch';
 }
 
 /** Show the state of the editor in both halves, in the list and in the controls. */

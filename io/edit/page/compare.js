@@ -34,10 +34,10 @@ export class Comparison {
   swap() {
     const present = JSON.stringify(this.#editor.scene);
     if (this.#kept === '') {
-      button('ab').textContent = 'A kept';
+      button('ab').textContent = 'A stored';
     } else {
       this.#letter = this.#letter === 'A' ? 'B' : 'A';
-      button('ab').textContent = `Seen: ${this.#letter}`;
+      button('ab').textContent = `Showing ${this.#letter}`;
       this.#editor.scene = JSON.parse(this.#kept);
       this.#editor.commit();
     }

@@ -10,11 +10,11 @@ import {report} from './status.js';
 
 /** @type {Record<string, string>} */
 const FIT_HINTS = {
-  auto: 'without pins the cheapest of the others; with pins the outlines, or the tightest frames around all parts',
-  frame: 'gaps between parts, and bays, are closed as far as that costs less',
-  whole: 'every outline onto its partner’s, limbs and bays as well',
-  contain: 'bays of the source open where the target has none; the map follows when you let go',
-  cover: 'what the target has no room for is left out; the map follows when you let go',
+  auto: 'without pins the cheapest of the others; with pins whole outlines, or the tightest frames around all parts',
+  frame: 'gaps between parts, and concavities, are closed where that costs less',
+  whole: 'whole outlines, including protrusions and concavities',
+  contain: 'concavities of the source open where the target has none; the map follows when you release the pin',
+  cover: 'parts of the source without room in the target are hidden; the map follows when you release the pin',
 };
 
 /**
@@ -86,7 +86,7 @@ function listenToSuggestions(editor, link, actions) {
     }
     editor.suggested = answer.pins ?? [];
     const count = editor.suggested.length;
-    report(count ? `${count} suggested: click those you want.` : 'No corners or names that both drawings have.');
+    report(count ? `${count} suggested: click those you want.` : 'The drawings have no corners or names in common.');
     editor.changed();
   };
   button('accept').onclick = () => actions.accept(...editor.suggested.keys());

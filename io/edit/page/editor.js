@@ -5,7 +5,7 @@ import {contentOf} from './history.js';
 /** @import {History} from './history.js' */
 /** @import {MapMessage, Pin, Region, Scene, Stroke, Wrong} from './types.d.ts' */
 
-const REST = 250;  // milliseconds after which what is held still is solved for as if it were let go of
+const REST = 250;  // milliseconds without movement after which a drag is solved as if the pin were released
 
 export class Editor {
   /** @type {Scene} */

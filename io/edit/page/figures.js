@@ -29,23 +29,23 @@ export function figureRows(figures) {
   const {stretch, dilatation, scale, boundary, injective, turn} = figures;
   /** @type {[string, string, string | null][]} */
   const rows = [
-    ['stretch', 'half, 95 %, largest', stretch ? together([stretch.p50, stretch.p95, stretch.max]) : null],
-    ['dilatation', 'half, 95 %, largest', dilatation ? together([dilatation.median, dilatation.p95, dilatation.max]) : null],
+    ['stretch', 'median, 95 %, largest', stretch ? together([stretch.p50, stretch.p95, stretch.max]) : null],
+    ['dilatation', 'median, 95 %, largest', dilatation ? together([dilatation.median, dilatation.p95, dilatation.max]) : null],
     ['scale', 'within a factor of 2', scale ? percent(scale.within2) : null],
-    ['turn', 'counter-clockwise', turn === undefined ? null : `${turn.toFixed(1)}°`],
-    ['outline', 'off, of the diagonal', boundary ? boundary.hausdorff.toExponential(1) : null],
+    ['rotation', 'counter-clockwise', turn === undefined ? null : `${turn.toFixed(1)}°`],
+    ['outline', 'largest distance, relative to the diagonal', boundary ? boundary.hausdorff.toExponential(1) : null],
     ['one-to-one', 'certified share', injective ? certificate(injective) : null],
   ];
   if (figures.shown !== undefined && figures.covered !== undefined) {
     rows.push(['shown', 'of the source', percent(figures.shown)], ['covered', 'of the target', percent(figures.covered)]);
   } else if (figures.left_out !== undefined && figures.uncovered !== undefined) {
     rows.push(
-      ['left out', 'of the source', percent(figures.left_out)],
-      ['uncovered', 'of the target', percent(figures.uncovered)],
+      ['hidden', 'of the source', percent(figures.left_out)],
+      ['bare', 'of the target', percent(figures.uncovered)],
     );
   }
   (figures.regions ?? []).forEach((region, k) => rows.push([
-    `rigid ${k + 1}`, 'dilatation of 95 % of it, and its size by the mean scale',
+    `rigid ${k + 1}`, 'dilatation on 95 % of it, and its size relative to the mean scale',
     `${region.dilatation.toFixed(3)}   × ${rounded(region.scale)}`,
   ]));
   return rows;

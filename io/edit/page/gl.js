@@ -51,7 +51,7 @@ export class Painter {
    */
   constructor(canvas, shape) {
     const gl = canvas.getContext('webgl2', {antialias: true, stencil: true, premultipliedAlpha: true});
-    if (!gl) throw new Error('This browser, or its graphics, has no WebGL 2.');
+    if (!gl) throw new Error('This browser or its graphics card does not support WebGL 2.');
     this.#gl = gl;
     this.#shape = shape;
     /** @type {number} pixels of a side of a texture */

@@ -228,7 +228,7 @@ function handlesOf(pane) {
     handles.push({
       key: `turn ${k}`, class: 'turn', item: {kind: 'pins', number: k}, place: pin.target, pixel: pane.armEnd(pin),
       text: free ? '' : `${pin.turn}°`,
-      name: `turn of pin ${pin.name || k + 1}: ${free ? 'free' : `${pin.turn} degrees`}`, hue: pinHue(k),
+      name: `rotation of pin ${pin.name || k + 1}: ${free ? 'free' : `${pin.turn} degrees`}`, hue: pinHue(k),
     });
   });
   scene.suggested.forEach((pin, k) => {

@@ -101,14 +101,14 @@ export class History {
  * @param {Scene} after
  */
 export function describeChange(before, after) {
-  if (!before) return 'as it began';
+  if (!before) return 'initial state';
   return countChange('pin', 'placed', before.pins, after.pins)
     ?? countChange('stroke', 'drawn', before.strokes, after.strokes)
     ?? countChange('rigid region', 'drawn', before.rigid, after.rigid)
     ?? valueChange(before, after)
     ?? entryChange('pin', before.pins, after.pins)
     ?? entryChange('stroke', before.strokes, after.strokes)
-    ?? 'as before';
+    ?? 'no change';
 }
 
 /**
@@ -129,7 +129,7 @@ function countChange(word, made, before, after) {
  */
 function valueChange(before, after) {
   if (before.balance !== after.balance) return `balance ${after.balance}`;
-  if (before.turn !== after.turn) return `turn ${after.turn}`;
+  if (before.turn !== after.turn) return `rotation ${after.turn}`;
   if (before.fit !== after.fit) return `fit ${after.fit}`;
   return null;
 }
@@ -146,7 +146,7 @@ function entryChange(word, before, after) {
   const number = changed[0], was = before[number], is = after[number];
   if (is.name !== was.name) return `${word} ${number + 1} named`;
   const turned = 'turn' in is && 'turn' in was && is.turn !== was.turn;
-  return `${word} ${number + 1} ${turned ? 'turned' : 'moved'}`;
+  return `${word} ${number + 1} ${turned ? 'rotated' : 'moved'}`;
 }
 
 /**

@@ -43,10 +43,10 @@ export class Link {
       for (const answer of this.#questions.values()) answer({error: 'the connection was lost'});
       this.#questions.clear();
       if (event.code === TAKEN) {
-        this.#end('This pair is being edited in another tab.');
+        this.#end('These shapes are being edited in another tab.');
         return;
       }
-      if (tries === 0) this.#end('iccm has ended. Start it again by the same command: this page goes on then.');
+      if (tries === 0) this.#end('iccm has ended. Run the same command again to continue on this page.');
       setTimeout(() => { this.#socket = this.#open(tries - 1); }, tries > 0 ? PAUSE : PAUSE_AFTER);
     };
     return socket;

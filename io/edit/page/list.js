@@ -65,7 +65,7 @@ function emptyRow() {
   }
   const lock = document.createElement('button'), remove = document.createElement('button');
   lock.textContent = 'Lock';
-  lock.title = 'It stays where it is (L)';
+  lock.title = 'Keep this pin at its position (L)';
   remove.textContent = '×';
   row.append(document.createElement('span'), name, place, lock, remove);
   return row;
@@ -132,7 +132,7 @@ function showEntry(row, word, item, name, text, wrong, actions) {
   row.name.setAttribute('aria-label', `name of ${word} ${number}`);
   row.name.onchange = () => actions.rename(item, row.name.value.trim());
   if (document.activeElement !== row.place) row.place.value = text;
-  row.place.setAttribute('aria-label', `places of ${word} ${number}`);
+  row.place.setAttribute('aria-label', `coordinates of ${word} ${number}`);
   row.place.onblur = () => { row.place.value = text; };
   row.remove.setAttribute('aria-label', `remove ${word} ${name || number}`);
   row.remove.onclick = () => actions.remove(item, true);
@@ -161,7 +161,7 @@ function showRegion(row, region, figures, number, actions) {
   row.place.readOnly = true;
   row.place.onchange = null;
   row.place.onblur = null;
-  row.place.setAttribute('aria-label', `what rigid region ${number + 1} is`);
+  row.place.setAttribute('aria-label', `contents of rigid region ${number + 1}`);
   row.lock.hidden = true;
   row.remove.setAttribute('aria-label', `remove rigid region ${number + 1}`);
   row.remove.onclick = () => actions.remove({kind: 'rigid', number}, true);

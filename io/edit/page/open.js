@@ -8,7 +8,7 @@ import {button, byId, dialog} from './dom.js';
 
 const SVG = 'http://www.w3.org/2000/svg';
 const NO_FILE = {
-  source: 'none yet', target: 'none: the source is deformed by its pins', texture: 'none: a grid, or a mesh’s own',
+  source: 'none yet', target: 'none: pins deform the source', texture: 'none: a grid, or the mesh’s own texture',
 };
 /** @type {Role[]} */
 const ROLES = ['source', 'target', 'texture'];

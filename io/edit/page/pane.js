@@ -13,7 +13,7 @@ import {View} from './view.js';
 
 const OUTLINE_REACH = 8;     // pixels: a click as near to the outline places a pin on it
 const ON_OUTLINE = 1e-3;     // of the shape: pins as near to the outline are those of it, as for the server
-const VERTEX_REACH = 4;      // pixels: a pin that is let go of as near to a vertex of a mesh is on it
+const VERTEX_REACH = 4;      // pixels: a pin released this close to a vertex of a mesh is placed on it
 const HURRIED_SHARE = 0.5;   // of the pixels of a side, while the map follows without a graphics card
 const ORBIT = 0.008;         // radians that a pixel rotates a mesh
 const ARM_LENGTH = 34;       // pixels from a pin to the handle that rotates it
@@ -294,7 +294,7 @@ export class Pane {
    * Drag a pin, or a point of a stroke, to a pixel.
    * @param {Item} item
    * @param {Point} pixel
-   * @param {{last?: boolean, attracted?: boolean}} [how] whether it is let go of there, and whether others attract it
+   * @param {{last?: boolean, attracted?: boolean}} [how] whether it is released there, and whether others attract it
    * @returns {Point | null} the pixel where it is then, null where it cannot be
    */
   drag(item, pixel, {last = false, attracted = false} = {}) {

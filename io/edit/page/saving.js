@@ -54,7 +54,7 @@ export class Saving {
     };
     button('copy').onclick = async () => {
       await navigator.clipboard.writeText(byId('command').textContent ?? '');
-      report(this.#editor.dirty ? 'Copied. It reads what Save writes: save first.' : 'Copied.');
+      report(this.#editor.dirty ? 'Copied. The command reads the saved pins and strokes: save first.' : 'Copied.');
     };
     addEventListener('beforeunload', (event) => {
       if (this.#editor.dirty) event.preventDefault();

@@ -36,11 +36,11 @@ def of(job: Job, inputs: Inputs) -> list[Output]:
     """
     onto_mesh = job.target is not None and inputs.is_mesh(job.target)
     if job.bake and not onto_mesh:
-        raise InputError(f"{job.target or job.source}: --bake needs a mesh as target")
+        raise InputError(f"{job.target or job.source}: --bake needs a mesh as the target")
     found = [_load(_kind(name, job), name) for name in job.output]
     if job.subdivide_rim and not any(formats.of(name).mesh for name in job.output):
         able = ", ".join(formats.holding("uv"))
-        raise InputError(f"--subdivide-rim: needs a mesh as output; name one with -o FILE ({able})")
+        raise InputError(f"--subdivide-rim: only affects meshes; write one with -o FILE ({able})")
     for output, map in zip((each for each in found if is_picture(each.name)), job.maps):
         output.map = map
     found += [_load("plot.Plot", job.plot)] if job.plot else []
@@ -71,9 +71,11 @@ def check(run: Run, wanted: list[Output]) -> list[Output]:
     if run.job.texture:
         checks.texture(run)
         if not any(output.shows for output in outputs):
-            run.note(f"{run.job.texture}: nothing that is written shows it; a picture (-o FILE.png) does")
+            run.note(
+                f"{run.job.texture}: none of the outputs shows this texture; write a picture with -o FILE.png"
+            )
     if placed and not any(output.shows or output.name == run.job.stmap for output in outputs):
-        raise InputError(f"{placed[0]}: nothing that is written shows a texture")
+        raise InputError(f"{placed[0]}: has no effect, because none of the outputs shows a texture")
     _check_others(run, [name for output in outputs for name in output.beside(run)])
     run.note(*(f"{shape.spec}: {note}" for pair in run.pairs for shape in pair for note in shape.notes))
     run.note(*about(run.pairs, keep=run.job.holes != "fill", mapped=run.job.holed))
@@ -108,7 +110,7 @@ def _tiles_of(run: Run, output: Output) -> list[Output]:
     """
     if not (output.tiles and run.target.has_uv and (run.job.bake or run.target.is_layout)):
         cure = f"use --bake, or {run.target.spec}#uv as the target"
-        raise InputError(f"{output.name}: tiles are for pictures of a mesh's own texture coordinates; {cure}")
+        raise InputError(f"{output.name}: <UDIM> is for pictures of a mesh's texture coordinates; {cure}")
     from ...shapes.mesh_shape import as_mesh
 
     found = []
@@ -157,7 +159,7 @@ def name_outputs(job: Job, inputs: Inputs) -> Job:
     except ValueError as error:
         raise InputError(str(error)) from None
     if links := [each for each in named if os.path.islink(each)]:
-        raise InputError(f"{links[0]}: is a link; name the file to write with -o")
+        raise InputError(f"{links[0]}: is a link; name the output with -o")
     return job.model_copy(update={"output": named})
 
 

@@ -31,13 +31,13 @@ class Artwork(Output):
     def suit(self, job: Job, onto_mesh: bool) -> None:
         """An SVG as source, and a planar target, or a chart of a mesh's layout."""
         if formats.suffix_of(self.name) != ".svg":
-            raise InputError(f"{self.name}: artwork is written as .svg; compress that")
+            raise InputError(f"{self.name}: artwork is written as .svg; compress it afterwards")
         drawn = formats.suffix_of(Spec.of(job.source).path) in (".svg", ".svgz")
         flat = not onto_mesh or job.plane == "uv" or names_layout(job.target or "")
         if not drawn or not flat or job.bake:
             raise InputError(
-                f"{self.name}: artwork is carried from an SVG to a planar shape or a chart (mesh#uv); "
-                "use a picture's suffix"
+                f"{self.name}: artwork needs an SVG as the source and a planar shape or a chart (mesh#uv) "
+                "as the target; use a picture's suffix"
             )
 
     def check(self, run: Run) -> None:
@@ -50,7 +50,8 @@ class Artwork(Output):
             if target.mirror is not None:
                 chart = f"#{target.part}" if target.part else "this chart"
                 raise InputError(
-                    f"{target.spec}: its layout shows {chart} mirrored, and artwork is not; use a picture's suffix"
+                    f"{target.spec}: {chart} is mirrored in the layout, which artwork cannot be; use a "
+                    "picture's suffix"
                 )
         check(run.source, run.target, len(run.pairs) if run.job.parts == "each" else 1)
         run.note(*framing.remarks(run.job, run.source, run.target))

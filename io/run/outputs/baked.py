@@ -147,7 +147,8 @@ def report_bake(run: Run, figures: dict[str, Any], tile: complex | None) -> Outp
     if count := figures["overlapping_texels"]:
         where = "" if tile is None else f" in tile {number_of(tile)}"
         run.note(
-            f"{run.target.spec}: {count} texels{where} lie in several triangles of its layout; the first one's is kept"
+            f"{run.target.spec}: {count} texels{where} lie in several triangles of the layout, which "
+            "overlaps; they show the first triangle"
         )
     return OutputReport(figures, tile=None if tile is None else number_of(tile))
 

@@ -21,16 +21,17 @@ def source(run: Run, placed: list[str]) -> None:
     own = placed + (["--edge mirror"] if run.job.edge == "mirror" else [])
     if own:
         raise InputError(
-            f"{run.source.spec}: {own[0]} is for textures that lie flat, not by a mesh's coordinates"
+            f"{run.source.spec}: {own[0]} does not apply to a mesh, whose texture coordinates place the "
+            "texture; leave it out"
         )
     if not has_texture(run.job, run.source) and not run.job.checkered:
-        run.note(f"{run.source.spec}: names no texture; give one with --texture")
+        run.note(f"{run.source.spec}: has no texture; name one with --texture")
         return
     pictures = dict.fromkeys(picture for source, _ in run.pairs for picture in source.pictures)
     if not run.job.texture and len(pictures) > 1:
         first = next(iter(pictures))
         name = f"that of {run.source.part or 'one material'}" if isinstance(first, bytes) else str(first)
-        text = f"{name} is taken for all of its {len(pictures)} textures; file#part picks one"
+        text = f"{name} replaces all of its {len(pictures)} textures; choose one part with file#part"
         run.note(f"{run.source.spec}: {text}")
 
 
@@ -58,9 +59,7 @@ def coordinates(run: Run, *shapes: Shape) -> None:
     tiled = run.source.spec if run.tiles else None
     for spec, count in counts.items():
         if count and spec != tiled:
-            text = (
-                "have texture coordinates outside 0..1, where the texture repeats; <UDIM> tells tiles apart"
-            )
+            text = "have texture coordinates outside 0..1, where the texture repeats; use <UDIM> for separate tiles"
             run.note(f"{spec}: {count} triangles {text}")
 
 
@@ -87,4 +86,4 @@ def room(run: Run) -> None:
     rows, columns, planes = run.image.pixels.shape
     run.room.check(strip_bytes(rows, columns, planes), "the texture")
     if run.image.holes:
-        run.room.check(MENDING * rows * columns, "a texture that is not finite everywhere")
+        run.room.check(MENDING * rows * columns, "a texture with pixels that are not finite")

@@ -115,8 +115,8 @@ def new_uvs(
     if parts[0][2].is_mesh:
         figures["torn_triangles"] = torn = sum(each.torn for each in found)
         if torn:
-            seams = f"across seams of {parts[0][2].spec}, and show its texture up to there"
-            cure = "--bake makes a picture without seams"
+            seams = f"across seams of {parts[0][2].spec}, and show its texture only up to the seam"
+            cure = "use --bake to make a picture without seams"
             notes.append(f"{name}: {torn} triangles lie {seams}; {cure}")
     else:  # a mesh's own layout may have mirrored charts
         rounded, patch = mesh_files.as_written(uv, name), target.flattening.patch

@@ -38,7 +38,8 @@ class Picture(Output):
         if job.padding and not self._format.hidden:
             suffix = formats.suffix_of(self.name)
             raise InputError(
-                f"{self.name}: {suffix} keeps no colours where alpha is 0, so no --padding; use .png or .tif"
+                f"{self.name}: {suffix} does not keep colours where alpha is 0, so --padding has no "
+                "effect; use .png or .tif"
             )
 
     @property
@@ -73,12 +74,14 @@ class Picture(Output):
         as_stored = job.kind != "colour" or job.filter == "nearest"
         kept = format.hidden or (format.light == "linear" and format.alpha and image.associated)
         if as_stored and run.image.alpha >= 0 and not kept:
-            lost = f"{suffix} keeps no colours where alpha is 0; use .png or .tif to keep them"
+            lost = f"{suffix} does not keep colours where alpha is 0; use .png or .tif to keep them"
             run.note(f"{self.name}: {lost}")
         usual = "lin_rec709" if image.pixels.dtype.kind == "f" else "sRGB"
         said = format.named or format.light != "any" or image.colorspace in (usual, "data", job.colorspace)
         if not said:
-            unsaid = f"{suffix} does not say the colour space {image.colorspace}; its numbers are kept"
+            unsaid = (
+                f"{suffix} cannot store the name of the colour space {image.colorspace}; the numbers are kept"
+            )
             run.note(f"{self.name}: {unsaid}")
 
     def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:

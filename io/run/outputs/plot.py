@@ -40,7 +40,7 @@ class Plot(Output):
             report.note_doubts(run, figures)
             if not run.target.is_mesh:
                 if len(run.fits) > 1:
-                    run.note(f"{self.name}: the grids and figures are those of the largest part alone")
+                    run.note(f"{self.name}: the grids and figures are those of the largest part only")
                 found = figures | {"notes": run.notes}
                 plots.save(run.fit.plot(found, _names(run.job), _carried(run)), path)
                 return OutputReport()
@@ -63,4 +63,4 @@ def _carried(run: Run) -> tuple[NDArray, Box]:
 def _names(job: Job) -> tuple[str, str]:
     """Titles of the source and of its image."""
     onto = f" over the target: {Path(job.target).name}" if job.target else ""
-    return f"source: {Path(job.source).name}", f"its image{onto}"
+    return f"source: {Path(job.source).name}", f"mapped source{onto}"

@@ -23,7 +23,9 @@ class SavedMap(Output):
     def suit(self, job: Job, onto_mesh: bool) -> None:
         """One map, and none onto a mesh."""
         if job.several:
-            raise InputError(f"{self.name}: a file holds one map; name one part (file#id) instead of --parts")
+            raise InputError(
+                f"{self.name}: a file can contain only one map; choose one part (file#id) instead of --parts"
+            )
         if onto_mesh:
             raise self._refusal(job.target or job.source)
 
@@ -43,7 +45,8 @@ class SavedMap(Output):
 
     def _refusal(self, spec: str) -> InputError:
         return InputError(
-            f"{self.name}: maps between planar shapes are saved, and {spec} is a mesh; --stmap keeps its map"
+            f"{self.name}: only maps between planar shapes can be saved, and {spec} is a mesh; write its "
+            "map with --stmap"
         )
 
 

@@ -34,26 +34,29 @@ class TexturedMesh(Output):
         """A mesh as target, and a suffix that holds texture coordinates."""
         if job.target is None:
             raise InputError(
-                f"{self.name}: a deformation is in the plane and writes no mesh; use a picture's suffix"
+                f"{self.name}: a deformation cannot be written as a mesh; use a picture's suffix"
             )
         if not onto_mesh:
-            raise InputError(f"{self.name}: a mesh is written for a mesh as target; {job.target} is none")
+            raise InputError(
+                f"{self.name}: a mesh can only be written if the target is a mesh, and "
+                f"{job.target} is not; use a picture's suffix"
+            )
         formats.check(self.name, "uv", "unknown suffix for -o")
         if leaves_bare(job.fit):
             raise InputError(
-                f"{self.name}: with --fit {job.fit} parts of {job.target} have no coordinates; "
-                "--bake leaves them transparent, --fit cover gives all of it some"
+                f"{self.name}: with --fit {job.fit}, parts of {job.target} get no texture coordinates; "
+                "use --bake to leave them transparent, or --fit cover"
             )
         if job.edge == "mirror" or (placing_options(job) and job.edge != "repeat"):
-            raise InputError(f"{self.name}: meshes show textures that repeat; use --edge repeat, or --bake")
+            raise InputError(f"{self.name}: textures of meshes repeat; use --edge repeat, or --bake")
         if _normal_map(job) is None:
             return
         if not mesh_files.format_of(self.name).shows_normals:
             suffix, able = formats.suffix_of(self.name), " or ".join(mesh_files.suffixes_with_materials())
-            raise InputError(f"{self.name}: {suffix[1:].upper()} has no place for a normal map; use {able}")
+            raise InputError(f"{self.name}: {suffix[1:].upper()} cannot contain a normal map; use {able}")
         if job.carry_maps:
             raise InputError(
-                f"{self.name}: --normal takes the place of the normals that --carry-maps carries; leave one out"
+                f"{self.name}: --normal replaces the normal map that --carry-maps carries; leave one of the two out"
             )
 
     def check(self, run: Run) -> None:
@@ -62,7 +65,9 @@ class TexturedMesh(Output):
             if source.is_mesh:
                 _ = as_mesh(source).uv_faces
         for path in _textures_not_shown(run.job):
-            run.note(f"{self.name}: does not show {path}; a mesh shows a --texture of colours and a --normal")
+            run.note(
+                f"{self.name}: cannot include {path}; a mesh includes a --texture of colours and a --normal"
+            )
         for texture in (_shown_texture(run), _normal_map(run.job)):
             mesh_files.format_of(self.name).check_texture(Path(self.name), texture)
         if run.job.carry_maps:
@@ -104,7 +109,7 @@ def _message(run: Run, measured: list[Written]) -> str | None:
     widest = max((each.boundary["hausdorff"] for each in measured), default=0.0)
     if widest <= run.job.tolerance or run.fit.status is not Status.REACHED:
         return None
-    at_most = f"at most {widest:.2%} of the picture's diagonal off (boundary)"
+    at_most = f"at most {widest:.2%} of the picture's diagonal away from it (boundary)"
     return f"The mesh's vertices are on the outline; the edges between them are {at_most}."
 
 
@@ -114,8 +119,11 @@ def _note_distortion(run: Run, measured: list[Written]) -> None:
         told = missed(each.boundary, run.job.tolerance, run.job.subdivide_rim)
         run.note(*(parts.label(pair, note) for note in told))
         if fit.distortion.strain is None and (strain := each.distortion.strain):
-            said = "in its coordinates as written lengths change by more than {:.1f} times on 5 %, and by {:.0f} times"
-            run.note(parts.label(pair, f"{said} as much one way as the other (stretch)".format(*strain)))
+            said = (
+                "in the texture coordinates as written, lengths change by a factor of more than "
+                "{:.1f} on 5 % of the area,"
+            )
+            run.note(parts.label(pair, f"{said} (stretch)".format(*strain)))
 
 
 def _shown_texture(run: Run) -> Path | bytes | None:

@@ -141,7 +141,7 @@ def test_going_on_after_outline_pins_slid_and_with_strokes():
 def test_going_on_is_for_the_balanced_method():
     with pytest.raises(InputError, match=r"start: .* balanced"):
         iccm.fit(SQUARE, ELL, method="conformal", start=iccm.fit(SQUARE, ELL))
-    with pytest.raises(InputError, match="start: is no balanced map"):
+    with pytest.raises(InputError, match=r"start: .* balanced map"):
         iccm.fit(SQUARE, ELL, start=iccm.fit(SQUARE, ELL, method="paper"))
 
 
@@ -179,10 +179,10 @@ def test_a_stroke_with_pins():
 @pytest.mark.parametrize(
     ("pins", "said"),
     [
-        ([(0.5 + 0.5j, 0.4 + 0.5j), (0.5 + 0.5j, 0.6 + 0.5j)], "pins 1 and 2: the same point of the source"),
-        ([(0.4 + 0.5j, 0.5 + 0.5j), (0.6 + 0.5j, 0.5 + 0.5j)], "pins 1 and 2: two points"),
+        ([(0.5 + 0.5j, 0.4 + 0.5j), (0.5 + 0.5j, 0.6 + 0.5j)], "pins 1 and 2: the same source point"),
+        ([(0.4 + 0.5j, 0.5 + 0.5j), (0.6 + 0.5j, 0.5 + 0.5j)], "pins 1 and 2: two source points"),
         ([(0.5 + 0.5j, 2)], "pin 1: .* outside the target shape"),
-        ([(0.5, 0.5 + 0.5j)], "pin 1: its source is on the outline and its target is not"),
+        ([(0.5, 0.5 + 0.5j)], "pin 1: is on the outline in the source but not in the target"),
         ([(0.5, 0.5), (1 + 0.5j, 0.5j), (0.5 + 1j, 0.5 + 1j), (0.5j, 1 + 0.5j)], "out of order: "),
     ],
 )
@@ -196,11 +196,11 @@ def test_pins_that_no_map_can_meet_are_named(pins, said):
     [
         (
             [([0.2 + 0.2j, 0.8 + 0.8j], [0.2 + 0.2j, 0.8 + 0.8j])] * 2,
-            "strokes 1 and 2: they cross or touch in the source; leave a gap",
+            "strokes 1 and 2: cross or touch in the source",
         ),
         (  # a frame
             [([0.2 + 0.2j, 0.8 + 0.2j],) * 2, ([0.8 + 0.2j, 0.5 + 0.7j],) * 2],
-            "strokes 1 and 2: they cross or touch in the source; leave a gap",
+            "strokes 1 and 2: cross or touch in the source",
         ),
         (
             [
@@ -209,16 +209,16 @@ def test_pins_that_no_map_can_meet_are_named(pins, said):
                     np.array([0.2 + 0.2j, 0.8 + 0.8j]),
                 )
             ],
-            "stroke 1: its source is closed; open it, or draw two that leave a gap",
+            "stroke 1: is closed in the source",
         ),
         (
             [([0.2 + 0.2j, 0.8 + 0.8j], [0.2 + 0.2j, 0.8 + 0.2j, 0.5 + 0.8j, 0.2 + 0.2j])],
-            "stroke 1: its target is closed",
+            "stroke 1: is closed in the target",
         ),
-        ([([0.2 + 0.2j, 0.8 + 0.8j], [0.5 + 0.5j, 2])], "stroke 1: its target leaves"),
+        ([([0.2 + 0.2j, 0.8 + 0.8j], [0.5 + 0.5j, 2])], "stroke 1: leaves .* target"),
         (
             [([0.2 + 0.2j, 0.8 + 0.8j, 0.8 + 0.2j, 0.2 + 0.8j], [0.2 + 0.2j, 0.8j + 0.8])],
-            "stroke 1: its source crosses",
+            "stroke 1: crosses .* source",
         ),
     ],
 )
@@ -289,19 +289,27 @@ ACROSS = ([0.5, 0.5 + 1j], [0.5, 0.5 + 1j])
 @pytest.mark.parametrize(
     ("strokes", "pins", "said"),
     [
-        ([([0.5, 0.5 + 0.5j], [0.5 + 0.1j, 0.5 + 0.5j])], None, "stroke 1: its source ends on the outline"),
+        (
+            [([0.5, 0.5 + 0.5j], [0.5 + 0.1j, 0.5 + 0.5j])],
+            None,
+            "stroke 1: ends on the outline in the source",
+        ),
         (
             [([0.5 + 0.1j, 0.5 + 0.5j], [0.5, 0.5 + 0.5j])],
             [(0.5 + 0.1j, 0.5)],
-            "stroke 1: its target ends on",
+            "stroke 1: ends on the outline in the target",
         ),
-        ([([0.3 + 0.2j, 0.5, 0.7 + 0.2j], [0.3 + 0.2j, 0.7 + 0.2j])], None, "other than at an end"),
-        ([([0.2, 0.8], [0.8, 0.2])], None, "stroke 1: it runs the other way around"),
-        ([([0.2, 0.8], [0.2 + 0.5j, 0.8 + 0.5j])], None, "stroke 1: its source runs along the outline"),
-        ([ACROSS], [(0.3 + 0.5j, 0.7 + 0.5j)], "pin 1: it lies on the one side of stroke 1"),
-        ([([0.3, 0.3 + 1j], [0.7, 0.7 + 1j]), ACROSS], None, "stroke 2: it lies on the one side of stroke 1"),
+        ([([0.3 + 0.2j, 0.5, 0.7 + 0.2j], [0.3 + 0.2j, 0.7 + 0.2j])], None, "stroke 1: leaves the shape"),
+        ([([0.2, 0.8], [0.8, 0.2])], None, "stroke 1: .* opposite directions"),
+        ([([0.2, 0.8], [0.2 + 0.5j, 0.8 + 0.5j])], None, "stroke 1: runs along the outline in the source"),
+        ([ACROSS], [(0.3 + 0.5j, 0.7 + 0.5j)], "pin 1: .* sides of stroke 1"),
+        ([([0.3, 0.3 + 1j], [0.7, 0.7 + 1j]), ACROSS], None, "stroke 2: .* sides of stroke 1"),
         ([ACROSS], [(0.2, 0.8), (1 + 0.5j, 1 + 0.5j)], "out of order: stroke 1"),
-        ([([0.2, 0.8], [0.2, 0.8]), ([0.8, 0.9], [0.7, 0.9])], None, "stroke 1 and stroke 2: one place"),
+        (
+            [([0.2, 0.8], [0.2, 0.8]), ([0.8, 0.9], [0.7, 0.9])],
+            None,
+            "stroke 1 and stroke 2: at the same place",
+        ),
     ],
 )
 def test_strokes_at_the_outline_that_no_map_can_meet_are_named(strokes, pins, said):

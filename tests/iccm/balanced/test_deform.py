@@ -153,7 +153,7 @@ def test_strokes_may_end_on_the_outline():
         image = fit.map(line.at(np.linspace(0, line.length, 100)))
         assert goal.distances(image).max() < 2e-4 * fit.diagonal
     assert np.abs(fit.map(strokes[1][0]) - strokes[1][1]).max() < 1e-9
-    with pytest.raises(InputError, match="stroke 1: it runs along the outline"):
+    with pytest.raises(InputError, match="stroke 1: runs along the outline"):
         iccm.deform(BAR, strokes=[([1, 2], [1, 3])])
 
 
@@ -201,7 +201,7 @@ def test_what_cannot_be_met_is_told_with_its_distance():
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ({"pins": [(0.5 + 0.5j, 1), (0.5 + 0.5j, 2)]}, "pins 1 and 2: the same point of the source"),
+        ({"pins": [(0.5 + 0.5j, 1), (0.5 + 0.5j, 2)]}, "pins 1 and 2: the same source point"),
         ({"pins": [(9, 9)]}, "pin 1: .* outside the source shape"),
         ({"strokes": [([0.2 + 0.2j, 1 + 3j], [0, 1])]}, "stroke vertex 2: .* outside the source shape"),
         ({"strokes": [([0.2j + 0.2, 1 + 1j], [0, 1]), ([1 + 0.2j, 0.2 + 1j], [0, 1])]}, "strokes 1 and 2"),
@@ -252,8 +252,8 @@ def test_pins_on_a_holes_outline_move_it_and_in_it_close_it():
     inside = [[1.5 + 0.5j, 1.5 + 0.7j], [5.5 + 0.5j, 5.5 + 0.5j]]
     fit = iccm.deform(BAR, exact_pins=True, pins=inside, source_holes=PUNCHED)
     assert fit.status is Status.MET and error(fit) < 1e-9 and len(fit.map.loops) == 2
-    assert fit.notes == ["A hole holds pins or strokes: the shape is moved as if filled there."]
+    assert fit.notes == ["A hole contains pins or strokes: the shape is deformed as if it were filled there."]
     stroke = [np.array([1 + 0.5j, 2 + 0.5j]), np.array([1 + 0.5j, 2 + 0.6j])]
     assert len(iccm.deform(BAR, strokes=[stroke], source_holes=PUNCHED).map.loops) == 2
-    with pytest.raises(InputError, match="source_holes: the balanced method alone"):
+    with pytest.raises(InputError, match=r"source_holes: .* balanced method"):
         iccm.deform(BAR, pins=on, source_holes=PUNCHED, method="paper")

@@ -205,21 +205,21 @@ def test_pins_in_holes_name_partners_and_others_are_met():
     ("wrong", "said"),
     [
         ({"source_holes": [2 * STEPS]}, "source hole 1: crosses or touches the outline, or lies outside"),
-        ({"source_holes": [0.2 * STEPS, 0.1 * STEPS]}, "source hole 2: crosses, touches or holds hole 1"),
-        ({"target_holes": [[0, 1]]}, "target hole 1: 2 distinct vertices"),
-        ({"source_holes": [0.2 * STEPS], "method": "conformal"}, "the balanced method alone"),
+        ({"source_holes": [0.2 * STEPS, 0.1 * STEPS]}, "source hole 2: .* hole 1"),
+        ({"target_holes": [[0, 1]]}, "target hole 1: .*2 distinct vertices"),
+        ({"source_holes": [0.2 * STEPS], "method": "conformal"}, "balanced method"),
         ({"source_holes": [0.2 * STEPS], "hole_partners": [(0, 0)]}, "hole_partners"),
         (
             {"source_holes": [0.2 * STEPS], "pins": [[0, 0.5]]},
-            "pin 1: its source is in a hole and its target is not",
+            "pin 1: is in a hole in the source but not in the target",
         ),
         (
             {"source_holes": [0.2 * STEPS], "pins": [[0.2, 0.5]]},
-            "pin 1: its source is on the outline of a hole",
+            "pin 1: is on the outline of a hole in the source",
         ),
         (
             {"source_holes": [0.2 * STEPS], "strokes": [([-0.5, 0.5], [-0.5, 0.5])]},
-            "stroke 1: its source touches or crosses a hole",
+            "stroke 1: touches or crosses a hole in the source",
         ),
     ],
 )
@@ -294,12 +294,12 @@ def test_a_map_with_holes_goes_on_from_an_earlier_one(pair, pin):
 
 def test_a_start_with_other_holes_is_told():
     plain, given = iccm.fit(FACE[0].z, MASK[0].z), given_holes(FACE, MASK)
-    with pytest.raises(iccm.InputError, match="start: is a map of shapes with other holes"):
+    with pytest.raises(iccm.InputError, match=r"start: .* other holes"):
         iccm.fit(FACE[0].z, MASK[0].z, start=plain, **given)
     holed = iccm.fit(FACE[0].z, MASK[0].z, **given)
-    with pytest.raises(iccm.InputError, match="start: is a map of shapes with other holes"):
+    with pytest.raises(iccm.InputError, match=r"start: .* other holes"):
         iccm.fit(FACE[0].z, MASK[0].z, start=holed)
-    with pytest.raises(iccm.InputError, match="start: takes holes to other partners"):
+    with pytest.raises(iccm.InputError, match="start: pairs the holes differently"):
         iccm.fit(FACE[0].z, MASK[0].z, start=holed, hole_partners=[(0, 2)], **given)
 
 

@@ -128,11 +128,11 @@ def test_regions_that_meet_are_one_and_what_they_surround_moves_along():
 @pytest.mark.parametrize(
     ("given", "told"),
     [
-        ({"rigid": [LETTER + 9]}, "rigid region 1: is outside"),
+        ({"rigid": [LETTER + 9]}, "rigid region 1: lies outside"),
         ({"strokes": [([-1.5, 1.5], [-1, 1])]}, "stroke 1: runs through a rigid region"),
-        ({"pins": [[z, z * np.exp(abs(z) * 1j)] for z in INSIDE[:3]]}, "3 pins are moved by no similarity"),
+        ({"pins": [[z, z * np.exp(abs(z) * 1j)] for z in INSIDE[:3]]}, "rigid region 1: .* 3 pins"),
         ({"method": "conformal"}, "rigid: .*balanced"),
-        ({"fit": "contain"}, "fit whole"),
+        ({"fit": "contain"}, "fit contain"),
         ({"rigid_size": 0.0}, "rigid_size"),
         ({"rigid": [[0, 1, 1j + 1, 1j, 0.5 - 0.1j]]}, "rigid region 1: .*not simple"),
     ],
@@ -199,9 +199,9 @@ def test_a_pin_in_its_middle_holds_it():
 
 def test_what_bones_are_refused():
     pins = [[0.6 + 0.5j] * 2]
-    with pytest.raises(iccm.InputError, match="rigid_size: bones"):
+    with pytest.raises(iccm.InputError, match="rigid_size: "):
         iccm.deform(LEG, pins=pins, rigid=[BONE], rigid_size=2.0)
-    with pytest.raises(iccm.InputError, match="rigid: regions are kept by the balanced method"):
+    with pytest.raises(iccm.InputError, match=r"rigid: .* balanced method"):
         iccm.deform(LEG, pins=pins, rigid=[BONE], method="paper")
 
 

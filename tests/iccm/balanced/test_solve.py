@@ -234,7 +234,7 @@ def test_patches_over_a_bound_are_left_straight():
 
 def test_strong_stretch_gets_a_note_and_little_none():
     bar = Curve.domain(np.array([0, 40, 40 + 1j, 1j]))
-    assert any("stretched strongly" in note for note in iccm.fit(bar, SHIELD).notes)
+    assert any("strongly stretched" in note for note in iccm.fit(bar, SHIELD).notes)
     assert not iccm.fit(BLOB, FLAG).notes
 
 

@@ -84,7 +84,7 @@ def cotangents(nodes, faces, panels):
 )
 def test_hairs_are_left_out_and_told(shape):
     fit = iccm.fit(shape, 2 * SQUARE, method="conformal")
-    assert any("slits and spikes of no width left out" in note for note in fit.notes)
+    assert any("slits and spikes" in note for note in fit.notes)
     centre = np.array([0.25 + 0.25j])
     assert fit.map(centre) == pytest.approx(2 * centre, abs=5e-3)
 
@@ -119,7 +119,7 @@ def test_long_outlines_are_simplified_whatever_the_tolerance(tolerance):
     curve = Curve.domain(coast(10_000))
     simple, notes = method.simplify(curve, tolerance, "source")
     assert simple.z.size <= method.MOST_VERTICES // 2
-    assert notes[0].startswith(f"source: {curve.z.size} vertices simplified to {simple.z.size}")
+    assert notes[0].startswith(f"source: simplified from {curve.z.size} to {simple.z.size} vertices")
 
 
 def test_too_many_vertices_of_ones_own_are_refused():

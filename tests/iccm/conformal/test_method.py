@@ -73,7 +73,7 @@ def test_the_sources_own_vertices_are_kept():
 def test_a_long_outline_is_simplified_and_that_is_told():
     fit = conformal_fit(pear(3000), arrow())
     assert fit.status in (Status.REACHED, Status.GAP)
-    assert len(fit.notes) == 1 and fit.notes[0].startswith("source: 3000 vertices simplified to ")
+    assert len(fit.notes) == 1 and fit.notes[0].startswith("source: simplified from 3000 ")
     assert fit.report()["boundary"]["hausdorff"] < 2e-3
     assert fit.report()["notes"] == fit.notes
     assert fitted("smooth").notes == []

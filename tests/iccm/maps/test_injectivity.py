@@ -89,7 +89,7 @@ def test_beltrami_is_the_largest_quotient():
 
 def test_without_an_inside_nothing_is_certified():
     found = at_depth(map_of(square(4), lambda z: z), 1.1)
-    assert not found.certified and found.obstacle == "at depth 1.1e+00: nothing of the source lies deeper"
+    assert not found.certified and found.obstacle == "at depth 1.1e+00: no part of the source lies deeper"
     thin = map_of(np.array([0, 1, 1 + 1e-3j, 1e-3j]), lambda z: z)
     assert certify(thin).share > 0.999  # whatever the proportions, depths are relative to what is there
 

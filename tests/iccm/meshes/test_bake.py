@@ -394,7 +394,7 @@ def test_normals_of_a_textured_mesh_come_from_the_frame_of_its_chart(place, matr
 
 def test_normals_need_three_channels():
     grey = Texture(np.full((8, 8, 1), 128, np.uint8), (0, 1 + 1j))
-    with pytest.raises(InputError, match="normals need 3"):
+    with pytest.raises(InputError, match="normal map needs 3"):
         baked(square_grid(2), 8, grey, kind="normal")
 
 

@@ -289,16 +289,16 @@ BAD_INPUT = {
     "nan source": (([np.nan, 1, 1j], square()), {}, "source: vertex 0 is not a finite number"),
     "flat target": ((square(), [0, 1, 2]), {}, "target: the outline encloses no area"),
     "crossing": (([0, 2 + 2j, 2, 1j], square()), {}, "source: the outline is not simple"),
-    "nan pin": ((square(), ell()), {"pins": [[0, np.nan]]}, "pins: not all coordinates are finite numbers"),
+    "nan pin": ((square(), ell()), {"pins": [[0, np.nan]]}, "pins: some coordinates are not finite"),
     "pin outside": (
         (square(), ell()),
         {"pins": [[0, 0], [3 + 1j, 0]]},
-        "pin 2: (3, 1) is outside the source shape, by 2; move it inside",
+        "pin 2: (3, 1) is 2 outside the source shape; move it inside",
     ),
     "stroke outside": (
         (square(), ell()),
         {"strokes": [([0, 2], [0, 1])]},
-        "source stroke vertex 2: (2, 0) is outside the source shape",
+        "source stroke vertex 2: (2, 0) is",
     ),
     "short stroke": (
         (square(), ell()),
@@ -308,12 +308,16 @@ BAD_INPUT = {
     "points in space": (
         ([[0, 0, 0], [1, 0, 0], [1, 1, 0]], square()),
         {},
-        "source: an array of shape (3, 3); (n,) complex numbers x + iy, or pairs of x and y, are needed",
+        "source: wrong shape (3, 3)",
     ),
-    "words": (("abc", square()), {}, "source: is a name; read the file first"),
-    "flat pins": ((square(), ell()), {"pins": [0, 1, 2]}, "pins: an array of shape (3,); (n, 2) complex"),
-    "ragged pins": ((square(), ell()), {"pins": [[0, 1], [0]]}, "pins: no array of complex numbers"),
-    "lone stroke": ((square(), ell()), {"strokes": [0.5]}, "strokes: number 1 is no pair of polylines"),
+    "words": (("abc", square()), {}, "source: is the name of a file; read it first"),
+    "flat pins": ((square(), ell()), {"pins": [0, 1, 2]}, "pins: wrong shape (3,)"),
+    "ragged pins": (
+        (square(), ell()),
+        {"pins": [[0, 1], [0]]},
+        "pins: cannot be read as an array of complex numbers",
+    ),
+    "lone stroke": ((square(), ell()), {"strokes": [0.5]}, "strokes: item 1 is not a pair of polylines"),
 }
 
 
@@ -334,7 +338,7 @@ def test_a_tolerance_of_zero_is_refused():
 def test_an_outline_of_very_many_vertices_is_mapped():
     """All of them are corners of its convex hull: their distances in pairs would take 37 GB."""
     fit = iccm.fit(square(), np.exp(2j * np.pi * np.arange(50_000) / 50_000), method="conformal")
-    assert fit.status.ok and "50000 vertices simplified" in fit.notes[0]
+    assert fit.status.ok and "simplified from 50000" in fit.notes[0]
 
 
 def test_an_unknown_option_is_a_type_error():

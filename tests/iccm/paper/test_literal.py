@@ -180,10 +180,10 @@ def test_pins_and_strokes_are_those_of_the_equations(order, quasi):
 
 def test_what_literal_means_leaves_no_choice():
     for given in ({"vertices": 50}, {"consistency": 0.1}):
-        with pytest.raises(InputError, match=f"^{next(iter(given))}: literal"):
+        with pytest.raises(InputError, match=f"^{next(iter(given))}: .*literal"):
             iccm.fit(square(), arrow(), method="paper", literal=True, **given)
     for method in (None, "conformal", "balanced"):
-        with pytest.raises(InputError, match=r"^literal: an option of --method paper"):
+        with pytest.raises(InputError, match=r"^literal: .*method paper"):
             iccm.fit(square(), arrow(), method=method, literal=True)
 
 

@@ -316,7 +316,7 @@ def test_normals_turn_with_the_map():
             warp(turn, Texture(flat, box), Canvas(50, 50, box), kind=kind).pixels[5:-5, 5:-5, :3]
             == flat[0, 0]
         ).all()
-    with pytest.raises(InputError, match="has 1 channel; normals need 3"):
+    with pytest.raises(InputError, match="has 1 channel; a normal map needs 3"):
         warp(turn, Texture(flat[..., :1], box), Canvas(50, 50, box), kind="normal")
 
 

@@ -380,7 +380,7 @@ def test_a_seam_that_would_cross_itself_is_refused():
     from iccm.meshes.topology import Triangles
 
     patch = Patch(whole, x, Triangles(faces, 6), np.arange(6), faces)
-    with pytest.raises(InputError, match="no seam leads through the pins"):
+    with pytest.raises(InputError, match="through the pins"):
         cut_through(patch, [1, 3, 2, 4, 0, 5])
 
 
@@ -431,5 +431,5 @@ def test_rigid_regions_of_a_surface_have_pins_and_are_refused():
     with pytest.raises(InputError, match="moved by no similarity"):
         wrong = np.append(pins, [[middle + 0.06j * size, -0.2]], axis=0)
         iccm.fit(layout, circle(), rigid=[disc], pins=wrong)
-    with pytest.raises(InputError, match="not kept between two surfaces"):
+    with pytest.raises(InputError, match="between two surfaces"):
         iccm.fit(layout, layout, rigid=[disc])

@@ -91,7 +91,7 @@ def test_styles_groups_and_definitions_are_kept(source, tmp_path):
     lined = float(shown[1].properties["stroke-width"])
     assert abs(lined - 1.5 * 2 * abs(1 + 0.006 * (10 - 5j))) < 0.1
     assert any("<text>" in note for note in notes)
-    assert any("outside the source, left out" in note for note in notes)
+    assert any("outside the source, omitted" in note for note in notes)
     assert any("cut off" in note for note in notes)
 
 
@@ -223,7 +223,7 @@ def test_a_fill_that_leaves_the_source_paints_the_same_inside(tmp_path, d):
     before = ElementTree.fromstring(f'<path d="{d}"/>')
     clear = np.abs(outline_points(before)[:, None] - inside).min(axis=0) > 1
     assert np.array_equal(winding(found["a"], inside[clear]), winding(before, inside[clear]))
-    assert notes == ("1 × shape partly outside the source, cut off at its outline",)
+    assert notes == ("1 × shape partly outside the source, clipped at its outline",)
     z = outline_points(found["a"])
     assert max(np.abs(z.real).max(), np.abs(z.imag).max()) < 90.2
 
@@ -266,7 +266,7 @@ def test_what_never_comes_inside_is_left_out(tmp_path):
         tmp_path, '<path id="a" d="M100 0H300V300Z"/><rect id="b" x="-5" width="10" height="10"/>'
     )
     assert "a" not in found and "b" in found
-    assert notes == ("1 × shape outside the source, left out",)
+    assert notes == ("1 × shape outside the source, omitted",)
 
 
 def test_a_line_ends_where_it_leaves_the_source_and_its_fill_does_not(tmp_path):
@@ -542,7 +542,7 @@ def test_pictures_outside_and_those_that_cannot_be_read_are_left_out(tmp_path):
     assert np.ptp(outline(own_size).real) == pytest.approx(4, rel=0.3)
     assert sum("not embedded" in note for note in notes) == 1
     assert sum("read" in note and "left out" in note for note in notes) == 2
-    assert "1 × shape outside the source, left out" in notes
+    assert "1 × shape outside the source, omitted" in notes
 
 
 def test_a_symbol_is_drawn_where_it_is_used_and_clipped_to_its_view(tmp_path):

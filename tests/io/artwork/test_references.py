@@ -93,7 +93,7 @@ def test_artwork_leads_nowhere(shapes, iccm):
     assert (
         "away" not in text and "stroke:red" in text and "data:image/png;base64," in text and "url(#" in text
     )
-    assert "reference to another file, left out" in typed.err
+    assert "reference to another file, omitted" in typed.err
     for element in ElementTree.fromstring(text).iter():
         for name, value in element.attrib.items():
             assert not name.lower().startswith("on")

@@ -230,4 +230,4 @@ def test_a_job_that_kills_its_workers_is_the_only_one_that_fails(shapes, iccm, s
     typed = iccm("batch", "jobs.jsonl", "--root", "far", "--dask", address, "--retries", "0")
     said = {row["job"]: row["status"] for row in map(json.loads, typed.out.splitlines())}
     assert typed.code == 1 and said == {n: "killed" if n == 30 else "done" for n in range(1, 61)}
-    assert "their worker died; running them one by one" in typed.err
+    assert "the worker died; running the jobs one by one" in typed.err

@@ -132,7 +132,7 @@ def test_a_killed_worker_loses_only_its_own_job(folder, start):
     counts, out, err = ended(process)
     assert process.returncode == 0 and counts == WHOLE, err
     assert Counter(json.loads(line)["attempts"] for line in out.splitlines()) == {1: 3, 2: 1}
-    assert "its worker died; running it again" in err
+    assert "the worker died; running the job again" in err
 
 
 @pytest.mark.slow

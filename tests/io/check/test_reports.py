@@ -87,7 +87,7 @@ def test_a_summary_and_lines_of_json(changed, iccm):
     typed = iccm("check", run, base, "--summary", "-", "-q")
     assert (
         typed.out.count("\n| ") == 5
-        and "1 of 5 files as their baselines, 2 different, 1 new, 1 missing" in typed.out
+        and "1 of 5 files match their baselines, 2 different, 1 new, 1 missing" in typed.out
     )
 
 

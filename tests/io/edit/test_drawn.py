@@ -65,7 +65,7 @@ def test_a_drawing_whose_root_is_transformed_is_refused_or_right(tmp_path):
     try:
         _, read = copied(tmp_path, OUTLINE, head=head)
     except InputError as error:
-        assert "save the constraints as JSON" in str(error)
+        assert "as JSON" in str(error)
     else:
         assert read.pins["pin-nose"] == pytest.approx(20.5 - 30.25j)
 

@@ -80,7 +80,7 @@ def test_pins_are_places_of_the_surface_and_vertices(onto):
     assert coarse.ok and coarse.kind == "coarse" and coarse.drawn.shape == (81, 2)
     with pytest.raises(InputError, match="no vertex 999"):
         onto.transfer("target", ["v999"])
-    with pytest.raises(InputError, match="on a mesh, and this is none"):
+    with pytest.raises(InputError, match="this is not a mesh"):
         onto.transfer("source", ["v5"])
 
 

@@ -576,7 +576,7 @@ def test_the_panes_stay_where_they_are_whatever_is_told(page):
         before = edited.js(places)
         edited.js("""(() => {
           document.getElementById('other').hidden = false;
-          document.getElementById('other').textContent = 'Back to the one gone on from';
+          document.getElementById('other').textContent = 'Back to the continued map';
           document.getElementById('status').textContent = 'It is told at length. '.repeat(40);
           document.body.classList.add('bad', 'busy', 'dirty'); })()""")
         assert edited.js(places) == before, width
@@ -909,7 +909,7 @@ def test_without_a_target_pins_turn_the_shape_by_hand_and_keys(page):
     edited.mouse("mouseReleased", edited.js(box))
     assert edited.settled() == "full"
     assert edited.scene["pins"][1]["turn"] == pytest.approx(30, abs=1)
-    assert edited.js("document.querySelector('#past button').textContent") == "pin 2 turned"
+    assert edited.js("document.querySelector('#past button').textContent") == "pin 2 rotated"
     assert not np.array_equal(edited.picture(300, 300), before)
     edited.js(f"{ring}.focus()")
     edited.key("ArrowRight")

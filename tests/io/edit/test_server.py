@@ -256,7 +256,7 @@ def test_the_command_serves_this_machine_alone_until_a_signal(shapes, number, co
 def test_without_the_extra_one_line_says_so(shapes, iccm, monkeypatch):
     monkeypatch.setitem(sys.modules, "websockets", None)
     typed = iccm("edit", "square.svg", "blob.svg")
-    assert typed.code == 2 and typed.lines == ["error: iccm edit needs a server: pip install 'iccm[edit]'"]
+    assert typed.code == 2 and len(typed.lines) == 1 and "pip install 'iccm[edit]'" in typed.lines[0]
 
 
 def test_what_was_let_go_of_is_solved_however_many_drags_came_before(client):
@@ -292,8 +292,8 @@ def test_files_that_were_chosen_are_opened_and_no_others(shapes, state):
             names["source"] == "square.svg" and str(state) in names["target"]
         )  # the one in this folder as it is
         opened = client.post(f"/{TOKEN}/workspace", json=names | {"target": str(shapes / "blob.svg")}).json()
-        assert "choose the file once more" in opened["error"] and workspace.session is None
-        assert "too" in client.post(f"/{TOKEN}/workspace", json={"target": "square.svg"}).json()["error"]
+        assert "choose this file again" in opened["error"] and workspace.session is None
+        assert "source" in client.post(f"/{TOKEN}/workspace", json={"target": "square.svg"}).json()["error"]
         assert client.post(f"/{TOKEN}/workspace", json=names).json() == {}
         with linked(client) as socket:
             assert socket.receive_json()["source"]["name"] == "square.svg"

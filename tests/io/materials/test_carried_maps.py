@@ -95,8 +95,7 @@ def test_a_new_texture_comes_beside_the_maps_that_are_carried(painted, iccm):
     words = ["map", "square.svg", "p.obj", "--texture", "grey.png", "-o", "o.obj"]
     done = iccm(*words)
     assert (
-        "map_Bump, map_Pr of its materials are for the old coordinates; --carry-maps carries them over"
-        in done.err
+        "map_Bump, map_Pr of its materials still belong to the old coordinates; use --carry-maps" in done.err
     )
     assert iccm(*words, "--force", "--carry-maps").code == 0
     library = (painted / "o.mtl").read_text()
@@ -108,7 +107,7 @@ def test_what_cannot_be_carried_is_told_in_a_line(painted, iccm):
     (painted / "o-right-pr.png").write_bytes(b"mine")
     for mesh, out, said in (
         ("p.obj", "o.obj", "o-right-pr.png: the file exists"),
-        ("p.obj", "o.glb", "keeps the materials of p.obj; use .obj"),
+        ("p.obj", "o.glb", "materials of p.obj (--carry-maps); use .obj"),
     ):
         done = iccm("flatten", mesh, "--uv", out, "--carry-maps")
         assert done.code == 2 and said in done.err and len(done.lines) == 1

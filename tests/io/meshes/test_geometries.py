@@ -101,7 +101,7 @@ def test_maps_of_every_material_are_carried(pair, iccm):
 
 def test_one_texture_of_several_is_told(pair, iccm):
     done = iccm("map", "pair.glb", "pair.svg", "--parts", "all", "-o", "o.png")
-    assert done.code == 0 and "is taken for all of its 2 textures; file#part picks one" in done.err, done.err
+    assert done.code == 0 and "replaces all of its 2 textures" in done.err, done.err
     named = iccm("map", "pair.glb#left", "pair.svg#left", "-o", "l.png")
     assert named.code == 0 and "2 textures" not in named.err
 

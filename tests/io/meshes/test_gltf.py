@@ -268,7 +268,8 @@ def test_maps_are_carried_beside_a_new_texture(rich, iccm):
     assert (pixels[4:12, 4:12] == (0, 180, 20)).all()
     refused = iccm(*words, "out.obj", "--carry-maps")
     assert (
-        refused.code == 2 and "out.obj: --carry-maps keeps the materials of rich.glb; use .glb" in refused.err
+        refused.code == 2
+        and "out.obj: cannot contain the materials of rich.glb (--carry-maps); use .glb" in refused.err
     )
 
 
@@ -322,8 +323,8 @@ def test_sparse_and_normalised_accessors_and_placed_textures(tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"buffers": [{"uri": "../secret.bin", "byteLength": 4}]}, "which is not in its folder"),
-        ({"buffers": [{"uri": "https://x.org/a.bin", "byteLength": 4}]}, "which is not in its folder"),
+        ({"buffers": [{"uri": "../secret.bin", "byteLength": 4}]}, "which is outside its folder"),
+        ({"buffers": [{"uri": "https://x.org/a.bin", "byteLength": 4}]}, "which is outside its folder"),
         ({"buffers": [{"uri": "gone.bin", "byteLength": 4}]}, "gone.bin: no such file"),
         ({"meshes": [{"primitives": [{"attributes": {"POSITION": 9}}]}]}, "cannot be read as GLTF"),
     ],
@@ -388,8 +389,8 @@ def test_what_draco_compressed_is_the_mesh_it_was(tmp_path, iccm):
 @pytest.mark.parametrize(
     ("how", "message"),
     [
-        ({"damage": lambda data: data[: len(data) // 2]}, "cannot be read as GLB"),
-        ({"damage": lambda data: b"DRACO" + bytes(40)}, "cannot be read as GLB"),
+        ({"damage": lambda data: data[: len(data) // 2]}, "cannot read this GLB file"),
+        ({"damage": lambda data: b"DRACO" + bytes(40)}, "cannot read this GLB file"),
         ({"number": 9}, "has no attribute 9 for NORMAL"),
         (None, "pip install 'iccm[draco]' reads it"),
     ],

@@ -158,9 +158,9 @@ def test_random_numbers_are_converted_exactly(seed):
 
 CUBE = b"v 0 0 0\nv 1 0 0\nv 0 1 0\n"
 WRONG = {
-    "line 4: a corner is not of the form": CUBE + b"f 1 2 x\n",
-    "line 4: a corner is not of": CUBE + b"f 1 2 0\n",
-    "line 4: a corner is not": CUBE + b"f 1 2 3.5\n",
+    "line 4: a corner must have the form v, v/vt": CUBE + b"f 1 2 x\n",
+    "line 4: a corner must have the form v": CUBE + b"f 1 2 0\n",
+    "line 4: a corner must have the form": CUBE + b"f 1 2 3.5\n",
     "line 4: a face needs at least 3 corners": CUBE + b"f 1 2",
     "line 2: too few numbers": b"v 0 0 0\nv 1 0\n",
     "line 2: 'abc' is not a number": b"v 0 0 0\nv 1 abc 0\n",

@@ -105,8 +105,8 @@ def test_words_of_a_font_are_kerned_letters_with_counters():
     )  # on a baseline at 80, y down, of 100 to the em
     assert shape.read(f"{FONT}#text=H").box[0].imag == -100
     for said, why in (
-        ("", "say what is to be set"),
-        ("#text=", "say what is to be set"),
+        ("", "a font needs a text"),
+        ("#text=", "a font needs a text"),
         ("#text=\u4e00", "lacks letters"),
     ):
         with pytest.raises(InputError, match=why):

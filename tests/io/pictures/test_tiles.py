@@ -48,5 +48,5 @@ def test_tiles_whose_sizes_do_not_divide_are_refused(pattern, tmp_path):
     image_files.write(tmp_path / "a.1003.png", Image(np.zeros((3, 6, 3), np.uint8)))
     with pytest.raises(InputError, match=r"1003.*6x3 does not divide 6x4"):
         tiles.read(pattern[0], [1 + 0j, 2 + 0j])
-    with pytest.raises(InputError, match="12x8 of all tiles is more than 95"):
+    with pytest.raises(InputError, match="all tiles together, 12x8, exceed the limit of 95"):
         tiles.read(pattern[0], [1 + 0j, 2 + 1j], max_pixels=95)

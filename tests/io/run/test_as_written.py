@@ -79,7 +79,7 @@ def test_figures_are_those_of_the_file(shapes, iccm, words):
     ) / np.hypot(80, 80)
     assert report["boundary"]["hausdorff"] == pytest.approx(gap, rel=0.02)
     assert gap > 0.01
-    assert "the mesh is too coarse for it (boundary)" in done.err
+    assert "the mesh is too coarse (boundary)" in done.err
     assert done.code == 0
     if words is MAP:
         assert report["message"] in done.err

@@ -48,7 +48,7 @@ def test_a_pin_may_be_written_in_three_ways(pin):
         ({"vertices": 2}, "--vertices", "2 is not between 3 and 4000"),
         ({"method": "magic"}, "--method", "conformal"),
         ({"colour": 1}, "--colour", "unknown key"),
-        ({"output": ["-"], "report": "-"}, "only one output", "one stream"),
+        ({"output": ["-"], "report": "-"}, "only one output", "only one output"),
     ],
 )
 def test_a_mistake_is_one_line_that_names_the_option(values, place, what):

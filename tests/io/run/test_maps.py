@@ -105,9 +105,9 @@ def test_a_mesh_shows_a_set_itself(material, iccm):
     ("more", "said"),
     [
         (["-o", "x.ply"], "PLY has no place for a normal map"),
-        (["-o", "x.glb", "--data", "data.tif"], "name a picture for data too"),
-        (["-o", "x.glb", "--normal", "texture.png"], "a mesh by itself takes one --texture and one --normal"),
-        (["-o", "x.obj", "--carry-maps"], "leave one out"),
+        (["-o", "x.glb", "--data", "data.tif"], "add a picture for data too"),
+        (["-o", "x.glb", "--normal", "texture.png"], "a mesh takes one --texture and one --normal"),
+        (["-o", "x.obj", "--carry-maps"], "leave one of the two out"),
     ],
 )
 def test_what_a_mesh_cannot_show_is_refused(material, iccm, more, said):
@@ -122,7 +122,7 @@ def test_what_a_mesh_cannot_show_is_refused(material, iccm, more, said):
 def test_a_mesh_does_not_show_as_colours_what_is_none(material, iccm, given):
     for output in (["-o", "x.glb"], []):  # a mesh onto a mesh gets a mesh where nothing is named
         done = iccm("map", "square.svg", "tiles.obj#left", *given, *output)
-        assert done.code == 2 and "name a picture for" in done.err, done.err
+        assert done.code == 2 and "add a picture for" in done.err, done.err
     assert not (material / "x.glb").exists()
 
 

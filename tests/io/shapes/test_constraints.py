@@ -72,12 +72,12 @@ def test_nothing_at_all(tmp_path):
 def test_what_has_no_partner_is_named(tmp_path):
     source = shape(tmp_path, "s", '<circle id="pin-a" r="1"/><circle id="pin-b" r="1"/>')
     target = shape(tmp_path, "t", '<circle id="pin-b" r="1"/>')
-    with pytest.raises(InputError, match=r"s\.svg: pin-a: not drawn in .*t\.svg"):
+    with pytest.raises(InputError, match=r"s\.svg: pin-a: missing in .*t\.svg"):
         constraints.pair(source, target)
-    with pytest.raises(InputError, match=r"s\.svg: pin-a: not drawn in .*t\.svg"):
+    with pytest.raises(InputError, match=r"s\.svg: pin-a: missing in .*t\.svg"):
         constraints.pair(target, source)
     stroke = shape(tmp_path, "u", '<path id="stroke-x" d="M0 0H9"/>')
-    with pytest.raises(InputError, match="stroke-x: not drawn"):
+    with pytest.raises(InputError, match="stroke-x: missing"):
         constraints.pair(stroke, shape(tmp_path, "v", ""))
 
 
@@ -95,8 +95,8 @@ PIN = '{"source": [1, 2], "target": [3, 4]'
     "content, message",
     [
         ("", "empty"),
-        ("{", "not JSON: "),
-        ("[]", "the file: must be an object"),
+        ("{", "not valid JSON: "),
+        ("[]", "the file: must be a JSON object"),
         (
             '{"pins": [{"source": "west", "target": [3, 4]}]}',
             r"pins\.0\.source: 'west' is no place; write .*\[x, y\]",

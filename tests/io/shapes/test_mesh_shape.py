@@ -233,9 +233,9 @@ def test_a_meshs_texture_on_a_planar_target(tmp_path):
 
 def test_a_mesh_without_coordinates_or_texture_says_so(tmp_path):
     bare = mesh_reading.read(str(write_mesh(tmp_path / "a.obj", uv=False)))
-    with pytest.raises(InputError, match="has no texture coordinates of its own"):
+    with pytest.raises(InputError, match="has no texture coordinates"):
         bake([(bare, identity(bare), bare)], Sampler(colours().texture(bare.box)), (8, 8))
-    with pytest.raises(InputError, match="names no texture"):
+    with pytest.raises(InputError, match="has no texture; name one with --texture"):
         mesh_reading.read_texture(bare)
 
 
@@ -330,8 +330,8 @@ def test_flatten_refuses_what_it_cannot_flatten_or_write(tmp_path, monkeypatch, 
         ("hill.obj", "--uv", "x.stl"): "cannot hold texture coordinates",
         ("hill.obj", "--plot", "x.gif"): "unknown suffix for --plot",
         ("missing.obj",): "no such file",
-        ("drawing.svg",): "no mesh is read from '.svg'",
-        ("hill.obj#9",): "no boundary loop 9",
+        ("drawing.svg",): "cannot read a mesh from '.svg'",
+        ("hill.obj#9",): "no boundary 9",
     }.items():
         done = iccm("flatten", *words)
         assert done.code == 2
@@ -366,7 +366,7 @@ def test_constraints_name_vertices_and_points_in_space(tmp_path, shapes):
         abs(found.pins[1, 1] - mesh.vertex(6)) < 0.05
     )  # the nearest point of the surface, not of its vertices
     assert found.strokes[0][1].z.tolist() == mesh.along(["v1", "v5", "v25"], "a").z.tolist()
-    with pytest.raises(InputError, match=r"square\.svg: v13 is a place on a mesh, and this is none"):
+    with pytest.raises(InputError, match=r"square\.svg: v13 is a point on a mesh"):
         constraints.collect(plane, plane, listing.read(tmp_path / "c.json"))
 
 
@@ -439,7 +439,7 @@ def test_a_mesh_that_holds_its_texture_passes_it_on(tmp_path, monkeypatch, embed
     assert embedded in (tmp_path / "o.glb").read_bytes()
     assert (tmp_path / "o-texture.jpg").read_bytes().rstrip(b"\0") == embedded
     assert "map_Kd o-texture.jpg" in (tmp_path / "o.mtl").read_text()
-    assert "o.ply: PLY holds no texture" in done.err
+    assert "o.ply: a PLY file contains no texture" in done.err
     shown = mesh_reading.read_texture(mesh_reading.read("o.obj"))
     assert np.abs(shown.pixels.astype(int) - image_files.read("c.jpg").pixels).max() <= 2  # two JPEG decoders
 
@@ -475,7 +475,7 @@ def test_a_missing_layout_is_told_before_the_solving(tmp_path, monkeypatch, iccm
     done = iccm("map", "source.obj", "target.obj", *words)
     assert done.code == 2
     assert done.lines == [
-        f"error: {bare}.obj: has no texture coordinates of its own; make them with iccm map … -o uv.obj"
+        f"error: {bare}.obj: has no texture coordinates; create them with iccm flatten --uv"
     ]
 
 
@@ -483,7 +483,10 @@ def test_a_missing_layout_is_told_before_the_solving(tmp_path, monkeypatch, iccm
     ("words", "message"),
     [
         (["--texture", "c.exr", "-o", "o.glb"], "c.exr: holds floats"),
-        (["--texture", "-c.png", "-o", "o.obj"], "-c.png: a material library cannot name this file"),
+        (
+            ["--texture", "-c.png", "-o", "o.obj"],
+            "-c.png: a material library cannot refer to a file of this name",
+        ),
         (
             ["--bake", "--size", "64", "--max-pixels", "4000", "-o", "o.png"],
             "--size: 64x64 is more than 4000",
@@ -532,7 +535,7 @@ def test_a_mesh_without_a_texture_is_noted(tmp_path, monkeypatch, iccm):
         write_mesh(tmp_path / name, n=5)
     done = iccm("map", "a.obj", "b.obj", "--method", "paper", "--vertices", "60", "-o", "o.obj")
     assert done.code in (0, 1), done.err
-    assert sum("a.obj: names no texture" in line for line in done.lines) == 1
+    assert sum("a.obj: has no texture; name one with --texture" in line for line in done.lines) == 1
 
 
 @pytest.mark.parametrize(
@@ -608,7 +611,7 @@ def test_a_texture_of_another_format_becomes_png(tmp_path):
 def test_a_deformation_writes_no_mesh_and_bakes_nothing(shapes, iccm):
     write_mesh(shapes / "a.obj", n=5)
     done = iccm("deform", "a.obj", "--pin", "v1:v2", "-o", "o.obj")
-    assert done.code == 2 and "a deformation is in the plane and writes no mesh" in done.lines[-1]
+    assert done.code == 2 and "a deformation cannot be written as a mesh" in done.lines[-1]
     assert "No such option" in iccm("deform", "a.obj", "--pin", "v1:v2", "--bake").lines[-1]
 
 
@@ -617,9 +620,9 @@ def test_texture_coordinates_that_are_not_finite_are_refused(shapes, iccm):
     (shapes / "a.obj").write_text(text.replace("vt 0.000000 0.000000", "vt nan 0", 1))
     image_files.write("c.png", colours(8))
     done = iccm("map", "a.obj", "square.svg", "--texture", "c.png", "-o", "o.png")
-    assert done.code == 2 and "a.obj: face 1 (line 73): its coordinates are not finite" in done.lines[-1], (
-        done.err
-    )
+    assert (
+        done.code == 2 and "a.obj: face 1 (line 73): its texture coordinates are not finite" in done.lines[-1]
+    ), done.err
 
 
 def test_geometries_that_are_left_out_are_told(shapes, iccm):
@@ -635,7 +638,7 @@ def test_geometries_that_are_left_out_are_told(shapes, iccm):
     done = iccm("map", "square.svg", "two.glb#b", *words, "o.glb")
     assert f"note: two.glb#b: {said}" in done.lines, done.err
     assert f"note: two.glb#a: {said}" in iccm("flatten", "two.glb#a", "-o", "a.svg").lines
-    told = "is the largest; two.glb#name picks one, --parts all or each takes all of them"
+    told = "is the largest; two.glb#name selects one, --parts all or each uses all of them"
     lines = iccm("map", "square.svg", "two.glb", *words, "p.glb").lines
     assert any(line.startswith(f"note: two.glb: {said}: '") and line.endswith(told) for line in lines)
 
@@ -657,7 +660,7 @@ def test_one_of_several_textures_is_carried_with_a_note(tmp_path, shapes, iccm):
     put_on_two(shapes)
     words = ["square.svg", "--method", "paper", "--vertices", "60", "--size", "32", "-o"]
     both = iccm("map", "a.obj", *words, "both.png")
-    note = "note: a.obj: red.png is taken for all of its 2 textures; file#part picks one"
+    note = "note: a.obj: red.png replaces all of its 2 textures; choose one part with file#part"
     assert note in both.lines and image_files.read("both.png").pixels[16, 16].tolist() == [255, 0, 0, 255]
     one = iccm("map", "a.obj#blue", *words, "one.png")
     assert "textures" not in one.err and image_files.read("one.png").pixels[16, 16].tolist() == [
@@ -726,7 +729,7 @@ def test_triangles_turned_over_in_what_is_written_are_told(tmp_path, monkeypatch
     assert report["status"] == "flipped"
     assert report["uv"] == {"flipped": int((area < 0).sum()), "degenerate": 0}
     assert report["uv"]["flipped"] > 0
-    assert f"{report['uv']['flipped']} triangles are turned over" in poor.err
+    assert f"{report['uv']['flipped']} triangles are flipped" in poor.err
     sound = iccm("flatten", "steep.obj", "--uv", "sound.obj", "--report", "sound.json")
     assert sound.code == 0
     assert json.loads((tmp_path / "sound.json").read_text())["uv"] == {"flipped": 0, "degenerate": 0}

@@ -64,7 +64,7 @@ def test_groups_of_faces_and_holes(read):
     [
         ("", "empty"),
         ("hello", "no vertices"),
-        (CORNERS, "neither polylines"),
+        (CORNERS, "no polylines"),
         (CORNERS + "l 1 2 3 4", r"open: it ends at \(0, 0\) and \(0, 3\)"),
         (CORNERS + "l 1 2 3 4 1 3", r"branch at \(0, 0\) and \(4, 3\)"),
         (CORNERS + "l 1 3 2 4 1", r"crosses itself at \(2, 1.5\)"),
@@ -98,8 +98,8 @@ def test_a_long_outline_keeps_its_vertices(read):
 @pytest.mark.parametrize(
     "points, line, said",
     [
-        ("0 0 0, 1 0 0, 1 0 1, 0 0 1", "l 1 2 3 4 1", "but y = constant; write it with z upwards"),
-        ("0 0 0, 1 0 0, 1 0 1, 0 0 1", "f 1 2 3 4", "or flatten it first: iccm flatten"),
+        ("0 0 0, 1 0 0, 1 0 1, 0 0 1", "l 1 2 3 4 1", "but y = constant; export it with z up"),
+        ("0 0 0, 1 0 0, 1 0 1, 0 0 1", "f 1 2 3 4", "or flatten it first with iccm flatten"),
         ("2 0 0, 2 1 0, 2 1 1, 2 0 1", "l 1 2 3 4 1", "but x = constant"),
         ("0 0 0, 1 0 0, 1 1 1, 0 1 1", "l 1 2 3 4 1", "draw it flat"),
         ("0 0 0, 1 0 0, 1 1 1, 0 1 1", "f 1 2 3 4", "flatten it first"),

@@ -51,7 +51,7 @@ def test_a_closed_line_is_its_inside_whatever_the_light(tmp_path, uneven, ink, g
     cover = line(4, gap)
     found = traced(tmp_path, paper(uneven) * (1 - cover) + ink * cover * (1 - uneven / 3))
     assert gap_to_truth(found) < 5 and not found.holes
-    assert "the inside of its line is taken; --trace dark takes the line itself" in found.notes
+    assert "the inside of the line is used; --trace dark uses the line itself" in found.notes
 
 
 @pytest.mark.parametrize("beside", [False, True])
@@ -61,7 +61,7 @@ def test_a_line_in_pieces_is_its_inside(tmp_path, beside):
     pixels = paper(0.5) * (1 - cover) + 40 * cover
     found = traced(tmp_path, np.where(beside & (X > 360), 30, pixels))
     assert gap_to_truth(found) < 6 and not found.holes
-    assert "the inside of its line is taken; --trace dark takes the line itself" in found.notes
+    assert "the inside of the line is used; --trace dark uses the line itself" in found.notes
 
 
 def test_coins_in_a_photograph():
@@ -103,13 +103,13 @@ def test_a_coloured_thing_on_a_table_with_its_shadow(tmp_path):
 
 def test_an_open_line_has_no_inside(tmp_path):
     cover = line(4) * (X < 200)
-    with pytest.raises(InputError, match=r"no line in it closes.*use --trace dark"):
+    with pytest.raises(InputError, match=r"no line .*use --trace dark"):
         traced(tmp_path, paper(0.5) * (1 - cover) + 30 * cover, trace="inside")
 
 
 @pytest.mark.parametrize("trace", ["dark", "light", "inside"])
 def test_bare_paper_is_refused(tmp_path, trace):
-    with pytest.raises(InputError, match=r"nothing stands out|no line in it closes"):
+    with pytest.raises(InputError, match=r"no shape stands out|no line"):
         traced(tmp_path, paper(0.6), trace=trace)
 
 
@@ -133,4 +133,7 @@ def test_whatever_is_traced_is_simple():
 
 def test_it_is_for_pictures(shapes, iccm):
     done = iccm("map", "square.svg", "blob.svg", "--trace", "dark", "-o", "o.png")
-    assert done.code == 2 and "--trace dark: for shapes in pictures, and square.svg is none" in done.err
+    assert (
+        done.code == 2
+        and "--trace dark: only works for pictures, and square.svg is not a picture" in done.err
+    )

@@ -171,7 +171,7 @@ def test_not_a_picture(tmp_path):
     for call in (lambda: shapes.read(f"{tmp_path}/a.png"), lambda: shapes.read(f"{tmp_path}/b.png")):
         with pytest.raises(InputError, match=r"[ab]\.png"):
             call()
-    with pytest.raises(InputError, match=r"no shape is read from '\.xyz'"):
+    with pytest.raises(InputError, match=r"cannot read a shape from '\.xyz'"):
         shapes.read("a.xyz")
 
 

@@ -95,7 +95,7 @@ def test_anchors_and_places_of_parts(tmp_path):
     ],
 )
 def test_what_is_not_set_plainly_or_has_no_font_stays_text(tmp_path, body):
-    with pytest.raises(InputError, match="turn text into paths"):
+    with pytest.raises(InputError, match="convert text to paths"):
         drawn(tmp_path, body)
 
 
@@ -109,7 +109,7 @@ def test_artwork_carries_letters(tmp_path, iccm):
     square = '<rect id="s" width="200" height="100" fill="#fff"/>'
     (tmp_path / "a.svg").write_text(SVG.format(square + TEXT.format(x=30, more="", text="h")))
     done = iccm("map", tmp_path / "a.svg", tmp_path / "a.svg", "-o", tmp_path / "o.svg")
-    assert done.code == 0 and "left out (turn it" not in done.err
+    assert done.code == 0 and "omitted (convert it" not in done.err
     low, high = shape.read(f"{tmp_path}/o.svg#2").curve.box
     assert [low.real, low.imag, high.real, high.imag] == pytest.approx(box_of("h", 30), abs=0.6)
 

@@ -491,7 +491,7 @@ def test_an_embedded_picture_is_its_rectangle(tmp_path, svg):
     assert found.painted.bounds == (20, 20, 80, 70) and found.painted.area == 3000
     assert svg(body, chosen="#photo").curve.area == 3000
     linked = '<image width="30" height="50" href="photo.png"/>'
-    one_line(lambda: svg(linked), "nothing in it has an outline")
+    one_line(lambda: svg(linked), "contains no outline")
     cut = f'<clipPath id="c"><rect width="35" height="25"/></clipPath><g clip-path="url(#c)">{body}</g>'
     assert drawn(tmp_path, cut).painted.bounds == (20, 20, 35, 25)
 
@@ -662,7 +662,7 @@ def test_translations_by_parts_of_a_box(svg):
 @pytest.mark.parametrize(
     "body, words",
     [
-        ("", ("nothing in it has an outline",)),
+        ("", ("contains no outline",)),
         ("<text>hello</text>", ("paths", "#text=")),
         ('<rect width="5"/>', ("0 distinct points",)),
         ('<rect width="-5" height="5"/>', ("width is -5",)),
@@ -800,7 +800,7 @@ def test_an_id_that_draws_no_outline_is_not_called_missing(svg):
         '<rect width="9" height="9"/><text id="title">x</text>'
         '<g style="display:none"><rect id="old" width="9" height="9"/></g>'
     )
-    one_line(lambda: svg(body, chosen="#title"), "<text> 'title' draws no outline", "text into paths")
+    one_line(lambda: svg(body, chosen="#title"), "<text> 'title' draws no outline", "text to paths")
     one_line(lambda: svg(body, chosen="#old"), "<rect> 'old' draws no outline", "hidden")
     one_line(lambda: svg(body, chosen="#young"), "no 'young' in the file")
 

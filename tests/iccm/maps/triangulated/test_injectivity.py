@@ -178,4 +178,4 @@ def test_an_outline_that_turns_back_is_rejected():
     i, j = map.edges.ends[map.edges.rim[0]]
     bulge = map.bulges.copy()
     bulge[map.edges.rim[0]] = 0.6 * (map.source[j] - map.source[i])
-    assert "turn back" in replace(map, bulge=bulge).injectivity.obstacle
+    assert "edges of the outline" in replace(map, bulge=bulge).injectivity.obstacle

@@ -54,7 +54,7 @@ test('steps are undone and redone, and a new one replaces those that were undone
   editor.scene.balance = 3;
   editor.commit();
   assert.equal(editor.history.canRedo, false);
-  assert.deepEqual(editor.history.describe(), ['as it began', '1 pin placed', '1 pin placed', 'balance 3'].map(
+  assert.deepEqual(editor.history.describe(), ['initial state', '1 pin placed', '1 pin placed', 'balance 3'].map(
     (text) => text.replace('1 pin', 'pin')));
   editor.travel(-9);
   assert.equal(editor.scene.balance, 3);
@@ -92,9 +92,9 @@ test('what a step changed is named', () => {
   turned.pins[0].turn = 20;
   const cases = /** @type {[Scene, string][]} */ ([
     [scene({pins: [pin(1)]}), 'pin removed'], [scene(), '2 pins removed'], [moved, 'pin 2 moved'],
-    [turned, 'pin 1 turned'], [scene({pins: [pin(1), pin(2, 'nose')]}), 'pin 2 named'],
-    [scene({pins: [pin(3), pin(4)]}), '2 pins moved'], [{...before, turn: 'any'}, 'turn any'],
-    [{...before, rigid: ['#logo']}, 'rigid region drawn'], [before, 'as before'],
+    [turned, 'pin 1 rotated'], [scene({pins: [pin(1), pin(2, 'nose')]}), 'pin 2 named'],
+    [scene({pins: [pin(3), pin(4)]}), '2 pins moved'], [{...before, turn: 'any'}, 'rotation any'],
+    [{...before, rigid: ['#logo']}, 'rigid region drawn'], [before, 'no change'],
   ]);
   for (const [after, words] of cases) assert.equal(describeChange(before, after), words);
 });
