@@ -115,7 +115,7 @@ def command(jobs: tuple[str, ...], root: str | None, dry_run: bool, **given: Any
     _summary(counts, time.perf_counter() - start)
     if caught:
         return 128 + caught[0]
-    return 0 if set(counts) <= {"done"} else 1
+    return 0 if set(counts) <= {"done", "unchanged"} else 1
 
 
 def _tasks(jobs: str, folder: Path, *, outside: bool, force: bool) -> list[Any]:
@@ -231,7 +231,8 @@ def _report(results: Iterator[dict[str, Any]], count: int, kept: list[dict[str, 
                 sys.stdout.flush()
             elif result["status"] == "done":
                 logs.log.info(_line(result))
-            counts[result["status"]] += 1
+            unchanged = result["resumed"] and result["status"] == "done"
+            counts["unchanged" if unchanged else result["status"]] += 1
             if kept is not None:
                 kept.append(result)
             tell = level.get(result["status"], logging.ERROR)

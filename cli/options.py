@@ -82,7 +82,8 @@ class Command(click.Command):
         try:
             return super().parse_args(ctx, list(_with_todays_names(args, self.known, notices)))
         except click.NoSuchOption as error:
-            raise click.UsageError(_unknown(error.option_name, self.known), ctx) from None
+            visible = {name: row for name, row in self.known.items() if self.name not in row.hidden}
+            raise click.UsageError(_unknown(error.option_name, visible), ctx) from None
         except click.MissingParameter:
             if self.missing:
                 raise click.UsageError(self.missing, ctx) from None

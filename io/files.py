@@ -12,6 +12,7 @@ from collections.abc import Collection, Iterable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
 from io import BufferedReader
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,10 @@ from .. import progress
 from ..errors import InputError, naming
 
 BLOCK = 1 << 16
+MOST_ENTRIES = 10_000
+"""Names in a folder among which a similar one is searched, so that an error message never takes long."""
+SIMILAR = 0.75
+"""Similarity (by `difflib`) of names without suffixes: one or two wrong letters in ten."""
 _unfinished = set[Path]()  # temporary files and folders that are there now
 _together: ContextVar[ExitStack | None] = ContextVar(
     "together", default=None
@@ -204,6 +209,21 @@ def open_input(path: str | os.PathLike, *, max_bytes: int | None = None) -> Path
         return Path(path)
 
 
+def similar_name(path: Path) -> str:
+    """Return a hint with the most similar name in the same folder, or nothing."""
+    from difflib import get_close_matches
+
+    try:
+        with os.scandir(path.parent) as entries:
+            names = [entry.name for entry in islice(entries, MOST_ENTRIES)]
+    except OSError:
+        return ""
+    stems = get_close_matches(path.stem, {Path(name).stem for name in names}, 1, SIMILAR)
+    same_stem = [name for name in names if Path(name).stem in stems]
+    near = get_close_matches(path.name, same_stem, 1, 0)
+    return f"; did you mean {path.with_name(near[0])}?" if near else ""
+
+
 @contextmanager
 def opened(path: str | os.PathLike, *, max_bytes: int | None = None) -> Iterator[BufferedReader]:
     """An input, open while the block runs.
@@ -220,7 +240,7 @@ def opened(path: str | os.PathLike, *, max_bytes: int | None = None) -> Iterator
             raise InputError(f"{path}: is not a plain file")
         file = path.open("rb")
     except FileNotFoundError as error:
-        raise InputError(f"{path}: no such file") from error
+        raise InputError(f"{path}: no such file{similar_name(path)}") from error
     except (OSError, ValueError) as error:
         if isinstance(error, InputError):
             raise

@@ -91,7 +91,7 @@ def test_a_pair_is_measured_by_both_methods(capsys):
     rows = {method: [solver.measured(source, target, method=method)] for method in solver.METHODS}
     solver.summary(rows)
     assert rows["conformal"][0].gap <= min(1e-3, rows["paper"][0].gap)
-    assert "certified one-to-one" in capsys.readouterr().out
+    assert "certified injective" in capsys.readouterr().out
 
 
 def test_gallery_pictures_are_small_and_in_the_table():

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ... import __version__
 from ...arrays import Real
@@ -40,6 +41,8 @@ from .inputs import expand_tiles
 from .job import STEM, Outcome, RelayoutJob, name_each
 
 SCHEMA = "iccm.relayout/1"
+SEEN_BLACK = 0.01
+"""Share of a picture: less black outside the charts is not worth a note."""
 TEXELS = ("overlapping_texels", "covered_texels")  # of a layout, counted in each tile
 _Read = list[MeshFile]  # all geometries of a file
 
@@ -198,9 +201,22 @@ class _Pictures:
                     "threads": settings.threads,
                 }
                 made = carry(origins[tile], sampler, settings.limit, **options)
+                if image.alpha < 0:
+                    self.cut += _black(name, each.path, made, origins[tile].reached(settings.limit))
                 path = stack.enter_context(files.writing(name, force=self.force))
                 image_files.write(path, image.with_pixels(made, image.alpha))
         return [name for names in self.files for name in names.values()], list(origins.values())
+
+
+def _black(name: str, texture: str, made: NDArray, reached: NDArray) -> list[str]:
+    """Return a note if much of a picture without alpha is black, because it lies outside the charts."""
+    share = (~reached & ~made.any(axis=-1)).mean()
+    if share < SEEN_BLACK:
+        return []
+    return [
+        f"{name}: {share:.0%} of the picture is black, outside the charts, because {texture} has no alpha channel; "
+        "use --padding -1 to fill it"
+    ]
 
 
 def run(job: RelayoutJob, *, threads: int | None = None) -> Outcome:

@@ -16,10 +16,11 @@ from ...errors import InputError, naming
 from ...maps.fields import Field
 from ...maps.regions import rings_of
 from .. import formats, limits
+from ..files import similar_name
 from ..spec import Spec
 from . import silhouette
 from .mesh_shape import MeshShape
-from .shape import Shape, drawn
+from .shape import Shape, drawn, suggested
 
 if TYPE_CHECKING:
     from ..point_syntax import Place
@@ -53,6 +54,7 @@ def read(
         if not isinstance(each, str):
             found.append(Curve.domain([shape.at(place) for place in each], "rigid: a polygon").z)
         elif not each.startswith(MARK):
+            _refuse_missing(shape, each, option)
             found += _mask(shape, Path(each), option)
         elif isinstance(shape, MeshShape):
             found += _triangles(shape, each, option)
@@ -97,16 +99,38 @@ def greys(source: Shape, given: Sequence[str | list[Place]]) -> dict[str, Field]
     return {"importance": Field.of(np.max(found, axis=0), source.box, WHITER, "--rigid")} if found else {}
 
 
+def _refuse_missing(shape: Shape, name: str, option: str) -> None:
+    """Raise InputError if a name is not a file, with a hint if an element of the drawing has it as its id."""
+    from difflib import get_close_matches
+
+    if Path(name).exists():
+        return
+    ids = drawn(Spec(shape.path)).ids if not isinstance(shape, MeshShape) and _is_drawing(shape) else ()
+    near = get_close_matches(name, ids, 1)
+    if near:
+        cure = f"; for the element of {shape.path} write '{MARK}{near[0]}'"
+    else:
+        cure = similar_name(Path(name)) or f"; name a mask picture, or an element as '{MARK}id'"
+    raise InputError(f"{option} {name}: no such file{cure}")
+
+
+def _is_drawing(shape: Shape) -> bool:
+    return formats.suffix_of(shape.path) in (".svg", ".svgz")
+
+
 def _element(shape: Shape, name: str, option: str) -> list[Complex]:
-    """The outlines of an element of a drawing."""
+    """Return the outlines of an element of a drawing."""
     spec = Spec(shape.path, name[len(MARK) :] or None)
-    if formats.suffix_of(shape.path) not in (".svg", ".svgz"):
+    if not _is_drawing(shape):
         raise InputError(
-            f"{option} {name}: is an element of a drawing, and {shape.path} is none; name a mask"
+            f"{option} {name}: names an element of a drawing, and {shape.path} is not a drawing; use a mask"
         )
     drawing = drawn(spec)
     if spec.part not in drawing.ids:
-        raise InputError(f"{option} {name}: no such element in {shape.path}")
+        ids = sorted(drawing.ids)
+        raise InputError(
+            f"{option} {name}: no such element in {shape.path}; {suggested(spec.part or '', ids)}"
+        )
     if not drawing.outlines:
         why = str(drawing.refused[0][1]) if drawing.refused else "it has no outline"
         raise InputError(f"{option} {name}: {why}")

@@ -449,7 +449,9 @@ def _choose(drawing: Drawing, text: str, spec: Spec, *, told: bool = True) -> tu
     """The outline that is meant, and, if they are to be `told`, the notes about all the others."""
     found, number = drawing.outlines, spec.number
     if spec.part is not None and spec.part not in drawing.ids:
-        raise InputError(f"{text}: there is no {spec.part!r} in the file; it has {_listed(drawing.ids)}")
+        raise InputError(
+            f"{text}: there is no {spec.part!r} in the file; {suggested(spec.part, drawing.ids)}"
+        )
     if number is not None and not 1 <= number <= len(found):
         raise InputError(
             f"{text}: there is no outline {number}; {'it' if spec.part else 'the file'} has {len(found)}"
@@ -499,6 +501,16 @@ def _names_in(
     near &= (low.imag <= starts.imag) & (starts.imag <= high.imag)
     inside = [others[k] for k in np.flatnonzero(near).tolist() if hole.contains(others[k].z).all()]
     return tuple(dict.fromkeys(name for other in inside for name in other.names if name not in outline.names))
+
+
+def suggested(name: str, ids: Iterable[str]) -> str:
+    """Return a hint for an unknown id: the most similar one, and a list of all."""
+    from difflib import get_close_matches
+
+    known = list(ids)
+    near = get_close_matches(name, known, 1)
+    listed = f"has {_listed(known)}"
+    return f"did you mean '#{near[0]}'? It {listed}" if near else f"it {listed}"
 
 
 def _listed(names: Iterable[str], most: int = 12) -> str:

@@ -148,7 +148,11 @@ class ICCM_OT_fit_island(Run, bpy.types.Operator):
     outline: EnumProperty(
         name="Outline",
         items=[
-            ("island", "Active Island", "The island of the active face; the other selected islands are fitted into it"),
+            (
+                "island",
+                "Active Island",
+                "The island of the active face; the other selected islands are fitted into it",
+            ),
             ("file", "SVG or Picture", "The largest shape of a file whose canvas is the unit square"),
             ("curve", "Curve Object", "A curve, seen from above, scaled to the unit square"),
         ],
@@ -160,7 +164,11 @@ class ICCM_OT_fit_island(Run, bpy.types.Operator):
         name="Rotation", description="Degrees counter-clockwise, or any; empty: keep the island's orientation"
     )
     balance: FloatProperty(
-        name="Balance", default=1, min=0, max=10, description="0 keeps angles, 1 weights both equally, more keeps areas"
+        name="Balance",
+        default=1,
+        min=0,
+        max=10,
+        description="0 keeps angles, 1 weights both equally, more keeps areas",
     )
 
     def draw(self, context):

@@ -68,7 +68,9 @@ class Texture(inkex.EffectExtension):
             )
         artwork, target = (chosen[:-1], chosen[-1]) if fits else (chosen, chosen[0])
         if any(target in each.iterdescendants() or each in target.iterdescendants() for each in artwork):
-            raise Failed("The target is part of the artwork, or the artwork is part of the target; ungroup them.")
+            raise Failed(
+                "The target is part of the artwork, or the artwork is part of the target; ungroup them."
+            )
         source = self.only(artwork, marked)
         picture = fits and self.options.result == "picture"
         if picture or self.options.outline == "box":

@@ -250,9 +250,9 @@ def test_landmarks_in_json_tps_and_obj(saved, shapes, iccm):
         ("a.csv", "x,y\n1,2\n3,four\n", (), "row 3: 'four' is not a coordinate"),
         ("a.csv", "x,y\n1,inf\n", (), "are not finite numbers"),
         ("a.csv", "x\n1\n", (), "--columns X,Y"),
-        ("a.csv", "x,y\n1\n", (), "row 2: has 1 cells"),
+        ("a.csv", "x,y\n1\n", (), "column 2 is needed"),
         ("a.csv", "", (), "the file is empty"),
-        ("a.csv", "a,b\n1,2\n", ("--columns", "a,c"), "no 'c' in it; it has a, b"),
+        ("a.csv", "a,b\n1,2\n", ("--columns", "a,c"), "no column 'c'; the table has a, b"),
         ("a.csv", "\xff\xfe", (), "--columns X,Y"),
         ("a.geojson", "{", (), "not valid JSON"),
         (
@@ -268,11 +268,11 @@ def test_landmarks_in_json_tps_and_obj(saved, shapes, iccm):
         ("a.geojson", '{"type": []}', (), "not GeoJSON, nor a list of points"),
         ("a.geojson", '{"type": "Point", "coordinates": ["a", 2]}', (), "is not a position"),
         ("a.json", '{"size": 3}', (), "not GeoJSON, nor a list of points"),
-        ("a.tps", "LM=2\n1 2\nID=1\n", (), "line 3: 'ID=1' is no place"),
+        ("a.tps", "LM=2\n1 2\nID=1\n", (), "line 3: 'ID=1' is not a position"),
         ("a.tps", "LM3=1\n1 2 3\n", (), "landmarks in space"),
         ("a.obj", "v 0 0 0\nl 1 2\n", (), "no vertex 2"),
         ("a.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n", (), "is a face"),
-        ("a.obj", "v 0 0 0\nv 1 0 1\nl 1 2\n", (), "in no plane"),
+        ("a.obj", "v 0 0 0\nv 1 0 1\nl 1 2\n", (), "do not lie in a plane"),
         ("a.obj", "v 0 0 0\np 1\n", ("--unmapped", "keep"), "--unmapped keep"),
         ("a.json", "[[1, 2]]", ("--columns", "x,y"), "--columns: "),
         ("a.txt", "hello", (), "a.txt: "),
@@ -290,7 +290,7 @@ def test_options_that_do_not_fit_are_refused(saved, shapes, iccm):
     image_files.write("t.png", image_files.Image(core.checkerboard(8)))
     (shapes / "a.csv").write_text("x,y\n50,50\n")
     for arguments, said in (
-        (("map.npz", "a.csv", "-o", "a.json"), "give it a name that ends in .csv"),
+        (("map.npz", "a.csv", "-o", "a.json"), "choose a name that ends in .csv"),
         (
             ("map.npz", "t.png", "-o", "b.png", "--columns", "1,2"),
             "--columns: ",

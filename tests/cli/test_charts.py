@@ -202,7 +202,7 @@ def test_a_missing_tile_is_told(sheets, iccm):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["square.svg", "pair.obj#uv-3"], "pair.obj: no chart 3; there are 2, 1 is the largest"),
+        (["square.svg", "pair.obj#uv-3"], "pair.obj: there is no chart 3; choose 1 (the largest) to 2"),
         (
             ["square.svg", "pair.obj#uv#2"],
             "pair.obj#uv#2: ",

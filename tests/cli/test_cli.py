@@ -284,7 +284,7 @@ def test_constraints_that_no_map_meets_are_named(shapes, iccm, listed, said):
         (("map", "empty.svg", "blob.svg"), ["empty.svg"]),
         (("map", "nothing.svg", "blob.svg"), ["nothing.svg"]),
         (("map", "notes.txt", "blob.svg"), ["notes.txt: cannot read a shape from '.txt'"]),
-        (("map", "notes", "blob.svg"), ["notes: no shape is read from a file without suffix"]),
+        (("map", "notes", "blob.svg"), ["notes: cannot read a shape from a file without suffix"]),
         (("map", "", "blob.svg"), ["SOURCE: "]),
         (("map", "square.svg", "blob.svg", "--texture", "none.png"), ["none.png", "no such file"]),
         (("map", "square.svg", "blob.svg", "--texture", "notes.png"), ["notes.png"]),

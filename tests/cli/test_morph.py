@@ -112,7 +112,7 @@ def test_parts_that_match_go_onto_each_other_unless_they_are_joined(shapes, iccm
     done = iccm("morph", "bars.svg", "discs.svg", "--parts", "joined", *QUICK, "-o", "j-{number}.png")
     assert done.code == 0 and "one by one" not in done.err
     largest = iccm("morph", "bars.svg", "discs.svg", "--parts", "largest", *QUICK, "-o", "l-{number}.png")
-    assert largest.code == 0 and "left out 2 other outlines" in largest.err
+    assert largest.code == 0 and "ignored 2 other outlines" in largest.err
 
 
 def test_drawings_with_colours_of_their_own_fade_into_each_other(shapes, iccm):

@@ -59,7 +59,7 @@ def test_parts_of_the_target_that_stay_empty_are_told_however_quiet(drawings, ic
     done = iccm("map", "tile.svg", "word.svg", "--parts", "all", "-o", "w.png", "--report", "r.json", "-q")
     assert done.code == 0
     assert (
-        "word.svg: no matching part in tile.svg for #2 (i), #3; they stay empty, 33% of the total area"
+        "word.svg: no matching part in tile.svg for #2 (i), #3: they stay empty, 33% of the total area"
         in done.err
     )
     unpaired = json.loads((drawings / "r.json").read_text())["unpaired"]
@@ -101,7 +101,7 @@ def test_what_does_not_go_with_parts_is_refused(drawings, iccm):
 def test_the_others_are_told_once(drawings, iccm):
     paper = ("--method", "paper", "--vertices", "60", "--parts", "largest")
     done = iccm("map", "face.svg", "mask.svg", "--report", "-", *paper)
-    assert done.err.count("left out 4 other outlines") == done.err.count("left out 2 other outlines") == 1
+    assert done.err.count("ignored 4 other outlines") == done.err.count("ignored 2 other outlines") == 1
     assert "--parts all" in done.err
 
 
@@ -171,7 +171,7 @@ def test_a_part_without_a_map_is_left_out_told_and_counted(drawings, iccm):
     each = ("map", "square.svg", "two.obj", "--parts", "each")
     done = iccm(*each, "-o", "o.obj", "--report", "r.json", "-q")
     assert done.code == 1 and "1 of 2 parts are omitted" in done.err
-    assert "#piece-2: left out: no map without folds" in done.err
+    assert "#piece-2: omitted: found no map without folds" in done.err
     report = json.loads((drawings / "r.json").read_text())
     assert report["mapped"] == pytest.approx(2 / 3) and [part["target"] for part in report["parts"]] == [
         "piece-1"

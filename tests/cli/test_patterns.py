@@ -90,8 +90,8 @@ def test_a_mesh_shows_tiles_by_its_coordinates_or_baked(tile, iccm):
 @pytest.mark.parametrize(
     "command, said",
     [
-        ("map mesh.obj square.svg --texture tile.png --texture-scale .5 -o o.png", "--texture-scale is for textures"),
-        ("map mesh.obj square.svg --texture tile.png --edge mirror -o o.png", "--edge mirror is for textures"),
+        ("map mesh.obj square.svg --texture tile.png --texture-scale .5 -o o.png", "--texture-scale does not apply"),
+        ("map mesh.obj square.svg --texture tile.png --edge mirror -o o.png", "--edge mirror does not apply"),
         ("map square.svg mesh.obj --texture tile.png --texture-turn 9 -o o.obj", "use --edge repeat, or --bake"),
         ("map square.svg mesh.obj --texture tile.png --edge mirror -o o.obj", "use --edge repeat, or --bake"),
         ("map square.svg blob.svg --texture-scale 0 -o o.png", "'--texture-scale': a factor"),

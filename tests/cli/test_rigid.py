@@ -322,7 +322,7 @@ def test_an_element_of_a_target_is_kept(drawn, iccm):
             "square.svg",
             "blob.svg",
             ("--rigid-target", "mask.png", "--parts", "all"),
-            "--rigid-target is for one",
+            "--rigid-target only works for one",
         ),
     ],
 )

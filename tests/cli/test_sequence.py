@@ -90,14 +90,14 @@ def test_a_frame_that_differs_too_much_starts_anew_and_says_so(frames, iccm):
         (("square.svg", "none/*.svg", "--sequence"), "no file matches"),
         (("square.svg", "frames/*.svg", "--texture", "t.png", "--sequence", "-o", "x.png"), "output: "),
         (("frames/*.svg", "frames/f[89].svg", "--sequence"), "differ: source 4, target 2 files"),
-        (("square.svg", "frames/*.svg", "--sequence", "--fit", "cover"), "whole outlines"),
+        (("square.svg", "frames/*.svg", "--sequence", "--fit", "cover"), "fit whole"),
         (("square.svg", "frames/*.svg", "--sequence", "--method", "paper"), "balanced method"),
         (("square.svg", "frames/*.svg", "--sequence", "--watch"), "--watch: "),
         (("square.svg", "blob.svg", "--resume"), "--resume: "),
         (("square.svg", "blob.svg", "--start", "blob.svg"), "blob.svg: not a saved map"),
         (("square.svg", "blob.svg", "--start", "none.npz"), "none.npz: no such file"),
         (("square.svg", "blob.svg", "--start", "paper.npz"), "not a balanced map"),
-        (("square.svg", "blob.svg", "--start", "paper.npz", "--method", "paper"), "give --method balanced"),
+        (("square.svg", "blob.svg", "--start", "paper.npz", "--method", "paper"), "add --method balanced"),
     ],
 )
 def test_what_makes_no_sequence_is_refused(frames, iccm, arguments, said):

@@ -71,6 +71,11 @@ class Picture(Output):
         image_files.check(path, image, height, width)
         if clipped := image_files.clipping_note(path, run.image):
             run.note(f"{self.name}: {clipped}")
+        if job.edge == "transparent" and not (run.image.alpha >= 0 and format.alpha):
+            lacking = self.name if run.image.alpha >= 0 else "the texture"
+            run.note(
+                f"--edge transparent: {lacking} has no alpha channel, so beyond the texture's edge it is black"
+            )
         as_stored = job.kind != "colour" or job.filter == "nearest"
         kept = format.hidden or (format.light == "linear" and format.alpha and image.associated)
         if as_stored and run.image.alpha >= 0 and not kept:

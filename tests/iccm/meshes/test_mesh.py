@@ -73,7 +73,7 @@ BAD = {
         SQUARE + "vt 0 0\nf 1/1 2/1 3/2\nf 1 3 4\n",
         "face 1 (line 6): uses a texture coordinate",
     ),
-    "no such part": (TWO, "'hat'; there is no named part"),
+    "no such part": (TWO, "there is no part 'hat' with faces; the file has no named part"),
     "cut in the middle": (grid_text(80)[: len(grid_text(80)) // 2], "no faces"),
     "cut in the faces": (grid_text(80)[:-11], "line 12641: a face needs at least 3 corners"),
 }
@@ -267,7 +267,7 @@ def test_of_a_surface_with_both_its_sides_one_is_taken():
     corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
     piece = disk_patch(Mesh.triangles("sheet", corners, [[0, 1, 2], [0, 2, 3], [2, 1, 0], [3, 2, 0]]))
     assert piece.areas.sum() == pytest.approx(1)
-    assert piece.notes == ("2 triangles with the corners of another left out",)
+    assert piece.notes == ("ignored 2 triangles with the corners of another",)
 
 
 def test_of_cells_the_surface_is_taken():
@@ -278,7 +278,7 @@ def test_of_cells_the_surface_is_taken():
     quads = (k[0, :2, :2].ravel()[:, None, None] + steps).reshape(-1)
     points = np.stack(np.meshgrid(range(2), range(3), range(3), indexing="ij"), axis=-1).reshape(-1, 3)
     piece = sound_piece(Mesh("cells", points.astype(float), quads, 4 * np.arange(25)))
-    assert piece.notes[0] == "16 triangles between cells left out"
+    assert piece.notes[0] == "ignored 16 triangles between cells"
     assert piece.areas.sum() == pytest.approx(2 * (4 + 2 + 2))
     assert not piece.loops and piece.genus == 0
 

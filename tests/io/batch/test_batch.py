@@ -140,7 +140,7 @@ def test_a_job_that_kills_its_worker_is_blamed_alone(play, tmp_path, retries):
     assert {n: (r["status"], r["attempts"]) for n, r in results.items()} == {
         n: ("killed", 1 + retries) if n == "b" else ("done", 1) for n in "abcde"
     }
-    assert "job 1 and 2 more: the worker died" in warned
+    assert "job 1 and 2 more: the worker died; running the jobs one by one" in warned
     lines = [json.loads(line) for line in (tmp_path / journal.NAME).read_text().split("\n") if line]
     events = [(line["event"], line["key"]) for line in lines]
     assert len(events) == len(set(events)) == 5 + 4  # b was begun, but never finished

@@ -289,7 +289,7 @@ def test_a_mistake_in_the_defaults_is_told_once_and_there(shapes):
 def test_globs_that_multiply_are_told_before_they_are(shapes, monkeypatch):
     monkeypatch.setattr(limits, "JOBS", 5)
     (found,) = listed(shapes, {"source": "*.svg", "target": "*.svg"})
-    assert found == "line 1: its patterns match 9 jobs, more than 5"
+    assert found.startswith("line 1: its patterns match 9 jobs, more than 5")
 
 
 GLOBS = [
@@ -327,7 +327,7 @@ def test_a_glob_stays_in_the_root_unless_it_may_leave(folder, pattern):
     (folder / "manifests" / "lin1.svg").symlink_to("/etc/hosts")
     text = json.dumps({"source": pattern, "target": "a.svg"})
     (line,) = mistakes(text, str(folder / "manifests" / "j.jsonl"), folder)
-    assert line.startswith(f"{folder}/manifests/j.jsonl: line 1: source: {pattern!r} leads to ")
+    assert line.startswith(f"{folder}/manifests/j.jsonl: line 1: source: {pattern!r} matches ")
     assert line.endswith("outside the manifest's folder and the root; allow this with --allow-outside")
 
 

@@ -382,8 +382,8 @@ def test_an_objs_materials_stay_as_opaque_as_they_are(there, iccm):
         (("old.glb", "new.glb", "-o", "a.glb", "-o", "b.glb"), "only one mesh can be written"),
         (("old.glb", "new.glb", "-o", "new.glb", "--force"), "is also an input"),
         (("new.obj", "new.glb", "-o", "out.glb", "--size", N), "new.obj: its materials have no textures"),
-        (("old.glb", "new.glb", "--data", "kd.png", "-o", "out.glb", "--size", N), "no one place for --data"),
-        (("old.obj", "new.obj", "-o", "out.gltf"), "written to .obj and .glb"),
+        (("old.glb", "new.glb", "--data", "kd.png", "-o", "out.glb", "--size", N), "--data: "),
+        (("old.obj", "new.obj", "-o", "out.gltf"), "use .obj and .glb"),
     ],
 )
 def test_wrong_words_are_told_in_a_line(there, iccm, words, message):

@@ -152,5 +152,5 @@ def test_the_share_of_each_part_that_can_be_mapped_is_told(shapes, iccm):
     done = iccm("map", "square.svg", "both.glb", "--parts", "each", "-o", "o.glb", "--report", "r.json")
     assert done.code == 0
     assert "2 of 14 faces are mapped (14%)" in done.err
-    assert "left out: both.glb#box" in done.err
+    assert "ignored: both.glb#box" in done.err
     assert json.loads((shapes / "r.json").read_text())["mapped"] == pytest.approx(1 / 7)

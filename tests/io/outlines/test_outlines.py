@@ -85,7 +85,7 @@ def test_annotations_of_pictures_lie_on_their_canvas(tmp_path):
     path.write_text(json.dumps(coco))
     assert shape.read(f"{path}#11").curve.area == 4800 and shape.read(f"{path}#2.jpg").curve.area == 81
     assert shape.read(f"{path}#11").box == (-80j, 100)
-    assert "left out 1 mask by runs (RLE); polygons are read" in shape.read(f"{path}#11").notes
+    assert "ignored 1 run-length encoded mask (RLE); only polygons are read" in shape.read(f"{path}#11").notes
     with pytest.raises(InputError, match=r"annotations of 2 pictures; name one, #1\.jpg"):
         shape.read(f"{path}#dog")
 

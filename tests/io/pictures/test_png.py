@@ -100,5 +100,5 @@ except InputError as error:
 def test_a_full_disk_is_told(tmp_path):
     line = [sys.executable, "-c", FULL, str(tmp_path / "a.png")]
     said = subprocess.run(line, capture_output=True, text=True, check=True)
-    assert said.stdout.startswith(f"{tmp_path / 'a.png'}: cannot write this file: ")
+    assert said.stdout.startswith(f"{tmp_path / 'a.png'}: cannot write this picture: ")
     assert not said.stderr

@@ -36,9 +36,9 @@ def test_a_pin_may_be_written_in_three_ways(pin):
 @pytest.mark.parametrize(
     ("values", "place", "what"),
     [
-        ({"size": "0x4"}, "--size", "from 1 to"),
+        ({"size": "0x4"}, "--size", "between 1 and"),
         ({"size": "12y3"}, "--size", "WxH"),
-        ({"size": "9999999"}, "--size", "from 1 to"),
+        ({"size": "9999999"}, "--size", "between 1 and"),
         ({"pin": ["1,2"]}, "--pin 1: ", "SX,SY:TX,TY"),
         ({"pin": ["1,2:3,4", "nan,0:1,1"]}, "--pin 2: ", "SX,SY:TX,TY"),
         ({"pin": [[1, 2, 3, float("inf")]]}, "--pin 1: ", "finite"),

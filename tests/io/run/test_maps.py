@@ -104,8 +104,8 @@ def test_a_mesh_shows_a_set_itself(material, iccm):
 @pytest.mark.parametrize(
     ("more", "said"),
     [
-        (["-o", "x.ply"], "PLY has no place for a normal map"),
-        (["-o", "x.glb", "--data", "data.tif"], "add a picture for data too"),
+        (["-o", "x.ply"], "PLY cannot contain a normal map"),
+        (["-o", "x.glb", "--data", "data.tif"], "add a picture for data"),
         (["-o", "x.glb", "--normal", "texture.png"], "a mesh takes one --texture and one --normal"),
         (["-o", "x.obj", "--carry-maps"], "leave one of the two out"),
     ],

@@ -99,10 +99,10 @@ PIN = '{"source": [1, 2], "target": [3, 4]'
         ("[]", "the file: must be a JSON object"),
         (
             '{"pins": [{"source": "west", "target": [3, 4]}]}',
-            r"pins\.0\.source: 'west' is no place; write .*\[x, y\]",
+            r"pins\.0\.source: 'west' is not a point; write .*\[x, y\]",
         ),
-        ('{"pins": [{"source": -1, "target": [3, 4]}]}', r"pins\.0\.source: '-1' is no place"),
-        ('{"pins": [{"source": null, "target": [3, 4]}]}', r"pins\.0\.source: is no place"),
+        ('{"pins": [{"source": -1, "target": [3, 4]}]}', r"pins\.0\.source: '-1' is not a point"),
+        ('{"pins": [{"source": null, "target": [3, 4]}]}', r"pins\.0\.source: is not a point"),
         ("[" * 100_000, "nested too deeply"),
         ('{"pegs": []}', "pegs: unknown key"),
         ('{"pins": [' + PIN + ', "colour": 1}]}', r"pins\.0\.colour: unknown key"),
@@ -119,7 +119,7 @@ PIN = '{"source": [1, 2], "target": [3, 4]'
             '{"strokes": [{"source": [[1, 2], [3, 4]], "target": [[1, 2], [3, 4]], "ends": "glue"}]}',
             "'free' or 'stick'",
         ),
-        ("\xff", "not JSON"),
+        ("\xff", "not valid JSON"),
     ],
 )
 def test_bad_files_are_one_line(tmp_path, content, message):

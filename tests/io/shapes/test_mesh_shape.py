@@ -482,14 +482,14 @@ def test_a_missing_layout_is_told_before_the_solving(tmp_path, monkeypatch, iccm
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--texture", "c.exr", "-o", "o.glb"], "c.exr: holds floats"),
+        (["--texture", "c.exr", "-o", "o.glb"], "c.exr: contains floats"),
         (
             ["--texture", "-c.png", "-o", "o.obj"],
             "-c.png: a material library cannot refer to a file of this name",
         ),
         (
             ["--bake", "--size", "64", "--max-pixels", "4000", "-o", "o.png"],
-            "--size: 64x64 is more than 4000",
+            "--size: 64x64 exceeds the limit of 4000",
         ),
         (["--bake", "-o", "o.png"], "far.obj: face 1"),
     ],
@@ -632,7 +632,7 @@ def test_geometries_that_are_left_out_are_told(shapes, iccm):
         {name: trimesh.creation.icosahedron().slice_plane([0, 0, 0], [0, 0, 1]) for name in "ab"}
     )
     scene.export("two.glb")
-    said = "left out 1 other geometry"
+    said = "ignored 1 other geometry"
     words = ["--texture", "c.png", "--method", "paper", "--vertices", "60", "-o"]
     image_files.write("c.png", colours(8))
     done = iccm("map", "square.svg", "two.glb#b", *words, "o.glb")

@@ -85,7 +85,7 @@ def test_lines_are_cut_too(svg):
 def test_a_clip_may_part_a_shape_or_hide_it(svg):
     two = '<clipPath id="c"><path d="M0 0h9v9H0zM20 0h5v9h-5z"/></clipPath>'
     shape = svg(f'{two}<g clip-path="url(#c)">{BLOCK}</g>')
-    assert shape.curve.area == 81 and "left out 1 other outline" in shape.notes[0]
+    assert shape.curve.area == 81 and "ignored 1 other outline" in shape.notes[0]
     with pytest.raises(InputError, match="contains no outline"):
         svg(f'<clipPath id="c"/><g clip-path="url(#c)">{BLOCK}</g>')
 

@@ -668,7 +668,7 @@ def test_translations_by_parts_of_a_box(svg):
         ('<rect width="-5" height="5"/>', ("width is -5",)),
         ('<circle r="x"/>', ("r 'x' is not a length",)),
         ('<circle r="5furlong"/>', ("not a length",)),
-        ('<polygon points="0,0 1,0 1"/>', ("points: 5 numbers",)),
+        ('<polygon points="0,0 1,0 1"/>', ("points: has 5 numbers",)),
         ('<polygon points="0,0 1,0 1,b"/>', ("points: character", "b'")),
         ('<rect width="5" height="5" transform="spin(4)"/>', ("transform", "spin")),
         ('<rect width="5" height="5" transform="scale(0)"/>', ("1 distinct point",)),
@@ -678,7 +678,7 @@ def test_translations_by_parts_of_a_box(svg):
         ('<use id="a" href="#b"/><use id="b" href="#a"/>', ("contains itself",)),
         ('<rect id="pin-a" width="5" height="5"/>', ("pin-a", "circle or an ellipse")),
         ('<circle id="pin-a" r="5"/><circle id="pin-a" r="5"/>', ("a second 'pin-a'",)),
-        ('<path id="stroke-a" d="M0 0L5 5M6 6L7 7"/>', ("stroke-a", "one run")),
+        ('<path id="stroke-a" d="M0 0L5 5M6 6L7 7"/>', ("stroke-a", "single line")),
         ('<path id="stroke-a" d="M5 5L5 5"/>', ("2 distinct points",)),
     ],
 )
