@@ -179,8 +179,10 @@ class Options:
         if self.literal and self.method != "paper":
             raise InputError("literal: needs method paper")
         if self.literal and (free := self._given(FIXED_BY_LITERAL)):
-            raise InputError(f"{free[0]}: cannot be combined with literal, which uses the paper's value; "
-                             "remove one of the two")
+            raise InputError(
+                f"{free[0]}: cannot be combined with literal, which uses the paper's value; "
+                "remove one of the two"
+            )
         for name, words in (("fit", tuple(FITS)), ("place", PLACES), ("holes", HOLES)):
             if getattr(self, name) not in words:
                 raise InputError(f"{name}: {getattr(self, name)!r} is not one of {', '.join(words)}")

@@ -168,8 +168,9 @@ def _field(given, box: Box, name: str, least: float) -> Field | None:
         low, high = as_complex(corners, name)
         box = complex(low), complex(high)
         if not (np.isfinite(corners).all() and high.real > low.real and high.imag > low.imag):
-            raise InputError(f"{name}: {corners!r} is not a box; give its lower left and upper right "
-                             "corner as x + iy")
+            raise InputError(
+                f"{name}: {corners!r} is not a box; give its lower left and upper right corner as x + iy"
+            )
     return Field.of(given, box, least, name)
 
 

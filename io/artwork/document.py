@@ -245,14 +245,14 @@ class MappedDocument:
         """Add the place of an embedded picture, cut out as the map has it. The picture follows with the map."""
         link = next((k for k in tree.LINKS if node.element.get(k, "").strip().startswith("data:")), None)
         if link is None:
-            self.notes["<image> that is not embedded, left out"] += 1
+            self.notes["<image> that is not embedded, omitted"] += 1
             return
         if local(parent) == "clipPath":
             return
         address = embedded.typed(node.element.get(link, ""))
         found = embedded.size_of(address)
         if found is None:
-            self.notes["<image> that cannot be read, left out"] += 1
+            self.notes["<image> that cannot be read, omitted"] += 1
             return
         content, width, height = found
         self.carried.spend(embedded.COST)

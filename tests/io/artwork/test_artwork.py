@@ -541,7 +541,7 @@ def test_pictures_outside_and_those_that_cannot_be_read_are_left_out(tmp_path):
     (own_size,) = referred(found, found["g"][0], "clip-path")
     assert np.ptp(outline(own_size).real) == pytest.approx(4, rel=0.3)
     assert sum("not embedded" in note for note in notes) == 1
-    assert sum("read" in note and "left out" in note for note in notes) == 2
+    assert sum("read" in note and "omitted" in note for note in notes) == 2
     assert "1 × shape outside the source, omitted" in notes
 
 
