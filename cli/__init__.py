@@ -18,7 +18,7 @@ help      `iccm help`
 settings  limits from the environment and from a configuration file
 options   arguments and options of a command, made from `iccm.io.options`
 logs      messages on stderr; failures as one line and an exit code
-status    the line that tells what is under way
+status    the line that reports what is under way
 process   streams it is started with; stopping within two seconds of a signal
 """
 

@@ -19,7 +19,7 @@ LEAST = 5 << 28
 """Bytes of addresses without which libraries end the process: as they are loaded, or write a picture."""
 STREAMS = ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w"))
 GRACE = 1.2
-"""Seconds in which a run may end by itself, which takes milliseconds between calls of compiled code."""
+"""Seconds in which a run may end on its own, which takes milliseconds between calls of compiled code."""
 _state = {"patient": False}
 
 

@@ -22,7 +22,7 @@ drawings/         whole drawings as regions, frames around them, and the cost of
 conformal/        the conformal method, to a tolerance
 paper/            the algorithm of the paper
 surfaces/         balanced maps of surfaces
-flattening/       patches of meshes laid out in the plane
+flattening/       patches of meshes flattened into the plane
 meshes/           triangle meshes, their topology, layouts and textures
 maps/             what a map is: evaluation, inverse, injectivity, distortion
 pixels/           pictures: sampling, filtering, coverage

@@ -28,7 +28,7 @@ def _end(code: int | str | None) -> NoReturn:
 
     Everything is written and closed by then. Python would take its modules and their libraries apart, for a quarter of
     a second: only a batch, which has processes to take leave of, waits for that. This is here and not in
-    `iccm.cli.main`, so that a test or a program that calls that goes on, or fails, by SystemExit.
+    `iccm.cli.main`, so that a test or a program that calls that continues, or fails, by SystemExit.
     """
     for stream in (sys.stdout, sys.stderr):
         with suppress(OSError, ValueError):

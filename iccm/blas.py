@@ -42,7 +42,7 @@ def one_thread() -> Iterator[None]:
     """BLAS on one thread, in the whole process, as long as any caller is inside; then as before.
 
     Its sums depend on the number of its threads, and systems of some hundred unknowns take longer on many than on one.
-    SciPy has a library of its own, and is slow to import: what uses it enters here, too, once it has imported it.
+    SciPy has a separate library, and is slow to import: what uses it enters here, too, once it has imported it.
     """
     _users.enter()
     try:

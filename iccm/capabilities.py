@@ -11,7 +11,7 @@ from .errors import InputError
 from .fits import FITS
 
 Kind = Literal["plane", "from surface", "onto surface", "between surfaces"]
-"""A pair of outlines, or one of which the source, the target or both are surfaces laid out in the plane."""
+"""A pair of outlines, or one of which the source, the target or both are surfaces flattened into the plane."""
 EVERYWHERE: tuple[Kind, ...] = ("plane", "from surface", "onto surface", "between surfaces")
 
 
@@ -26,7 +26,7 @@ class Capability:
         elsewhere: what the message says for each other kind.
         partial: whether it goes with a fit that leaves parts out.
         without: other constraints that it does not go with, and what the message says.
-        without_on_surfaces: likewise where a side is a surface.
+        without_on_surfaces: the same where a side is a surface.
     """
 
     methods: tuple[str, ...]

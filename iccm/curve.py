@@ -239,7 +239,7 @@ def _to_segments(z: Complex, head: Complex, step: Complex) -> Real:
 
 
 def closer_outline(outline: Complex, filled: Complex | None, goal: Curve) -> Complex:
-    """Of a map's outline and the one with bays filled, if there are any, the one that belongs on the goal."""
+    """Of a map's outline and the one with concavities filled, if there are any, the one that belongs on the goal."""
     if filled is None:
         return outline
     return min((outline, filled), key=lambda loop: hausdorff(Curve(loop), goal))

@@ -41,7 +41,7 @@ class ConstraintError(InputError):
     Args:
         message: as of `InputError`.
         pins: those it speaks of, counted from 0.
-        strokes: likewise.
+        strokes: as above.
     """
 
     def __init__(self, message: str, pins: Iterable[int] = (), strokes: Iterable[int] = ()):

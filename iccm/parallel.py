@@ -51,7 +51,7 @@ def within_time(work: Callable[[Item], Result]) -> Callable[[Item], Result]:
 
 
 def beside(work: Callable[[], Result]) -> Future[Result]:
-    """Begins work in a thread of its own, beside what follows."""
+    """Begins work in a separate thread, beside what follows."""
     with_one = ThreadPoolExecutor(1)
     future = with_one.submit(work)
     with_one.shutdown(wait=False)

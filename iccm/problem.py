@@ -142,7 +142,7 @@ def _holes(outer: Curve | None, holes, name: str) -> tuple[Curve, ...]:
     """The outlines of holes, clockwise, from known vertices on.
 
     Raises:
-        InputError: one is no simple polygon, or not inside and apart from the outline and the others.
+        InputError: one is not a simple polygon, or not inside and apart from the outline and the others.
     """
     found: list[Curve] = []
     rings = [outer.polygon] if outer else []

@@ -1,4 +1,4 @@
-"""Progress of a long computation, told to whoever listens: no result depends on it.
+"""Progress of a long computation, reported to whoever listens: no result depends on it.
 
 with progress.heard(print):
     iccm.fit(source, target)
@@ -39,7 +39,7 @@ _listener: ContextVar[Listener | None] = ContextVar("listener", default=None)
 
 @contextmanager
 def heard(listener: Listener | None) -> Iterator[None]:
-    """Tells the listener, in this thread, what is done in the block; None for nobody."""
+    """Report to the listener, in this thread, what is done in the block; None for nobody."""
     token = _listener.set(listener)
     try:
         yield
@@ -76,7 +76,7 @@ def listening(
 
 @contextmanager
 def within(what: str) -> Iterator[None]:
-    """Puts `what` before all that is told in the block."""
+    """Puts `what` before all that is reported in the block."""
     outer = _listener.get()
     inner = None if outer is None else lambda part, done, of: outer(f"{what}, {part}", done, of)
     with heard(inner):
@@ -84,8 +84,8 @@ def within(what: str) -> Iterator[None]:
 
 
 def tell(what: str, done: int = 0, of: int = 0) -> None:
-    """Tells the listener of this thread what is under way; in a loop, that `of` is the length of, it is asked whether
-    there is time left (see `deadline`).
+    """Report to the listener of this thread what is under way; in a loop, that `of` is the length of, it is asked
+    whether there is time left (see `deadline`).
 
     Raises:
         TimeUp: there is none.

@@ -49,7 +49,9 @@ MOST_LOST = 0.01  # of the source's area
 FAR_OFF = 30
 """Times the tolerance: an outline that is farther from the target's is not reached, whatever weighs against it."""
 SQUEEZED = 2e-3
-"""Of a surface: by landmarks good maps have at most 1.1e-3 (cow), one with limbs lost 2.4e-3 (fox, 622 triangles)."""
+"""Of a surface: by landmarks good maps have at most 1.1e-3 (cow), one with protrusions lost 2.4e-3 (fox, 622
+triangles).
+"""
 FLATNESS = 1e-4  # of the diameter: how far the drawn image of the boundary may be off a curved one
 ROUNDED = 1e-9  # of the diagonal: narrower pieces are not looked into
 THIN = 1e-4  # of the diagonal: narrower pieces come from outlines that follow each other
@@ -114,7 +116,8 @@ class Fit:
         hole_partners: for each boundary of the map but the outer one, which hole of the source and of the target it
             is; -1 where it is none, but a slit.
         passed_holes: holes of the source, and of the target, that the map takes for inside.
-        filled: where bays of one shape are filled, the map's outline with these in the source and in the image; None
+        filled: where concavities of one shape are filled, the map's outline with these in the source and in the
+        image; None
             for the map of whole outlines.
         layouts: of the surfaces that source and target stand for; None for domains of the plane.
         rigid: the rigid regions, and how they came out.
@@ -196,7 +199,7 @@ class Fit:
         """Share of the source's area that the inverse does not bring back: it folds, or shrinks below what numbers can
         tell. Only what is not certain to be one-to-one is looked at."""
         if self.certificate.share >= CERTAIN_SHARE or (self.target is None and self.certificate.zeros == 0):
-            return 0.0  # without a target a map that folds nowhere may overlap itself: the outline tells
+            return 0.0  # without a target a map that folds nowhere may overlap itself: the outline reports
         z = self.interior
         back = self.inverse(self.map.jet(z)[0])
         near = np.abs(back - z) <= BACK * Curve(self.map.polygon).diagonal
@@ -462,7 +465,7 @@ class Fit:
 
     @property
     def _on_outline(self) -> Complex:
-        """The source's vertices as given that are on the outline, not inside bays and not left out."""
+        """The source's vertices as given that are on the outline, not inside concavities and not left out."""
         if self.filled is None:
             return self.source.z
         near = ON_OUTLINE * self.source.diagonal
@@ -545,7 +548,7 @@ class Fit:
 
     @property
     def is_partial(self) -> bool:
-        """Whether bays are filled, holes passed over or without a partner, so that parts may have none."""
+        """Whether concavities are filled, holes ignored or without a partner, so that parts may have none."""
         slits = isinstance(self.map, TriangulatedMap) and bool(self.voids.any())
         return slits or self.filled is not None or any(self.passed_holes)
 
@@ -565,7 +568,7 @@ class Fit:
 
     @cached_property
     def _rings_passed(self) -> tuple[list[Complex], list[Complex]]:
-        """The holes of the target that the map passes over, in the source, and those of the source, in the target."""
+        """The holes of the target that the map ignores, in the source, and those of the source, in the target."""
         image = Curve(self.image)
         return (
             [self.inverse(image.pulled_in(ring)) for ring in rings_within(self.passed_holes[1], image)],
@@ -786,7 +789,7 @@ def load(path: str | PathLike) -> Fit:
     """The result that `Fit.save`, or `iccm map -o map.npz`, wrote: it evaluates as that one does, bit for bit.
 
     Raises:
-        InputError: no such file, or what it holds is no sound map.
+        InputError: no such file, or what it holds is not a sound map.
 
     >>> import tempfile, pathlib, iccm
     >>> square = np.array([0, 1, 1 + 1j, 1j])

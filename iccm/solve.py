@@ -264,7 +264,7 @@ class _Side:
 
     @property
     def is_surface(self) -> bool:
-        """Whether it is a surface laid out in the plane."""
+        """Whether it is a surface flattened into the plane."""
         return flattening_of(self.shape) is not None
 
     @property
@@ -442,7 +442,7 @@ def _kind_of(layouts: tuple[Flattening | None, Flattening | None]) -> capabiliti
 
 
 def _options(function: Callable[..., Fit], options: OptionValues) -> Options:
-    """The options that a function was called with; a misspelt name is told the nearest."""
+    """The options that a function was called with; for a misspelt name the nearest is suggested."""
     values: dict[str, Any] = {}
     for name, value in options.items():
         if name in FORMER_NAMES:

@@ -26,7 +26,7 @@ apply          `iccm apply` with a saved map
 batch/         many jobs
 check/         results compared with baselines
 edit/          the page of `iccm edit`
-describe       what `iccm info` tells
+describe       what `iccm info` reports
 sheet          the sheet of numbered parts that it draws
 doctor         what `iccm doctor` examines
 plugins        plug-ins for other programs, put into their folders

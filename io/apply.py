@@ -63,7 +63,7 @@ class Saved:
         """What a file holds.
 
         Raises:
-            InputError: it is no sound map.
+            InputError: it is not a sound map.
         """
         held = read_file(files.open_input(name))
         with naming(name):

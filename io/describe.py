@@ -185,7 +185,7 @@ def _charts(mesh: Any) -> dict[str, Any]:
 
 
 def _surface(file: Any) -> dict[str, Any]:
-    """Pieces, and boundary loops of the largest, with the names that `#` takes; its genus, or why it is no patch."""
+    """Pieces, and boundary loops of the largest, with the names that `#` takes; its genus, or why it is not a patch."""
     from ..meshes.disk_patch import Joined, disk_patch
 
     try:

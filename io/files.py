@@ -189,7 +189,7 @@ def as_text(path: str | os.PathLike) -> str:
     """The name of a file for libraries that take text only.
 
     Raises:
-        InputError: it is bytes that are no UTF-8, as Linux allows them.
+        InputError: it is bytes that are not UTF-8, as Linux allows them.
     """
     name = os.fspath(path)
     try:

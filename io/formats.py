@@ -123,7 +123,7 @@ def suffix_of(name: str | PathLike) -> str:
 
 
 def written(output: str) -> str:
-    """A name whose suffix tells what an output holds: standard output is a PNG."""
+    """A name whose suffix reports what an output holds: standard output is a PNG."""
     return "stdout.png" if output == "-" else output
 
 
@@ -154,7 +154,7 @@ def check(name: str | PathLike, what: str, said: str, *others: str) -> None:
         name: of the output.
         what: the attribute of `Format` that says so.
         said: of one that does not.
-        others: what else may be named, of which the message tells.
+        others: what else may be named, of which the message reports.
 
     Raises:
         InputError: naming the suffixes that do, or that it is a folder.

@@ -61,7 +61,7 @@ class Bounded(memory.Memory):
     def release(self) -> None:
         """Let the system take back the resident pages of the scratch file."""
         for pages in self._maps:
-            if hasattr(pages, "madvise"):  # not on Windows, which takes them back by itself
+            if hasattr(pages, "madvise"):  # not on Windows, which takes them back on its own
                 pages.madvise(mmap.MADV_DONTNEED)
 
     def threads(self, asked: int | None, each: int, what: str) -> int | None:

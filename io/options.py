@@ -27,7 +27,7 @@ CERTIFIED = 0.99  # share of the source's area that `--require-injective` asks f
 
 @dataclass(frozen=True)
 class Option:
-    """What is to be said of an option beside its name and type.
+    """What describes an option besides its name and type.
 
     Attributes:
         help: a sentence; what the default means in brackets, where that is None.
@@ -42,7 +42,7 @@ class Option:
         required: whether it must be given.
         flag: its value where it is given without one.
         brief: the sentence of the short help, where `help` says more.
-        basic: whether the short help of a command with many options shows it; those of its own class it always shows.
+        basic: whether the short help of a command with many options shows it; options of its class are always shown.
         aliases: other names that people try, each with what becomes of its value, `{}` as it is. They are not shown.
         old: former names. They work until the next major version, with a notice.
         hidden: commands whose help does not show it, since there is a better way, which `instead` names.
@@ -159,7 +159,7 @@ def scale(value: Any) -> Any:
 
 
 def _numbers(value: Any, counts: tuple[int, ...], what: str) -> Any:
-    """Numbers between commas, as many as there may be; what is no text and no number as it is."""
+    """Numbers between commas, as many as there may be; what is not a text and no number as it is."""
     try:
         parts = (
             value.split(",")

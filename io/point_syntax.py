@@ -23,7 +23,7 @@ def read(value: Any) -> Any:
     """A place as two or three numbers, or as the name of a vertex, such as "v5"; lists are left to be checked.
 
     Raises:
-        ValueError: it is no place, in a sentence.
+        ValueError: it is not a place, in a sentence.
     """
     if isinstance(value, int) and not isinstance(value, bool):
         value = str(value)
@@ -38,7 +38,7 @@ def read(value: Any) -> Any:
 
 
 def _kind(value: Any) -> str:
-    """Which form is meant, so that a mistake in it is told as one of that form."""
+    """Which form is meant, so that a mistake in it is reported as one of that form."""
     if isinstance(value, str):
         return "vertex"
     return "space" if isinstance(value, list | tuple) and len(value) == 3 else "plane"

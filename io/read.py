@@ -49,7 +49,7 @@ def read_shape(path: str | PathLike, *, trace: str = "auto", cut_open: bool = Fa
 
 
 def read_image(path: str | PathLike) -> NDArray:
-    """Read a picture as an array (h, w, c) of its own type, row 0 on top, with straight alpha.
+    """Read a picture as an array (h, w, c) of the type that is stored, row 0 on top, with straight alpha.
 
     Parameters
     ----------

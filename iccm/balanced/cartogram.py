@@ -2,7 +2,7 @@
 
 The energy weighs areas against angles, so that parts that should grow much get less than they should. A fixed-point
 iteration: the size of each part is multiplied by the root of the area wished over that it got, or by less where the
-round before left more area misplaced; it goes on from there all the same, as a map that had not come to rest may have
+round before left more area misplaced; it continues from there all the same, as a map that had not come to rest may have
 been closer than it stays. Where a round on the mesh that is there hardly helps, the outlines slide anew: corners that
 hold their vertices are in the way of that, and necks need it. It stops where all are CLOSE, or where PATIENCE rounds
 came hardly closer.
@@ -25,7 +25,7 @@ from .model.metric import PLACES
 MET_FROM = 8.0  # balance from which areas are met
 CLOSE = 0.015  # of the area of each part: what is so close is met
 PATIENCE, GAIN = 10, 0.1  # rounds in which this share of what is misplaced has to go, or it ends
-LEVELS = 64  # of sizes, that are told from each other
+LEVELS = 64  # of sizes, that are distinguished from each other
 LEAST = 2e-3  # of the source's area: smaller parts are left to what surrounds them
 TOLD = "All {1} parts of the source have the requested areas up to {0:.1%} (size-map)."
 
@@ -36,7 +36,7 @@ def match_areas(field: Field, first: Fit, again: Callable[[Field, TriangulatedMa
     Args:
         field: the sizes.
         first: the map by them.
-        again: the map by others, gone on to from an earlier one, and whether its outlines slide anew.
+        again: the map by others, continued to from an earlier one, and whether its outlines slide anew.
     """
     parts = parts_of(field)
     here, sizes, lacks, step, since = first, field.values, missing(first, field, parts), 1.0, 0
@@ -64,7 +64,7 @@ def match_areas(field: Field, first: Fit, again: Callable[[Field, TriangulatedMa
 
 
 def parts_of(field: Field) -> Index:
-    """(h, w) the connected part of one size, told apart by LEVELS, that each pixel is in."""
+    """(h, w) the connected part of one size, distinguished by LEVELS, that each pixel is in."""
     from scipy.ndimage import label  # slow to import, and seldom needed
 
     sizes, levels = np.unique(field.values, return_inverse=True)

@@ -1,10 +1,10 @@
 """A balanced map that follows its pins and strokes while they are moved, each time from the map before.
 
-Where only the targets of pins inside have moved their goals move, and Newton's method follows, on the mesh of the map
-at rest: nothing is to be seen when it comes to rest again. Where only the sources have, so does that of the inverse.
-Everything else (a pin more or less, one on the outline, a stroke) takes a new mesh at each step, a coarse one.
-While something is dragged each step has a budget of Newton steps, and the map may lag behind; what is left is done with
-the next one, and after that on a new mesh. At rest it has none.
+Where only the targets of pins inside have moved their goals move, and Newton's method follows, on the mesh of
+the converged map: nothing is to be seen when it converges again. Where only the sources have, so does that of the
+inverse. Everything else (a pin more or less, one on the outline, a stroke) takes a new mesh at each step, a coarse
+one. While something is dragged each step has a budget of Newton steps, and the map may lag behind; what is left is
+done with the next one, and after that on a new mesh. Once nothing is dragged there is no budget.
 """
 
 from collections.abc import Sequence
@@ -265,7 +265,7 @@ class Live:
 
     @property
     def start(self) -> TriangulatedMap:
-        """The same to go on from: with the triangles that fill holes of the target."""
+        """The same to continue from: with the triangles that fill holes of the target."""
         if not self.pair.inverted:
             return self.map
         inverse = self.state.inverse()
@@ -294,7 +294,7 @@ def _at_sources(state: DiscreteMap) -> bool:
 
 
 def _towards(state: DiscreteMap) -> DiscreteMap:
-    """The map after some Newton steps, at POWER as the map at rest; where that does not reach the goals, at 1."""
+    """The map after some Newton steps, at POWER as the converged map; where that does not reach the goals, at 1."""
     found = state.forward(POWER, FORWARD, AT_REST, corners=True)
     return found if found.miss == 0 else state.forward(1.0, FORWARD, AT_REST, corners=True)
 

@@ -54,14 +54,14 @@ def solve(
 
     Args:
         source: a domain, as from `Curve.domain`.
-        target: likewise.
+        target: as above.
         settings: what is asked of the map.
         pins: (k, 2) points of the source and where they go.
         strokes: polylines in the source and where they go, ends to ends.
         holes: those of both domains. Where one has more than the other, what is too much in the source shrinks to a
             slit, and what is too much in the target opens from one.
         numbers: (k,) of the pins, for messages; in order unless given.
-        start: an earlier map of these domains to go on from.
+        start: an earlier map of these domains to continue from.
         rigid: polygons in the source that are to move as wholes.
         fields: how large the source's parts are to be, relative to each other, and how much distortion hurts there.
         softness: of the pins; None where all are exact.

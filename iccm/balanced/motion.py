@@ -2,7 +2,7 @@
 
 Each outline is matched with the one that it was by the dynamic programming of `search.initial_matches`, positions
 counting for more, from their mean and by their size: frames are nearly what those before them were. The displacement
-of the outlines goes on inside as a harmonic function on the map's own triangles. What that folds the solver unfolds.
+of the outlines continues inside as a harmonic function on the map's own triangles. What that folds the solver unfolds.
 """
 
 from collections.abc import Sequence
@@ -25,8 +25,8 @@ that turns over."""
 TURNS = 2  # matches: the second with the outline turned as the first one says
 SMOOTHED = 0.02  # of the length, over which the steps of a match are evened: five samples
 FARTHER = 2.0
-"""Times as far as outlines are from each other that their match goes where limbs merge or part: a crotch that drops to
-the feet goes a leg's length, though the outlines are a gap's width apart."""
+"""Times as far as outlines are from each other that their match goes where protrusions merge or part: a crotch that
+drops to the feet goes a leg's length, though the outlines are a gap's width apart."""
 HOLES = "start: belongs to shapes with other holes; use a map of these shapes"
 
 
@@ -107,7 +107,9 @@ def match_outlines(before: Curve, now: Curve) -> Real:
 
 
 def is_reshaped(before: Curve, now: Curve) -> bool:
-    """Whether an outline did not only move: limbs merged or came apart, so that a map that goes on has to jump."""
+    """Whether an outline did not only move: protrusions merged or came apart, so that a map that continues has to
+    jump.
+    """
     ways = ((before, now), (now, before))
     apart = max(b.distances(a.z).max() for a, b in ways)
     along = max(np.abs(b.at(match_outlines(a, b)) - a.z).max() for a, b in ways)

@@ -186,7 +186,7 @@ class CircleMap:
 
 
 def _apart(a: Real, b: Real) -> list[int]:
-    """Indices of knots that double precision tells apart, on both circles."""
+    """Indices of knots that double precision distinguishes, on both circles."""
     keep = [0]
     for k in range(1, a.size):
         if a[k] - a[keep[-1]] > CLOSEST and b[k] - b[keep[-1]] > CLOSEST:

@@ -26,7 +26,7 @@ GROW = 0.35  # growth of the element size with the distance from the boundary
 SHAKE = 0.1  # of the points, relative to their cell
 SUBDIVISIONS = 6  # of a panel, for interpolation
 REPAIRS = 3
-"""Rounds of splitting panels that are no edges of the Delaunay triangulation; each adds at most as many."""
+"""Rounds of splitting panels that are not edges of the Delaunay triangulation; each adds at most as many."""
 
 
 class HarmonicMeasure:
@@ -42,9 +42,9 @@ class HarmonicMeasure:
     def __init__(self, curve: Curve, ends: Real):
         """Triangulate the inside and factor its stiffness matrix.
 
-        Where a panel is no edge of the Delaunay triangulation, some node lies close to it: it is halved, a few times.
-        Two sides of a slit outside that is much narrower than its panels would have to be divided without end: there
-        the triangulation is constrained. All of its inner edges are Delaunay then too, as an M-matrix needs.
+        Where a panel is not an edge of the Delaunay triangulation, some node lies close to it: it is halved, a few
+        times. Two sides of a slit outside that is much narrower than its panels would have to be divided without end:
+        there the triangulation is constrained. All of its inner edges are Delaunay then too, as an M-matrix needs.
 
         Raises:
             TooThinError: the outline has slits or spikes too thin for double precision.

@@ -1,6 +1,6 @@
 """The conformal method: a global start, boundary vertices where the map needs them, Newton's method, a measured gap.
 
-What goes past the paper's limits (local minima, missed limbs, folds near the boundary):
+What goes past the paper's limits (local minima, missed protrusions, folds near the boundary):
 
 1. harmonic measure of both domains gives the boundary correspondence of a conformal map, its three free parameters
    chosen for the least distortion or by the pins (`measure`, `normalise`);
@@ -65,7 +65,7 @@ MOST_PANELS = 20_000  # of a boundary: 1.5 GB and half a minute, where usual are
 CONSISTENCY = 1e-3
 SETTLED = 2e-3  # relative decrease of the energy at which constraints count as met
 ULPS = 16  # least distance of vertices in the user's coordinates, in units of the last place
-CROWDED = 1e-14  # harmonic measure, below which the places on the source are not told apart
+CROWDED = 1e-14  # harmonic measure, below which the places on the source are not distinguished
 
 
 @on_one_thread
@@ -224,7 +224,7 @@ def grade_corners(curve: Curve, sharp: Real, to: Callable[[Real], Real], other: 
 
 def crowding(c: Correspondence) -> dict[str, str]:
     """Notes, by "source" and "target", where parts of one boundary meet less of the other's than double precision can
-    tell apart."""
+    distinguish."""
     there = np.diff(c.between.inverse(c.target.circle.turns))
     here = np.diff(c.between(c.source.circle.turns))
     parts = [("target", c.target.circle, there), ("source", c.source.circle, here)]

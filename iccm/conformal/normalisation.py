@@ -37,7 +37,7 @@ UPRIGHT = np.radians(30)  # turns that do not count, and so do not decide betwee
 UPSIDE_DOWN = 1.5  # a map that turns the picture upside down is as good as one that distorts so much more
 LESS = 0.05  # radians that a turn must be less by, to be worth it
 FLAT = 3e-3  # distortions that differ by less are the same
-SYMMETRIC = 0.05  # distortion that a turn by a right angle is worth by itself, which decides between equals
+SYMMETRIC = 0.05  # distortion that a turn by a right angle is worth on its own, which decides between equals
 EQUAL = 1e-6  # scores that differ by less are the same: the first is taken
 
 

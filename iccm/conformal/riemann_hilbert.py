@@ -33,7 +33,9 @@ def cyclic_gaps(s: Real, length: float) -> Real:
 
 
 def shares(source: Curve, s: Real, target: Curve, tau: Real) -> Real:
-    """(n,) quadrature weights from both sides, ½(ds/|S| + dτ/|T|): a limb counts even where its preimage is tiny."""
+    """(n,) quadrature weights from both sides, ½(ds/|S| + dτ/|T|): a protrusion counts even where its preimage is
+    tiny.
+    """
     parts = [cyclic_gaps(s, source.length) / source.length, cyclic_gaps(tau, target.length) / target.length]
     gaps = 0.5 * (parts[0] + parts[1])
     return 0.5 * (gaps + np.roll(gaps, 1))

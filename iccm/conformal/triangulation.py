@@ -37,7 +37,7 @@ def delaunay(nodes: Complex) -> PlaneMesh:
 
 
 def missing(mesh: PlaneMesh, panels: int, nodes: int) -> Flags:
-    """(panels,) whether a panel, from each of the first nodes to the next, is no edge."""
+    """(panels,) whether a panel, from each of the first nodes to the next, is not an edge."""
     present = [keys(mesh.faces[:, k], mesh.faces[:, (k + 1) % 3], nodes) for k in range(3)]
     start = np.arange(panels)
     return ~np.isin(keys(start, (start + 1) % panels, nodes), np.concatenate(present))

@@ -25,7 +25,7 @@ OFFSETS = np.geomspace(
 
 
 def clean(s: Real, tau: Real, source: Curve, target: Curve) -> tuple[Real, Real]:
-    """Pairs in increasing order of both, modulo one lap, without those closer than double precision tells apart."""
+    """Pairs in increasing order of both, modulo one lap, without those closer than double precision distinguishes."""
     lap = np.floor(s / source.length)
     s, tau = s - lap * source.length, tau - lap * target.length
     order = np.lexsort((tau, s))
@@ -62,7 +62,8 @@ def radius_along(curve: Curve, spacing: float) -> Callable[[Real], Real]:
 class Allowance:
     """The error allowed at places of the source: an absolute one, and no more than a share of the local image size.
 
-    Where the map shrinks the source a lot (the end of a limb, a sharp corner) an absolute error alone would fold it.
+    Where the map shrinks the source a lot (the end of a protrusion, a sharp corner) an absolute error alone would
+    fold it.
     """
 
     radius: Callable[[Real], Real]
@@ -104,7 +105,7 @@ def place(
         inner = np.interp(a + (b - a) * np.arange(1, count) / count, work, x)
         out.append(np.concatenate([[first], inner]))
     placed = np.concatenate(out)
-    # the source's vertices stay where their images can't be told apart: without them it would be another domain
+    # the source's vertices stay where their images can't be distinguished: without them it would be another domain
     placed = placed[np.diff(placed, prepend=-np.inf) > CLOSE * source.length]
     return placed, np.interp(placed, x, y)
 

@@ -1,6 +1,6 @@
-"""Patches laid out in the plane: exactly least-squares conformal, conformal and one-to-one, or even.
+"""Patches flattened into the plane: exactly least-squares conformal, conformal and one-to-one, or even.
 
-method    `flatten`: which way is taken, and when; `even_layout`: an even layout of what is laid out; `convex`: polygons
+method    `flatten`: which way is taken, and when; `even_layout`: an even layout of a flattening; `convex`: polygons
 tutte     a start without folds: the outline on a circle, each vertex at the mean of its neighbours
 free      Newton on the balanced energy of a surface with a free boundary
 coarsening  the same by way of coarser triangulations of large surfaces

@@ -17,9 +17,9 @@ from ..meshes.topology import Triangles, labels
 from ..plane import cross, diagonal, polygon_area, triangle_areas
 
 COARSE = 512  # cells of a grid on which overlaps are counted (by hand)
-LITTLE = 0.01  # of a chart: what others share of it that is not told (by hand)
+LITTLE = 0.01  # of a chart: what others share of it that is not reported (by hand)
 FOLD = 1e-5  # of a chart's area: what is folded back by no more is a slip, and is turned (by hand)
-SLIPS, ROUNDS = 1000, 100  # triangles that are turned at most, and passes over them (by hand)
+SLIPS, ROUNDS = 1000, 100  # triangles that are turned at most, and ignores them (by hand)
 THIN = 1e-5  # of the layout's diagonal: height that these get
 MOVED = 1e-3  # of that: vertices are moved no farther for it, a texel of a picture of 1024 (by hand)
 APART = 1e-5

@@ -1,9 +1,9 @@
 """A layout sought on coarser triangulations of the same surface first.
 
-Vertices that are no neighbours are taken out in rounds, each drawn into a neighbour (half-edge collapse), so that no
+Vertices that are not neighbours are taken out in rounds, each drawn into a neighbour (half-edge collapse), so that no
 triangle folds in the layout; they come back in the opposite order, each at its place in its triangle, or nearer to that
-neighbour where a triangle would fold otherwise, so that there are no folds after it either, and from there to where the
-triangles around it have least energy. After Hormann, Greiner and Campagna, *Hierarchical parametrization of
+neighbour where a triangle would fold otherwise, so that there are no folds after it either, and from there to where
+the triangles around it have least energy. After Hormann, Greiner and Campagna, *Hierarchical parametrization of
 triangulated surfaces*, 1999.
 """
 
@@ -154,7 +154,7 @@ def by_coarser(
 
 
 def coarser_layout(layout: Flattening, large: int) -> tuple[Flattening, Index] | None:
-    """A layout without folds on a coarser triangulation, a mesh of its own, and the patch's vertex (k,) behind each of
+    """A layout without folds on a coarser triangulation, a separate mesh, and the patch's vertex (k,) behind each of
     its vertices; None where the surface has fewer vertices than `large`, or there is none."""
     patch = layout.patch
     small = _much_coarser(patch.points, patch.faces, layout.flat, large, NONE)

@@ -30,7 +30,7 @@ class Elastic:
         faces: (m, 3) triangles.
         shapes: (m, 3) their rest shapes.
         pattern: of the Newton matrices.
-        rest: the triangles at rest.
+        rest: the rest triangles.
         held: how many of the first vertices stay.
     """
 
@@ -75,7 +75,7 @@ class Elastic:
             below, made, _ = descend(system, _objective(theta), None, u, tau, at_once, tolerance)
             gain = energy - below
             slowing = gain / before if 0 < before < np.inf and not system.factorised else 1.0
-            left = gain * min(1, slowing)  # to be gained yet, if gains go on to fall as fast
+            left = gain * min(1, slowing)  # to be gained yet, if gains continue to fall as fast
             again, short = system.factorised, made < at_once
             if not (short and again) and (short or left < at_once * tolerance * below):
                 break

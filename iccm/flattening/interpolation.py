@@ -1,10 +1,10 @@
-"""Shapes between two: the metric of a map interpolated, and laid out in the plane.
+"""Shapes between two: the metric of a map interpolated, and flattened into the plane.
 
 After Chen, Weber, Keren and Ben-Chen, *Planar shape interpolation with bounded distortion*, SIGGRAPH 2013. Where the
 map's derivative is J = RS, theirs are convex combinations of I and S²; these are the powers S²ᵗ, the geodesic between
 both among metrics (Bhatia, *Positive Definite Matrices*, 2007, ch. 6): stretch changes by one factor in each frame, is
 at most the map's to the power of t, and on the way back the shapes are the same. The metric is flat at both ends only;
-what lies between is laid out with the least symmetric energy (Smith and Schaefer 2015), in which no triangle folds,
+what lies between is flattened with the least symmetric energy (Smith and Schaefer 2015), in which no triangle folds,
 each shape from the one before.
 """
 

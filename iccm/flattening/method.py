@@ -45,21 +45,22 @@ def flatten(
     chart: bool = False,
     joins: bool = False,
 ) -> Flattening:
-    """Lay a patch out in the plane.
+    """Flatten a patch in the plane.
 
     Args:
         patch: one disk, with or without holes.
         loop: which boundary loop is the outline, 1 being the longest in space.
         grow: whether the seam of a patch that was cut may be lengthened.
         method: one of METHODS: "conformal", one-to-one: least squares (LSCM) where the patch is open and they are
-            one-to-one, else the conformal limit of "balanced"; "lscm", least squares as they come; "balanced", of least
+            one-to-one, else the conformal limit of "balanced"; "lscm", least squares unchanged; "balanced", of least
             symmetric Dirichlet energy and one-to-one.
-        chart: whether the layout is only to carry textures: then a seam that may be lengthened `joins` holes, and goes
-            on until angles are kept.
+        chart: whether the layout is only to carry textures: then a seam that may be lengthened `joins` holes, and
+            continues until angles are kept.
         joins: whether a seam that may be lengthened runs into holes where that helps, and makes them the outline's.
 
     Raises:
-        InputError: there is no such loop, least squares have no solution, or nothing gave a flattening without overlap.
+        InputError: there is no such loop, least squares have no solution, or nothing gave a flattening without
+        overlap.
     """
     if not 1 <= loop <= len(patch.loops):
         raise InputError(
@@ -193,7 +194,7 @@ def _conformal(even: Flattening, sheet: Elastic, steps: Iterable[int] = range(AP
 
 
 def _lengthen_seam(found: Flattening) -> Flattening:
-    """The conformal layout that keeps angles best as the seam goes on, at most until it does, or has taken long."""
+    """The conformal layout that keeps angles best as the seam continues, at most until it does, or has taken long."""
     best, fewest, steps = found, _angle_loss(found), iter(range(APART))
     for _ in range(SHARPER):
         if fewest <= KEPT or next(steps, None) is None:

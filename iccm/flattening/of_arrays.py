@@ -1,4 +1,4 @@
-"""Meshes that are there as arrays, laid out in the plane."""
+"""Meshes that are there as arrays, flattened into the plane."""
 
 from typing import Any
 
@@ -17,7 +17,7 @@ from . import method as methods
 def flatten(
     mesh: Any, faces: ArrayLike | None = None, *, method: str = "conformal", cut_open: bool = False
 ) -> Flattening:
-    """Lay a mesh out in the plane, without folds or overlaps.
+    """Flatten a mesh in the plane, without folds or overlaps.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ def flatten(
     faces
         (m, 3) the vertices of the triangles, counted from 0.
     method
-        "conformal" keeps angles, "balanced" angles and areas, "lscm" is least squares as they come.
+        "conformal" keeps angles, "balanced" angles and areas, "lscm" is least squares unchanged.
     cut_open
         Whether a closed mesh, or one with handles, may be cut open.
 
@@ -38,7 +38,7 @@ def flatten(
     Raises
     ------
     InputError
-        The mesh is not a surface that can be laid out; the message says why and what to do.
+        The mesh is not a surface that can be flattened; the message says why and what to do.
 
     Examples
     --------

@@ -50,7 +50,7 @@ def settled(shape: Triangles, z: Complex, inner: Index) -> Complex:
 
 
 def filled(patch: Patch, outline: Index) -> Triangles:
-    """The triangles of the patch with every hole but the outline closed by a fan around a vertex of its own."""
+    """The triangles of the patch with every hole but the outline closed by a fan around a separate vertex."""
     faces, count = [patch.faces], patch.triangles.count
     for loop in patch.loops:
         if np.array_equal(loop, outline):

@@ -41,13 +41,15 @@ GOOD_STRETCH = 2.2
 GOOD_LOST = 0.02
 """and the share of both drawings that such a map may lose."""
 GOOD_COST = 1.5
-"""and its cost: maps whose stretch is small on 95 % may still comb the rest, which the mean energy sees."""
+"""and its cost: maps whose stretch is small on 95 % may still stretch the rest into stripes, which the mean energy
+sees.
+"""
 CRACK_WIDTH = 3 / 512
 """Relative to the target's size: a slit narrower than that is seen as a crack of that width."""
 MOST_MATCHED_HOLES = 3
-"""Drawings with more holes are mapped with their holes filled: each one needs a boundary of its own."""
+"""Drawings with more holes are mapped with their holes filled: each one needs a separate boundary."""
 MOST_PAIRED_PARTS = 8
-"""Drawings with more parts are mapped joined: each pair of parts needs a map of its own."""
+"""Drawings with more parts are mapped joined: each pair of parts needs a separate map."""
 CLOSED_GAIN = 0.95
 """Times the cost with the source's tightest frame: one that shows more gaps of the source must cost less, since the
 eye sees a bite in an outline before the mean over the area does."""
@@ -199,7 +201,7 @@ class _FrameSearch:
     judge
         Compares maps.
     around_all
-        Whether frames that leave parts of a drawing out are passed over.
+        Whether frames that leave parts of a drawing out are ignored.
     """
 
     def __init__(self, judge: _Judge, *, around_all: bool):
@@ -250,12 +252,12 @@ def _of_area_one(map: MeshMap) -> tuple[Complex, Complex, Index]:
 
 
 def may_pair(source: Drawing, target: Drawing) -> bool:
-    """Whether each part of a drawing may have a partner of its own."""
+    """Whether each part of a drawing may have a separate partner."""
     return 2 <= len(source.parts) == len(target.parts) <= MOST_PAIRED_PARTS
 
 
 def _paired(source: Drawing, target: Drawing, settings: Settings, *, free_gaps: bool) -> Choice | None:
-    """Return the map of each part onto a part of its own, by place and size; None where the parts do not match."""
+    """Return the map of each part onto a separate part, by place and size; None where the parts do not match."""
     if not may_pair(source, target):
         return None
     parts = source.parts, target.parts

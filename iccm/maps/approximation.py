@@ -2,7 +2,7 @@
 
 The mesh is refined where the quadratic patches of the inverse are not accurate enough. Between vertices at which the
 map has derivatives, those of the inverse give each edge its bulge, right to fourth order, and the third difference
-2 (z_i - z_j) + t_i + t_j of its values z and tangents t tells the error, .048 of that at most. At the polygon's
+2 (z_i - z_j) + t_i + t_j of its values z and tangents t reports the error, .048 of that at most. At the polygon's
 vertices a harmonic map has none, z log z being what it is like there: the middles of edges that begin there are
 evaluated. When its sides are accurate the middle of a triangle is held against the map itself.
 """
@@ -45,10 +45,10 @@ def triangulated(
         map: source → target; a triangulated one is its own.
         source_error: of the inverse, in the source's units; at most ERROR texels, as many as 1024 to the longer side
             of the source, which is the default.
-        image_error: of the map, likewise in the image.
+        image_error: of the map, in the same way in the image.
 
     Returns:
-        The map. Where a harmonic map folds, so does it, and shows the sheets that go on from the widest place.
+        The map. Where a harmonic map folds, so does it, and shows the sheets that continue from the widest place.
     """
     if isinstance(map, TriangulatedMap):
         return map
@@ -71,7 +71,9 @@ def _texels(map: HarmonicMap) -> tuple[float, float]:
 
 
 def _centred(map: HarmonicMap, source_error: float, image_error: float) -> TriangulatedMap:
-    """The approximation, worked out about the centres of both shapes: else refinement goes on for lost digits' sake."""
+    """The approximation, worked out about the centres of both shapes: else refinement continues for lost digits'
+    sake.
+    """
     near, source, image = map.centred()
     return _approximation(near, source_error, image_error).moved((1, 0, source), (1, 0, image))
 
@@ -179,7 +181,7 @@ class Samples:
 
     def _known(self, along: Complex | Real, step: Complex | Real) -> Flags:
         """Whether edges are long enough to be cut, in the image to be seen, and in the source for their ends to be
-        told apart. NaN is not."""
+        distinguished. NaN is not."""
         digits = DIGITS * float(np.abs(self.map.polygon).max())
         return (np.abs(step) > self.errors[1]) & (np.abs(along) > digits)
 

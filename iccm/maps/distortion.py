@@ -16,7 +16,7 @@ from .inverse import extended_inverse
 from .triangulated.map import TriangulatedMap, inverted
 from .triangulated.patches import cross
 
-STRETCHED, DILATED = 5.0, 10.0  # over 5 % of the target: from here pictures look like combed stripes
+STRETCHED, DILATED = 5.0, 10.0  # over 5 % of the target: from here pictures look stretched into stripes
 SQUEEZED = 100.0  # dilatation from which a triangle counts as all but folded (by hand)
 
 

@@ -1,4 +1,4 @@
-"""The sheet of a folded map that is seen: the one that goes on from the widest place."""
+"""The sheet of a folded map that is seen: the one that continues from the widest place."""
 
 import numpy as np
 

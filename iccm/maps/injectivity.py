@@ -159,7 +159,7 @@ class InsetDomain:
 
 
 def ring_of(part: shapely.Polygon) -> Complex:
-    """(k,) vertices of a polygon's boundary, counter-clockwise, without those that rounding hardly tells apart."""
+    """(k,) vertices of a polygon's boundary, counter-clockwise, without those that rounding hardly distinguishes."""
     z = complex_of(shapely.get_coordinates(part.exterior)[:-1])
     kept = z[np.abs(z - np.roll(z, 1)) > SHORTEST * part.exterior.length]
     return kept if Curve(kept).area > 0 else kept[::-1]

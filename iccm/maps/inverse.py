@@ -23,7 +23,7 @@ ROUNDING = 1e-14  # of the image's size: |r| where there is no slope, at vertice
 def inverse(map: HarmonicMap, w: Complex) -> Complex:
     """The points z inside the source polygon with map(z) = w; any shape in, the same shape out.
 
-    Of several the one on the sheet that goes on from the widest place; NaN where w has none.
+    Of several the one on the sheet that continues from the widest place; NaN where w has none.
     """
     z, away = extended_inverse(map, w)
     return np.where(~(away == 0), complex(np.nan, np.nan), z)

@@ -1,10 +1,10 @@
 """Triangulations of a polygon's inside, refined where they are asked to be, with triangles of good shape throughout.
 
 Triangles that are too thin are mended as in Rivara's Lepp-Delaunay method (Rivara, Hitschfeld, Simpson, *Terminal-edges
-Delaunay (small-angle based) algorithm*, Computer-Aided Design 33, 2001): from the thin triangle one goes on to the
+Delaunay (small-angle based) algorithm*, Computer-Aided Design 33, 2001): from the thin triangle one continues to the
 neighbour across the longest side until that side is the longest of both, and cuts it there in the middle. Flips between
 keep the triangulation Delaunay. They are decided by the roughness, the sum of squared sides by area, of which the
-Delaunay triangulation has the least (Musin 1997): it falls with every flip, so that rounding cannot make flips go on
+Delaunay triangulation has the least (Musin 1997): it falls with every flip, so that rounding cannot make flips continue
 forever, however close vertices lie. The polygon's edges stay, or are cut in the middle.
 """
 

@@ -58,7 +58,7 @@ class Region:
             rings: the region, on the side where it is.
             mean: the map's mean scale.
             of_target: whether that is the target.
-            flat: (n,) where the mesh's vertices lie there if the region is laid flat by itself; by default as they do.
+            flat: (n,) where the mesh's vertices lie there if the region is flattened on its own; by default as they do.
         """
         faces = map.faces[triangles_in(map, rings, of_target=of_target)]
         source, image = map.source, map.image

@@ -6,7 +6,7 @@ disk_patch          a mesh made into one patch that can be flattened
 patch               such a patch: an oriented disk, with or without holes
 geodesics           shortest ways on surfaces
 cut                 closed surfaces and handles opened, areas relieved
-flatten             `Flattening`: a patch laid out; least squares conformal maps
+flatten             `Flattening`: a patch flattened; least squares conformal maps
 stretch             singular values of a piecewise linear map, triangle by triangle
 locate              triangles of a flattened patch that hold given points
 surface             points of the plane in the mesh's own texture

@@ -68,7 +68,7 @@ def bake(
     """The target's UV charts filled from the source's texture.
 
     Args:
-        parts: of the target, each with a map of its own.
+        parts: of the target, each with a separate map.
         grid: their UV layout, triangle for triangle, part after part.
         sampler: the texture to carry over.
         padding: texels to spread colours past the charts' seams, -1 for all; a thirty-second of the picture by default,

@@ -1,4 +1,4 @@
-"""A patch laid out in the plane, what can be said of it, and libigl's least squares conformal map.
+"""A patch flattened into the plane, what can be said of it, and libigl's least squares conformal map.
 
 Lévy, Petitjean, Ray, Maillot, *Least Squares Conformal Maps*, SIGGRAPH 2002. Flat positions are complex, at the scale
 of the surface (equal area) and turned so that up on the surface is up in the plane.
@@ -22,7 +22,7 @@ LARGE = 20_000  # vertices from which libigl takes longer: it does at 35,000, an
 
 @dataclass(frozen=True, eq=False)
 class Flattening:
-    """A patch laid out in the plane.
+    """A patch flattened into the plane.
 
     Attributes:
         patch: the patch, further cut where its seam had to grow.

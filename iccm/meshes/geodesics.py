@@ -15,7 +15,9 @@ from ..arrays import Index, Real
 from .topology import Triangles, walk
 
 FINEST = 8
-"""Parts of an edge: geodesics are 0.2 to 0.4 % too long in the mean (capsules and limbs of 320 to 18,000 triangles)."""
+"""Parts of an edge: geodesics are 0.2 to 0.4 % too long in the mean (capsules and protrusions of 320 to 18,000
+triangles).
+"""
 ARCS = 2_000_000  # straight lines within triangles: Dijkstra's algorithm takes about two seconds then
 SAMPLES = 8  # of each straight part of a way
 

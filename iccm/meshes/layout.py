@@ -13,7 +13,7 @@ from .topology import labels
 
 MOST_TILES = 64  # a triangle larger than so many pictures is a mistake in the file (by hand)
 FARTHEST = 1e6
-"""The largest texture coordinate: beyond, single precision tells fewer than 16 places of a picture apart."""
+"""The largest texture coordinate: beyond, single precision reports fewer than 16 places of a picture apart."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,7 +135,7 @@ def charts(corners: Index, count: int, starts: Index | None = None) -> Index:
     Args:
         corners: (m, 3) texture coordinate of each triangle's corner, or (c,) of each face's; -1 where it has none.
         count: of texture coordinates.
-        starts: (m + 1,) where faces begin that are no triangles.
+        starts: (m + 1,) where faces begin that are not triangles.
     """
     corners, starts = corners.ravel(), np.arange(0, corners.size + 1, 3) if starts is None else starts
     after = np.arange(1, corners.size + 1)

@@ -36,7 +36,7 @@ class Mesh:
         base: number the file format gives the first vertex and face: 1 in OBJ, 0 elsewhere.
         lines: (f,) line of the file each face stands on, or None.
         whole: whether it is all of the file's mesh, so that a vertex that no face uses is worth a note.
-        cut_like: (n, 3) positions by which polygons are cut into triangles in the place of its own, or None.
+        cut_like: (n, 3) positions by which polygons are cut into triangles at their own places, or None.
         normals: (k, 3) unit normals that the file states, or None.
         normal_corners: (c,) normal of each corner, or None.
     """

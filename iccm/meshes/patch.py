@@ -14,7 +14,7 @@ from .topology import Triangles, firsts
 
 @dataclass(frozen=True, eq=False)
 class Patch:
-    """Triangles of a mesh with numbers of their own; a vertex on a cut appears once for each side.
+    """Triangles of a mesh with separate numbers; a vertex on a cut appears once for each side.
 
     Attributes:
         mesh: where they come from.

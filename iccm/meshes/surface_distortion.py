@@ -49,7 +49,7 @@ def surface_distances(flat: Distortion, source: Flattening, target: Flattening) 
     Args:
         flat: samples of the map between the planes, with their places.
         source: layout of the source.
-        target: likewise.
+        target: as above.
     """
     there = _to_surface(target, flat.w)
     away = np.linalg.norm(_in_space(source, flat.z) - _in_space(target, flat.w), axis=1)

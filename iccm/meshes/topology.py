@@ -71,11 +71,11 @@ class Triangles:
         return twin
 
     def mended(self, points: Real) -> tuple["Triangles", Index, int]:
-        """The triangles over vertices of their own at each side of edges that more than two of them share.
+        """The triangles over separate vertices at each side of edges that more than two of them share.
 
-        Of the faces at such an edge the two that go on from each other most evenly, and as they are wound, stay joined,
-        where they belong to surfaces that nothing else joins; so these do not fall into pieces. Surfaces that can be
-        flattened are joined only to what can be flattened, too: one with a boundary, and no handles.
+        Of the faces at such an edge the two that continue from each other most evenly, and as they are wound, stay
+        joined, where they belong to surfaces that nothing else joins; so these do not fall into pieces. Surfaces that
+        can be flattened are joined only to what can be flattened, too: one with a boundary, and no handles.
 
         Args:
             points: (n, 3) of the vertices.
@@ -210,7 +210,7 @@ def _seams(shape: Triangles, points: Real) -> list[Index]:
 
 
 def _even(shape: Triangles, points: Real, half: Index) -> list[tuple[int, int]]:
-    """The half-edges (k,) of an edge in pairs that go on from each other most evenly, each once."""
+    """The half-edges (k,) of an edge in pairs that continue from each other most evenly, each once."""
     a, b, c = (
         points[v] for v in (shape.tail[half], shape.head[half], shape.tail[3 * (half // 3) + (half + 2) % 3])
     )

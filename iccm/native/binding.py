@@ -88,7 +88,7 @@ class Function:
 
     @cached_property
     def _entry(self) -> Any:
-        entry = library()[self.name]  # an object of its own, unlike the attribute
+        entry = library()[self.name]  # a separate object, unlike the attribute
         entry.argtypes = [_argument(text) for text in self._arguments]
         entry.restype = SCALARS[self._returns]
         return entry
@@ -156,7 +156,7 @@ def record(declaration: str) -> type[Record]:
 def callback(declaration: str) -> Any:
     """Declare the type of a function that the core calls: numbers, and addresses for arrays (see `array_at`).
 
-    It must not raise: ctypes would go on with a result of 0.
+    It must not raise: ctypes would continue with a result of 0.
     """
     found = CALLBACK.fullmatch(" ".join(declaration.split()))
     if found is None:

@@ -63,7 +63,7 @@ def discretise(source: Curve, vertices: int | str | None) -> tuple[Curve, Real]:
     the corners, or the source's own ("source"), as in the paper.
 
     Raises:
-        InputError: the source has too many of its own.
+        InputError: the source has too many vertices.
     """
     if vertices != "source":
         s = resampled_knots(source, int(vertices or PAPER_VERTICES))

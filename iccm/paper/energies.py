@@ -37,7 +37,7 @@ class Basis:
 
     def second_derivatives(self, z: Complex) -> Complex:
         """((1 or 2)·p, k) matrix of Φ″ at z, off the vertices, and below it of Ψ's second derivative by z̄: D2 φ
-        and conj(D2) ψ, each in rows of its own, for their phases turn against each other with the plane."""
+        and conj(D2) ψ, each in separate rows, for their phases turn against each other with the plane."""
         return self._apart(cauchy_green.second_derivatives(self.polygon, z))
 
     def antiholomorphic(self, z: Complex) -> Complex:

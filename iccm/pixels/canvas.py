@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ..arrays import Box, Complex
 
 BAND = 128  # rows that are worked on at a time (by hand)
-LONGER_SIDE = 1024  # of a picture, in pixels, unless told otherwise
+LONGER_SIDE = 1024  # of a picture, in pixels, unless stated otherwise
 
 
 def proportional(longer: int, extent: complex) -> tuple[int, int]:
@@ -46,7 +46,9 @@ class Canvas:
         return self.centre(np.arange(row, row + rows)[:, None], np.arange(self.width))
 
     def centre(self, row, column, size: int = 1):
-        """The point of the plane amid the blocks of size × size pixels at such rows and columns of blocks."""
+        """The point of the plane in the centre of the blocks of size × size pixels at such rows and columns of
+        blocks.
+        """
         dx, dy = self.step
         low, high = self.box
         return low.real + (column + 0.5) * size * dx + 1j * (high.imag - (row + 0.5) * size * dy)

@@ -1,4 +1,4 @@
-"""A test picture that tells where a texel came from: numbered cells whose hue and lightness say the place."""
+"""A test picture that reports where a texel came from: numbered cells whose hue and lightness say the place."""
 
 import colorsys
 from collections.abc import Sequence

@@ -1,7 +1,7 @@
 """Textures whose alpha ends at the source's outline: their own antialiased edge is taken off.
 
 Such an edge is as wide as a texel, and a map that magnifies stretches it to a fade of many pixels. The target's own
-coverage is the edge of the result, so alpha goes on beyond the outline as it is inside, and so do the colours.
+coverage is the edge of the result, so alpha continues beyond the outline as it is inside, and so do the colours.
 """
 
 from collections.abc import Sequence

@@ -33,10 +33,11 @@ class Sampler:
         kind: "colour" (filtered in linear light, premultiplied), "data" (numbers, filtered as they are), or "normal"
             and "normal-down" (tangent-space normals with y up or down, turned and mirrored as the output's directions
             lie in the texture, and renormalised).
-        edge: outside the texture its edge goes on ("clamp"), nothing is there ("transparent"), or the texture is there
+        edge: outside the texture its edge continues ("clamp"), nothing is there ("transparent"), or the texture is
+        there
             again ("repeat"), mirrored each time ("mirror").
         outlines: of the source and its holes; colours whose alpha ends there lose that edge (`own_edge`), unless there
-            is no memory for it: then `faded` is true.
+            is not a memory for it: then `faded` is true.
         memory: where the large arrays are kept.
         threads: as many as there are processors by default; the result does not depend on it.
 

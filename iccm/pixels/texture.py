@@ -102,7 +102,7 @@ ROUNDED = 1e-6  # texels beyond the texture's edge that are still on it (by hand
 
 
 Wrap = tuple[str, str]
-"""What lies beside a picture, and what above and below: "repeat", "mirror" or "clamp" (its edge goes on)."""
+"""What lies beside a picture, and what above and below: "repeat", "mirror" or "clamp" (its edge continues)."""
 REPEAT: Wrap = ("repeat", "repeat")
 
 
@@ -123,7 +123,7 @@ def wrapped(at: Places, size: tuple[float, float], wrap: Wrap = REPEAT) -> Place
 
 @dataclass(frozen=True, eq=False)
 class Wrapped:
-    """A texture that lies flat in the source's plane, and goes on beyond its edges as `wrap` says."""
+    """A texture that lies flat in the source's plane, and continues beyond its edges as `wrap` says."""
 
     texture: "Texture"
     wrap: Wrap = REPEAT

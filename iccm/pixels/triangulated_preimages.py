@@ -127,7 +127,7 @@ class Blocks:
         except IndexError:
             memory = (ctypes.c_ubyte * self.size).from_buffer(np.empty(self.size, np.uint8))  # type: ignore[arg-type]
         shape, count = (rows, width), rows * width
-        # Its own base is no array, so that it is the base of all its views, and dies with the last of them.
+        # Its own base is not an array, so that it is the base of all its views, and dies with the last of them.
         block: NDArray[np.uint8] = np.frombuffer(memory, np.uint8, BYTES * count)  # type: ignore[call-overload]
         weakref.finalize(block, self.free.append, memory).atexit = False
         z, right, down, state = np.split(block, [16 * count, 24 * count, 32 * count])

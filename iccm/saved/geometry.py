@@ -16,7 +16,7 @@ from ..arrays import Complex, Real, complex_of, xy_of
 from ..curve import polygon_of
 
 DEPTH = 30  # halvings of a segment: to the 1e-9th of it
-PIECE = 1 / 16  # of the domain's size: longer pieces of a segment are looked at by themselves
+PIECE = 1 / 16  # of the domain's size: longer pieces of a segment are looked at on their own
 FINER = 8  # times the tolerance is halved for polygons whose images are not simple
 SAMPLES = np.array([0.25, 0.5, 0.75])  # of a piece: where its image is held against its chord
 

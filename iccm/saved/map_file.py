@@ -142,7 +142,7 @@ def read(path: str | PathLike) -> MapFile:
     """What a file holds that `MapFile.write` wrote.
 
     Raises:
-        InputError: it is missing, no such file, of another version, or what it holds is no map.
+        InputError: it is missing, no such file, of another version, or what it holds is not a map.
     """
     try:
         with zipfile.ZipFile(path) as archive:

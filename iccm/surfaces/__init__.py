@@ -10,7 +10,7 @@ refined           more vertices: in faces, on the boundary, in chords
 subdivided        rims split until chords follow an outline
 inserted          given points and strokes as vertices and edges
 target_mesh_map   the last map, on the target's own triangles
-rigid             rigid regions: the surface's own triangles, laid flat by themselves
+rigid             rigid regions: the surface's own triangles, flattened on their own
 isomorphism       two meshes of the same connectivity, in any order
 matching          two meshes with the same triangles brought together
 as_written        figures of new texture coordinates

@@ -62,7 +62,7 @@ def unlikeness(source: Curve, target: Curve, here: Complex, there: Complex) -> f
 
     Args:
         source: an outline.
-        target: likewise.
+        target: as above.
         here: (k,) points of the source, and
         there: where they go; in between it goes by lengths.
     """

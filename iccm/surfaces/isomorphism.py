@@ -20,7 +20,7 @@ SEEDS = (
     64  # partners that are tried for a half-edge; of more pieces of one connectivity the nearest (by hand)
 )
 PIECES = 1000  # meshes of more are soups, in which looking for each piece's partner takes too long (by hand)
-ALIKE = 2.0  # times the least residual: partners that fit so well are told apart by how little they turn (by hand)
+ALIKE = 2.0  # times the least residual: partners that fit so well are distinguished by how little they turn (by hand)
 EXACT = 1e-12  # residual that is nothing but rounding
 
 
@@ -57,7 +57,8 @@ class Polygons:
 
     @cached_property
     def twin(self) -> Index:
-        """(c,) the corner from which the other polygon's half-edge on the same edge runs; itself where there is no
+        """(c,) the corner from which the other polygon's half-edge on the same edge runs; itself where there is
+        no
         other, or several."""
         ends = np.sort(np.stack([self.places, self.places[self.following]], axis=-1), axis=1)
         key = ends[:, 0] * (int(ends.max(initial=0)) + 1) + ends[:, 1]

@@ -34,8 +34,8 @@ STEPS, DECREASE = 40, 1e-3  # of Newton's method in space, and the relative decr
 
 
 def solve(problem: Problem, options: Options, layouts: Layouts, start: TriangulatedMap | None = None) -> Fit:
-    """The balanced map of a problem whose source, target or both are layouts of surfaces; without holes it goes on from
-    an earlier one, if given.
+    """The balanced map of a problem whose source, target or both are layouts of surfaces; without holes it continues
+    from an earlier one, if given.
 
     Raises:
         NoMapError: no map without folds was found.
@@ -142,7 +142,7 @@ def _of_own(asked: SurfaceProblem, own: OwnMap) -> Solution:
 
 
 def _own_start(asked: SurfaceProblem, used: UnitProblem, state: DiscreteMap) -> DiscreteMap | None:
-    """The map from which that on the own triangles goes on, these being its source; None where it is to be on others:
+    """The map from which that on the own triangles continues, these being its source; None where it is to be on others:
     with strokes, and where holes of the other side are to shrink."""
     if state.inside.strokes or (not state.bound and state.inside.z.size):
         return None
@@ -180,7 +180,7 @@ def _on_own(asked: SurfaceProblem, state: MeshMap) -> OwnMap:
 
 
 def _descended(asked: SurfaceProblem, own: OwnMap) -> OwnMap:
-    """The map on the own triangles of one side at rest, with the bounds asked for met.
+    """The map on the own triangles of one side in the rest shape, with the bounds asked for met.
 
     Raises:
         OutOfTime: the time for the search is over.

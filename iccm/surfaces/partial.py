@@ -1,5 +1,5 @@
-"""Partial maps with a surface on either side: of the outlines of even layouts, since bays have no surface whose metric
-would be theirs."""
+"""Partial maps with a surface on either side: of the outlines of even layouts, since concavities have no surface
+whose metric would be theirs."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ from .problem import Layouts, SurfaceProblem
 
 
 def solve(problem: Problem, options: Options, layouts: Layouts) -> Fit | None:
-    """The map with bays filled; None where that loses more than is allowed.
+    """The map with concavities filled; None where that loses more than is allowed.
 
     Raises:
         NoMapError, InputError: as `method.solve`.

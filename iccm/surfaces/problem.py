@@ -31,8 +31,8 @@ class SurfaceProblem:
     Attributes:
         sides: source and target.
         holes: of both, in the user's planes.
-        points: (k, 2) the pins that are in no hole, likewise.
-        pins: these and strokes, checked, likewise.
+        points: (k, 2) the pins that are in no hole, in the same way.
+        pins: these and strokes, checked, in the same way.
         regions: rigid ones, polygons in the plane of the surface.
         settings: what is asked of the map.
         journal: what happened.

@@ -1,4 +1,4 @@
-"""Rigid regions of a surface: triangles that keep the form which they have laid flat by themselves."""
+"""Rigid regions of a surface: triangles that keep the form which they have flattened on their own."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -35,7 +35,7 @@ def keep_rigid(
     settings: Settings,
     journal: SolveLog,
 ) -> OwnMap:
-    """The map on a surface's own triangles gone on to one that keeps regions, which turn with what is around them.
+    """The map on a surface's own triangles continued to one that keeps regions, which turn with what is around them.
 
     Args:
         own: the map without them.
@@ -80,7 +80,7 @@ def laid_by_themselves(
     map: TriangulatedMap, layout: Flattening, regions: Sequence[Complex], *, of_target: bool
 ) -> tuple[tuple[Rings, ...], Complex]:
     """The regions of a map on a surface's own triangles: outlines in the surface's layout, and (n,) where their
-    vertices lie if each is laid flat by itself, in the surface's units."""
+    vertices lie if each is flattened on its own, in the surface's units."""
     z = map.image if of_target else map.source
     on_outline = np.zeros(z.size, bool)
     on_outline[np.concatenate(map.loops)] = True
@@ -108,7 +108,7 @@ def labels_of(faces: Index, z: Complex, on_outline: Flags, regions: Sequence[Com
 
 
 def flat_by_itself(z: Complex, faces: Index, shapes: Complex, labels: Index) -> Complex:
-    """(n,) vertices of a layout z, those of each region laid flat by itself, as even as that goes, and turned as they
+    """(n,) vertices of a layout z, those of each region flattened on its own, as even as that goes, and turned as they
     lie in z.
 
     Args:

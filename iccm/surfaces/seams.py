@@ -1,9 +1,9 @@
 """In which order the seams of two closed surfaces run through landmarks, so that they are the same seam on both.
 
-Between two landmarks there may be several geodesics that are about as long, around a limb on either side: a seam that
-takes one on the source and another one on the target twists the map between them once around. Geodesics that are the
-same leave a landmark in the same direction, as seen from the others, and are about as long; what decides is how alike
-the even layouts are.
+Between two landmarks there may be several geodesics that are about as long, around a protrusion on either side: a
+seam that takes one on the source and another one on the target twists the map between them once around. Geodesics
+that are the same leave a landmark in the same direction, as seen from the others, and are about as long; what decides
+is how alike the even layouts are.
 """
 
 from collections.abc import Iterator, Sequence
@@ -25,7 +25,7 @@ from .inserted import Opening, with_way
 from .trilateration import same_way
 
 MOST_TRIANGLES = 20_000  # beyond, the order is left as it is: it would take over ten seconds
-BEAM = 50_000  # beginnings of orders that are gone on from, the cheapest: all that there are of up to eight landmarks
+BEAM = 50_000  # beginnings of orders that are continued from, the cheapest: all that there are of up to eight landmarks
 ASTRAY, LONGER = (
     0.5,
     0.2,
@@ -87,7 +87,7 @@ def agreed_orders(source: Patch, target: Patch, stops: Index) -> list[Index]:
 
     Args:
         source: a closed surface without handles.
-        target: likewise.
+        target: as above.
         stops: (k, 2) vertices of both.
     """
     given = np.arange(len(stops))
@@ -109,7 +109,7 @@ def same_seam(source: Patch, target: Patch, stops: Index) -> Opening | None:
 
     Args:
         source: a closed surface without handles.
-        target: likewise.
+        target: as above.
         stops: (k, 2) vertices of both, in the order of the seam.
     """
     if len(stops) < FEWEST_STOPS or len(target.faces) > COARSE:
@@ -126,7 +126,7 @@ def same_seam(source: Patch, target: Patch, stops: Index) -> Opening | None:
 
 
 def _orders(cost: Real) -> Iterator[Index]:
-    """The cheapest orders, each one way round, by a beam search: landmark after landmark, the cheapest go on."""
+    """The cheapest orders, each one way round, by a beam search: landmark after landmark, the cheapest continue."""
     ways, total = np.arange(len(cost))[:, None], np.zeros(len(cost))
     while ways.shape[1] < len(cost):
         further = total[:, None] + cost[ways[:, -1]]

@@ -1,4 +1,4 @@
-"""A domain of the plane, or a surface laid out there, as it is solved for: surfaces in a layout that is even."""
+"""A domain of the plane, or a surface flattened there, as it is solved for: surfaces in a layout that is even."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property

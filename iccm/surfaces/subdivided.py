@@ -24,7 +24,7 @@ class Subdivision:
     Attributes:
         faces: (k,) the polygon that each is a part of, ascending.
         corners: (k, 3) corners of the mesh of the triangle that it is a part of.
-        weights: (k, 3, 3) of these in each of its own corners.
+        weights: (k, 3, 3) of these in the corners of each.
     """
 
     faces: Index

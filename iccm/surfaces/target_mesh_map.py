@@ -238,7 +238,7 @@ class _On(NamedTuple):
 
 
 def _cover_holes(side: Side, closing: list[Index]) -> tuple[RefinedSurface, Real]:
-    """The surface with triangles in its holes, those `closing` and those that are passed over, and their weights."""
+    """The surface with triangles in its holes, those `closing` and those that are ignored, and their weights."""
     patch = side.given.patch
     kinds = [FILLED] * len(closing) + [PASSED_OVER] * len(side.passed_over)
     fills = [filling(side.given.flat, loop) for loop in (*closing, *side.passed_over)]
@@ -265,7 +265,7 @@ def _unfold(map: DiscreteMap, *, harmonic: bool) -> DiscreteMap:
 
 
 def _relax_slivers(map: DiscreteMap) -> DiscreteMap:
-    """The map with triangles in holes, slivers as they are, at rest where they are."""
+    """The map with triangles in holes, slivers as they are, in the rest shape where they are."""
     metric = map.metrics[0]
     assert isinstance(metric, OwnMetric)
     if metric.material.all():

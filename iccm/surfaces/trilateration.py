@@ -54,7 +54,7 @@ def same_way(source: Patch, target: Patch, stops: Index, way: list[int]) -> Real
 
     Args:
         source: a closed surface.
-        target: likewise.
+        target: as above.
         stops: (k, 2) landmarks, vertices of both, in order.
         way: vertices of the target, through the landmarks.
 

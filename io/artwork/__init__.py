@@ -15,7 +15,7 @@ filters       filters, by the map's affine part
 attributes    attributes and styles that stay
 references    references, kept within the drawing
 rendering     drawings as pictures
-rasterize     resvg, in a process of its own
+rasterize     resvg, in a separate process
 """
 
 from collections.abc import Sequence
@@ -38,7 +38,7 @@ def check(source: Shape, target: Shape, copies: int = 1) -> None:
     """Refuses, before a map is solved for, a drawing that `carry` would refuse; `copies` is how often it is carried.
 
     Raises:
-        InputError: the source is no SVG file, it is malformed, or more than can be carried.
+        InputError: the source is not an SVG file, it is malformed, or more than can be carried.
     """
     _document(source, target, copies)
 
@@ -64,7 +64,7 @@ def carry(
         A note for each kind of thing that was cut off, left out or approximated, with how often.
 
     Raises:
-        InputError: the source is no SVG file, or it is malformed.
+        InputError: the source is not an SVG file, or it is malformed.
     """
     return carry_parts([(source, map)], target, path, tolerance=tolerance)
 
@@ -85,7 +85,7 @@ def carry_parts(
     outside of them is seen with an `opacity`.
 
     What lies in one of them goes with its map, the smallest if there are several; what reaches over more goes with each
-    of them, cut off at their outlines. With `each` the whole drawing goes with each map, in a group of its own.
+    of them, cut off at their outlines. With `each` the whole drawing goes with each map, in a separate group.
     """
     drawing = _document(parts[0][0], target, len(parts) if each else 1)
     mapping = PathMapping(parts, tolerance or TOLERANCE * target.curve.diagonal)

@@ -71,7 +71,7 @@ class _Stretch:
     """A part of a run as a polyline.
 
     Attributes:
-        place: (p,) places, each a piece's number plus the parameter on it; over the run's end where it goes on there.
+        place: (p,) places, each a piece's number plus the parameter on it; over the run's end where it continues there.
         z: (p,) points.
         away: whether it is outside.
     """
@@ -111,7 +111,7 @@ class Domain:
 
     Args:
         rim: the boundary, simple and counter-clockwise.
-        near: what is no farther outside counts as inside, because the boundary is flattened and the drawing is not.
+        near: points up to this far outside count as inside, because the boundary is flattened and the drawing is not.
         holes: boundaries of holes; those that are slits, narrower than what counts as near, are as they are.
     """
 

@@ -293,7 +293,7 @@ class MappedDocument:
                 self.effects.append(Effect([shape], made[1]))
 
     def _applied(self, node: Node, out: Element, shapes: list[MappedElement]) -> None:
-        """Gives `out` the clip path, mask and filter that its node has, each one of its own to be mapped."""
+        """Gives `out` the clip path, mask and filter that its node has, each a separate copy to be mapped."""
         space = Space(node.affine, node.size, shapes)
         kinds = (
             ("clip-path", "clipPath", self._clip),

@@ -40,7 +40,7 @@ COST = 200
 LEAST_PIXELS = 1 << 18
 """That a picture of few pixels may get at least, so that the bend of the map is seen between its texels."""
 FINE_SHARE = 0.25
-"""Of a picture may be shown with less than one pixel for each of its own; the rest has more."""
+"""Share of a picture that may be shown with less than one pixel for each pixel of the picture; the rest has more."""
 ACROSS = 33  # points of a picture in each direction at which the map is looked at
 OUTLINE_POINTS = 128  # on each side of a picture: between them its image is straight to less than a pixel
 MARGIN_PIXELS = 2  # around what the map covers, which the smoothing of viewers reaches

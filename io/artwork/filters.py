@@ -21,7 +21,7 @@ _DEPTHS |= {"feSpotLight": {"z": 0.0, "pointsAtZ": 0.0}}
 
 
 def filtered(definitions: Definitions, found: Element, space: Space) -> tuple[str, Apply] | None:
-    """A filter as `url(#id)` of a copy of its own, and what makes that follow the map.
+    """A filter as `url(#id)` of a separate copy, and what makes that follow the map.
 
     The copy's region has the margins of the original's around the image of what it is used on.
 

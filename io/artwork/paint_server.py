@@ -1,7 +1,7 @@
 """Paint servers: gradients, patterns and markers, made to follow a map.
 
-None of them has a path. They follow the map's affine part over the shape that they are used on, each use in a copy of
-its own, in the target's units.
+None of them has a path. They follow the map's affine part over the shape that they are used on, each use in
+A separate copy, in the target's units.
 """
 
 import copy
@@ -70,7 +70,7 @@ class Space:
         """x, y, width and height in user space; None where they are in units of a box without area.
 
         Raises:
-            InputError: one of them is no length.
+            InputError: one of them is not a length.
         """
         boxed = said.get(units, "objectBoundingBox") == "objectBoundingBox"
         if boxed and not self.area:
@@ -97,7 +97,7 @@ class Definitions:
         self._pictures: dict[tuple[tuple[str, str], ...], Element] = {}
 
     def new(self, tag: str, attributes: Mapping[str, str] | None = None) -> Element:
-        """A new, empty definition with an id of its own."""
+        """A new, empty definition with a separate id."""
         made = Element(f"{SVG}{tag}", {"id": next(self._free), **(attributes or {})})
         self.out.append(made)
         return made

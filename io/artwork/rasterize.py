@@ -1,4 +1,4 @@
-"""Run resvg on a document from stdin, and write the PNG to stdout: a program of its own.
+"""Run resvg on a document from stdin, and write the PNG to stdout: a separate program.
 
 Nothing bounds what a document asks of resvg (patterns in patterns, filters with a radius of a million), and a call into
 it cannot be stopped. A process can.

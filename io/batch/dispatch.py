@@ -20,7 +20,7 @@ from .manifest import ManifestError, Task
 from .pools import Pool
 
 SCHEMA = "iccm.result/1"
-EARLY = 0.8  # of --timeout, after which a job ends by itself: killed it leaves nothing (by hand)
+EARLY = 0.8  # of --timeout, after which a job ends on its own: killed it leaves nothing (by hand)
 POLL = 0.2  # seconds within which a signal or an expired job is noticed
 NAMED = 3  # jobs under way whose names are shown
 GOOD = ("done",)
@@ -35,7 +35,8 @@ class Policy:
         timeout: seconds a job may take, None for no limit.
         fail_fast: after the first job that is not done, begin no other.
         threads: threads of each worker.
-        time_limit: seconds after which a job ends by itself, with the best map so far if there is one; None: as long as
+        time_limit: seconds after which a job ends on its own, with the best map so far if there is one; None: as long
+        as
             a command by default, or what leaves it some time before `timeout`.
     """
 
@@ -171,7 +172,7 @@ def execute(
                 _finish(keys.pop(item.task.number, None), record, book, warn)
                 _release(record, waiting, pending, warn)
                 yield record
-    if pool.runs_again:  # nobody told which workers were lost
+    if pool.runs_again:  # nobody reported which workers were lost
         files.sweep(path for task in tasks for path in task.job.outputs)
 
 
@@ -181,7 +182,7 @@ def _release(
     pending: deque[_Running],
     warn: Callable[[str], None],
 ) -> None:
-    """Let the frame after one that ended go on from its map; anew, and say so, where there is none."""
+    """Let the frame after one that ended continue from its map; anew, and say so, where there is none."""
     item = waiting.pop(record["job"], None)
     if item is None:
         return
@@ -247,8 +248,8 @@ def _begin(
     *,
     unasked: bool,
 ) -> dict[str, Any] | None:
-    """Note the beginning of a job; its result when there is no need to run it. Where it may be run again `unasked`, it
-    cannot tell its own files from others' when it writes them: that is looked at here."""
+    """Note the beginning of a job; its result when there is no need to run it. Where it may be run again
+    `unasked`, it cannot tell its own files from others' when it writes them: that is looked at here."""
     if item.task.number in keys:
         return None
     job = item.task.job
@@ -284,7 +285,7 @@ def _finish(key: str | None, record: dict[str, Any], book: Journal, warn: Callab
 def _collect(
     running: dict[Future, list[_Running]], pool: Pool, policy: Policy, patience: float
 ) -> Iterator[tuple[list[_Running], list[dict[str, Any]] | None]]:
-    """What ended within some seconds, by itself or by the clock; None for answers when the worker died."""
+    """What ended within some seconds, on its own or by the clock; None for answers when the worker died."""
     if not running:
         return
     done, _ = wait(running, timeout=patience, return_when=FIRST_COMPLETED)

@@ -167,7 +167,7 @@ def _hash(path: str, changed: int, size: int) -> str:
 
 
 def _by(line: dict[str, Any]) -> tuple[str, int]:
-    """The machine and process number of the batch that wrote a line; 0 where they are not told."""
+    """The machine and process number of the batch that wrote a line; 0 where they are not reported."""
     match line.get("by"):
         case [str(node), int(number)]:
             return node, number

@@ -360,8 +360,8 @@ def _expand(entry: Entry, base: str, globs: Globs, found: list[str]) -> Iterator
 
 
 def _frames(entry: Entry, choices: list[list[Any]], base: str, found: list[str]) -> Iterator[dict[str, Any]]:
-    """The values of each frame of a sequence: files in the order of the numbers in their names; what is no pattern is
-    in all of them. Maps are of whole outlines, holes onto holes, so that parts do not come and go."""
+    """The values of each frame of a sequence: files in the order of the numbers in their names; what is not a pattern
+    is in all of them. Maps are of whole outlines, holes onto holes, so that parts do not come and go."""
     said = {
         key: value for key, value in entry.whole.items() if value != "auto" or key not in ("fit", "holes")
     }
@@ -381,7 +381,7 @@ def _frames(entry: Entry, choices: list[list[Any]], base: str, found: list[str])
 
 
 def _why_no_sequence(values: dict[str, Any]) -> str:
-    """Why frames do not go on from each other with these values; empty where they do."""
+    """Why frames do not continue from each other with these values; empty where they do."""
     if values.get("parts") in ("all", "each") or values.get("method") not in (None, "balanced"):
         return (
             "frames continue from each other only with the balanced method and one part each; remove "
@@ -470,7 +470,7 @@ def _exists(path: str) -> bool:
 
 
 def _check_kinds(job: Described) -> Iterator[str]:
-    """What is wrong with the kinds of the inputs and outputs, of which those that exist are told later."""
+    """What is wrong with the kinds of the inputs and outputs, of which those that exist are reported later."""
     try:
         commands.check(job.model_copy(update={"force": True}))
     except InputError as error:
@@ -517,7 +517,7 @@ def _fill(value: Any, fields: dict[str, str], place: str, wrong: list[str]) -> A
 
 
 def _place(task: Task, root: Path, outside: bool, found: list[str]) -> Task:
-    """The task with its outputs under the root, after checking that they stay there and are no folders."""
+    """The task with its outputs under the root, after checking that they stay there and are not folders."""
     job = task.job
     if "-" in (*job.output, job.report):
         found.append(

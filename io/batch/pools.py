@@ -14,7 +14,7 @@ from typing import Any, Protocol
 from ...errors import InputError
 from . import worker
 
-GRACE = 3.0  # seconds in which a worker ends by itself (by hand)
+GRACE = 3.0  # seconds in which a worker ends on its own (by hand)
 AHEAD = 1  # tasks that wait at a thread of a cluster for the one before to end, so that it need not wait itself: 200 of
 # 50 ms on two workers took 48 to 101 ms each with 0, 29 and 32 with 1, 27 and 64 with 2 (a busy machine; 25 is least)
 TASK = 0.5  # seconds that short jobs take together in one task, 2 % of which Dask takes for itself (8.6 ms)
@@ -29,7 +29,7 @@ class Pool(Protocol):
     Attributes:
         size: how many run at a time.
         ahead: how many more it is given, which wait for one of them to end.
-        runs_again: whether what a lost worker ran may be run a second time, and nobody is told.
+        runs_again: whether what a lost worker ran may be run a second time, without a message.
     """
 
     size: int
@@ -47,7 +47,7 @@ class Pool(Protocol):
         """Stop jobs that run, by force if need be."""
 
     def close(self) -> None:
-        """Let go of the workers."""
+        """Release the workers."""
 
 
 class InProcess:
@@ -74,7 +74,7 @@ class InProcess:
 
 
 class Processes:
-    """Processes of this machine, each an executor of its own.
+    """Processes of this machine, each a separate executor.
 
     A pool of one process is broken by its own job only, and can be killed when its time is up; one pool of many
     would lose every pending job when any worker dies. pebble's pool (5.2.3) costs as much, but is lost as a whole when

@@ -107,7 +107,7 @@ def _failure(error: Exception) -> dict[str, Any]:
     from ...deadline import TimeUp
     from ...errors import IccmError
 
-    # a job ends by itself shortly before its worker would be stopped
+    # a job ends on its own shortly before its worker would be stopped
     if isinstance(error, TimeUp):
         status, message = "timeout", str(error)
     elif isinstance(error, IccmError):

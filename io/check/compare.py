@@ -276,7 +276,7 @@ def _are_numbers(*values: Any) -> bool:
 
 
 def _limit(a: Any, b: Any, tolerance: Figure) -> str:
-    """By how much a figure may move; words, and what is no number any more, may not."""
+    """By how much a figure may move; words, and what is not a number any more, may not."""
     return f"{max(tolerance.rel * abs(b), tolerance.abs):.3g}" if _are_numbers(a, b) else ""
 
 

@@ -1,7 +1,7 @@
 """`iccm edit`: a page in the browser on which pins and strokes are placed and the map is seen to follow.
 
-session       the shapes, the map at rest and the map that follows
-map_choice    a map gone on with, or found anew
+session       the shapes, the converged map and the map that follows
+map_choice    a map continued, or found anew
 scene         what the page draws of them
 own_drawing   what the shapes' own files show
 surface_view  a mesh in space

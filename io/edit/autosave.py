@@ -25,9 +25,9 @@ class Unsaved(StrictModel):
 
     Attributes:
         scene: these.
-        start: the map that theirs goes on from.
+        start: the map that theirs continues from.
         when: they were last changed.
-        port: of the server that had them: the next one takes its place, so that a page that is still open goes on.
+        port: of the server that had them: the next one takes its place, so that a page that is still open continues.
         token: of its address.
     """
 
@@ -71,7 +71,7 @@ def read(job: Job) -> Unsaved | None:
 
 
 def offer(session: Session, left: Unsaved | None) -> None:
-    """Let the page ask whether to go on with what was left of the pair."""
+    """Let the page ask whether to continue with what was left of the pair."""
     if left is None or left.scene == session.first:
         return
     session.left = left.scene

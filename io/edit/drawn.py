@@ -26,7 +26,7 @@ def copy_with(of: Shape, pins: Pins, strokes: Strokes) -> bytes:
     """The drawing that a shape was read from with these pins and strokes, names without their prefix, in file units.
 
     Raises:
-        InputError: it is no SVG, or none that can be changed in this way.
+        InputError: it is not an SVG, or cannot be changed in this way.
     """
     path, (low, high) = of.path, of.box
     data = drawing_bytes(path)
@@ -83,7 +83,7 @@ def _places(data: bytes) -> tuple[list[tuple[int, int]], int]:
     cuts, parser = _Cuts(), expat.ParserCreate()
 
     def token(*_: object) -> None:
-        """What follows the end of an element tells where it ended."""
+        """What follows the end of an element reports where it ended."""
         if cuts.closed is not None:
             cuts.found.append((cuts.closed, parser.CurrentByteIndex))
             cuts.closed = None

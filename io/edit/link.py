@@ -1,5 +1,5 @@
-"""The conversation with the page. Maps are made in three threads: the map that follows, the map at rest, and another to
-compare that with; of what is asked for while they work only the newest counts."""
+"""The conversation with the page. Maps are made in three threads: the map that follows, the converged map, and
+another to compare that with; of what is asked for while they work only the newest counts."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ class _Link:
         while True:
             message: Follow | Solve = await queue.get()
             if session.scene is not message.scene:
-                continue  # it was let go of by now
+                continue  # it was released by now
             way = (message.way,) if isinstance(message, Solve) else ()
             shown: Any = await self._done(kind, getattr(session, kind), message.scene, *way)
             if isinstance(shown, dict):
@@ -194,7 +194,7 @@ class _Link:
             await self._send(self._socket.send_bytes(frame(head, drawn)))
 
     async def _done(self, pool: str, call: Callable[..., Any], *arguments: Any) -> Any:
-        """What a call gives in a thread of its own, or {"error": …}."""
+        """What a call gives in a separate thread, or {"error": …}."""
         try:
             return await asyncio.get_running_loop().run_in_executor(self._pools[pool], call, *arguments)
         except InputError as error:

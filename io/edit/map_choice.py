@@ -16,7 +16,7 @@ class MapChoice:
     """How the map of a scene is found, and is found again: by undo, and by the command from what is saved.
 
     Attributes:
-        start: the map that it goes on from; None if it is made from scratch.
+        start: the map that it continues from; None if it is made from scratch.
         fresh: whether it is made from scratch all the same.
         other: whether the map from scratch is known to be another.
     """
@@ -27,7 +27,7 @@ class MapChoice:
 
     @property
     def begins(self) -> TriangulatedMap | None:
-        """The map that it does go on from."""
+        """The map that it does continue from."""
         return None if self.fresh else self.start
 
     @property

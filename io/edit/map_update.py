@@ -20,12 +20,12 @@ from .messages import Scene
 SEEN = ("shown", "covered")  # of drawings
 LOST = ("left_out", "uncovered")  # of partial maps
 MISSED = 1e-6  # of the target's diagonal; pins that are met are met to 1e-9
-MISSED_STROKE = 1e-3  # likewise, of strokes, which lie on theirs to 2e-4
+MISSED_STROKE = 1e-3  # the same for strokes, which lie on theirs to 2e-4
 
 
 @dataclass(frozen=True, eq=False)
 class Solved:
-    """Maps at rest.
+    """Maps in the rest shape.
 
     Attributes:
         fits: of each part; one, unless parts are mapped one by one.
@@ -64,7 +64,7 @@ class MapUpdate:
         wrong: numbers of the pins and strokes that are not met or cannot be.
         drawn: what the page draws of it, see `Session.drawn`; None where the map on the page stays.
         outlines: of a shape that is deformed, rings of [x, y] in the page's coordinates.
-        other: "fresh" where the map from scratch is another, "kept" where the one gone on from the last map is.
+        other: "fresh" where the map from scratch is another, "kept" where the one continued from the last map is.
     """
 
     kind: str

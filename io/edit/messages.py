@@ -67,7 +67,7 @@ class Follow(_Message):
 
 
 class Solve(_Message):
-    """It was let go of: the whole map, as `iccm map` makes it of what is saved; `way`: which of two that are known."""
+    """It was released: the whole map, as `iccm map` makes it of what is saved; `way`: which of two that are known."""
 
     type: Literal["solve"]
     seq: int

@@ -57,7 +57,7 @@ def local(name: str) -> str:
 
 
 def constraints_json(session: Session, scene: Scene, kinds: tuple[str, ...] = ("pins", "strokes")) -> str:
-    """The constraints as JSON, with the sizes of the shapes that they belong to, and the map to go on from."""
+    """The constraints as JSON, with the sizes of the shapes that they belong to, and the map to continue from."""
     sides = (
         {"source": session.source} if session.deforming else dict(zip(("source", "target"), _sides(session)))
     )
@@ -102,10 +102,10 @@ def save(session: Session, scene: Scene, name: str, *, replace: bool) -> str:
 
 
 def copy_names(session: Session, ending: str) -> list[str]:
-    """What the copies of both drawings are called, and the file beside them that holds the map to go on from.
+    """What the copies of both drawings are called, and the file beside them that holds the map to continue from.
 
     Raises:
-        InputError: one is no SVG, or both would be called the same.
+        InputError: one is not an SVG, or both would be called the same.
     """
     if session.deforming:
         raise InputError("the pins of a deformation can only be saved as JSON; use Save")
@@ -120,7 +120,7 @@ def copy_names(session: Session, ending: str) -> list[str]:
 
 
 def copies(session: Session, scene: Scene, names: list[str], *, replace: bool) -> dict[str, str]:
-    """Write copies of both drawings with the constraints drawn in them, and the map to go on from, if there is one.
+    """Write copies of both drawings with the constraints drawn in them, and the map to continue from, if there is one.
 
     Returns:
         The fields of a job that name what was written.

@@ -15,7 +15,7 @@ from ..shapes.shape import Shape
 
 ROUGHLY, SHARP = 0.01, np.pi / 4
 """An outline simplified so far, of its diagonal, turns by so much at a corner."""
-NEAR = 0.05  # of the diagonal: corners that are farther apart, once carried, are no pair
+NEAR = 0.05  # of the diagonal: corners that are farther apart, once carried, do not form a pair
 APART = 0.1  # of the diagonal: closer to another, handles would cover each other in a small window
 MOST = 12  # pins that are suggested
 

@@ -1,4 +1,4 @@
-"""A mesh as the page shows it: its triangles in space, and its own texture laid out in the flattening's plane."""
+"""A mesh as the page shows it: its triangles in space, and its own texture flattened in the flattening's plane."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..run.job import Job
 from ..shapes.mesh_shape import MeshShape
 
 ROWS = 64  # of the picture that are made at a time
-SHARPER = 1.5  # texels for one of the texture's, in each direction: laid out flat it is turned and stretched
+SHARPER = 1.5  # texels for one of the texture's, in each direction: flattened, it is turned and stretched
 
 
 class SurfaceView:
@@ -62,7 +62,7 @@ class SurfaceView:
 
 
 def lay_out(job: Job, shape: MeshShape, image: Image, box: Box, most: int) -> Image:
-    """The texture of a mesh with coordinates of its own as a picture of a box of the flattening's plane."""
+    """The texture of a mesh with separate coordinates as a picture of a box of the flattening's plane."""
     texture = image.texture(box, kind=job.kind)
     placing = shape.placing(texture)
     size = box[1] - box[0]

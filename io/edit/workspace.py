@@ -145,7 +145,7 @@ def _name_of(content: bytes) -> str:
 def remove_old_copies(now: float | None = None) -> None:
     """Remove files of the browser that were last opened more than KEPT days ago, `now` in seconds since 1970.
 
-    What was changed since it was put there, or is no such copy, is somebody's own and stays.
+    What was changed since it was put there, or is not such a copy, is somebody's own and stays.
     """
     oldest = (time.time() if now is None else now) - KEPT * 86400
     for path in _copies().glob("*/*"):

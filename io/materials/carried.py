@@ -1,4 +1,4 @@
-"""The pictures of a material set carried to new coordinates: each in a picture of its own for each material there."""
+"""The pictures of a material set carried to new coordinates: each in a separate picture for each material there."""
 
 from collections.abc import Container
 from dataclasses import dataclass, field

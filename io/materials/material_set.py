@@ -55,7 +55,7 @@ class Material:
 
     Attributes:
         name: what the file calls it.
-        key: what tells it from others, see `obj_materials.Pictures`.
+        key: what reports it from others, see `obj_materials.Pictures`.
         maps: its pictures by what they are for: slots of glTF (see `gltf_materials.slots`), or statements of MTL.
         source: all that the file says of it: glTF's JSON, or the lines of an MTL.
         factors: what its pictures of colours and numbers are multiplied by, and what is shown without one: linear
@@ -76,7 +76,7 @@ class MaterialSet:
     """A mesh with its materials.
 
     Attributes:
-        sheet: its triangles, with coordinates of their own.
+        sheet: its triangles, with separate coordinates.
         materials: the materials.
         owner: (m,) the material of each triangle.
         dialect: the names of the materials' slots: those of "gltf" or "mtl".

@@ -39,7 +39,9 @@ def material_set_of(meshes: Sequence[MeshFile], *, bare: bool = False, plain: bo
 
 
 def sheet_of(meshes: Sequence[MeshFile]) -> Charted:
-    """The triangles of all that was read of a file, with the coordinates that colours are shown by; errors likewise."""
+    """The triangles of all that was read of a file, with the coordinates that colours are shown by; errors in the
+    same way.
+    """
     if parts := primitives_of(meshes[0]):
         return of_gltf.sheet(_name(meshes), of_gltf.with_layout(_name(meshes), parts), bare=False)
     return of_mtl.sheet_of(meshes[0])
@@ -124,7 +126,7 @@ class Relaid:
     def owner(self) -> Index:
         """(m,) the material of each triangle in the new file: its own, and one more for each kind of old ones it shows.
 
-        OBJ: its own. There transparency is a picture of its own.
+        OBJ: its own. There transparency is a separate picture.
         """
         own = self.after.owner
         names, kind = np.unique(self.before.kinds, return_inverse=True)

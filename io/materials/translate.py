@@ -100,7 +100,7 @@ def _clear(base: Image, cover: Image) -> Image:
 
 
 def _covered(base: Image) -> Pictures:
-    """Colours without alpha, and what of that is seen in a picture of its own."""
+    """Colours without alpha, and what of that is seen in a separate picture."""
     pixels, alpha = base.pixels, base.pixels[..., base.alpha, None]
     colours = Image(np.ascontiguousarray(pixels[..., : base.alpha]))
     seen = (alpha < np.iinfo(alpha.dtype).max).any()

@@ -271,7 +271,7 @@ def read(path: Path) -> Gltf:
 
     Raises:
         InputError: a buffer that is missing or in another place, or compressed data.
-        ValueError, LookupError, TypeError, struct.error: it is no such file.
+        ValueError, LookupError, TypeError, struct.error: not a file of this format.
     """
     data = files.read_bytes(path, max_bytes=limits.MESH_BYTES)
     text, held = _chunks(data) if data[:4] == b"glTF" else (data, b"")

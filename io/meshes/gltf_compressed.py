@@ -53,7 +53,7 @@ def _decoded(path: Path, name: str, place: str, said: dict[str, Any], buffers: l
         raise ValueError(f"{place}: {count} items of {stride} bytes")
     try:
         rows = meshopt.decode_gltf_buffer(data, count, stride, said["mode"], said.get("filter"))
-    except Exception as error:  # meshopt's own, which have no base of their own
+    except Exception as error:  # meshopt's own, which have no separate base
         raise ValueError(f"{place}: {error}") from None
     return rows.tobytes()
 
@@ -84,7 +84,7 @@ def without_draco(path: Path, tree: dict[str, Any], views: list[bytes]) -> tuple
     decoded = dict[int, Any]()
 
     def put(accessor: int, values: np.ndarray) -> None:
-        """What an accessor holds becomes a view of its own."""
+        """What an accessor holds becomes a separate view."""
         said = tree["accessors"][accessor]
         values = np.ascontiguousarray(values, DTYPES[said["componentType"]])
         if len(values) != said["count"]:
@@ -102,7 +102,7 @@ def without_draco(path: Path, tree: dict[str, Any], views: list[bytes]) -> tuple
         if at not in decoded:
             try:
                 decoded[at] = DracoPy.decode(views[at])
-            except Exception as error:  # DracoPy's own, which have no base of their own
+            except Exception as error:  # DracoPy's own, which have no separate base
                 raise ValueError(f"bufferViews/{at}: {error}") from None
         found = decoded[at]
         if "indices" not in primitive or not hasattr(found, "faces"):

@@ -186,7 +186,7 @@ def _with_coordinates(file: MeshFile, new: NewCoordinates, pictures: Pictures) -
 
 
 def _json_of(path: Path) -> bytes:
-    """The JSON of a glTF file, by itself or in a GLB."""
+    """The JSON of a glTF file, on its own or in a GLB."""
     with files.opened(path) as file:
         if formats.suffix_of(path) == ".gltf":
             return file.read(limits.SCENE_BYTES)

@@ -30,7 +30,7 @@ def base(material: dict[str, Any]) -> dict[str, Any]:
 
 
 def variants(primitive: dict[str, Any]) -> list[dict[str, Any]]:
-    """The materials that a primitive may have instead of its own (KHR_materials_variants)."""
+    """The materials that a primitive may have instead (KHR_materials_variants)."""
     return primitive.get("extensions", {}).get("KHR_materials_variants", {}).get("mappings", [])
 
 

@@ -146,8 +146,8 @@ def with_coordinates(
 ) -> tuple[bytes, list[str]]:
     """The file with new first texture coordinates for some triangles of primitives.
 
-    What reads the old ones goes on doing so: they are kept as another set then. Where new ones part, vertices are split
-    with all that they have. Where only some triangles of a primitive change, these become one of their own.
+    What reads the old ones continues doing so: they are kept as another set then. Where new ones part, vertices are
+    split with all that they have. Where only some triangles of a primitive change, these become a separate primitive.
 
     Args:
         parts: the primitives, of one file.
@@ -375,7 +375,7 @@ def _copy(editor: GltfEditor, primitive: dict, split: Split, but: set[str]) -> N
 
 
 def _staying(editor: GltfEditor, primitive: dict, pictures: set[str]) -> list[str]:
-    """The slots that go on reading the old coordinates, of the material and of its variants."""
+    """The slots that continue reading the old coordinates, of the material and of its variants."""
     own = primitive.get("material")
     found = list[str]()
     for number in [own, *(mapping["material"] for mapping in gltf_materials.variants(primitive))]:
@@ -394,7 +394,7 @@ def _shown(material: dict, pictures: set[str]) -> set[str]:
 
 
 def _rebind(editor: GltfEditor, primitive: dict, pictures: Mapping[str, bytes], kept: int | None) -> None:
-    """Materials of its own for the primitive, if they change: new pictures, others on the coordinates that are kept."""
+    """Separate materials for the primitive, if they change: new pictures, others on the coordinates that are kept."""
     if not pictures and kept is None:
         return
     own = primitive.get("material")

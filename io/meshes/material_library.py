@@ -67,7 +67,7 @@ def read(folder: Path, names: list[str]) -> Library:
     """The libraries that `mtllib` lines name.
 
     A line may name a file with spaces or several files: the first that exists is meant. Of a library that is taken by
-    mistake nothing may show in what is written: lines that are no statements are left out.
+    mistake nothing may show in what is written: lines that are not statements are left out.
     """
     lines: list[str] = []
     missing, outside = [], []
@@ -96,7 +96,7 @@ def read(folder: Path, names: list[str]) -> Library:
 
 
 def _is_statement(line: str) -> bool:
-    """Whether a line is empty or a statement of the format, as far as it can be told."""
+    """Whether a line is empty or a statement of the format, as far as that is visible."""
     word, rest = split(line)
     if word.lower() in NUMBERS:
         return all(is_number(each) or each in ("-halo", "xyz") for each in rest.split())

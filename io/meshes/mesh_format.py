@@ -300,7 +300,7 @@ class MeshFormat(ABC):
         try:
             with np.errstate(
                 all="ignore"
-            ):  # what numbers of a broken file come to is told by what checks them
+            ):  # what numbers of a broken file come to is reported by what checks them
                 return self.read()
         except InputError:
             raise
@@ -356,7 +356,7 @@ class MeshFormat(ABC):
     def split_uv(cls, path: Path) -> tuple[Real, Any] | None:
         """Read the texture coordinates (t, 2) of a written file, and all else that it holds, to be compared apart.
 
-        None: they are not told apart.
+        None: they are not distinguished.
 
         Raises:
             InputError: it cannot be read.

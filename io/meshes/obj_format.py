@@ -170,7 +170,7 @@ class ObjFormat(MeshFormat):
 
     @classmethod
     def companions(cls, name: Path, shown: ShownPictures) -> list[str]:
-        """The material library, and a picture that is no file yet."""
+        """The material library, and a picture that is not a file yet."""
         return obj_materials.companions(name, shown)
 
     @classmethod

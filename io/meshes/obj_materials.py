@@ -71,7 +71,7 @@ def rename(whole: Obj, faces: Flags) -> tuple[dict[str | None, str], str]:
 
 
 def companions(name: Path, shown: ShownPictures) -> list[str]:
-    """List the files that `write` puts beside an OBJ: its material library, and a picture that is no file yet."""
+    """List the files that `write` puts beside an OBJ: its material library, and a picture that is not a file yet."""
     if shown.texture is None and shown.normals is None:
         return []
     library = str(name.with_suffix(".mtl"))

@@ -88,7 +88,7 @@ def _runs_of_lines(obj: Obj) -> list[Edit]:
 
 
 def _continues(data: bytes, stop: Index) -> NDArray[np.bool_]:
-    """Whether the line that ends before each byte goes on after a backslash."""
+    """Whether the line that ends before each byte continues after a backslash."""
     raw = np.frombuffer(b"  " + data, np.uint8)
     before = np.where(raw[stop] == 13, raw[stop - 1], raw[stop])  # raw is shifted by two
     return (before == 92) & (stop < len(data))

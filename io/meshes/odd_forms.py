@@ -20,7 +20,8 @@ def strip(vertices: Index) -> Index:
 def free_off(text: str) -> tuple[Real, Index, Index] | None:
     """Points (n, 3), corners (c,) and starts (f + 1,) of an OFF file read number by number; None if they don't add up.
 
-    Geomview's format says that numbers may stand on any lines. Colours cannot be told from faces then: there are none.
+    Geomview's format says that numbers may stand on any lines. Colours could not be
+    distinguished from faces then, so there are none.
     """
     words = " ".join(line.split("#")[0] for line in text.splitlines()).split()
     try:

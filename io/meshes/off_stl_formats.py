@@ -76,7 +76,7 @@ def _by_trimesh(path: Path, data: bytes) -> dict[str, MeshFile]:
 
     logging.getLogger("trimesh").addHandler(logging.NullHandler())
     with warnings.catch_warnings():
-        # what numbers of a broken file come to is told by what checks them
+        # what numbers of a broken file come to is reported by what checks them
         warnings.simplefilter("ignore")
         scene = trimesh.load_scene(BytesIO(data), file_type=path.suffix[1:].lower(), process=False)
     found = dict[str, MeshFile]()

@@ -34,7 +34,7 @@ def read(
     """The closed outlines of the drawing's model space, blocks included, or of the layer `chosen`.
 
     Raises:
-        InputError: ezdxf is not installed, or the file is no DXF drawing.
+        InputError: ezdxf is not installed, or the file is not a DXF drawing.
     """
     try:
         with _without_fonts():

@@ -25,7 +25,7 @@ def read(
     """The outlines of a line of text, kerned, with the font's ligatures.
 
     Raises:
-        InputError: no text is said, the file is no font, or has no such letters.
+        InputError: no text is said, the file is not a font, or has no such letters.
     """
     files.open_input(path, max_bytes=max_bytes)
     if not (chosen or "").startswith(TEXT) or not (text := (chosen or "")[len(TEXT) :].strip()):

@@ -109,7 +109,7 @@ def _fill(drawing: Drawing, found: Iterator[Found], chosen: str | None) -> None:
 def geometries(
     item: Any, feature: dict[str, Any] | None = None, depth: int = 0
 ) -> Iterator[tuple[Any, dict[str, Any] | None]]:
-    """Every geometry of GeoJSON that is no collection, in order, and the feature that it belongs to.
+    """Every geometry of GeoJSON that is not a collection, in order, and the feature that it belongs to.
 
     What is neither feature nor collection is given as it is. Bounding boxes are taken out of the document.
 

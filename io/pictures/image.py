@@ -34,7 +34,7 @@ class Image:
         pixels: (h, w, c) uint8, uint16, float16 or float32, row 0 on top.
         alpha: index of the alpha channel, or -1.
         associated: whether colours are premultiplied by alpha.
-        colorspace: a name that OpenColorIO knows, or "data" for numbers that are no colours.
+        colorspace: a name that OpenColorIO knows, or "data" for numbers that are not colours.
         metadata: what else the file said, name -> (OpenImageIO type, value); `channels` -> the channels' names.
         notes: what a user should know about how the file was read.
         holes: how many pixels are not finite.

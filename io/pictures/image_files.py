@@ -352,7 +352,7 @@ def _pixels(file: Any, spec: oiio.ImageSpec, kind: str, room: Memory) -> NDArray
 
 
 def _check_png(path: str | Path, content: BinaryIO) -> bool:
-    """Whether a PNG file is animated. Refuses one that is cut or changed: libpng would print a line of its own.
+    """Whether a PNG file is animated. Refuses one that is cut or changed: libpng would print a separate line.
 
     Args:
         path: for messages.

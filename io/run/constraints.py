@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 MORE = 1.5
-"""Times the energy of the map before, or of one made anew: a map that costs more is not gone on with."""
+"""Times the energy of the map before, or of one made anew: a map that costs more is not continued."""
 CONSTRAINTS = "pins", "strokes", "rigid", "rigid_target", "importance", "size_map"
 ROUNDED = 1e-9  # of the diagonal: outlines no farther apart are the same
 Names = tuple[list[str], list[str]]  # of pins and of strokes, empty for those that have none
@@ -83,7 +83,7 @@ def constrain(
 
 @contextmanager
 def add_names(called: Names) -> Iterator[None]:
-    """Add the names of pins and strokes to what is told of them by number."""
+    """Add the names of pins and strokes to what is reported of them by number."""
     try:
         yield
     except ConstraintError as error:
@@ -120,7 +120,7 @@ def solve(
         return by_names(source, target, partial(fit_with_holes, source, target, tell), given, tell)
     if source.drawing is None or target.drawing is None:
         return by_names(source, target, partial(iccm.fit, source.domain, target.domain), given, tell)
-    # holes are passed over by the map, but still cut the picture
+    # holes are ignored by the map, but still cut the picture
     plain = partial(iccm.fit, filled(source).domain, filled(target).domain)
     return replace(by_names(source, target, plain, given, tell), drawings=(source.drawing, target.drawing))
 
@@ -164,7 +164,7 @@ def by_names(
 
 
 def read_start(job: Job) -> Fit:
-    """The map that a job goes on from.
+    """The map that a job continues from.
 
     Raises:
         InputError: it cannot be read, is none of the balanced method, or the job takes no such map.
@@ -225,8 +225,8 @@ def better(start: Fit, found: Fit | None, anew: Callable[[], Fit]) -> Fit:
         start: the map before.
         found: what went on from it; None where nothing did.
         anew: makes the map of the same shapes that knows of no other. It is asked for where going on costs more than
-            `MORE` times as much as the map before, or where limbs merged or parted; it is taken where it then costs
-            less, by as much or at all.
+            `MORE` times as much as the map before, or where protrusions merged or parted; it is taken where it then
+            costs less, by as much or at all.
     """
     if found is None or not found.status.ok:
         return anew()

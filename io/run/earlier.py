@@ -54,7 +54,7 @@ def _entry(name: str, job: Described) -> list[Any]:
 
 
 def _read() -> dict[str, Any]:
-    """The last entry of each output; lines that were cut short are passed over."""
+    """The last entry of each output; lines that were cut short are ignored."""
     found = {}
     with suppress(OSError):
         for line in _place().read_bytes().splitlines():

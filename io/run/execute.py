@@ -40,7 +40,7 @@ def run(
         job: what to do.
         threads: threads for the pixels, None for all cores; never changes the result.
         tell: is given each remark as it is made.
-        listener: is told what is under way, see `iccm.progress`.
+        listener: receives reports of progress, see `iccm.progress`.
         dry: to read and check, but to solve and write nothing.
         again: whether outputs that an earlier run of the same shapes wrote may be replaced, see `earlier`.
 
@@ -113,7 +113,7 @@ Settings = tuple[dict[str, Any], bool]
 
 
 def solve_pairs(run: Run, settings_of: Callable[[Pair], Settings] | None = None) -> None:
-    """The map of each pair of shapes; of several those that have none are left out, and told.
+    """The map of each pair of shapes; of several those that have none are left out, and reported.
 
     Args:
         run: the job.
@@ -151,7 +151,7 @@ def solve_pairs(run: Run, settings_of: Callable[[Pair], Settings] | None = None)
 
 
 def check_place(run: Run) -> None:
-    """Refuse to place what has no proportions of its own in the plane, or a place of its own already.
+    """Refuse to place what has no separate proportions in the plane, or a separate place already.
 
     Raises:
         InputError: --place with a mesh, or with an earlier map.

@@ -32,7 +32,7 @@ SCHEMA = "iccm.flatten/1"
 
 
 class Layout(NamedTuple):
-    """A mesh laid out in the plane.
+    """A mesh flattened into the plane.
 
     Attributes:
         shape: the mesh.
@@ -64,7 +64,7 @@ def check(job: FlattenJob) -> None:
 
 
 def run(job: FlattenJob, *, tell: Callable[[str], None] = lambda note: None) -> Outcome:
-    """Lay a mesh out and write what is asked for.
+    """Flatten a mesh and write what is asked for.
 
     Args:
         job: what to do.
@@ -105,7 +105,7 @@ def goal_of(job: FlattenJob) -> str:
 
 
 def lay_out(mesh: str, method: str, *, cut: bool, tell: Callable[[str], None], split: bool = False) -> Layout:
-    """A mesh laid out by a method, or onto an outline.
+    """A mesh flattened by a method, or onto an outline.
 
     Args:
         mesh: what it is called, see `io.spec`.
@@ -115,7 +115,7 @@ def lay_out(mesh: str, method: str, *, cut: bool, tell: Callable[[str], None], s
         split: whether triangles at its rim are split until chords follow the outline.
 
     Raises:
-        InputError: the mesh cannot be laid out; no such method, nor file, or no outline in it.
+        InputError: the mesh cannot be flattened; no such method, nor file, or no outline in it.
     """
     if method in METHODS:
         found = Layout(mesh_reading.read(mesh, cut=cut, method=method, chart=True), {})

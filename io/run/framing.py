@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from ..shapes.shape import Shape
 
 SMALL = 0.25  # of the canvas' sides: pictures of a shape that takes no more than that show its box instead
-UNLIKE = 0.05  # of one side by the other: what is stretched more is told
-OFF = 0.01  # of a shape's size: what reaches out of its canvas farther than that is told
+UNLIKE = 0.05  # of one side by the other: what is stretched more is reported
+OFF = 0.01  # of a shape's size: what reaches out of its canvas farther than that is reported
 
 
 def picture_box(job: Job, target: Shape) -> Box:
@@ -116,7 +116,7 @@ def remarks(job: Job, source: Shape, target: Shape) -> list[str]:
     if job.texture_box == "bbox" or own or not (job.texture or job.texture_box):
         return said
     cure = "use --texture-box bbox to cover it"
-    if source.is_layout:  # where the texture repeats, or goes on
+    if source.is_layout:  # where the texture repeats, or continues
         return said
     if (out := _reach(source, source.box)) > OFF:
         text = f"{out:.0%} of its extent lies outside its canvas, beyond the texture"

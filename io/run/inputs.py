@@ -144,7 +144,7 @@ class Inputs(Files):
         """Refuse to trace where there is no picture.
 
         Raises:
-            InputError: --trace is given, and the shapes are no pictures.
+            InputError: --trace is given, and the shapes are not pictures.
         """
         specs = [spec for spec in (self.job.source, self.job.target) if spec]
         if self.job.trace != "auto" and not any(formats.of(Spec.of(spec).path).picture for spec in specs):
@@ -171,7 +171,7 @@ class Inputs(Files):
             source: of a target what goes onto it: holes are kept for those of the source alone where a mesh is cut.
 
         Raises:
-            InputError: it cannot be read, is no domain, or is larger than --max-faces or --max-pixels allow.
+            InputError: it cannot be read, is not a domain, or is larger than --max-faces or --max-pixels allow.
         """
         if not self.is_mesh(text):
             meshes = [spec for spec in (self.job.source, self.job.target) if spec and self.is_mesh(spec)]
@@ -237,7 +237,7 @@ class Inputs(Files):
         return opened
 
     def _lying(self, target: bool, source: Shape | None) -> dict[str, Any]:
-        """How meshes are laid out: cut or not, flat or by their coordinates, and the proportions of pictures there."""
+        """How meshes are flattened: cut or not, flat or by their coordinates, and the proportions of pictures there."""
         job = self.job
         aspect: Any = None
         if target and job.size and len(job.size) == 2 and FREE not in job.size:

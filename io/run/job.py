@@ -224,7 +224,7 @@ class Job(Textured, JobOptions):
     source: str
     target: str | None
     checkered: ClassVar[bool] = (
-        False  # whether the checkerboard is asked for, whatever the source shows of its own
+        False  # whether the checkerboard is asked for, whatever the source itself shows
     )
 
     def __init__(self, **values: Any):
@@ -277,7 +277,7 @@ class Job(Textured, JobOptions):
 
     @property
     def exact(self) -> bool:
-        """Whether pins and strokes are met, not weighed: what lies outside the target could not be."""
+        """Whether pins and strokes are hard constraints, which must lie inside the target."""
         from ...options import Options as Solver
 
         return Solver(**self.solver).is_balanced
@@ -299,7 +299,7 @@ class Job(Textured, JobOptions):
 
 
 class FlattenJob(Described, FlattenOptions):
-    """A mesh to lay out in the plane, how, and what to write."""
+    """A mesh to flatten in the plane, how, and what to write."""
 
     command = "flatten"
     rows: ClassVar = {"mesh": (str, None), **of_command("flatten", FlattenOptions, JobOptions)}

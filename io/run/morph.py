@@ -160,7 +160,7 @@ def _output(name: str, job: Job, asked: MorphSettings) -> Output | None:
 
 
 def _with_own_pictures(begun: Run) -> Run:
-    """The job with both drawings as their own pictures, where one of them has colours of its own and the other can be
+    """The job with both drawings as their own pictures, where one of them has separate colours and the other can be
     rendered; a plain black drawing is then black, and not a checkerboard."""
     job = begun.job
     if job.texture or job.checkered or not (begun.source.coloured or begun.target.coloured):

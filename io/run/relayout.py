@@ -298,7 +298,7 @@ def _demand_partners(origins: Sequence[Origin], old: str, new: str, settings: Ba
 
 
 def _blank(origins: Sequence[Origin], new: str) -> list[str]:
-    """What is told of triangles that show nothing, as their new coordinates have no area."""
+    """What is reported of triangles that show nothing, as their new coordinates have no area."""
     own, every = np.sum(
         [origin.blank for origin in {id(each.partner): each for each in origins}.values()], axis=0
     )

@@ -137,7 +137,7 @@ def doubts(found: dict[str, Any], tolerance: float, quasi: bool, *, weighed: boo
 def as_json(value: Any) -> Any:
     """Only what JSON can say: numpy becomes lists and numbers, complex numbers pairs, NaN and infinity null.
 
-    File names that are no UTF-8 keep their odd bytes as escapes.
+    File names that are not UTF-8 keep their odd bytes as escapes.
     """
     if isinstance(value, dict):
         return {str(key): as_json(item) for key, item in value.items()}

@@ -54,7 +54,7 @@ def has_texture(job: Job, source: Shape) -> bool:
 
 
 def own_pictures(job: Job, source: Shape) -> tuple[Path | bytes, ...]:
-    """The pictures that the source has of its own, unless the checkerboard is asked for."""
+    """The pictures that the source itself has, unless the checkerboard is asked for."""
     return () if job.checkered else source.pictures
 
 
@@ -85,7 +85,7 @@ def on_paper(job: Job, source: Shape) -> bool:
 
 
 def drawing_of(job: Job, source: Shape) -> Path | None:
-    """The SVG that is rendered as the texture: --texture, or the source, where it has colours of its own."""
+    """The SVG that is rendered as the texture: --texture, or the source, where it has separate colours."""
     name = job.texture or next((path for path in own_pictures(job, source) if not source.is_mesh), None)
     if name is None or isinstance(name, bytes):
         return None
@@ -157,7 +157,7 @@ def own_box_of(source: Shape) -> Box:
 
 
 def density_needed(fits: Sequence[Fit], step: float) -> float:
-    """Compute how many texels per unit of the source's plane a map needs to show a pixel with a texel of its own.
+    """Compute how many texels per unit of the source's plane a map needs to show a pixel with a separate texel.
 
     Args:
         fits: the maps of all parts.
@@ -186,7 +186,7 @@ def tiles_of(job: Job, sources: Sequence[Shape], room: Memory) -> TiledImage | N
     """The pictures of the tiles (UDIM) that sources lie on, where the texture's name stands for all of them.
 
     Raises:
-        InputError: the source is no mesh, or they cannot be read.
+        InputError: the source is not a mesh, or they cannot be read.
     """
     from ..pictures import tiles
 
@@ -224,7 +224,7 @@ class LastValueCache:
         self._held: tuple[Any, Any] | None = None
 
     def get(self, key: Any, size: Callable[[Any], int], make: Callable[[], Any]) -> Any:
-        """What is there for a key, which is never None, or what is made; `size` tells its numbers."""
+        """What is there for a key, which is never None, or what is made; `size` reports its numbers."""
         if self._held is not None and self._held[0] == key:
             return self._held[1]
         made = make()
@@ -246,7 +246,7 @@ def outlines_of(job: Job, sources: Sequence[Shape], fits: Sequence[Fit]) -> list
     holes = [[shape.holes[k] for k in shape.mappable_holes if mapped] for shape in sources]
     if len(sources) == 1:
         return [sources[0].curve.z, *holes[0]]
-    # parts may lie on each other, such as an eye on a face: where one is, the texture goes on below it
+    # parts may lie on each other, such as an eye on a face: where one is, the texture continues below it
     painted = shapely.union_all([polygon_of(shape.curve.z, *own) for shape, own in zip(sources, holes)])
     return Drawing(painted).rings
 

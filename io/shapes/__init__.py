@@ -2,19 +2,19 @@
 
 shape           `file#part` as a domain in the core plane
 silhouette      pictures as outlines
-own_picture     pictures as textures of their own silhouettes
+own_picture     pictures as textures of the silhouettes that they show
 scan            scans and photographs, cleaned to be traced
 planar_obj      planar OBJ files as outlines
 mesh_shape      a mesh as a planar shape, flattened
 mesh_parts      several parts of a mesh as one
 mesh_reading    meshes read as such, one, or all charts or pieces
-onto_outline    a mesh laid out onto a given outline
+onto_outline    a mesh flattened onto a given outline
 split_rims      meshes whose rims are split
 parts           which shapes of two files go together
 holes           which holes go together, and the maps between them
 constraints     pins and strokes, drawn or listed
 regions         rigid regions: elements, masks, polygons
 listing         those listed in a JSON file
-starts          an earlier map to go on from
+starts          an earlier map to continue from
 seam_order      the order of seams through pins
 """

@@ -24,7 +24,7 @@ last points also are pinned to those of the target.
 
 "rigid" may list regions of the source that keep their form: "#id" of an element, the name of a mask, or polygons.
 
-"start" may hold an earlier map to go on from, see `starts`.
+"start" may hold an earlier map to continue from, see `starts`.
 
 A place has the forms of `iccm.io.point_syntax`; on a mesh a stroke of vertices follows the edges from each to the next.
 """

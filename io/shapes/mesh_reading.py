@@ -58,13 +58,14 @@ def read(
         opened: the file, if it was opened already.
         method: of flattening; see `flattening.flatten`.
         layout: whether the plane is that of the texture coordinates, where `spec` does not say which.
-        aspect: width by height of the pictures that lie on them, or what tells it by the pictures that the file names;
+        aspect: width by height of the pictures that lie on them, or what reports it by the pictures that the file
+        names;
             1 by default.
         pins: vertices and points in space through which a closed surface is to be cut, in this order; none, or at
             least two.
         split: whether faces may be split, so that it is cut through the pins themselves, not the vertices beside them.
         chart: whether the plane is only to carry textures; see `flattening.flatten`.
-        joins: whether a cut may run into holes; likewise.
+        joins: whether a cut may run into holes; as above.
         opening: split where the mesh is cut, in the place of the ways between pins.
         united: whether all geometries of one mesh are meant, as glTF has one for each material.
 
@@ -100,7 +101,7 @@ def flatten_patch(
     flat = flatten(piece, loop=file.loop, grow=grow, method=method, **how)
     if how.get("chart") and method != "lscm":
         flat = convex(flat)
-    # may cross itself, as it comes
+    # the least squares map may cross itself
     curve = Curve(flat.flat[flat.loop]) if method == "lscm" else flat.boundary
     notes = [*file.notes, *flat.patch.notes, *flat.notes]
     if len(flat.patch.seam):

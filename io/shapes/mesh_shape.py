@@ -44,7 +44,7 @@ class MeshShape(Shape):
 
     @property
     def domain(self) -> Curve | Flattening:
-        """The mesh as it is laid out; the outline in the plane of the texture coordinates, if that was chosen."""
+        """The mesh as it is flattened; the outline in the plane of the texture coordinates, if that was chosen."""
         return self.flattening if self.chart is None else self.curve
 
     @property
@@ -211,7 +211,7 @@ class MeshShape(Shape):
         A corner that no triangle has, as at an edge without length, is where the nearest one of its polygon is.
         """
         patch, mesh = self.flattening.patch, self.file.mesh
-        known = np.zeros(len(mesh.points), np.int64)  # for corners of what has no area and is no triangle
+        known = np.zeros(len(mesh.points), np.int64)  # for corners of what has no area and is not a triangle
         known[patch.vertex] = np.arange(patch.vertex.size)
         found = known[mesh.corners]
         found[patch.corner] = patch.faces

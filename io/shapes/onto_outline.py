@@ -1,4 +1,4 @@
-"""A mesh laid out onto a given outline."""
+"""A mesh flattened onto a given outline."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -19,10 +19,10 @@ from .split_rims import subdivide_rims
 def lay_onto(
     mesh: MeshShape, outline: Shape, tell: Callable[[str], None], tolerance: float | None = None
 ) -> tuple[MeshShape, dict[str, Any]]:
-    """The mesh laid out onto a drawn outline, in its coordinates, evenly on the surface; and figures of the map.
+    """The mesh flattened onto a drawn outline, in its coordinates, evenly on the surface; and figures of the map.
 
     Args:
-        mesh: laid out in any way that is one-to-one.
+        mesh: flattened in any way that is one-to-one.
         outline: what its boundary is to go to.
         tell: is given remarks.
         tolerance: relative to the outline's diagonal: triangles at the rim are split until chords are off the outline

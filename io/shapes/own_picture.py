@@ -14,11 +14,11 @@ from ..pictures.image_files import Image
 from ..spec import Spec
 from .silhouette import Reading, interpret, opaque_part, part_of, straight_colours
 
-FAINT = 0.05  # coverage: of less the colour cannot be told from the background's
+FAINT = 0.05  # coverage: of less the colour cannot be reported from the background's
 
 
 def read(spec: Spec, trace: str = "auto", **options: Any) -> Image:
-    """Read a picture as the texture of its own silhouette.
+    """Read a picture as the texture of the silhouette that it shows.
 
     What stands out from a background is opaque, and the background transparent; along the edge, where both are mixed in
     a pixel, the background's share is taken out of the colour. Pictures with alpha, and photographs, are as they are.

@@ -43,7 +43,7 @@ def read(
         shape: the source or the target.
         given: `#id`, an element or group of its drawing, an object, group or material of its OBJ, or a geometry or
             material of its GLB; or a picture, white where it is rigid, which covers its canvas, or its layout.
-        listed: likewise, or polygons in its units.
+        listed: as above, or polygons in its units.
         option: for messages.
 
     Raises:

@@ -171,7 +171,7 @@ def _around(colours: Float) -> tuple[Float, float]:
 
 
 def _surface(colours: Float) -> tuple[Float, float]:
-    """A surface of second degree through the background, each channel by itself, and what this varies by."""
+    """A surface of second degree through the background, each channel on its own, and what this varies by."""
     height, width, channels = colours.shape
     step = max(1, -(-max(height, width) // BLOCKS))
     rows, columns = np.arange(0, height, step), np.arange(0, width, step)

@@ -59,7 +59,7 @@ class Shape:
         holes: the boundaries of its holes, core plane.
         hole_names: ids and labels of what is drawn in each of them.
         aspect: of a layout, width by height of the pictures that lie there.
-        coloured: whether its file has colours of its own to show; it is its own texture then.
+        coloured: whether its file has separate colours to show; it is its own texture then.
         trace: what of a picture is traced, see `silhouette.read`.
         outlines: all of its file, as written there, where the whole file was read.
     """
@@ -126,7 +126,7 @@ class Shape:
 
     @property
     def domain(self) -> Curve | Flattening | Drawn:
-        """What is mapped: the whole drawing, the domain's boundary, or a mesh as it is laid out."""
+        """What is mapped: the whole drawing, the domain's boundary, or a mesh as it is flattened."""
         return self.drawing or self.curve
 
     def part_of(self, drawing: Drawn, number: int) -> Shape:
@@ -178,11 +178,11 @@ class Shape:
 
     @property
     def pictures(self) -> tuple[Path | bytes, ...]:
-        """The textures that the file names, holds or is: those of a mesh, or a drawing that has colours of its own."""
+        """The textures that the file names, holds or is: those of a mesh, or a drawing that has separate colours."""
         return (self.path,) if self.coloured else ()
 
     def placing(self, texture: Texture, tiles: Box | None = None) -> Placing:
-        """Where points of the shape's plane lie in a texture, which has a place of its own in it.
+        """Where points of the shape's plane lie in a texture, which has a separate place in it.
 
         Args:
             texture: the texture.
@@ -199,7 +199,7 @@ class Shape:
         """A place that the user named, in the core plane.
 
         Raises:
-            InputError: a vertex or a point in space where the shape is no mesh.
+            InputError: a vertex or a point in space where the shape is not a mesh.
         """
         if isinstance(place, str) or len(place) != 2:
             text = f"{written(place)} is a point on a mesh, but this is not a mesh; write x,y"
@@ -446,7 +446,7 @@ def _lines_apart(drawing: Drawing) -> list[FilledOutline]:
 
 
 def _choose(drawing: Drawing, text: str, spec: Spec, *, told: bool = True) -> tuple[FilledOutline, list[str]]:
-    """The outline that is meant, and, if they are to be `told`, the notes about all the others."""
+    """The outline that is meant, and, if they are to be `reported`, the notes about all the others."""
     found, number = drawing.outlines, spec.number
     if spec.part is not None and spec.part not in drawing.ids:
         raise InputError(
@@ -482,7 +482,7 @@ def _left_out(drawing: Drawing, outline: FilledOutline) -> list[str]:
 
 
 def _holes(drawing: Drawing, outline: FilledOutline) -> dict[str, Any]:
-    """The outlines of holes and the names of what is drawn in them; a hole has no name of its own."""
+    """The outlines of holes and the names of what is drawn in them; a hole has no separate name."""
     named = [other for other in drawing.outlines if other.names and other is not outline]
     starts = np.array([other.z[0] for other in named], dtype=complex)
     return {

@@ -20,12 +20,12 @@ from ..svg import affine
 from ..svg.drawing import Drawing, WrappedPicture
 from ..svg.fill import FilledOutline
 
-STRAY = 1e-3  # of the pixels: so few transparent ones in an opaque picture are no shape
+STRAY = 1e-3  # of the pixels: so few transparent ones in an opaque picture are not shape
 SPECK = 4  # pixels; smaller pieces are noise
 # Tolerances of the simplification in pixels. A hard mask knows its outline to half a pixel, and a straight edge in
 # it is a staircase that far to either side: less than 0.75 would keep the stairs.
 SOFT, HARD = 0.25, 0.75
-UNEVEN = 0.1  # of the border's pixels: if more are neither background nor shape, it is no plain background (by hand)
+UNEVEN = 0.1  # of the border's pixels: if more are neither background nor shape, it is not a plain background (by hand)
 EXACT, ALIKE = 0.03, 0.06
 """Differences of colours that are nothing, as those of a flat background, and those of noise and of JPEG files."""
 FLAT_SHARE, HALF, CUT_SIDES, SLIVER = 0.9, 0.5, 2, 0.02
@@ -195,7 +195,7 @@ def opaque_part(reading: Reading, shape: tuple[int, int]) -> NDArray[np.float32]
 
 
 def has_colours(pixels: NDArray, alpha: int, reading: Reading) -> bool:
-    """Whether what is meant of a picture has more than one colour, and so shows something of its own.
+    """Whether what is meant of a picture has more than one colour, and so shows separate something.
 
     Pixels along its edge do not count, which are mixed with the background; for the inside of a line, nor does the
     line.

@@ -18,11 +18,11 @@ from .mesh_shape import MeshShape
 
 LEFT = "{} edges at the boundary stay straight, because adjacent triangles would flip (rim_edges_left)"
 
-COARSE = 10  # tolerances: an outline farther off between vertices is told
+COARSE = 10  # tolerances: an outline farther off between vertices is reported
 
 
 def missed(boundary: Mapping[str, float], tolerance: float, split: bool) -> list[str]:
-    """What is told where chords between written coordinates are far off an outline, of the report's `boundary`."""
+    """What is reported where chords between written coordinates are far off an outline, of the report's `boundary`."""
     if (gap := boundary["hausdorff"]) <= COARSE * tolerance:
         return []
     said = (
@@ -40,7 +40,7 @@ def subdivide_rims(
     placed: Sequence[Callable[[Flattening], Complex]],
 ) -> tuple[list[MeshShape], dict[str, int], list[str]]:
     """Parts of one file with their rims split, less the splits that would turn triangles over, the figures of the
-    report, and what is told; see `RimSplits`.
+    report, and what is reported; see `RimSplits`.
 
     `placed` gives where the vertices of each part, split or not, come to lie in the map's source, as files round it.
     """

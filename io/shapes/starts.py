@@ -1,4 +1,4 @@
-"""An earlier map that a constraints file holds, to go on from: what `iccm edit` showed before the last change.
+"""An earlier map that a constraints file holds, to continue from: what `iccm edit` showed before the last change.
 
 A triangulation of both shapes, with the vertices in the units of their files (on meshes in the flattening's plane)::
 
@@ -49,7 +49,7 @@ class StartingMap(StrictModel):
         """The map between two shapes.
 
         Raises:
-            InputError: the triangles are no disk, with or without holes, or lie on each other.
+            InputError: the triangles are not disk, with or without holes, or lie on each other.
         """
         z, w = source.to_core(self.source), target.to_core(self.target)
         faces = np.array(self.triangles, dtype=np.int64)

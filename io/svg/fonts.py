@@ -52,7 +52,7 @@ class Font:
         weight: of a variable font, 400 is regular.
 
     Raises:
-        OSError, RuntimeError: the file is no font.
+        OSError, RuntimeError: the file is not a font.
     """
 
     def __init__(self, path: str, number: int = 0, weight: int = 400):

@@ -12,7 +12,7 @@ from .strokes import Seen, areas, width_of
 from .tree import Node
 
 LINE_WIDTH_SHARE = 1 / 8
-"""Of the longer side of the drawing. A wider stroke is an area of its own, such as a ring, and not a line around one
+"""Of the longer side of the drawing. A wider stroke is a separate area, such as a ring, and not a line around one
 (2 of 20 units is usual in sets of line icons)."""
 VISIBLE_WIDTH_SHARE = 1 / 512
 """Of the longer side of the drawing: a stroke beside fills that is narrower would be less than a pixel of 512."""

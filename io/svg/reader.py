@@ -228,7 +228,7 @@ def _candidate(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail
 
 
 def _has_colours(shown: list[Node], document: tree.Document) -> bool:
-    """Whether a drawing shows something of its own, and is not just a shape: paints of more than one colour, a gradient
+    """Whether a drawing shows separate something, and is not just a shape: paints of more than one colour, a gradient
     or pattern, an embedded picture, or text. Ink of one colour, be it fills or lines, is a shape."""
     if document.pictures or any(local(element) == "text" for element in document.top.iter()):
         return True

@@ -120,7 +120,7 @@ class Fills:
 
 
 def _bearable(shapes: Iterable[Seen], filled: Fills) -> Iterator[Seen]:
-    """The shapes, looked at for crossings of what they fill as they come, ever more of them at once, so that what is
+    """The shapes, looked at for crossings of what they fill unchanged, ever more of them at once, so that what is
     refused has not been read to its end.
 
     Raises:

@@ -219,7 +219,7 @@ class Document:
 
     @property
     def pictures(self) -> list[Node]:
-        """The embedded pictures that the document shows and of which width and height are stated, likewise."""
+        """The embedded pictures that the document shows and of which width and height are stated, in the same way."""
         return [node for node in self._shown if node.tag == "image" and self._is_embedded(node)]
 
     @cached_property

@@ -369,7 +369,7 @@ def _image_nodes(owner):
 
 
 def _map_of(node, owner):
-    """The UV map that a picture is shown by; None where that is no UV map."""
+    """The UV map that a picture is shown by; None if that is not a UV map."""
     links = node.inputs["Vector"].links
     while links:
         before = links[0].from_node

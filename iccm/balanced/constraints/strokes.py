@@ -25,8 +25,8 @@ class StrokePair:
         source: in the source.
         target: in the target.
         sticks: whether its first end goes to the target's first, and its last to the last; else they slide along it.
-        covered: likewise, whether the source's ends are where the stroke ends: they are, but of an inverse map.
-        on_outline: likewise, whether it begins, and ends, on the outlines; what does sticks.
+        covered: similarly, whether the source's ends are where the stroke ends: they are, but of an inverse map.
+        on_outline: similarly, whether it begins, and ends, on the outlines; what does sticks.
     """
 
     source: Curve
@@ -107,7 +107,7 @@ def aim_feet(
 
     Args:
         kept: as `inside` made it.
-        strokes: likewise.
+        strokes: as above.
         u: (k,) where the map has the vertices.
         even: share of the goals that `kept` has mixed into the closest places, which bunch up.
     """

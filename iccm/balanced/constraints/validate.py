@@ -172,7 +172,7 @@ def check_strokes(
     Args:
         domains: source and target, or the source alone.
         strokes: those inside.
-        pins: those that are no ends of strokes.
+        pins: those that are not ends of strokes.
         numbers: their places among those given.
 
     Raises:
@@ -367,7 +367,7 @@ def put_pins(pins: Pins, z: Complex, u: Complex, border: int, first: int) -> Non
     Args:
         pins: in the coordinates of z and u.
         z: (n,) vertices of the source, those of the outline first, then those of inner pins; changed in place.
-        u: (n,) their images; likewise.
+        u: (n,) their images; as above.
         border: vertices on the outline.
         first: vertex of the first inner pin.
     """

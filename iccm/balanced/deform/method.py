@@ -182,7 +182,7 @@ def rigid_motion(state: DiscreteMap) -> DiscreteMap:
 
 
 def relax(state: DiscreteMap, q: float) -> DiscreteMap:
-    """The map at rest; what has not met its goal stays where it is, and along strokes vertices find their places."""
+    """The converged map; what has not met its goal stays where it is, and along strokes vertices find their places."""
     goals = state.goals
     resting = state if state.miss == 0 else state.held()
     resting = resting.forward(q, SETTLING_STEPS, SETTLED)

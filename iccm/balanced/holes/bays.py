@@ -1,7 +1,7 @@
-"""Bays of an outline, filled: the shape that is left of its concavities, and where the outline runs inside it.
+"""Concavities of an outline, filled: the shape that is left of its concavities, and where the outline runs inside it.
 
-A bay is what lies between an outline and a chord that joins two of its vertices outside, its mouth. A map of the filled
-shape in which the triangles of bays weigh little decides by itself how far each one closes.
+A concavity is what lies between an outline and a chord that joins two of its vertices outside, its mouth. A map of
+the filled shape in which the triangles of concavities weigh little decides how far each one closes.
 """
 
 from collections.abc import Sequence
@@ -19,14 +19,14 @@ from ..model.outline import Outline
 
 SHALLOW = 0.02  # of the root of the area: vertices this close to the hull are on it
 ROUNDED = 1e-9  # of a mouth's length, at its ends, where it meets the outline
-LEAST = 0.01  # of the shape's area, which is one: smaller bays stay part of the outline
+LEAST = 0.01  # of the shape's area, which is one: smaller concavities stay part of the outline
 
 
 class Filled(NamedTuple):
-    """A shape with bays filled.
+    """A shape with concavities filled.
 
     Attributes:
-        outline: the shape with its bays, counter-clockwise.
+        outline: the shape with its concavities, counter-clockwise.
         bays: for each of them the vertices of the shape's own outline from one end of the mouth to the other, ends
             included; they are vertices of `outline` too.
     """
@@ -36,8 +36,8 @@ class Filled(NamedTuple):
 
 
 def fill_hull(curve: Curve, kept: Sequence[complex] = ()) -> Filled:
-    """A shape, counter-clockwise, with the bays filled that its convex hull has beyond it, but for those that vertices
-    to be kept on the outline are in."""
+    """A shape, counter-clockwise, with the concavities filled that its convex hull has beyond it, but for those that
+    vertices to be kept on the outline are in."""
     ends = np.flatnonzero(_on_hull(curve.z))
     rolled = np.roll(curve.z, -ends[0])
     path, places = np.append(rolled, rolled[0]), np.append(ends - ends[0], curve.z.size)
@@ -46,13 +46,14 @@ def fill_hull(curve: Curve, kept: Sequence[complex] = ()) -> Filled:
 
 
 def fill_half_hull(curve: Curve, top: int) -> tuple[Filled, complex]:
-    """The right half of a shape with the bays of the whole filled, and the upper end of its axis, the imaginary one;
-    the lower end is the first vertex. `curve` goes from one end up to the vertex `top` and down the axis."""
+    """The right half of a shape with the concavities of the whole filled, and the upper end of its axis, the
+    imaginary one; the lower end is the first vertex. `curve` goes from one end up to the vertex `top` and down the
+    axis."""
     path = curve.z[: top + 1]
     ends = np.flatnonzero(_on_hull(np.append(path, -path[-2:0:-1].conj()))[: path.size])
     outline, bays = _mouths(curve.polygon, path[ends[0] : ends[-1] + 1], ends - ends[0])
     axis = path[:0]
-    if ends[-1] < top:  # a bay that the axis cuts in two
+    if ends[-1] < top:  # a concavity that the axis cuts in two
         outline, axis = np.append(outline, 1j * path[ends[-1]].imag), path[top:]
         bays += (path[ends[-1] :],)
     if ends[0] > 0:
@@ -71,8 +72,8 @@ def _on_hull(z: Complex) -> Flags:
 def _mouths(
     shape: shapely.Polygon, path: Complex, ends: Index, kept: Sequence[complex] = ()
 ) -> tuple[Complex, tuple[Complex, ...]]:
-    """A polyline that skips the bays of a shape's outline between vertices `ends` (k,), all ends among them, and the
-    bays; those whose mouth is not outside, or with vertices inside that are kept, stay part of it."""
+    """A polyline that skips the concavities of a shape's outline between vertices `ends` (k,), all ends among them,
+    and the concavities; those whose mouth is not outside, or with vertices inside that are kept, stay part of it."""
     outline, bays, stack = [path[:1]], [], list(pairwise(ends.tolist()))[::-1]
     while stack:
         start, stop = stack.pop()
@@ -102,8 +103,8 @@ def _within(start: complex, end: complex) -> shapely.LineString:
 def bays_within(
     outline: Outline, bays: Sequence[Complex], fineness: float, spacing: float
 ) -> tuple[Complex, ...]:
-    """The bays of a simplified outline: of each as many vertices as stay within `fineness` of the outline's diagonal,
-    and half its own depth, and points between, no farther apart than asked."""
+    """The concavities of a simplified outline: of each as many vertices as stay within `fineness` of the outline's
+    diagonal, and half its own depth, and points between, no farther apart than asked."""
     found = []
     for bay in bays:
         mouth, line = shapely.LineString(xy_of(bay[[0, -1]])), shapely.LineString(xy_of(bay))
@@ -114,7 +115,7 @@ def bays_within(
         gaps = np.abs(np.diff(path))
         own, share = subdivide(gaps, spacing)
         path = np.append(path[own] + share * np.diff(path)[own], path[-1])
-        while path.size < 4:  # each end gets a vertex of its own beside it
+        while path.size < 4:  # each end gets a separate vertex beside it
             path = np.insert(path, np.arange(1, path.size), 0.5 * (path[1:] + path[:-1]))
         found.append(path)
     return tuple(found)

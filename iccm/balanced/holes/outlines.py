@@ -29,7 +29,7 @@ def outlines_of(
         curve: the outer boundary.
         holes: those of holes, clockwise.
         fineness: how far the outlines may be from those given, of the diagonal of the outer one.
-        corner_fineness: likewise of the polygons of their corners.
+        corner_fineness: the same for the polygons of their corners.
         always: vertices of the outer one that are kept.
         spacing: see `Outline.of`.
     """
@@ -84,7 +84,7 @@ def rim_spacing(outlines: tuple[Outline, Outline], spacing: float, fewest: int =
 
 
 def space_out(outline: Outline, spacing: float, *, kinks: bool = False) -> Complex:
-    """The corners of an outline, or all its `kinks`, and points between, no farther apart than asked."""
+    """The corners of an outline, or all its `corners`, and points between, no farther apart than asked."""
     corners = outline.curve.knots[:-1] if kinks else outline.corners
     corners = corners if corners.size else np.zeros(1)
     gaps = np.diff(corners, append=corners[0] + outline.length)

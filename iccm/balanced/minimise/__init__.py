@@ -2,7 +2,7 @@
 
 energy     the density, its gradient and its projected Hessian, triangle by triangle
 in_space   the energy of a map onto a surface in space
-sliding    constrained vertices: held, or sliding along a curve that has an energy of its own
+sliding    constrained vertices: held, or sliding along a curve that has a separate energy
 upright    what a map costs more because it rotates the picture
 soft_pins  patches of soft pins, as terms of the energy
 terms      further terms of the energy, written in NumPy

@@ -8,7 +8,7 @@ values) and d = |a|² - |b|² (their product), the density is
 p/d is 1 where the map is conformal, (d + 1/d)/2 is 1 where it keeps areas, and the last factor counts half the
 source's area and half the target's, so that a map and its inverse have the same energy. Large q lowers the worst
 stretch. W depends on |a|² and |b|² alone, hence its 4 × 4 Hessian has closed eigenvectors: a 2 × 2 block of the radial
-directions of a and b, and their tangential directions by themselves; negative eigenvalues are set to zero (the
+directions of a and b, and their tangential directions on their own; negative eigenvalues are set to zero (the
 projection of Teran et al. 2005, in the form of Smith, De Goes and Kim, *Analytic Eigensystems for Isotropic Distortion
 Energies*, 2019).
 """
@@ -59,7 +59,8 @@ class Objective(NamedTuple):
         share: of the image's area in the measure: ½ where map and inverse have the same energy, or the source's area
             alone, 0, or the image's, 1.
         epsilon: 0, a barrier that no triangle folds through, or how far untangling reaches below zero.
-        forward: whether the images move; else the source's vertices do, and voids keep the area of their images.
+        forward: whether the images move; else the source's vertices do, and virtual triangles keep the area of their
+        images.
     """
 
     theta: float
@@ -79,13 +80,14 @@ class Objective(NamedTuple):
 
 
 class RestShapes(NamedTuple):
-    """Triangles as they are at rest: what their images are compared with.
+    """Triangles as they are in the rest shape: what their images are compared with.
 
     Attributes:
         corners: (m, 3) their vertices, in the order of elimination where there are slots.
         slots: (m, 6) the Hessian's blocks for the pairs 00, 01, 02, 11, 12, 22 of corners; (0, 6) without a Hessian.
-        gradients: (m, 3) Wirtinger gradients of the hat functions at rest.
-        weights: (m,) areas at rest, times weights if there are any; negative for voids, of whose images the area alone
+        gradients: (m, 3) Wirtinger gradients of the hat functions in the rest shape.
+        weights: (m,) areas in the rest shape, times weights if there are any; negative for virtual triangles, of
+        whose images the area alone
             counts.
         aims: (m,) for triangles of rigid regions the derivative c of the similarity c z that they are to follow, whose
             density is |f_z - c|² + |f_z̄|²; 0 for all others. (0,) where there are no such regions.
@@ -128,7 +130,7 @@ def assemble(rest: RestShapes, u: Complex, objective: Objective, matrix: Real, g
     """Compute the energy at u, and fill in its gradient and projected Hessian.
 
     Args:
-        rest: triangles at rest.
+        rest: rest triangles.
         u: (n,) images, without folds unless epsilon > 0.
         objective: what is minimised.
         matrix: (e, 4) blocks of the upper triangle, written.

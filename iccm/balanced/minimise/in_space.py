@@ -41,7 +41,7 @@ _assemble_in_space = function(
 
 
 class Ground(NamedTuple):
-    """A surface in space and its layout, beside which it goes on linearly.
+    """A surface in space and its layout, beside which it continues linearly.
 
     Attributes:
         places: what finds the layout's triangle at a place.
@@ -70,19 +70,19 @@ class Ground(NamedTuple):
 
 
 class SurfaceMap(NamedTuple):
-    """A map onto a surface in space: what its energy needs beside the triangles at rest, and arrays that it writes.
+    """A map onto a surface in space: what its energy needs beside the rest triangles, and arrays that it writes.
 
-    The triangles at rest share no corners: t has 3t, 3t + 1 and 3t + 2, and as many blocks of its own.
+    The rest triangles share no corners: t has 3t, 3t + 1 and 3t + 2, and as many separate blocks.
 
     Attributes:
         ground: the surface.
-        layout: the triangles at rest for the energy in the layout, corners and slots being the mesh's.
+        layout: the rest triangles for the energy in the layout, corners and slots being the mesh's.
         barrier: what is minimised of that.
         open: (m,) triangles in holes of the source, whose images are those in the layout.
         turns: (m,) 1 for corners that run counter-clockwise, else -1.
         on: (n,) the surface's triangle that each vertex is in.
         points: (n, 3) vertices in space.
-        laid: (3m,) images of triangles laid flat.
+        laid: (3m,) images of triangles flattened.
         axes: (m, 2, 3) directions in space that become x and y then.
         slopes: (3m,) gradients at laid corners.
         blocks: (6m, 4) of the Hessian.
@@ -102,7 +102,7 @@ class SurfaceMap(NamedTuple):
 
     @classmethod
     def of(cls, ground: Ground, layout: RestShapes, theta: float, open: Flags, turns: Real) -> "SurfaceMap":
-        """Of a mesh's triangles at rest in the source's layout."""
+        """Of a mesh's rest triangles in the source's layout."""
         n, m = int(layout.corners.max()) + 1, len(layout.corners)
         light = layout._replace(weights=BARRIER * layout.weights)
         laid, slopes = np.empty((2, 3 * m), np.complex128)
@@ -135,7 +135,7 @@ class SurfaceMap(NamedTuple):
 
 
 def separate(gradients: Complex, weights: Real) -> RestShapes:
-    """Triangles (m, 3) at rest that share no corners."""
+    """Rest triangles (m, 3) that share no corners."""
     m = len(gradients)
     corners, slots = np.arange(3 * m).reshape(m, 3), np.arange(6 * m).reshape(m, 6)
     return RestShapes(corners, slots, gradients, weights)

@@ -12,7 +12,7 @@ is best with it (the gradient is g + H r), and the step ends before a triangle f
 goals.
 
 Onto a surface in space steps are damped where they are cut short (Levenberg and Marquardt): between its triangles the
-energy has kinks, of which its derivatives know nothing.
+energy has corners, of which its derivatives know nothing.
 """
 
 from dataclasses import dataclass
@@ -128,7 +128,7 @@ class Workspace:
 
 @dataclass(frozen=True, eq=False)
 class System:
-    """A mesh whose vertices move: its triangles at rest, and what holds its vertices.
+    """A mesh whose vertices move: its rest triangles, and what holds its vertices.
 
     Attributes:
         pattern: of the Hessian.

@@ -1,8 +1,9 @@
 """Vertices that slide along a curve: their directions, the curve's own energy, and how far they may go.
 
 Each vertex of the outline, or of a stroke, has one unknown, its arclength τ on the polyline it slides on. It passes
-small kinks; at a corner it stops, and stays as long as the slopes to both sides hold it. A stroke's polyline is closed
-by running back along itself; vertices stay on the way there: the order is kept, and the ends do not pass its ends.
+small corners; at a corner it stops, and stays as long as the slopes to both sides hold it. A stroke's polyline is
+closed by running back along itself; vertices stay on the way there: the order is kept, and the ends do not pass its
+ends.
 """
 
 from collections.abc import Sequence
@@ -14,7 +15,7 @@ from ...arrays import Complex, Flags, Index, Real
 from ...native import Record, function, record
 
 HELD, SLIDING, FREE = 0, 1, 2  # kinds of constrained vertices
-BETA = 0.02  # weight of the outline's term; without it outline edges cut across the tips of limbs
+BETA = 0.02  # weight of the outline's term; without it outline edges cut across the tips of protrusions
 
 RailsRecord = record(
     """struct Rails {
@@ -71,8 +72,8 @@ class Rails(NamedTuple):
 
     Attributes:
         knots: those of all rails.
-        vertices: likewise.
-        corners: likewise.
+        vertices: as above.
+        corners: as above.
         starts: (r + 1, 3) where each rail begins in the three.
         own: (c,) the rail of each constrained vertex.
         ends: (r,) arclength at which each rail turns back along itself, inf where it does not: vertices stay between.

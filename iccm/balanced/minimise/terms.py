@@ -4,7 +4,7 @@ A term is a sum over *stencils*, small sets of vertices: triangles, pairs of nei
 Newton's method asks for the sum, and for its derivatives by the positions of each stencil's vertices; it adds them to
 those of the density, whose Hessian gets blocks for all pairs of a stencil's vertices.
 
-A term of its own is a class in a file of its own, and nothing else: see `docs/developers/terms.md`.
+A separate term is a class in a separate file, and nothing else: see `docs/developers/terms.md`.
 """
 
 from abc import ABC, abstractmethod
@@ -63,7 +63,8 @@ class Term(ABC):
         """Return the term for a mesh.
 
         Args:
-            rest: the triangles at rest, without voids: corners in some order, gradients and areas. Lengths are those of
+            rest: the rest triangles, without virtual triangles: corners in some order, gradients and areas. Lengths
+            are those of
                 domains of area one; between surfaces the derivatives f_z = Σ α u and f_z̄ = Σ ᾱ u are those of the map
                 between them. The map and its inverse are minimised in turn, and the sides change places: the sum should
                 be the same for both.

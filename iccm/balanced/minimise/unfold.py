@@ -34,7 +34,7 @@ def unfold(
         faces: (m, 3) triangles.
         held: (n,) vertices that stay.
         folded: (m,) triangles that are to open.
-        gradients, areas: of the triangles at rest, as of `energy.geometry`.
+        gradients, areas: of the rest triangles, as of `energy.geometry`.
         weights: (m,) how much the triangles count, beside their areas.
         most: share of the vertices that may move, up to which more are taken where folds remain.
 

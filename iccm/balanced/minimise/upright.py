@@ -36,8 +36,11 @@ class Upright(NamedTuple):
 
     @classmethod
     def of(cls, rest: RestShapes, count: int, weight: float) -> "Upright":
-        """For `count` vertices of triangles at rest."""
-        weights, out = np.maximum(rest.weights, 0), np.empty(count, np.complex128)  # voids do not count
+        """For `count` vertices of rest triangles."""
+        weights, out = (
+            np.maximum(rest.weights, 0),
+            np.empty(count, np.complex128),
+        )  # virtual triangles do not count
         shares = (rest.gradients * weights[:, None]).ravel()
         for part, filled in ((shares.real, out.real), (shares.imag, out.imag)):
             filled[:] = np.bincount(rest.corners.ravel(), part, count)

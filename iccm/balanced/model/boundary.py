@@ -111,7 +111,7 @@ class MatchedBoundary:
         target: outline of the target.
         pairs: arclengths of the vertices on both, and which are corners.
         anchored: (b,) vertices that never move.
-        axis: arclength on the source from which the outline is a mirror axis and has no energy of its own.
+        axis: arclength on the source from which the outline is a mirror axis and has no separate energy.
         holes: the holes.
     """
 
@@ -225,7 +225,7 @@ class MatchedBoundary:
         return moving, Border(self.following, spans, stiffness, laps)
 
     def slid(self, forward: bool, tau: Real, corners: bool) -> "MatchedBoundary":
-        """With vertices at arclengths tau (b,) of one side; corners of the target that let go hold theirs no more."""
+        """With vertices at arclengths tau (b,) of one side; corners of the target that have been released."""
         if not forward:
             return replace(self, pairs=self.pairs._replace(s=tau))
         at_target = self.pairs.at_target & self._held(True, corners)
@@ -264,7 +264,7 @@ class FreeBoundary:
 
     @property
     def following(self) -> Index:
-        """(b,) each vertex itself: the outlines have no energy of their own."""
+        """(b,) each vertex itself: the outlines have no separate energy."""
         return np.arange(self.size)
 
     def area_share(self, forward: bool) -> float:

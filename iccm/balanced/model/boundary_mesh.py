@@ -1,4 +1,6 @@
-"""A mesh for what holds a map's boundary and for what is inside: constraints, filled holes, bays, rigid regions."""
+"""A mesh for what holds a map's boundary and for what is inside: constraints, filled holes, concavities, rigid
+regions.
+"""
 
 from collections.abc import Sequence
 
@@ -26,7 +28,8 @@ def mesh_boundary(
     covered, `bays` polylines from the outline to the outline beyond which it is as in these, `regions` the polygons
     of rigid regions, the outer one first, all of whose edges are in the mesh."""
     # Vertices that the mesh must have, in the order in which it will number them: the boundary's, then those inside, of
-    # constraints, filled holes, bays' polylines without their ends (which are the outline's), and regions' rings.
+    # constraints, filled holes, concavities' polylines without their ends (which are the outline's), and regions'
+    # rings.
     pairs = boundary.pairs
     outer, *inner = (loop.source.curve.at(pairs.s[loop.vertices]) for loop in boundary.loops)
     # `links` is the next vertex of each inner one on its polyline, -1 at an end: edges that the mesh must have. Those
@@ -37,7 +40,7 @@ def mesh_boundary(
     soft = np.append(soft, np.where(around_kept < 0, -1, soft.size + around_kept))
     links = np.append(inside.links, np.where(soft < 0, -1, inside.z.size + soft))
     points = np.concatenate([inside.z, *filled, *(bay[1:-1] for bay in bays), kept])
-    # Edges from the outline to inner vertices: at the ends of strokes on it, and of bays' polylines.
+    # Edges from the outline to inner vertices: at the ends of strokes on it, and of concavities' polylines.
     mouths = [mouth_of(outer, bay) for bay in bays]
     rays = np.concatenate([inside.rays(outer), bay_rays(bays, mouths, inside.z.size + around.size)])
     z, faces = triangulate(outer, sizes, points, links, inner, rays)
@@ -48,7 +51,7 @@ def mesh_boundary(
     u = np.zeros(z.size, np.complex128)
     u[: boundary.size] = boundary.images()
     pattern = system_of(faces, following, z.size)
-    # A bay lies between its polyline and the part of the outline between its ends, its mouth.
+    # A concavity lies between its polyline and the part of the outline between its ends, its mouth.
     rings = [np.append(bay, outer[mouth[-2:0:-1]]) for bay, mouth in zip(bays, mouths)]
     weights = weights_of(z, faces, filled, rings) if filled or bays else None
     rigid = regions_of(z[faces].mean(axis=1), regions) if regions else None
@@ -66,7 +69,7 @@ def linked_on(sizes: Sequence[int], first: int) -> Index:
 
 
 def mouth_of(outline: Complex, bay: Complex) -> Index:
-    """The vertices of an outline (b,) from the beginning of a bay's polyline to its end."""
+    """The vertices of an outline (b,) from the beginning of a concavity's polyline to its end."""
     start, stop = (int(np.abs(outline - end).argmin()) for end in (bay[0], bay[-1]))
     return np.arange(start, stop + 1 if stop > start else stop + 1 + outline.size) % outline.size
 
@@ -82,7 +85,7 @@ def bay_rays(bays: Sequence[Complex], mouths: Sequence[Index], first: int) -> In
 
 
 def weights_of(z: Complex, faces: Index, filled: Sequence[Complex], bays: Sequence[Complex] = ()) -> Real:
-    """(m,) weights of triangles: FILLED in the polygons `filled`, BAY in those of bays, else 1."""
+    """(m,) weights of triangles: FILLED in the polygons `filled`, `BAY` in those of concavities, else 1."""
     middles, weights = z[faces].mean(axis=1), np.ones(len(faces))
     for polygons, weight in ((filled, FILLED), (bays, BAY)):
         weights[inside_any(map(Curve, polygons), middles)] = weight

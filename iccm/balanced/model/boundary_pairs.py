@@ -18,7 +18,7 @@ class Match(NamedTuple):
 
     Attributes:
         s: (k,) ascending arclengths on the source, the last the first plus the length.
-        tau: (k,) ascending arclengths on the target, likewise.
+        tau: (k,) ascending arclengths on the target, in the same way.
         holes: the correspondences of holes, which run clockwise.
     """
 

@@ -57,7 +57,7 @@ class Energy:
         return Objective.of(self.balance, q, share, forward=forward)
 
     def rotation_term(self, rest: RestShapes, count: int) -> Upright:
-        """Return the cost of rotations for `count` vertices of triangles at rest."""
+        """Return the cost of rotations for `count` vertices of rest triangles."""
         return Upright.of(rest, count, self.upright) if self.upright > 0 else ANY_ROTATION
 
     def stencils(self, faces: Index) -> list[Index]:
@@ -69,7 +69,7 @@ class Energy:
         return self if self.pins is None else replace(self, pins=self.pins.inverse())
 
     def terms_on_mesh(self, rest: RestShapes, pattern: BlockPattern | None = None) -> TermsOnMesh:
-        """Return the further terms for triangles at rest; derivatives need the Hessian's pattern."""
+        """Return the further terms for rest triangles; derivatives need the Hessian's pattern."""
         return TermsOnMesh([term.on_mesh(rest) for term in self.terms], pattern) if self.terms else NO_TERMS
 
     def rotation_cost(self, angle: float) -> float:

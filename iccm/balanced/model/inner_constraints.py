@@ -32,14 +32,14 @@ class InnerConstraints(NamedTuple):
         z: (k,) in the source.
         goals: (k,) where they are to be in the image.
         s: (k,) arclengths on the source's strokes; 0 for pins.
-        tau: (k,) arclengths on the target's strokes; likewise.
+        tau: (k,) arclengths on the target's strokes; as above.
         own: (k,) which stroke; -1 for pins.
         links: (k,) the next vertex of the same stroke; -1 for none.
         at_source: (k,) those that stay where they are in the source: pins, corners and ends of its strokes.
-        at_target: (k,) likewise in the image: pins, corners, and those ends of strokes that go to ends.
+        at_target: (k,) the same in the image: pins, corners, and those ends of strokes that go to ends.
         stuck: (k,) those of them that stay where corners are released: pins and such ends.
         strokes: the rails of each stroke in the source and in the image.
-        feet: where strokes meet the outline; they have no vertex of their own there.
+        feet: where strokes meet the outline; they have no separate vertex there.
     """
 
     z: Complex
@@ -137,7 +137,8 @@ class InnerConstraints(NamedTuple):
     def chains(self, forward: bool, first: int) -> tuple[Real, Border]:
         """(k,) arclengths on the side that moves, and the strokes as chains of vertices, the first of which is `first`.
 
-        Arclengths of the edges on the side that is kept are scaled to the moving side's, and 1 where there is no edge.
+        Arclengths of the edges on the side that is kept are scaled to the moving side's, and 1 where there is not an
+        edge.
         """
         moving, kept = (self.tau, self.s) if forward else (self.s, self.tau)
         spans = np.ones(self.z.size)

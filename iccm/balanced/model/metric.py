@@ -50,7 +50,7 @@ PLANES: Metrics = (None, None)
 
 @dataclass(frozen=True, eq=False)
 class LaidMetric(Metric):
-    """The metric of a surface that is laid out in the plane, averaged over triangles of any mesh there.
+    """The metric of a surface that is flattened into the plane, averaged over triangles of any mesh there.
 
     Attributes:
         locator: finds the surface's triangles.
@@ -106,7 +106,7 @@ class FieldMetric(Metric):
     Attributes:
         frame: of the unit coordinates in which it is asked.
         size: the linear size; None where it is everywhere the same.
-        weight: how much distortion hurts; likewise.
+        weight: how much distortion hurts; as above.
         scale: what brings the area to one.
         middle: the mean weight.
     """

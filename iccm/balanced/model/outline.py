@@ -10,7 +10,7 @@ from ...arrays import Index, Real, complex_of
 from ...curve import Curve
 from ..minimise.sliding import Rail
 
-SHARP = np.radians(20)  # turn from which sliding vertices stop at a corner; smaller kinks are passed
+SHARP = np.radians(20)  # turn from which sliding vertices stop at a corner; smaller corners are passed
 
 FINENESS = 0.2  # of the tolerance: how far the outlines that are solved for may be from those given
 MOST_VERTICES = 3000  # of an outline; one with more is simplified further

@@ -1,7 +1,7 @@
-"""The boundary edges of a map split at the vertices of both outlines that its mesh passes over.
+"""The boundary edges of a map split at the vertices of both outlines that its mesh skips.
 
-Where a mesh's boundary holds only the corners of the outlines, its vertices slide past all smaller kinks, and the
-correspondence of the outlines is as smooth as the energy makes it. The kinks come afterwards: each one of either
+Where a mesh's boundary holds only the corners of the outlines, its vertices slide past all smaller corners, and the
+correspondence of the outlines is as smooth as the energy makes it. The corners come afterwards: each one of either
 outline gets its partner by linear interpolation in arclength. A vertex of the mesh close by takes its place; else the
 triangle beside the edge is bisected.
 """
@@ -18,14 +18,14 @@ from .discrete_map import DiscreteMap, folds
 from .outline import Outline
 
 SAME = 1e-7  # of an outline's length: vertices this close are one
-SNAPPED = 0.35  # of the shorter edge beside a vertex of the mesh: a kink this close becomes its place
+SNAPPED = 0.35  # of the shorter edge beside a vertex of the mesh: a corner this close becomes its place
 
 
 def split_at_vertices(state: DiscreteMap) -> DiscreteMap:
     """The map with a boundary vertex at every vertex of both outlines.
 
     Raises:
-        Stuck: a triangle beside the outline is too flat for a kink of it.
+        Stuck: a triangle beside the outline is too flat for a corner of it.
     """
     boundary, old = _split_boundary(state.matched)
     added = old.size - state.border
@@ -112,7 +112,7 @@ def _missing(own: Real, outline: Outline) -> tuple[Real, Flags]:
 
 
 def _snap(pairs: Pairs, number: Index, anchored: Flags) -> tuple[Pairs, Index]:
-    """The pairs without those of vertices that are no corners where a new one is close by, which they become."""
+    """The pairs without those of vertices that are not corners where a new one is close by, which they become."""
     number, kept = number.copy(), np.ones(number.size, bool)
     old = np.flatnonzero(number >= 0)
     widths = np.diff(pairs.s[old])

@@ -61,7 +61,7 @@ def regions_of(
         source: the outline.
         holes: those of holes.
         pins: (k, 2) points of the source and where they go; one beside a region's outline is taken into it.
-        strokes: likewise.
+        strokes: as above.
 
     Raises:
         InputError: one is outside the domain, or too thin; too many; a stroke through one.

@@ -125,7 +125,7 @@ def keep_rigid(
         if attempt in BEGUN and any(is_rigid(state) for state in found):
             break
     if not found:
-        raise NoMapError("rigid: found no map without folds whose mesh follows the outlines of the regions")
+        raise NoMapError("rigid: no map without folds follows the outlines of the regions")
     best = min(found, key=lambda state: shortfall(state, np.abs(places.factors)))
     journal.energies.append(best.value)
     return best
@@ -185,7 +185,7 @@ def keep_on_mesh(state: DiscreteMap, rigid: Rigid, settings: Settings) -> Discre
             if shortfall(found[-1], np.abs(goal.factors)) <= 1 - LARGE:
                 return found[-1]
     if not found:
-        raise NoMapError("rigid: found no map without folds that keeps the regions rigid")
+        raise NoMapError("rigid: no map without folds keeps the regions")
     return min(found, key=lambda state: shortfall(state, np.abs(goal.factors)))
 
 
@@ -243,7 +243,7 @@ class AroundPlaces:
             NoMapError: none was found.
         """
         if problem.strokes or any(len(rings) > 1 for rings in rigid.regions):
-            raise Stuck("only the surroundings of regions without holes can be mapped separately")
+            raise Stuck("only what surrounds regions without holes is mapped by itself")
         cut = [Curve(rings[0][::-1]) for rings in rigid.regions]
         filled = zip(cut, places.factors, places.middles, places.images)
         put = [Curve(image + factor * (ring.z - middle)) for ring, factor, middle, image in filled]
@@ -413,7 +413,7 @@ def grow_regions(state: DiscreteMap, places: Callable[[Real], Placing], begun: f
             except Stuck:
                 step *= 0.5
         if not shares.all():
-            raise Stuck("there is no room for the regions")
+            raise Stuck("regions find no room")
     return state
 
 

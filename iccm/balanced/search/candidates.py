@@ -1,5 +1,5 @@
-"""From many coarse maps to the best one: a few Newton steps, the best go on; corners are released, so that those of one
-outline may pass those of the other, and pinned again on a new mesh."""
+"""From many coarse maps to the best one: a few Newton steps, the best continue; corners are released, so that those
+of one outline may pass those of the other, and pinned again on a new mesh."""
 
 from contextlib import suppress
 
@@ -12,8 +12,8 @@ from ..model.discrete_map import GOOD_ENOUGH, DiscreteMap
 from .levels import BACKWARD, RELEASED_STEPS, Level, refine
 
 SCREENING = ((3, 9), (5, 5))
-"""Newton steps, then how many maps go on: within 2 % of settling all nine on 78 pairs. More steps, (5, 9), (12, 5), are
-within 1 %, and turn pictures on: 24 % of 45 pairs by more than 20° instead of 20 %."""
+"""Newton steps, then how many maps continue: within 2 % of settling all nine on 78 pairs. More steps, (5, 9), (12,
+5), are within 1 %, and turn pictures on: 24 % of 45 pairs by more than 20° instead of 20 %."""
 PROMISING = 1.5
 """Times the least energy, up to which a map does: 0.2 % more energy in the mean of 78 pairs, and a third less time for
 the slowest tenth; with 1.2 it is 0.9 % more."""
@@ -31,7 +31,7 @@ GAIN = 3e-3  # of the energy, for which there is another round
 
 
 def screen(states: list[DiscreteMap], starts: int) -> list[DiscreteMap]:
-    """The best maps after a few steps, best first; `starts` times as many go on."""
+    """The best maps after a few steps, best first; `starts` times as many continue."""
     for steps, keep in SCREENING:
         tried = progress.counted(f"coarse maps, {steps} steps", states)
         with suppress(OutOfTime):
@@ -77,7 +77,7 @@ def best_of(level: Level, states: list[DiscreteMap]) -> DiscreteMap:
 
 
 def settle(level: Level, state: DiscreteMap, rounds: int) -> DiscreteMap:
-    """The map at rest on a new mesh; where that folds, on the one that it has, where it may still get somewhere.
+    """The converged map on a new mesh; where that folds, on the one that it has, where it may still get somewhere.
 
     Raises:
         Stuck: it folds there too.

@@ -208,7 +208,7 @@ def remesh(level: Level, sketch: MeshMap) -> DiscreteMap:
     for sizes in _finer(level, sketch.z, sketch.u, sketch.faces):
         with suppress(Stuck):
             return refine(level, sketch, sizes)
-    raise Stuck("found no map onto a circle domain")
+    raise Stuck("no map onto a circle domain was found")
 
 
 def _finer(level: Level, z: Complex, u: Complex, faces: Index) -> Iterator[Sizes | None]:
@@ -233,7 +233,7 @@ def harmonic_map(level: Level) -> DiscreteMap:
     for match in matches:
         with suppress(Stuck):
             return level.started(partners.of(match))
-    raise Stuck("found no map onto a circle domain")
+    raise Stuck("no map onto a circle domain was found")
 
 
 def _compose(
@@ -255,4 +255,4 @@ def _compose(
         state = new.moved_to_border(images(interpolate(there.z, there.faces, there.u, new.z)))
         with suppress(Stuck):
             return state.unfolded(harmonic=False, steps=UNFOLDING)
-    raise Stuck("found no map without folds through a circle domain")
+    raise Stuck("no map without folds was found by way of a circle domain")

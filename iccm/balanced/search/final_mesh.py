@@ -22,7 +22,7 @@ from . import pin_continuation
 from .levels import FINE_BACKWARD, FINE_ROUNDS, POWER, Level, refine
 from .unit_problem import UnitProblem
 
-FINE_EXACTNESS = (2e-4, 6e-4)  # with 1e-3 limbs fold on the last mesh, with 3e-4 no map is better
+FINE_EXACTNESS = (2e-4, 6e-4)  # with 1e-3 protrusions fold on the last mesh, with 3e-4 no map is better
 STEEPEST_FINE = 20.0  # slope of a match, relative to the mean, that a mesh follows
 TRIANGLES_PER_AREA = 4.6  # number of triangles times h²: measured, outline and grading included
 FINEST_FOLDS = (
@@ -35,7 +35,7 @@ UNSETTLED = (
 )
 BOUND_ROUNDS = 40  # of weighing what exceeds bounds
 BOUND_AIM = 0.99  # of a bound, that is aimed at: it is approached from above
-KNOTTED = 1.1  # times the energy on the mesh before: a finer one, with all kinks, changes a few per cent
+KNOTTED = 1.1  # times the energy on the mesh before: a finer one, with all corners, changes a few per cent
 LAST_STEPS, LAST_DECREASE = 50, 2e-4  # of Newton on the last mesh, and the relative decrease that ends them
 LAST_DECREASE_WITH_PINS = 1e-5
 """The same with soft pins, whose springs are weak: maps on different meshes then agree better."""
@@ -138,7 +138,7 @@ def final_level(
 def meet_bounds(
     state: DiscreteMap, settings: Settings, journal: SolveLog, decrease: float = LAST_DECREASE
 ) -> DiscreteMap:
-    """The map at rest with its worst stretch lowered, and the bounds asked for met; for `decrease` see `descend`."""
+    """The converged map with its worst stretch lowered, and the bounds asked for met; for `decrease` see `descend`."""
     return meet_bounds_by(lambda state, q: descend(state, q, journal, decrease), state, settings)
 
 
@@ -173,7 +173,7 @@ def descend(state: DiscreteMap, q: float, journal: SolveLog, decrease: float = L
     """The map on the last mesh after Newton's steps, until they gain less than `decrease`; a note where they do not
     settle.
 
-    Thin triangles beside the outline are in the way of its sliding past kinks: the inside alone widens them.
+    Thin triangles beside the outline are in the way of its sliding past corners: the inside alone widens them.
     """
     before = np.inf
     for _ in range(LAST_ROUNDS):
@@ -198,7 +198,7 @@ def refine_pinned(level: Level, state: MeshMap, sizes: Sizes) -> DiscreteMap:
 
 
 def _excesses_and_least(state: DiscreteMap, settings: Settings, scale: float) -> tuple[Real, Real]:
-    """(m,) `excesses`, 0 in voids, and the least dilatations that the outlines' angles allow."""
+    """(m,) `excesses`, 0 in virtual triangles, and the least dilatations that the outlines' angles allow."""
     over = excesses(state.z, state.u / scale, state.faces, settings, state.metrics)
     if state.weights is not None:
         over[state.weights != 1] = 0

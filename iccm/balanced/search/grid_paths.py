@@ -25,7 +25,7 @@ def route(domain: Curve, here: complex, there: complex, others: Complex) -> Comp
     Args:
         domain: what the way stays inside of.
         here: inside of it.
-        there: likewise.
+        there: as above.
         others: (p,) points that the way keeps away from, as it does from the outline.
     """
     from scipy.sparse.csgraph import dijkstra  # slow to import, and seldom needed

@@ -129,7 +129,7 @@ class Level:
         )
         spacing = SPACING * self.size
         if self.is_too_long:
-            raise Stuck("an outline is too long for its area; simplify it, or make it wider")
+            raise Stuck("an outline is too long for its area")
         outlines = tuple((self.holes[0][hole.source], self.holes[1][hole.target]) for hole in match.holes)
         pairs = [boundary_pairs(self.source, self.target, outer, spacing, self.anchors)]
         for hole, pair in zip(match.holes, outlines):

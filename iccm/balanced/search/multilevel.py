@@ -55,12 +55,9 @@ COARSE_EXACTNESS = (5e-4, 6e-3)  # fineness of the outlines and of the corners, 
 STEEPEST = 8.0  # slope of a match, relative to the mean, that a coarse mesh follows
 SYMMETRIC_ENOUGH = 0.1  # of the tolerance: asymmetry that may be dropped
 SYMMETRY_WORTH = 1.03  # times the cost of the best map, up to which one that is its own mirror image is taken
-NO_MAP = (
-    "found no map without folds: the shapes are too thin or too intricate for the mesh sizes tried; "
-    "simplify the outlines, or make thin parts wider"
-)
+NO_MAP = "no map without folds was found: the shapes are too thin or too intricate for the mesh sizes tried"
 SIMILAR = "The shapes are similar: the map is the similarity."
-ASKEW = "The shapes are symmetric but the map is not: no symmetric map without folds has as little energy."
+ASKEW = "The shapes are symmetric, the map is not: no symmetric one without folds costs as little energy."
 
 Found = tuple[UnitProblem, DiscreteMap]  # a problem, or its inverse, and a map of it
 
@@ -167,7 +164,7 @@ def solve_from(
     try:
         state = kept or warm_start.continue_from(level, start)
     except Stuck:
-        raise NoMapError("start: cannot continue from this map without folds; leave it out") from None
+        raise NoMapError("start: cannot be gone on from without folds; do without it") from None
     return meet_bounds(state, settings, journal, decrease), meets_constraints(problem, state)
 
 
@@ -473,7 +470,7 @@ def coarse_map(
         states += circle_starts(level, matches)
     states = screen(states or through_disc(level), problem.starts)
     if states and states[0].value > most:
-        raise NoMapError("all maps that were found stretch the picture too much")
+        raise NoMapError("all maps found are stretched too much")
     best = best_of(level, states)
     journal.energies.append(best.value)
     return best

@@ -1,8 +1,8 @@
-"""Partial maps: of the whole map, and those with bays filled or holes passed over, the one that costs the least.
+"""Partial maps: of the whole map, and those with concavities filled or holes ignored, the one that costs the least.
 
-With the source's bays filled all of it is shown, and the target stays uncovered where they open (contain). With the
-target's filled all of it is covered, and parts of the source are left out (cover). A point without a partner costs as
-much as `drawings.cost` says.
+With the source's concavities filled all of it is shown, and the target stays uncovered where they open (contain).
+With the target's filled all of it is covered, and parts of the source are left out (cover). A point without a partner
+costs as much as `drawings.cost` says.
 """
 
 import numpy as np
@@ -28,7 +28,7 @@ triangles as it has itself, and leave nearly all of the target bare."""
 
 def hole_choices(problem: UnitProblem) -> list[UnitProblem]:
     """The problem with all its holes, with those that have partners, and with none but those whose partners are wished;
-    the map passes over the others."""
+    the map ignores the others."""
     counts = tuple(map(len, problem.holes))
     choices: list[Numbers] = [problem.numbers]
     if counts[0] != counts[1] and all(counts):
@@ -50,8 +50,8 @@ def with_holes_of(problem: UnitProblem, numbers: Numbers) -> UnitProblem:
 
 
 def bay_choices(problem: UnitProblem, settings: Settings) -> list[UnitProblem]:
-    """The problem with the bays of one side filled, for each side that may have them filled; the inverse problem for
-    those of the target."""
+    """The problem with the concavities of one side filled, for each side that may have them filled; the inverse
+    problem for those of the target."""
     found: list[UnitProblem] = []
     for side in FITS[settings.fit].fills:
         given = with_bays(problem if side == "source" else problem.inverse())
@@ -61,7 +61,9 @@ def bay_choices(problem: UnitProblem, settings: Settings) -> list[UnitProblem]:
 
 
 def with_bays_like(problem: UnitProblem, other: UnitProblem) -> UnitProblem | None:
-    """The problem with the bays of that side filled whose bays are filled in another one; None where that cannot be."""
+    """The problem with the concavities of that side filled whose concavities are filled in another one; None where
+    that cannot be.
+    """
     if not other.bays:
         return problem
     given = with_bays(problem.inverse() if other.inverted else problem)
@@ -69,12 +71,12 @@ def with_bays_like(problem: UnitProblem, other: UnitProblem) -> UnitProblem | No
 
 
 def can_fill(problem: UnitProblem) -> bool:
-    """Whether holes without a partner are on the side whose bays are filled."""
+    """Whether holes without a partner are on the side whose concavities are filled."""
     return len(problem.holes[0]) >= len(problem.holes[1])
 
 
 def with_bays(problem: UnitProblem) -> UnitProblem:
-    """The problem with the bays of its source filled, but for those where the outline is pinned."""
+    """The problem with the concavities of its source filled, but for those where the outline is pinned."""
     if not problem.halved:
         filled = fill_hull(problem.source, problem.anchors[0])
         return problem._replace(source=filled.outline, bays=filled.bays)
@@ -87,7 +89,7 @@ def with_bays(problem: UnitProblem) -> UnitProblem:
 
 def lost_shares(problem: UnitProblem, state: DiscreteMap) -> tuple[float, float]:
     """The share of the source's area that is left out, and of the target's that stays uncovered, by a map of the
-    problem, or of its inverse: voids, and holes that are passed over."""
+    problem, or of its inverse: virtual triangles, and holes that are ignored."""
     void = np.zeros(len(state.faces), bool) if state.weights is None else state.weights != 1
     source, target = (
         ~void & inside_any(holes, w[state.faces].mean(axis=1))

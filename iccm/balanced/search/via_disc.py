@@ -1,4 +1,5 @@
-"""Maps by way of a disc, for outlines between which the harmonic map folds beyond repair (spirals, combs).
+"""Maps by way of a disc, for outlines between which the harmonic map folds beyond repair (spirals, shapes with many
+teeth).
 
 Onto a disc every shape has a map without folds, the harmonic one with positive weights (Tutte, *How to draw a graph*,
 1963; Floater 2003), whatever goes where on the circle. It is balanced; then there, the disc turned, and back by the

@@ -33,10 +33,10 @@ from .levels import (
 from .pin_continuation import aim_feet, lead_one_by_one
 
 SAME = 1e-8  # of the root of the area: a vertex this close to a pin, or to an outline, is on it
-CLOSE = 0.5  # of the tolerance: an earlier map's outlines that are so close to those given are gone on with
+CLOSE = 0.5  # of the tolerance: an earlier map's outlines that are so close to those given are continued
 AT_REST = 1e-3
-"""Relative decrease of a Newton step below which a map that meets its constraints is at rest while these are dragged,
-and when it is gone on from: it stays where it was seen."""
+"""Relative decrease of a Newton step below which a map that meets its constraints has converged while these are
+dragged, and when it is continued from: it stays where it was seen."""
 FEWER = 0.5  # of the triangles that the last mesh is to have: an earlier map's mesh with fewer is made anew
 
 

@@ -54,7 +54,7 @@ def _counts(folded: int, bent: int, late: int) -> list[tuple[int, str]]:
 
 
 def unfit(source: Complex, image: Complex, faces: Index, loops: tuple[Index, ...], bulge: Complex) -> str:
-    """Why this is no triangulation with these loops as its boundary; empty if it is."""
+    """Why this is not a triangulation with these loops as its boundary; empty if it is."""
     if not all(np.isfinite(values).all() for values in (source, image, bulge)):
         return "some vertices are not finite numbers"
     n = source.size

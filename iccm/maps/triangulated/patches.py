@@ -21,7 +21,7 @@ from ...plane import cross
 from .adjacency import Edges, Index
 
 DEVIATION = 0.5  # of a patch's derivative from that of its triangle, relative: at most half, so that slivers beside an
-# outline's kinks stretch no more than their neighbours, and every patch has one solution
+# outline's corners stretch no more than their neighbours, and every patch has one solution
 SLIVER = 1e-9  # of the squared sides: a smaller area leaves too few digits for the Bernstein coefficients
 
 _shrink = function(

@@ -37,7 +37,7 @@ export class Editor {
   #say;
 
   /**
-   * @param {(message: object) => void} say tells the server
+   * @param {(message: object) => void} say sends a message to the server
    * @param {History} history
    * @param {() => void} changed is called after every change
    */
@@ -94,7 +94,7 @@ export class Editor {
     else this.changed();
   }
 
-  /** Let go of what was dragged; the map that was asked for at rest is still that of the scene. */
+  /** End a drag; the map that was requested while nothing moved is still that of the scene. */
   drop() {
     this.commit(this.asked !== this.#solved);
   }

@@ -9,10 +9,10 @@ import {ARROWS, CLICK_REACH} from './handles.js';
 
 const KEY_PAN = 40;              // pixels by which an arrow key moves the view
 const WHEEL_BY_LINE = 0.05;      // log of the zoom, for a line that a wheel scrolls
-const WHEEL_BY_PIXEL = 0.0015;   // likewise for a pixel
+const WHEEL_BY_PIXEL = 0.0015;   // the same for a pixel
 const MIN_STROKE_LENGTH = 16;    // pixels: shorter ones are slips of the hand
 const MAX_GAP = 16;              // pixels between the ends of a stroke that counts as closed
-const MAX_GAP_SHARE = 0.25;      // likewise, relative to its length
+const MAX_GAP_SHARE = 0.25;      // the same, relative to its length
 export const STROKE_TOLERANCE = 2;  // pixels: how far a drawn line may be from its simplified form
 
 /**

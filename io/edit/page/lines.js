@@ -9,7 +9,7 @@ import {strokeHue} from './hues.js';
 
 const SVG = 'http://www.w3.org/2000/svg';
 const GUIDE_ARM = 14;     // pixels: half the length of the cross where a pin is attracted
-const CROSSHAIR_ARM = 9;  // pixels: likewise in the loupe
+const CROSSHAIR_ARM = 9;  // pixels, in the loupe
 export const LOUPE_SIDE = 150;    // pixels
 export const LOUPE_ZOOM = 4;      // relative to the pane
 

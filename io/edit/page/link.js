@@ -69,7 +69,7 @@ export class Link {
   }
 
   /**
-   * Send what has no answer of its own.
+   * Send a message that has no separate answer.
    * @param {object} message
    */
   say(message) {

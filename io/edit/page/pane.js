@@ -28,7 +28,7 @@ export class Pane {
     wrong: {}, suggested: [], selected: new Set(), locked: () => false,
   };
   view = new View();
-  /** Whether the file shows a drawing of its own. */
+  /** Whether the file shows its own drawing. */
   hasDrawing = false;
   /** Whether a click adds a point to a stroke. */
   pen = false;

@@ -61,7 +61,7 @@ export class Saving {
     });
   }
 
-  /** Save pins and strokes where they came from: in a file of their own, or drawn in the shapes' files. */
+  /** Save pins and strokes where they came from: in a separate file, or drawn in the shapes' files. */
   save() {
     return this.#hello.drawn ? this.#draw() : this.#write({type: 'save', name: input('file').value});
   }

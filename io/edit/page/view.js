@@ -3,7 +3,7 @@
 /** @import {Box, Point} from './types.d.ts' */
 
 const MIN_ZOOM = 0.2;   // relative to the zoom at which everything is visible
-const MAX_ZOOM = 2000;  // likewise
+const MAX_ZOOM = 2000;  // relative to the same
 const FILLED = 0.92;    // of the pane, by the shape, where everything is visible
 
 export class View {

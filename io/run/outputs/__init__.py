@@ -52,7 +52,7 @@ def of(job: Job, inputs: Inputs) -> list[Output]:
 
 def check(run: Run, wanted: list[Output]) -> list[Output]:
     """The outputs, one for each tile in the place of those whose names hold `<UDIM>`. Refuses before the solving what
-    they would refuse after it, and tells what is wrong with the inputs.
+    they would refuse after it, and reports what is wrong with the inputs.
 
     Raises:
         InputError: as each of them says, and a texture that cannot be carried.

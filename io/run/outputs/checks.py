@@ -1,4 +1,4 @@
-"""Checks before the solving that several kinds of output share; remarks that are made twice are told once."""
+"""Checks before the solving that several kinds of output share; remarks that are made twice are reported once."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def coordinates(run: Run, *shapes: Shape) -> None:
 
 
 def canvas(run: Run, tile: complex | None = None) -> tuple[int, int]:
-    """Width and height of the target's raster, before the map is known; tells what it shows of the target.
+    """Width and height of the target's raster, before the map is known; reports what it shows of the target.
 
     Args:
         run: the job.

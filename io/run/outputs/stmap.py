@@ -70,5 +70,7 @@ def _placing(run: Run, lying: Texture) -> Placing:
 
 
 def _unit(run: Run) -> Box | None:
-    """The tile that s and t are relative to, where those of the texture are told apart; they go on beyond 0..1 then."""
+    """The tile that s and t are relative to, where those of the texture are distinguished; they continue beyond 0..1
+    then.
+    """
     return (0j, 1 + 1j) if run.tiles else None

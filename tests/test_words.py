@@ -1,0 +1,75 @@
+"""Messages, help, docstrings and comments: none uses a term that the glossary lists as not to be used."""
+
+import ast
+import io
+import re
+import tokenize
+from pathlib import Path
+
+import pytest
+
+from .test_pages import TERMS, uses
+
+ROOT = Path(__file__).parents[1]
+FILES = [
+    path for folder in ("iccm", "io", "cli", "plugins") for path in sorted((ROOT / folder).rglob("*.py"))
+]
+PAGE = ROOT / "io" / "edit" / "page"
+SCRIPTS = [ROOT / "io" / "page.html", PAGE / "index.html", *sorted(PAGE.glob("*.js"))]
+SCRIPTS.remove(PAGE / "shaders.js")  # programs of the graphics card alone
+NAME = re.compile(r"^\s*(?:\w+, )*\w+(?::|  )", re.MULTILINE)
+"""A name that a docstring describes: an argument, an attribute, a module."""
+NAMES_OF_CODE = re.compile(r"\b\w*_\w+\b|\w+\(|\b\w+(?:\.\w+)+")
+
+
+def prose(text):
+    """Text without names of code."""
+    return NAMES_OF_CODE.sub(" ", NAME.sub(" ", text))
+
+
+def strings(source):
+    """Messages and docstrings with their lines: strings of several words."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and " " in node.value.strip():
+            yield node.lineno, node.value
+
+
+def comments(source):
+    """Comments with their lines; neighbouring ones are one text, so that a term may span lines."""
+    found, last = [], 0
+    for token in tokenize.generate_tokens(io.StringIO(source).readline):
+        if token.type == tokenize.COMMENT:
+            text = token.string.lstrip("# ")
+            if found and token.start[0] == last + 1:
+                found[-1] = (found[-1][0], f"{found[-1][1]} {text}")
+            else:
+                found.append((token.start[0], text))
+            last = token.start[0]
+    return found
+
+
+def avoidable(source):
+    """Terms not to be used, with their lines."""
+    texts = [*strings(source), *comments(source)]
+    return {(line, term) for line, text in texts for term in uses(" ".join(prose(text).split()), TERMS)}
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_a_module_does_not_use_terms_to_avoid(path):
+    assert not avoidable(path.read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.name)
+def test_the_pages_of_iccm_do_not_use_terms_to_avoid(path):
+    text = path.read_text(encoding="utf-8")
+    if path.suffix == ".html":
+        shown = re.findall(r">([^<>{}]+)<|(?:title|aria-label)=\"([^\"]+)\"", text.partition("<script>")[0])
+    else:
+        shown = re.findall(r"'([^'\n]* [^'\n]*)'|`([^`]* [^`]*)`", re.sub(r"(?s:/\*.*?\*/)|//.*", "", text))
+    assert not uses(" . ".join(" ".join(found) for found in shown), TERMS)
+
+
+def test_terms_to_avoid_are_found_in_code():
+    source = '"""A map that goes\non."""\nraise ValueError(f"{x} is no mesh")  # a kink\nbay = told("bay")\n'
+    assert {term for _, term in avoidable(source)} == {"goes on", "is no", "kink"}
+    assert not avoidable('"""Fill.\n\nArgs:\n    bays: the concavities, see `bays` and `holes.bays`.\n"""\n')
