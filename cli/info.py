@@ -22,7 +22,7 @@ def command(file: tuple[str, ...], json: bool, plot: str | None, force: bool, ma
     iccm info body.obj
     iccm info sheet.svg --plot parts.png
 
-    Exit code: 0 done, 2 wrong input.
+    Exit code: 0 done, 2 a file could not be read; the others are shown.
     """
     from json import dumps
 
@@ -35,10 +35,17 @@ def command(file: tuple[str, ...], json: bool, plot: str | None, force: bool, ma
         if len(file) > 1:
             raise InputError(f"--plot: shows the parts of one file, but {len(file)} files are given")
         files.check_outputs([plot], file, force=force)
+    code = 0
     for name in file:
-        with status.show_status():
-            tell(f"read {name}")
-            facts = describe(name, max_faces=max_faces)
+        try:
+            with status.show_status():
+                tell(f"read {name}")
+                facts = describe(name, max_faces=max_faces)
+        except InputError as error:
+            if len(file) == 1:
+                raise
+            code = logs.explain(error)
+            continue
         click.echo(dumps(as_json(facts), ensure_ascii=False) if json else "\n".join(lines(facts)))
     if plot:
         from ..io import sheet
@@ -46,4 +53,4 @@ def command(file: tuple[str, ...], json: bool, plot: str | None, force: bool, ma
         with status.show_phases(f"draw {plot}"), files.replacing(plot, force=force) as path:
             sheet.draw(Path(file[0]), path, max_faces=max_faces)
         logs.log.info(f"wrote {plot}")
-    return 0
+    return code

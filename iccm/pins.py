@@ -31,7 +31,7 @@ class Pin:
 
     Attributes:
         source: the point: complex x + iy with y up, or a pair by the `axes` of `iccm.fit`.
-        target: its place, likewise.
+        target: its place, in the same form.
         radius: of the patch around it that keeps its form, in the source's units; 0 for an exact pin; None chooses.
         tolerance: how far the patch may miss its place where that saves a twentieth of the distortion, in the target's
             units; None is 7 % of the target's size (the square root of its area), in `iccm.deform` 1 %.

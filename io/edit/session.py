@@ -342,7 +342,7 @@ class Session:
         return Solved(run.fits, report)
 
     def pins_exactly(self, scene: Scene) -> bool:
-        """Whether the map of a scene has exact pins: those that are dragged are where they are let go of."""
+        """Whether the map of a scene has exact pins: dragged pins end where they are released."""
         is_plane = not (self.source.is_mesh or self.target.is_mesh)
         return bool(scene.pins) and self.job.exact and is_plane
 

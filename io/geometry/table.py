@@ -143,8 +143,9 @@ def _columns(first: list[str], wanted: str | None) -> tuple[int, int]:
             elif name.strip().isdecimal() and 1 <= int(name) <= len(names):
                 found.append(int(name) - 1)
             else:
-                raise InputError(f"--columns: there is no column {name.strip()!r}; the table has "
-                                 f"{', '.join(names[:12])}")
+                raise InputError(
+                    f"--columns: there is no column {name.strip()!r}; the table has {', '.join(names[:12])}"
+                )
     if len(found) != 2 or max(found) >= len(names) or found[0] == found[1]:
         raise InputError("a table needs a column of x and one of y; name them with --columns X,Y")
     return found[0], found[1]

@@ -48,7 +48,11 @@ def read(
             raise InputError("not GeoJSON, nor annotations of labelme or COCO")
         _fill(drawing, found, chosen)
     except (LookupError, TypeError, ValueError, AttributeError, RecursionError, OverflowError) as error:
-        said = str(error) if isinstance(error, InputError) else ("its polygons do not have the structure of this format")
+        said = (
+            str(error)
+            if isinstance(error, InputError)
+            else ("its polygons do not have the structure of this format")
+        )
         raise InputError(f"{path}: {said}") from None
     return drawing
 
@@ -193,13 +197,15 @@ def _coco(content: dict[str, Any], chosen: str | None) -> tuple[Drawing, Iterato
         found.append((picture, (tuple(filter(None, own)), [_sound(ring) for ring in rings], "nonzero")))
     seen = {picture for picture, (names, _, _) in found if chosen is None or chosen in names}
     if len(seen) > 1:
-        raise InputError(f"contains annotations of {len(seen)} pictures; choose one, such as "
-                         f"#{_name(pictures, seen)}")
+        raise InputError(
+            f"contains annotations of {len(seen)} pictures; choose one, such as #{_name(pictures, seen)}"
+        )
     size = pictures.get(next(iter(seen), None), {})
     drawing = _canvas(size.get("width"), size.get("height"))
     if runs:
-        drawing.notes.append(f"ignored {runs} run-length encoded mask{'s' * (runs > 1)} (RLE); only "
-                             "polygons are read")
+        drawing.notes.append(
+            f"ignored {runs} run-length encoded mask{'s' * (runs > 1)} (RLE); only polygons are read"
+        )
     return drawing, (each for _, each in found)
 
 

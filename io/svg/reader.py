@@ -372,7 +372,9 @@ def _rigid(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail) ->
     _candidate(drawn, name, found, detail)
     if not found.outlines:
         raise (
-            found.refused[0][1] if found.refused else InputError("a rigid region must be a closed path; close it")
+            found.refused[0][1]
+            if found.refused
+            else InputError("a rigid region must be a closed path; close it")
         )
     drawing.ids.update(found.ids)
     drawing.rigid.extend(outline.z for outline in found.outlines)

@@ -38,9 +38,7 @@ def test_what_the_balanced_method_alone_does_is_refused_by_others(name):
     options = CONFORMAL[name]
     assert not Options(**options).is_balanced and set(GIVEN) == set(BALANCED_ONLY)
     for own in set(BALANCED_ONLY) - set(options):
-        with pytest.raises(
-            InputError, match=f"^{own}: .* (conformal|paper)"
-        ):
+        with pytest.raises(InputError, match=f"^{own}: .* (conformal|paper)"):
             Options(**options, **{own: GIVEN[own]})
 
 
@@ -49,9 +47,7 @@ def test_what_the_others_do_is_refused_by_the_balanced_method():
         assert Options(**{own: value}).is_balanced
     for name in WEIGHTED_ONLY:
         values = {"vertices": 50, "order": 1}
-        with pytest.raises(
-            InputError, match=f"^{name}: .* balanced"
-        ):
+        with pytest.raises(InputError, match=f"^{name}: .* balanced"):
             Options(method="balanced", **{name: values.get(name, 7)})
 
 

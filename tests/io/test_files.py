@@ -56,7 +56,7 @@ def test_an_existing_file_needs_force(tmp_path):
 
 def test_a_file_that_appears_meanwhile_is_not_overwritten(tmp_path):
     out = tmp_path / "a.txt"
-    with pytest.raises(InputError, match="appeared"), files.replacing(out) as temporary:
+    with pytest.raises(InputError, match="another program created"), files.replacing(out) as temporary:
         temporary.write_text("mine")
         out.write_text("theirs")
     assert out.read_text() == "theirs" and only(tmp_path, "a.txt")
@@ -72,7 +72,7 @@ def test_a_link_is_followed(tmp_path):
 
 @pytest.mark.parametrize(
     "name, message",
-    [("missing/a.png", "does not exist"), (".", "is a folder"), ("a" * 300, "cannot be written")],
+    [("missing/a.png", "does not exist"), (".", "is a folder"), ("a" * 300, "cannot write this file")],
 )
 def test_impossible_outputs_are_one_line(tmp_path, name, message):
     with pytest.raises(InputError, match=message) as caught, files.replacing(tmp_path / name):
@@ -102,7 +102,10 @@ def test_other_errors_of_the_block_pass_through(tmp_path):
 
 
 def test_a_writer_that_removes_the_temporary_file_is_told(tmp_path):
-    with pytest.raises(InputError, match="cannot be written"), files.replacing(tmp_path / "a") as temporary:
+    with (
+        pytest.raises(InputError, match="cannot write this file"),
+        files.replacing(tmp_path / "a") as temporary,
+    ):
         temporary.unlink()
 
 
@@ -115,7 +118,7 @@ def test_inputs(tmp_path):
     for call, message in [
         (lambda: files.open_input(tmp_path / "b"), "b: no such file"),
         (lambda: files.open_input(tmp_path), "is a folder"),
-        (lambda: files.open_input("a\0b"), "cannot be read"),
+        (lambda: files.open_input("a\0b"), "cannot read this file"),
         (lambda: files.read_bytes(tmp_path / "a", max_bytes=6), "7 bytes; at most 6"),
         (lambda: files.read_bytes(tmp_path / "empty", max_bytes=6), "empty"),
         (lambda: files.sha256(tmp_path / "b"), "no such file"),

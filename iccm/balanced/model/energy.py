@@ -32,7 +32,7 @@ class Energy:
         upright: w, the weight of rotations: upside down a map costs 1 + w times as much; 0 where any rotation is as
             good.
         terms: that are added to the mean density, before what rotations cost.
-        pins: soft pins, whose springs are added likewise; None without any.
+        pins: soft pins, whose springs are added in the same way; None without any.
     """
 
     balance: float = 1.0

@@ -68,7 +68,7 @@ def _middles(sizes: Sizes) -> Complex:
 
 
 def coarser_in_bays(sizes: Sizes, outline: Complex, bays: Sequence[Complex]) -> Sizes:
-    """The limits for a mesh of an outline (n,), IN_BAYS times as large in bays, which shrink in the image."""
+    """The limits for a mesh of an outline (n,), IN_BAYS times as large in concavities, which shrink in the image."""
     sizes = _on_cells(sizes, outline)
     middles = _middles(sizes)
     inside = inside_any(map(Curve, bays), middles.ravel()).reshape(middles.shape)

@@ -204,7 +204,7 @@ def test_holes_are_passed_over_where_that_costs_less():
     assert [len(side) for side in free.passed_holes] == [1, 1] and not free.source_holes
     share = abs(Curve(0.5 * STEPS).area) / block.area
     assert free.uncovered == pytest.approx(share, rel=0.3) and free.left_out == pytest.approx(share, rel=0.3)
-    assert any("passes over 1 hole of the source and 1 hole of the target" in note for note in free.notes)
+    assert any("ignores 1 hole of the source and 1 hole of the target" in note for note in free.notes)
     assert (
         abs(free.report()["turn"]) < 5 < abs(kept.report()["turn"])
     )  # upside down the holes go onto each other

@@ -92,7 +92,7 @@ def test_styles_groups_and_definitions_are_kept(source, tmp_path):
     assert abs(lined - 1.5 * 2 * abs(1 + 0.006 * (10 - 5j))) < 0.1
     assert any("<text>" in note for note in notes)
     assert any("outside the source, omitted" in note for note in notes)
-    assert any("cut off" in note for note in notes)
+    assert any("clipped" in note for note in notes)
 
 
 def test_the_identity_draws_the_same(source, tmp_path):

@@ -157,10 +157,10 @@ SQUARE = [[20, 20], [80, 20], [80, 80], [20, 80]]
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"triangles": [[0, 1, 2], [0, 2, 3]]}, "turned over"),
+        ({"triangles": [[0, 1, 2], [0, 2, 3]]}, "is flipped"),
         ({"triangles": [[0, 2, 1]]}, "use each"),
-        ({"triangles": [[0, 2, 1], [0, 3, 2], [0, 2, 1]]}, "no disk"),
-        ({"triangles": [[0, 2, 1], [0, 3, 2], [4, 6, 5], [4, 7, 6]], "double": True}, "no disk"),
+        ({"triangles": [[0, 2, 1], [0, 3, 2], [0, 2, 1]]}, "do not form a disk"),
+        ({"triangles": [[0, 2, 1], [0, 3, 2], [4, 6, 5], [4, 7, 6]], "double": True}, "do not form a disk"),
         ({"triangles": [[0, 1, 9]]}, "use each"),
         ({"triangles": [[0, -1, 2]]}, "greater"),
         ({"target": SQUARE[:3]}, "4 vertices in the source, and 3"),

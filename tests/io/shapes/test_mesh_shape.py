@@ -456,7 +456,7 @@ def test_an_embedded_texture_that_is_damaged_is_told_before_the_solving(tmp_path
     done = iccm("map", "a.glb", "hill.obj", "--bake", "-o", "o.png")
     assert done.code == 2
     assert len(done.lines) == 1
-    assert "a.glb: the texture in the file cannot be read" in done.err
+    assert "a.glb: the texture in the file: cannot read" in done.err
 
 
 @pytest.mark.parametrize(
@@ -571,7 +571,7 @@ def test_a_texture_in_a_file_is_read_as_one_beside_it(tmp_path):
     new_uvs([(target, identity(target), target_plane(target))], stmap.flat(target.box), out, **given)
     held = mesh_reading.read(str(out))
     assert np.array_equal(mesh_reading.read_texture(held).pixels, deep)
-    with pytest.raises(InputError, match=r"o\.glb: the texture in the file cannot be read: 8x8 is more"):
+    with pytest.raises(InputError, match=r"o\.glb: the texture in the file: .*8x8 exceeds"):
         mesh_reading.read_texture(held, max_pixels=63)
 
 
@@ -598,7 +598,7 @@ def test_a_texture_of_another_format_becomes_png(tmp_path):
     )
     assert (mesh_reading.read_texture(mesh_reading.read(str(out))).pixels == colours().pixels).all()
     (tmp_path / "c.tif").write_text("no picture")
-    with pytest.raises(InputError, match=r"c\.tif: cannot be read"):
+    with pytest.raises(InputError, match=r"c\.tif: cannot read"):
         new_uvs(
             [(target, identity(target), plane)],
             stmap.flat(target.box),

@@ -317,7 +317,7 @@ def test_style_rules_that_are_not_read_are_told(svg):
     body = '<rect class="a" width="9" height="9"/>'
     rules = "g>.a{fill:none} .a:hover{fill:red} g:has(rect){fill:none} .a:nth-of-type(2), .a:no{x:1}"
     assert svg(f"<style>{rules}</style>{body}").notes == (
-        "4 style rules not read: a malformed selector, or a pseudo-class such as :hover",
+        "4 style rules ignored: a malformed selector, or a pseudo-class such as :hover",
     )
     assert not svg(f"<style>.a{{fill:red}} g>.a{{fill:none}}</style>{body}").notes
 
@@ -385,7 +385,7 @@ def test_open_runs(svg):
         "'p'",
         "open",
         "(30, 30)",
-        "Z",
+        "close",
     )
 
 
@@ -762,7 +762,7 @@ def test_a_doctype_alone_is_fine(tmp_path):
 
 
 def test_a_large_file_is_refused_before_it_is_parsed(svg):
-    one_line(lambda: svg('<rect width="5" height="5"/>' * 100, max_bytes=1000), "at most 1000")
+    one_line(lambda: svg('<rect width="5" height="5"/>' * 100, max_bytes=1000), "limit of 1000")
 
 
 @pytest.mark.parametrize("scale", [1e-9, 1e-3, 1e6, 1e12])
