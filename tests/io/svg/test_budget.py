@@ -296,9 +296,9 @@ SHOWN = '<path id="o" d="M10 10H90V90H10Z"/>'
 FILTER = '<filter id="f"><feGaussianBlur stdDeviation="3"/></filter>'
 LINKED = "".join(f'<linearGradient id="g{k}" href="#g{k + 1}"/>' for k in range(60))
 AGAIN = {
-    "styles": ('<path id="a" style="' + "font-family:'a b';" * 9000 + '" d="M2 2H9V9Z"/>' + '<use href="#a"/>' * 60, "copied attributes and texts"),  # noqa: E501
-    "transforms": ('<path id="a" transform="' + "rotate(1)" * 9000 + '" d="M2 2H9V9Z"/>' + '<use href="#a"/>' * 200, "copied attributes and texts"),  # noqa: E501
-    "texts": (f'<g id="a"><metadata>{"x" * 10**6}</metadata></g>' + '<use href="#a"/>' * 20, "copied attributes and texts"),
+    "styles": ('<path id="a" style="' + "font-family:'a b';" * 9000 + '" d="M2 2H9V9Z"/>' + '<use href="#a"/>' * 60, "copied attr"),  # noqa: E501
+    "transforms": ('<path id="a" transform="' + "rotate(1)" * 9000 + '" d="M2 2H9V9Z"/>' + '<use href="#a"/>' * 200, "copied attr"),  # noqa: E501
+    "texts": (f'<g id="a"><metadata>{"x" * 10**6}</metadata></g>' + '<use href="#a"/>' * 20, "copied attr"),
     "filters": (f'<filter id="f">{"<feOffset/>" * 600}</filter>' + '<path filter="url(#f)" d="M2 2H9V9Z"/>' * 100, "50000 elements"),  # noqa: E501
     "markers": (f'<marker id="m" markerUnits="userSpaceOnUse">{"<g/>" * 600}</marker>' + '<path marker-mid="url(#m)" d="M2 2H9V9Z"/>' * 100, "50000 elements"),  # noqa: E501
     "links": (LINKED + '<path fill="url(#g0)" d="M2 2H9V9Z"/>', "<linearGradient> 'g0' has a chain of more than 40 references"),  # noqa: E501
