@@ -93,5 +93,7 @@ def listen(port: int, *, otherwise: bool = False) -> socket.socket:
         listener.close()
         if otherwise:
             return listen(0)
-        raise InputError(f"--port {port}: {error.strerror}; leave the option out to use any free port") from error
+        raise InputError(
+            f"--port {port}: {error.strerror}; leave the option out to use any free port"
+        ) from error
     return listener

@@ -69,9 +69,7 @@ class Session:
         source = inputs.shape(job.source)
         self.deforming = not job.target
         if self.deforming and source.is_mesh:
-            raise InputError(
-                f"{job.source}: a mesh can only be mapped, not deformed; name a TARGET"
-            )
+            raise InputError(f"{job.source}: a mesh can only be mapped, not deformed; name a TARGET")
         target = source if self.deforming else inputs.shape(job.target or "", target=True, source=source)
         self.job, self.suffix = job, suffix_for(job, inputs)
         self.drawn = bool(source.pins or source.strokes)
@@ -386,8 +384,10 @@ class Session:
             return self._bend(scene)
         if not (scene.whole and self._is_whole):
             return MapUpdate(
-                "coarse", True, "The map is updated when you release the pin, because parts of the "
-                                "shapes are hidden or bare."
+                "coarse",
+                True,
+                "The map is updated when you release the pin, because parts of the "
+                "shapes are hidden or bare.",
             )
         try:
             with one_thread():
@@ -402,8 +402,10 @@ class Session:
             return found
         gap = np.abs(map(pins[: len(scene.pins), 0]) - pins[: len(scene.pins), 1])
         wrong = {"pins": np.flatnonzero(~(gap <= MISSED * self.target.curve.diagonal)).tolist()}
-        message = ("The pin is not there yet: the map follows as far as possible without folds. Release "
-                  "the pin to search for another map.")
+        message = (
+            "The pin is not there yet: the map follows as far as possible without folds. Release "
+            "the pin to search for another map."
+        )
         return replace(found, wrong=wrong, message=message)
 
     def _bend(self, scene: Scene) -> MapUpdate:
@@ -417,7 +419,9 @@ class Session:
         report, drawn = solved.report, self.image_of(solved.maps)
         wrong = missed_constraints(report, scene)
         met = not any(wrong.values())
-        message = "" if met else "The pin is not there yet: the shape follows as far as possible without folds."
+        message = (
+            "" if met else "The pin is not there yet: the shape follows as far as possible without folds."
+        )
         outlines = self._outlines(solved.fit)
         return MapUpdate("coarse", met, message, figures(report), wrong, drawn, outlines=outlines)
 

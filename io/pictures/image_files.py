@@ -90,8 +90,9 @@ def read(
         elif beginning[4:] == b"ftyp" and (form := UNREAD.get(content.read(4))):
             if form == "AVIF" and not colorspace:
                 return _by_pillow(path, max_pixels)
-            raise InputError(f"{path}: {form} is not supported; convert the picture first, for instance "
-                             "to .png or .jxl")
+            raise InputError(
+                f"{path}: {form} is not supported; convert the picture first, for instance to .png or .jxl"
+            )
     with silence():
         return _read(path, max_pixels, colorspace, room or Memory(), several)
 
@@ -111,8 +112,9 @@ def _by_pillow(path: str | Path, max_pixels: int) -> Image:
     with pillow.opened(Path(path), path, ("AVIF",)) as picture:
         width, height = picture.size
         if width * height > max_pixels:
-            raise InputError(f"{path}: {width}x{height} exceeds the limit of {max_pixels} pixels; raise "
-                             "--max-pixels")
+            raise InputError(
+                f"{path}: {width}x{height} exceeds the limit of {max_pixels} pixels; raise --max-pixels"
+            )
         several = getattr(picture, "n_frames", 1) > 1
         picture.load()
         pixels, alpha = icc.as_srgb(picture, path)
@@ -174,8 +176,10 @@ def _read(path: str | Path, max_pixels: int, colorspace: str | None, room: Memor
         raise InputError(f"{path}: cannot read this picture: {said}")
     try:
         if file.format_name() not in DECODERS:
-            raise InputError(f"{path}: pictures in the format {file.format_name()!r} are not supported; "
-                             "convert the picture to .png or .tif")
+            raise InputError(
+                f"{path}: pictures in the format {file.format_name()!r} are not supported; "
+                "convert the picture to .png or .tif"
+            )
         spec = file.spec()
         for width, height in ((spec.width, spec.height), (spec.full_width, spec.full_height)):
             if width * height > max_pixels:
@@ -312,9 +316,7 @@ def _check_channels(path: str | Path, image: Image, any_number: bool) -> None:
 
 
 def _unknown(path: str | Path) -> InputError:
-    return InputError(
-        f"{path}: unknown picture format {Path(path).suffix!r}; use .png, .tif or .exr"
-    )
+    return InputError(f"{path}: unknown picture format {Path(path).suffix!r}; use .png, .tif or .exr")
 
 
 @contextmanager
