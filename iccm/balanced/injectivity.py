@@ -28,6 +28,6 @@ def refuse_touching(name: str, outer: Complex, *holes: Complex) -> None:
     """Raises NoMapError unless an outline is simple, its holes too and inside it, in these very numbers."""
     if not is_simple(outer) or (holes and fault([outer, *holes])):
         raise NoMapError(
-            f"the outline of the {name} touches itself in double precision; widen the gap, "
-            "or move the shape closer to the origin"
+            f"the outline of the {name} touches itself in double precision; widen the gap, or move the "
+            "shape closer to the origin; widen the gap, or move the shape closer to the origin"
         )

@@ -1,4 +1,4 @@
-"""An editing session: two shapes, a texture, the map at rest, and the map that follows while something is dragged.
+"""An editing session: two shapes, a texture, the converged map, and the map that follows while something is dragged.
 
 Without a target the shape is deformed: its other half of the page is the same shape as its pins move it.
 """
@@ -201,19 +201,19 @@ class Session:
         return np.concatenate([patches(map, *self.views) for map in maps])
 
     def begin(self, scene: Scene, start: TriangulatedMap) -> None:
-        """Have the map of a scene go on from an earlier one."""
+        """Have the map of a scene continue from an earlier one."""
         self._choices[scene.key] = MapChoice(start)
 
     def start(self, scene: Scene) -> TriangulatedMap | None:
-        """The map that the one of a scene goes on from, which must be saved to find it again."""
+        """The map that the one of a scene continues from, which must be saved to find it again."""
         return self._choices.get(scene.key, MapChoice()).begins
 
     def solve(self, scene: Scene, way: str = "") -> MapUpdate:
-        """The whole map, gone on to from the last one or from scratch: what `iccm map` makes of what is saved.
+        """The whole map, continued to from the last one or from scratch: what `iccm map` makes of what is saved.
 
         Args:
             scene: pins and strokes.
-            way: "fresh" for the map from scratch, "kept" for the one gone on to, where both are known.
+            way: "fresh" for the map from scratch, "kept" for the one continued to, where both are known.
         """
         self.scene = scene
         try:
@@ -226,7 +226,7 @@ class Session:
         return self._settle(scene, solved, chosen)
 
     def compare(self, scene: Scene) -> MapUpdate | None:
-        """What there is to be said once the map that was gone on to is compared with that from scratch.
+        """What there is to be said once the map that was continued to is compared with that from scratch.
 
         Where no difference is seen the latter takes its place: then nothing but pins and strokes has to be saved. On
         meshes nothing is compared: a whole map takes seconds there.
@@ -249,7 +249,7 @@ class Session:
         return replace(self._last[1], drawn=None, other=chosen.alternative)
 
     def _start(self, scene: Scene) -> TriangulatedMap | None:
-        """The map to go on from, as a file will hold it; None for one from scratch."""
+        """The map to continue from, as a file will hold it; None for one from scratch."""
         pair = self.source, self.target
         try:
             found = self._before(scene)
@@ -258,8 +258,8 @@ class Session:
             return None
 
     def _before(self, scene: Scene) -> TriangulatedMap | None:
-        """The map that follows, or the last one at rest. Without pins, turned, of parts of the shapes, or with rigid
-        regions, none."""
+        """The map that follows, or the last one in the rest shape. Without pins, turned, of parts of the shapes, or
+        with rigid regions, none."""
         fit, last = self._fit, self._last[0]
         if self.deforming:
             return self._map if scene.constrained else None
@@ -279,8 +279,8 @@ class Session:
 
     @property
     def _is_whole(self) -> bool:
-        """Whether the last map at rest is one of the whole outlines, or of the tightest frames, with all holes: one
-        that the map of pins and strokes may continue."""
+        """Whether the last map in the rest shape is one of the whole outlines, or of the tightest frames, with all
+        holes: one that the map of pins and strokes may continue."""
         fit = self._fit
         if self._last[0].whole:
             return True

@@ -54,9 +54,9 @@ class Run:
         notes: remarks on the inputs and on the solving.
         figures: what reading and solving add to the solver's report.
         fits: the map of each pair, once it is there.
-        constraints: pins and strokes that must meet, and an earlier map to go on from, as `iccm.fit` takes them.
+        constraints: pins and strokes that must meet, and an earlier map to continue from, as `iccm.fit` takes them.
         called: the names of pins and strokes.
-        start: an earlier map to go on from.
+        start: an earlier map to continue from.
     """
 
     job: Job

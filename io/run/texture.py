@@ -59,7 +59,7 @@ def own_pictures(job: Job, source: Shape) -> tuple[Path | bytes, ...]:
 
 
 def is_own_picture(job: Job, source: Shape) -> bool:
-    """Whether the texture is a picture that the source has of its own, which --texture does not name."""
+    """Whether the texture is a picture that the source itself has, which --texture does not name."""
     return not job.texture and bool(own_pictures(job, source))
 
 

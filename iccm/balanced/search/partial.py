@@ -1,4 +1,4 @@
-"""Partial maps: of the whole map, and those with concavities filled or holes ignored, the one that costs the least.
+"""Partial maps: of the whole map, and those with concavities filled or holes ignored, the cheapest of these.
 
 With the source's concavities filled all of it is shown, and the target stays uncovered where they open (contain).
 With the target's filled all of it is covered, and parts of the source are left out (cover). A point without a partner

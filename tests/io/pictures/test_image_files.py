@@ -168,7 +168,7 @@ def test_an_animated_png_says_that_its_first_picture_is_used(tmp_path):
 
 @pytest.mark.parametrize(
     "brand, said",
-    [(b"avif", r"cannot be read as a picture \(AVIF\)"), (b"heic", "HEIC is not supported; convert the picture first")],
+    [(b"avif", r"cannot read this picture \(AVIF\)"), (b"heic", "HEIC is not supported; convert the picture first")],
 )
 def test_forms_that_are_not_read_are_named(tmp_path, brand, said):
     (tmp_path / "a.avif").write_bytes(b"\0\0\0\x1cftyp" + brand + bytes(40))
