@@ -25,7 +25,7 @@ LEAST_IMPORTANCE, LEAST_SIZE = 0.1, 1e-2
 class Problem:
     """What is to be mapped onto what, and under which constraints: all of it bit for bit as it was given.
 
-    Each method normalises the coordinates once, in a frame of its own (`paper.normalised`, `balanced.model.frames`).
+    Each method normalises the coordinates once, in a separate frame (`paper.normalised`, `balanced.model.frames`).
 
     Attributes:
         source: outline of the source, a domain.

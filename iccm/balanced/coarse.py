@@ -26,7 +26,7 @@ class CoarseMap(NamedTuple):
     """A map on a coarse mesh, in the coordinates given.
 
     Attributes:
-        map: the map, with weights for the triangles that fill bays or holes.
+        map: the map, with weights for the triangles that fill concavities or holes.
         turning: the cost of rotating the picture, a factor.
     """
 
@@ -35,7 +35,7 @@ class CoarseMap(NamedTuple):
 
     @property
     def voids(self) -> Flags:
-        """(m,) which triangles fill bays or holes, and are left out of the map."""
+        """(m,) which triangles fill concavities or holes, and are left out of the map."""
         weights = self.map.weights
         if weights is None:
             return np.zeros(len(self.map.faces), bool)

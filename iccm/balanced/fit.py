@@ -136,7 +136,7 @@ def solve_once(
 def _map_of_less_balance(problem: Problem, options: Options) -> TriangulatedMap:
     """The map of half the balance, but at least EVEN, to start from.
 
-    Areas come to count more by a factor of two at a time: searches of their own find minima that are farther and
+    Areas come to count more by a factor of two at a time: separate searches find minima that are farther and
     farther from the best, rotated and less even.
     """
     before = replace(options, balance=max(EVEN, options.balance / 2), rigid_size=None)
@@ -319,7 +319,7 @@ def result_of(
         given: the holes, and the pins (k, 2) that are not in them.
         settings: what was asked for.
         drawn: whether the patches meet the bounds.
-        laid: of rigid regions of a surface (n,) where vertices lie in them laid flat, and the map's mean scale.
+        laid: of rigid regions of a surface (n,) where vertices lie in them flattened, and the map's mean scale.
     """
     source, target, strokes = problem.source, problem.target, problem.strokes
     all_holes, pins = given
@@ -473,7 +473,7 @@ def stretch_notes(found: Distortion) -> list[str]:
 
 
 def coverage_notes(fit: Fit) -> list[str]:
-    """Sentences on holes that are passed over, on what of the source is left out, and what of the target stays
+    """Sentences on holes that are ignored, on what of the source is left out, and what of the target stays
     uncovered."""
     counts = zip(("source", "target"), map(len, fit.passed_holes))
     many = [f"{count} hole{'s' * (count > 1)} of the {side}" for side, count in counts if count]

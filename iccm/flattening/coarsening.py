@@ -192,7 +192,7 @@ def coarser(points: Real, faces: Index, z: Complex, goal: int, stay: Index = NON
     rounds: list[Removed] = []
     left = z.size
     while left > goal:
-        # Vertices of a round are no neighbours: of a mesh of degree six a third of all can be, at most.
+        # Vertices of a round are not neighbours: of a mesh of degree six a third of all can be, at most.
         most = min(left - goal, left // 3 + 1)
         removed, faces = _remove_round(points, faces, z, most, stay)
         rounds.append(removed)
@@ -203,7 +203,7 @@ def coarser(points: Real, faces: Index, z: Complex, goal: int, stay: Index = NON
 
 
 def _remove_round(points: Real, faces: Index, z: Complex, most: int, stay: Index) -> tuple[Removed, Index]:
-    """Take out at most so many vertices that are no neighbours; what was taken out, and the triangles (m, 3) left."""
+    """Take out at most so many vertices that are not neighbours; what was taken out, and the triangles (m, 3) left."""
     corners = faces.ravel()
     # The triangles of each vertex: those of vertex v are around[starts[v] : starts[v + 1]].
     starts = np.append(0, np.cumsum(np.bincount(corners, minlength=z.size)))

@@ -51,7 +51,7 @@ class Drawing:
         notes: what was left out or changed on the way.
         refused: (enclosed area, message) of what looks like a domain but is not one.
         ids: the names that select something, in order; a dictionary, for drawings of many.
-        coloured: whether it has colours of its own to show, and not just a shape.
+        coloured: whether it has separate colours to show, and not just a shape.
         wrapped: the picture, if it shows nothing but one.
         paint: computes `ink` and `painted` where these are more than the outlines together.
     """

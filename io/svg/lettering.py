@@ -326,7 +326,7 @@ def _spaced(text: str, kept: bool) -> str:
 
 
 def _by_letter(text: str, said: Mapping[str, str]) -> list[Run]:
-    """A text as the parts that have places of their own; all that follow have those that are not said."""
+    """A text as the parts that have separate places; all that follow have those that are not said."""
     lists = {name: re.split(r"[\s,]+", said[name].strip()) for name in (*_MOVES, "rotate") if name in said}
     most = max(map(len, lists.values()), default=0)
     if most < 2:

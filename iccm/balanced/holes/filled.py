@@ -1,4 +1,6 @@
-"""Bays, and holes without a partner: these are filled in the source, and cut out of what is filled in the target."""
+"""Concavities, and holes without a partner: these are filled in the source, and cut out of what is filled in the
+target.
+"""
 
 from typing import NamedTuple
 
@@ -12,7 +14,7 @@ from ..model.mesh_map import MeshMap
 
 
 class Cut(NamedTuple):
-    """A map without the triangles that fill bays, and holes of the target.
+    """A map without the triangles that fill concavities, and holes of the target.
 
     Attributes:
         vertices: (n,) those of the map that stay.
@@ -21,7 +23,7 @@ class Cut(NamedTuple):
             of the target's.
         partners: for each hole's loop, which hole of the source and of the target it is; -1 for a slit.
         lines: (l, 2) vertices of the edges of strokes.
-        filled: where there are bays, the vertices of the outer loop with these, of the map that is cut.
+        filled: where there are concavities, the vertices of the outer loop with these, of the map that is cut.
     """
 
     vertices: Index
@@ -33,8 +35,9 @@ class Cut(NamedTuple):
 
 
 def without_filled(state: MeshMap, *, mirrored: bool) -> Cut:
-    """The map without the triangles that fill bays, and holes of the target; those that fill holes of the source stay,
-    so that the picture has no crack. Triangles and loops turn as in a mirror if the unit coordinates are `mirrored`."""
+    """The map without the triangles that fill concavities, and holes of the target; those that fill holes of the
+    source stay, so that the picture has no crack. Triangles and loops turn as in a mirror if the unit coordinates are
+    `mirrored`."""
     opened = [loop for loop in state.filled if loop.source < 0 <= loop.target]
     weights: Real = np.ones(len(state.faces)) if state.weights is None else state.weights
     bays = bool(np.any(weights == BAY))

@@ -1,7 +1,7 @@
 """A map in the making: a mesh of the source, its image, what holds its vertices, and what it stands for in space.
 
-Planes, deformations and surfaces differ in what holds the boundary (`boundary`), and in the triangles' shapes at rest
-(`metric`); Newton's method moves either side of the map.
+Planes, deformations and surfaces differ in what holds the boundary (`boundary`), and in the triangles' shapes in the
+rest shape (`metric`); Newton's method moves either side of the map.
 """
 
 from contextlib import suppress
@@ -35,7 +35,7 @@ from .metric import PLANES, Metrics, rest_geometry
 SMOOTHED_RINGS, SMOOTHINGS = 4, 20  # of inner vertices beside the outline on a new mesh, and sweeps over them
 
 
-# Weights of voids while they are untangled: of triangles in holes without a partner, and in bays.
+# Weights of virtual triangles while they are untangled: of triangles in holes without a partner, and in concavities.
 FILLED, BAY = 2e-2, 1e-2
 LOCAL = 0.5  # of the inside: unfolding where folds are hardly ever succeeds if more than that must move
 PASSED_OVER = 0.1  # weight of triangles in a hole of a surface that the map does not know of, by hand
@@ -62,7 +62,7 @@ class DiscreteMap(MeshMap):
         rigid: (m,) the rigid region that each triangle is in, -1 for none; None where there are none.
         aims: (k,) complex, the derivative that each region is to have.
         stiffness: weight of the regions' triangles.
-        flat: (n,) where the vertices of regions of a surface lie, each laid flat by itself; None in the plane.
+        flat: (n,) where the vertices of regions of a surface lie, each flattened on its own; None in the plane.
         cores: of each soft pin the vertices at its core, which have places in the pattern.
     """
 
@@ -250,7 +250,7 @@ class DiscreteMap(MeshMap):
             harmonic: see above.
             polish: steps of all the inside that may be made once nothing is folded.
             steps: the most of these there may be.
-            weighed: whether triangles in holes and bays count less.
+            weighed: whether triangles in holes and concavities count less.
             still: see above.
             thin: ratio of areas, of the mean, from which down a triangle counts as folded.
             most: share of the inside that still counts as what is beside the folds.
@@ -395,13 +395,13 @@ class DiscreteMap(MeshMap):
         return self.u, self.z, (self.metrics[1], self.metrics[0])
 
     def _rest_shapes(self, forward: bool, q: float) -> RestShapes:
-        """The triangles at rest on the side that is kept, with what each counts for a power q."""
+        """The rest triangles on the side that is kept, with what each counts for a power q."""
         kept, moving, metrics = self._sides(forward)
         gradients, areas = rest_geometry(kept, moving, self.pattern.corners, metrics)
         areas = self._weighed(areas, q)
         if self.rigid is None or not forward or not self.aims.size:
             return RestShapes.of(self.pattern, gradients, areas)
-        # Triangles of rigid regions follow a similarity instead: of the plane, or of the region laid flat, which other
+        # Triangles of rigid regions follow a similarity instead: of the plane, or of the region flattened, which other
         # metrics than the plane's know nothing of.
         inside = self.rigid >= 0
         if self.metrics != PLANES:
@@ -412,15 +412,16 @@ class DiscreteMap(MeshMap):
         return RestShapes.of(self.pattern, gradients, areas, np.where(inside, self.aims[self.rigid], 0))
 
     def _weighed(self, areas: Real, q: float) -> Real:
-        """Areas at rest (m,), each times what the triangle counts.
+        """Areas in the rest shape (m,), each times what the triangle counts.
 
         What is relative to the density is raised to q where it multiplies distortion, as the density itself is.
         """
         if self.multipliers is not None:  # bounds that the triangle is over
             areas = areas * self.multipliers
         if self.weights is not None:
-            # Of voids the area of the image alone counts (a negative weight in the kernels): each point of the target
-            # there has no partner, which costs LOST. Half of it, since the measure counts source and target half each.
+            # Of virtual triangles the area of the image alone counts (a negative weight in the kernels): each point
+            # of the target there has no partner, which costs LOST. Half of it, since the measure counts source and
+            # target half each.
             areas = np.where(self.weights <= FILLED, -0.5 * LOST**q, self.weights) * areas
         if self.energy.pins is not None:  # what is around soft pins is stiffer
             areas = areas * self.energy.pins.multipliers(self.z, self.u, self.pattern.corners)
@@ -436,7 +437,7 @@ class DiscreteMap(MeshMap):
         return rest._replace(weights=np.where(rest.aims != 0, 1 / self.stiffness, 1.0) * rest.weights)
 
     def _in_space(self, ground: Ground) -> tuple[RestShapes, SurfaceMap]:
-        """The triangles at rest, each by itself, and what their energy on the ground needs."""
+        """The rest triangles, each on its own, and what their energy on the ground needs."""
         corners = self.pattern.corners
         gradients, areas = rest_geometry(self.z, self.u, corners, (self.metrics[0], None))
         if self.multipliers is not None:

@@ -60,7 +60,7 @@ def frames_of(
     source: Curve, target: Curve, turn: float | None, holes: Holes = ((), ())
 ) -> tuple[Similarity, Similarity]:
     """The frames in which a map without turn is the upright one, or with `turn` None in which both shapes lie in a
-    way of their own; `holes` are those of both."""
+    separate way; `holes` are those of both."""
     frames = [frame_of(curve, inner) for curve, inner in zip((source, target), holes)]
     if turn is None:
         frames = [f.rotated(-_farthest_angle(f, c)) for f, c in zip(frames, (source, target))]

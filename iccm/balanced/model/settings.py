@@ -21,7 +21,7 @@ class Settings:
         tolerance: two-sided gap from the outlines aimed at, of the diagonal.
         max_dilatation: the largest K = s1/s2 wished; None for no bound.
         max_stretch: the largest max(s1, 1/s2) wished, relative to the mean scale; None for no bound.
-        fit: whether both outlines are met whole, or bays may be filled (`iccm.fits`).
+        fit: whether both outlines are met whole, or concavities may be filled (`iccm.fits`).
         keep_holes: whether partial maps pass over no holes.
         max_left_out: the largest share of the source that may be left out.
         max_uncovered: the largest share of the target that may stay uncovered.
@@ -79,7 +79,7 @@ class Solution:
         lines: (l, 2) vertices of the edges of strokes, which go straight to straight lines.
         partners: for each loop but the first, which hole of the source and of the target it is; -1 for a slit.
         holes: numbers of the holes of the source and of the target that the map does not pass over; None for all.
-        filled: where bays are filled, the outer outline with them in the source and in the image.
+        filled: where concavities are filled, the outer outline with them in the source and in the image.
         rigid: outlines of rigid regions and of holes in them.
         rigid_of_target: whether these are regions of the target.
         soft_pins: (k, 2) pins that need not be met exactly.

@@ -7,11 +7,11 @@ are put in their places are rigid from the first, and count so much that no desc
 more than that. What surrounds them gives way by the balanced energy, so that nothing folds on the way.
 
 First the map without regions is carried to a mesh that has the regions' outlines as edges; the regions are put into
-their places, and what surrounds them is unfolded and comes to rest. Where a region has no room for its size, because
-the map takes it into a limb, or where folds remain, it is cut out and put where there is: the map of the domains with
-holes, a region's outline going to its image point by point, is found from scratch, and the regions are put into it.
-Where that does not work either they begin small, in the map without them or in one around them, and grow as far as they
-come.
+their places, and what surrounds them is unfolded and converges. Where a region has no room for its size, because
+the map takes it into a protrusion, or where folds remain, it is cut out and put where there is: the map of the
+domains with holes, a region's outline going to its image point by point, is found from scratch, and the regions are
+put into it. Where that does not work either they begin small, in the map without them or in one around them, and grow
+as far unchanged.
 """
 
 from collections.abc import Callable
@@ -58,7 +58,7 @@ BEGUN = (
 ROUNDS = 6  # of steps for what surrounds regions, between which their weight falls with its energy
 LARGE = 0.98  # of what was asked: a region that large is not sent elsewhere
 VARIANTS = ((True, False), (True, True), (False, False))
-"""Whether the outlines' kinks come last, and if so, whether before the regions are rigid."""
+"""Whether the outlines' corners come last, and if so, whether before the regions are rigid."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +98,7 @@ class Placing:
 def keep_rigid(
     problem: UnitProblem, start: MeshMap, rigid: Rigid, settings: Settings, journal: SolveLog
 ) -> DiscreteMap:
-    """The map gone on to from one without regions; its regions may be smaller than asked for, or not quite rigid.
+    """The map continued to from one without regions; its regions may be smaller than asked for, or not quite rigid.
 
     Raises:
         NoMapError: none without folds follows the regions' outlines.
@@ -148,7 +148,7 @@ def kept_by(
         level = final_level(problem._replace(regions=rigid.regions), settings, smooth=smooth)
         try:
             state = beginning.on(level, split=split)
-        except Stuck:  # where regions fold the map without them, kinks are not what is in the way
+        except Stuck:  # where regions fold the map without them, corners are not what is in the way
             if again:
                 continue
             break
@@ -164,7 +164,7 @@ def kept_by(
 
 
 def keep_on_mesh(state: DiscreteMap, rigid: Rigid, settings: Settings) -> DiscreteMap:
-    """The map gone on to on the mesh that it has, of whose triangles the regions consist; these may be smaller than
+    """The map continued to on the mesh that it has, of whose triangles the regions consist; these may be smaller than
     asked for, or not quite rigid.
 
     Raises:
@@ -190,7 +190,7 @@ def keep_on_mesh(state: DiscreteMap, rigid: Rigid, settings: Settings) -> Discre
 
 
 class Beginning(Protocol):
-    """What gives a map with rigid regions, not at rest yet, on the mesh of any level."""
+    """What gives a map with rigid regions, not in the rest shape yet, on the mesh of any level."""
 
     def on(self, level: Level, *, split: bool) -> DiscreteMap:
         """Return the map; `split` adds the outlines' vertices to the mesh before regions become rigid.
@@ -243,7 +243,7 @@ class AroundPlaces:
             NoMapError: none was found.
         """
         if problem.strokes or any(len(rings) > 1 for rings in rigid.regions):
-            raise Stuck("only what surrounds regions without holes is mapped by itself")
+            raise Stuck("only what surrounds regions without holes is mapped separately")
         cut = [Curve(rings[0][::-1]) for rings in rigid.regions]
         filled = zip(cut, places.factors, places.middles, places.images)
         put = [Curve(image + factor * (ring.z - middle)) for ring, factor, middle, image in filled]
@@ -325,7 +325,9 @@ class Growing:
 
 
 def carry_over(level: Level, sketch: MeshMap, *, split: bool) -> DiscreteMap:
-    """The map without regions, at rest on a mesh that has their outlines as edges; see `Beginning` for `split`."""
+    """The map without regions, in the rest shape on a mesh that has their outlines as edges; see `Beginning` for
+    `split`.
+    """
     state = warm_start.continue_from(level, sketch)
     state = state.forward(POWER, STEPS, DECREASE)
     return split_at_vertices(state) if split else state
@@ -394,7 +396,7 @@ def place_regions(state: DiscreteMap, places: Placing) -> DiscreteMap:
 
 
 def grow_regions(state: DiscreteMap, places: Callable[[Real], Placing], begun: float = 0.0) -> DiscreteMap:
-    """The map with rigid regions as large as they come, together and then each by itself; `places` says where shares
+    """The map with rigid regions as large as possible, together and then each on its own; `places` says where shares
     (k,) of their sizes belong, of which they have `begun` with one.
 
     Raises:
@@ -418,7 +420,7 @@ def grow_regions(state: DiscreteMap, places: Callable[[Real], Placing], begun: f
 
 
 def relax_regions(state: DiscreteMap) -> DiscreteMap:
-    """The map at rest with its regions, which are rigid and stay so."""
+    """The converged map with its regions, which are rigid and stay so."""
     state = state.with_firm_regions(1.0, KEPT).relaxed()
     for _ in range(ROUNDS):
         state = state.with_firm_regions(POWER, KEPT).forward(POWER, STEPS, DECREASE)
@@ -447,7 +449,7 @@ def harden(state: DiscreteMap, rigid: Rigid, energy: float) -> DiscreteMap:
 
 
 def settle(state: DiscreteMap, settings: Settings) -> DiscreteMap:
-    """The map at rest with its regions rigid, and bounds met."""
+    """The converged map with its regions rigid, and bounds met."""
 
     def descent(state: DiscreteMap, q: float) -> DiscreteMap:
         return state.with_firm_regions(q, KEPT).forward(q, LAST_STEPS, LAST_DECREASE)

@@ -200,7 +200,7 @@ def onto_circles(
 
 
 def remesh(level: Level, sketch: MeshMap) -> DiscreteMap:
-    """The map on a mesh of its own, with smaller triangles where it magnifies if need be.
+    """The map on a separate mesh, with smaller triangles where it magnifies if need be.
 
     Raises:
         Stuck: folds remain.

@@ -51,7 +51,7 @@ PATIENT = 200  # steps of unfolding, where fewer leave folds: 7 of 10 meshes tha
 @dataclass(frozen=True, eq=False)
 class Level:
     """A problem with its outlines at one fineness and the size h of the triangles; on `smooth` ones vertices slide past
-    all kinks but the sharp ones. `bays` are those of the problem, simplified like the outlines."""
+    all corners but the sharp ones. `bays` are those of the problem, simplified like the outlines."""
 
     problem: UnitProblem
     source: Outline

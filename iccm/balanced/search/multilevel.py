@@ -49,7 +49,7 @@ COARSE, FINE, FINER = 0.1, 0.05, 0.04
 """Mesh sizes h, of domains of area one; .08 and .03 found maps within 1 % of .1 and .04. Plain shapes do with FINE; a
 surface's metric, which triangles average, holes and pins get FINER."""
 LIMBS = 0.55
-"""Over the outline's length, of area one: the coarse h of shapes with limbs, at least 0.6 of COARSE."""
+"""Over the outline's length, of area one: the coarse h of shapes with protrusions, at least 0.6 of COARSE."""
 SMALLER = (1.0, 0.5)  # factors of the mesh sizes, where larger ones fail
 COARSE_EXACTNESS = (5e-4, 6e-3)  # fineness of the outlines and of the corners, of the diagonal
 STEEPEST = 8.0  # slope of a match, relative to the mean, that a coarse mesh follows
@@ -73,7 +73,7 @@ def constrained_map(
     *,
     moved: bool = False,
 ) -> tuple[MeshMap, bool]:
-    """The map in unit coordinates that meets pins, and whether it does; gone on to from an earlier one if given, on a
+    """The map in unit coordinates that meets pins, and whether it does; continued to from an earlier one if given, on a
     new mesh if `moved`.
 
     Raises:
@@ -146,8 +146,8 @@ def problem_of(
 def solve_from(
     problem: UnitProblem, start: MeshMap, settings: Settings, journal: SolveLog, *, slides: bool = False
 ) -> tuple[DiscreteMap, bool]:
-    """The map that goes on from an earlier one, and whether it meets all constraints; where other sizes are asked for,
-    material is to get past corners, and the outline `slides`.
+    """The map that continues from an earlier one, and whether it meets all constraints; where other sizes are asked
+    for, material is to get past corners, and the outline `slides`.
 
     Raises:
         NoMapError: the earlier one cannot be carried to these outlines without folds.
@@ -164,7 +164,7 @@ def solve_from(
     try:
         state = kept or warm_start.continue_from(level, start)
     except Stuck:
-        raise NoMapError("start: cannot be gone on from without folds; do without it") from None
+        raise NoMapError("start: cannot be continued without folds; leave it out") from None
     return meet_bounds(state, settings, journal, decrease), meets_constraints(problem, state)
 
 
@@ -274,8 +274,8 @@ def partial_map(
     journal: SolveLog,
     share: float = 1.0,
 ) -> Found:
-    """The map that costs the least of the whole one, if there is one, and those with bays filled or holes passed over,
-    before its last mesh. For `share` see `coarse_to_fine`.
+    """The map that costs the least of the whole one, if there is one, and those with concavities filled or holes
+    ignored, before its last mesh. For `share` see `coarse_to_fine`.
 
     Raises:
         NoMapError: there is none.
@@ -378,8 +378,8 @@ def fine_size(problem: UnitProblem) -> float:
 def directions(problem: UnitProblem) -> tuple[UnitProblem, ...]:
     """The problem and its inverse in the order in which they are tried; one of them where it has more holes to fill.
 
-    Without constraints and holes the one with the longer outline is meshed first: triangles that fit its limbs can be
-    spread over a block, those of a block hardly fit into limbs (energy -8 % on 20 hard pairs).
+    Without constraints and holes the one with the longer outline is meshed first: triangles that fit its protrusions
+    can be spread over a block, those of a block hardly fit into protrusions (energy -8 % on 20 hard pairs).
     """
     if problem.bays:
         return (problem,)

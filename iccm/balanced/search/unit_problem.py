@@ -29,7 +29,7 @@ class UnitProblem(NamedTuple):
         strokes: polylines inside that must.
         holes: outlines of holes of the source and of the target, clockwise.
         partners: (i, j) that hole i of the source is to go to hole j of the target.
-        passed: the outlines of holes of the source, and of the target, that the map passes over.
+        passed: the outlines of holes of the source, and of the target, that the map ignores.
         numbers: which of the given holes `holes` are.
         metrics: of the surfaces that the two planes stand for.
         bays: of the source, as of `holes.bays.Filled`.

@@ -196,7 +196,7 @@ class TriangulatedMap:
 
     def linear_inverse(self) -> "TriangulatedMap":
         """The map that takes each triangle of the image linearly to that of the source: at vertices, and where this map
-        is linear, the inverse; with patches of its own elsewhere."""
+        is linear, the inverse; with separate patches elsewhere."""
         return TriangulatedMap(self.image, self.source, self.faces, self.loops)
 
     @cached_property

@@ -161,14 +161,19 @@ def test_an_animated_png_says_that_its_first_picture_is_used(tmp_path):
     frames[0].save(tmp_path / "a.png", save_all=True, append_images=frames[1:])
     frames[0].save(tmp_path / "b.png")
     image = image_files.read(tmp_path / "a.png")
-    assert [note.partition(": ")[2] for note in image.notes] == ["contains several pictures; the first one is used"]
+    assert [note.partition(": ")[2] for note in image.notes] == [
+        "contains several pictures; the first one is used"
+    ]
     assert tuple(image.pixels[0, 0]) == (255, 0, 0)
     assert not image_files.read(tmp_path / "b.png").notes
 
 
 @pytest.mark.parametrize(
     "brand, said",
-    [(b"avif", r"cannot read this picture \(AVIF\)"), (b"heic", "HEIC is not supported; convert the picture first")],
+    [
+        (b"avif", r"cannot read this picture \(AVIF\)"),
+        (b"heic", "HEIC is not supported; convert the picture first"),
+    ],
 )
 def test_forms_that_are_not_read_are_named(tmp_path, brand, said):
     (tmp_path / "a.avif").write_bytes(b"\0\0\0\x1cftyp" + brand + bytes(40))
