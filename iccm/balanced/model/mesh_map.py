@@ -27,8 +27,8 @@ class MeshMap:
         boundary: what is known of the vertices on the outlines.
         inside: the constraints inside.
         bound: whether their vertices are held by them; if not, they are like any others.
-        weights: (m,) 1, FILLED and `BAY` for virtual triangles in holes without a partner and in concavities, and PASSED_OVER for
-            those in holes of a surface (`discrete_map`); None where there are none.
+        weights: (m,) 1, FILLED and `BAY` for virtual triangles in holes without a partner and in concavities,
+            and PASSED_OVER for those in holes of a surface (`discrete_map`); None where there are none.
         metrics: of surfaces that the planes of source and target stand for.
     """
 
