@@ -212,10 +212,14 @@ def explain(error: BaseException) -> int:
         return _say("interrupted", 130)
     if debug():
         traceback.print_exception(error)
-    for mistake in getattr(error, "mistakes", [])[:-1]:
+    mistakes = [
+        mistake if isinstance(mistake, str) else ": ".join(filter(None, mistake))  # of a key, from a job
+        for mistake in getattr(error, "mistakes", [])
+    ]
+    for mistake in mistakes[:-1]:
         log.error(_one_line(mistake))
-    if getattr(error, "mistakes", []):
-        return _say(_one_line(error.mistakes[-1]), INPUT)  # type: ignore[attr-defined]
+    if mistakes:
+        return _say(_one_line(mistakes[-1]), INPUT)
     return _say(*sentence(error))
 
 

@@ -24,6 +24,7 @@ MOST_ENTRIES = 10_000
 """Names in a folder among which a similar one is searched, so that an error message never takes long."""
 SIMILAR = 0.75
 """Similarity (by `difflib`) of names without suffixes: one or two wrong letters in ten."""
+SURROGATE_ESCAPE = re.compile(r"\\u[dD][89a-fA-F]")
 _unfinished = set[Path]()  # temporary files and folders that are there now
 _together: ContextVar[ExitStack | None] = ContextVar(
     "together", default=None
@@ -270,16 +271,33 @@ def parse_json(data: str | bytes, *, once: bool = False) -> Any:
     """What JSON says; with `once` the keys of an object must differ.
 
     Raises:
-        InputError: it is none; the message begins with what is wrong.
+        InputError: it is none, or has text that cannot be written again; the message begins with what is wrong.
     """
     try:
-        return json.loads(data, object_pairs_hook=distinct_keys if once else None)
+        text = data if isinstance(data, str) else data.decode(json.detect_encoding(data))
+        content = json.loads(text, object_pairs_hook=distinct_keys if once else None)
+        if SURROGATE_ESCAPE.search(text):  # in hardly any file; the check takes as long as parsing does
+            _check_surrogates(content)
+        return content
     except InputError:
         raise
     except RecursionError:
         raise InputError("is nested too deeply") from None
     except ValueError as error:  # also numbers of thousands of digits
         raise InputError(f"not valid JSON: {str(error).splitlines()[0]}") from None
+
+
+def _check_surrogates(content: Any) -> None:
+    """Refuse parsed JSON with half of a surrogate pair, such as a lone "\\ud800", which UTF-8 cannot hold.
+
+    Raises:
+        InputError: there is one.
+    """
+    try:
+        json.dumps(content, ensure_ascii=False).encode()
+    except UnicodeEncodeError as error:
+        half = ascii(error.object[error.start])[1:-1]
+        raise InputError(f"holds {half}, half of a surrogate pair, which is not a character") from None
 
 
 def distinct_keys(items: list[tuple[str, Any]]) -> dict[str, Any]:

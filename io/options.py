@@ -118,7 +118,7 @@ def size(value: Any) -> Any:
         if isinstance(given, list | tuple) and len(given) == 2 and list(given) != [FREE, FREE]:
             given = [side for side in given if side != FREE]
     if isinstance(given, list | tuple) and any(
-        isinstance(n, int) and not 1 <= n <= limits.SIDE for n in given
+        isinstance(n, int | float) and not 1 <= n <= limits.SIDE for n in given
     ):
         raise ValueError(f"each side must be between 1 and {limits.SIDE} pixels")
     sides = [value] if isinstance(value, int) else value

@@ -524,7 +524,10 @@ def changed(kind: str, rng: random.Random, data: bytes) -> bytes:
         if kind == "glbnum":
             return changed_glb(rng, data)
         return json.dumps(odd(rng, json.loads(data))).encode()
-    except (ValueError, LookupError, TypeError, ArithmeticError, struct.error, zipfile.BadZipFile):
+    except (
+        *(ValueError, LookupError, TypeError, ArithmeticError),
+        *(struct.error, zipfile.BadZipFile, zlib.error),
+    ):
         return data
 
 

@@ -27,6 +27,8 @@ SEARCHED = 5_000  # points that are looked for at a time: 0.8 s on a busy machin
 PROBED = 128  # texels across a layout by which the size of pictures is chosen (by hand)
 COLOURS = 1024
 """Texels across a picture of charts of less than two texels, which say nothing of its size (by hand)."""
+MOST_TEXELS_ACROSS = 1e60
+"""Texels that are counted across a layout, whose square stays finite; far fewer are ever made (LARGEST)."""
 LARGEST = 4096  # texels across that are made unasked, but where the old texture has more
 ROWS = 64  # of the layout that are filtered at a time (by hand)
 
@@ -184,6 +186,7 @@ def texels_across(
         return 0
     height, width = probe.grid.shape
     turn = probe.places(rows, columns, size, tiles, wrap).turn * (width, height, width, height)
+    turn = np.clip(turn, -MOST_TEXELS_ACROSS, MOST_TEXELS_ACROSS)
     square, area = np.sum(turn * turn, axis=1), turn[:, 0] * turn[:, 3] - turn[:, 1] * turn[:, 2]
     most = (square + np.sqrt(np.maximum(square * square - 4 * area * area, 0))) / 2
     extent = 1 + 1j if tiles is None else tiles[1] - tiles[0]

@@ -59,11 +59,22 @@ def without_own_edge(texture: Texture, outlines: Sequence[Complex]) -> Texture:
         gain = np.where(alpha[crop] > 0, full / np.where(alpha[crop] > 0, alpha[crop], 1), 0)
         for k in range(pixels.shape[2]):
             out[..., k] = pixels[..., k] * gain if k != channel else out[..., k]
-    for k in range(pixels.shape[2]):
-        bled = out[..., k : k + 1].copy()
-        pad(bled, (inside if k == channel else known) & np.isfinite(bled[..., 0]), -1, "nearest")
-        out[wanted, k] = bled[wanted, 0]
+    _bleed(out, [channel], inside, wanted)
+    _bleed(out, [k for k in range(pixels.shape[2]) if k != channel], known, wanted)
     return replace(texture, pixels=out)
+
+
+def _bleed(pixels: NDArray, channels: list[int], known: NDArray[np.bool_], wanted: NDArray[np.bool_]) -> None:
+    """Fill wanted texels of channels from the nearest known one that is finite there, in place."""
+    values = pixels[..., channels]
+    if values.dtype.kind != "f" or np.isfinite(values).all():  # the nearest texel is the same in each channel
+        pad(values, known, -1, "nearest")
+    else:
+        finite = np.isfinite(values)
+        for k in range(len(channels)):
+            pad(values[..., k : k + 1], known & finite[..., k], -1, "nearest")
+    for k, channel in enumerate(channels):
+        pixels[wanted, channel] = values[wanted, k]
 
 
 def _inside(texture: Texture, outlines: Sequence[Complex]) -> NDArray[np.bool_]:

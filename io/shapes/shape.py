@@ -422,7 +422,7 @@ def drawn(
         with suppress(InputError):  # one that cannot be read is its rectangle
             if outlines := silhouette.of_wrapped(drawing.wrapped, flatness):
                 drawing = replace(drawing, outlines=outlines, paint=None)
-    if drawing.paint is not None and drawing.outlines:
+    if drawing.has_lines and drawing.outlines:
         with suppress(InputError):  # a drawing that is too much to be looked at as a whole still has outlines
             drawing.outlines.extend(_lines_apart(drawing))
             drawing.outlines.sort(key=lambda outline: -outline.area)
@@ -432,7 +432,7 @@ def drawn(
 def _lines_apart(drawing: Drawing) -> list[FilledOutline]:
     """The parts of a drawing that lines alone paint, apart from all of its outlines, such as the arcs of an icon."""
     parts = shapely.get_parts(drawing.painted)
-    tree = shapely.STRtree([polygon_of(each.z).buffer(0) for each in drawing.outlines])
+    tree = shapely.STRtree(shapely.buffer([polygon_of(each.z) for each in drawing.outlines], 0))
     touching, _ = tree.query(parts, "intersects")
     found = []
     for part in np.delete(parts, np.unique(touching)):

@@ -61,9 +61,10 @@ def _nested(lines: Sequence[Complex]) -> None:
     """Refuse lines whose boxes overlap too often: each pair is looked at when they are cut at their crossings."""
     if len(lines) ** 2 <= 2 * limits.NESTED_RUNS:
         return
-    boxes = shapely.box(
-        *np.array([(z.real.min(), z.imag.min(), z.real.max(), z.imag.max()) for z in lines]).T
-    )
+    points, starts = np.concatenate(lines), np.cumsum([0, *(z.size for z in lines[:-1])])
+    low_x, low_y = (np.minimum.reduceat(axis, starts) for axis in (points.real, points.imag))
+    high_x, high_y = (np.maximum.reduceat(axis, starts) for axis in (points.real, points.imag))
+    boxes = shapely.box(low_x, low_y, high_x, high_y)
     tree, pairs = shapely.STRtree(boxes), 0
     step = max(1, limits.NESTED_RUNS // len(lines))
     for start in range(0, len(lines), step):

@@ -53,6 +53,7 @@ class Drawing:
         ids: the names that select something, in order; a dictionary, for drawings of many.
         coloured: whether it has separate colours to show, and not just a shape.
         wrapped: the picture, if it shows nothing but one.
+        has_lines: whether strokes paint something beside the fills.
         paint: computes `ink` and `painted` where these are more than the outlines together.
     """
 
@@ -68,6 +69,7 @@ class Drawing:
     ids: dict[str, None] = field(default_factory=dict)
     coloured: bool = False
     wrapped: WrappedPicture | None = None
+    has_lines: bool = False
     paint: Callable[[], tuple[shapely.Geometry, shapely.Geometry]] | None = None
 
     @property

@@ -87,14 +87,14 @@ def read(
             lines = [
                 drawn for drawn in shown if drawn.stroked and (not drawn.filled or drawn in without_area)
             ]
-            _closed_lines(drawing, lines, Detail(flatness, Budget(max_segments)))
+            _closed_lines(drawing, lines, detail)
             places = [
                 polygon_of(each.z, *each.holes)
                 for each in drawing.outlines
                 if each.name.startswith("<image>")
             ]
-            paint = partial(_paint, drawing, shown, places, Detail(flatness, Budget(max_segments)))
-            drawing = replace(drawing, paint=paint)
+            paint = partial(_paint, drawing, shown, places, detail)
+            drawing = replace(drawing, paint=paint, has_lines=any(drawn.stroked for drawn in shown))
             if len(document.pictures) == 1 and not any(drawn.visible for drawn in shown):
                 drawing = replace(drawing, wrapped=_wrapped(document.pictures[0]))
         drawing = replace(drawing, coloured=_has_colours(shown, document))
@@ -106,7 +106,7 @@ def read(
         drawing.notes.extend(
             f"{drawn.name}: drawn up to {drawn.faults[0]}" for drawn in shapes if drawn.faults
         )
-        _special(drawing, document, shown, chosen, Detail(flatness, Budget(max_segments)))
+        _special(drawing, document, shown, chosen, detail)
         if not drawing.outlines:
             drawing.refused.extend(without_area.values())
     drawing.outlines.sort(key=lambda o: -o.area)
@@ -124,10 +124,13 @@ class Detail:
     def __init__(self, flatness: float, budget: Budget):
         self.flatness, self.budget = flatness, budget
         self.clips = Clips(self.runs)
+        self._known: dict[Node, list[Subpath]] = {}
 
     def runs(self, drawn: Node) -> list[Subpath]:
-        """The runs of a shape, as `runs_of`."""
-        return runs_of(drawn, self.flatness, self.budget)
+        """The runs of a shape, as `runs_of`, flattened once."""
+        if drawn not in self._known:
+            self._known[drawn] = runs_of(drawn, self.flatness, self.budget)
+        return self._known[drawn]
 
 
 def _check_size(shapes: list[Node], max_segments: int) -> None:

@@ -214,3 +214,16 @@ def test_what_is_written_together_appears_when_all_went_well_or_not_at_all(tmp_p
     assert only(tmp_path, "a", "b") and (tmp_path / "b").read_text() == "new"
     files.write_bytes(tmp_path / "c", b"at once")
     assert (tmp_path / "c").read_text() == "at once"
+
+
+@pytest.mark.parametrize(
+    "data", [rb'{"id": "\ud800"}', rb'["a", {"\udfff x": 1}]', b'["\xed\xa0\x80"]', r'["\uD83D"]']
+)
+def test_json_with_halves_of_surrogate_pairs_is_refused(data):
+    with pytest.raises(InputError):
+        files.parse_json(data)
+
+
+def test_whole_surrogate_pairs_are_characters(tmp_path):
+    assert files.parse_json(rb'{"id": "\ud83d\ude00"}') == {"id": "\N{GRINNING FACE}"}
+    assert files.parse_json('["é"]'.encode("utf-16")) == ["é"]

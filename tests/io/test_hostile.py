@@ -10,6 +10,7 @@ import pytest
 import iccm as core
 from iccm.io.pictures import image_files
 from iccm.io.run import Job, run
+from tests import fuzz
 
 SHEET = {
     "asset": {"version": "2.0"},
@@ -179,3 +180,23 @@ def test_positions_that_are_none_are_refused_in_polygons(shapes, iccm, around, p
     (shapes / "a.json").write_text(json.dumps(around(position)))
     typed = iccm("map", "a.json", "square.svg", "-o", "o.png", "--size", "16")
     assert typed.code == 2 and len(typed.lines) == 1 and "a.json" in typed.err, typed.err
+
+
+def test_geometries_whose_text_cannot_be_written_are_refused(saved, iccm):
+    feature = {"type": "Feature", "id": "\ud800", "properties": {}}
+    Path("a.geojson").write_text(
+        json.dumps(feature | {"geometry": {"type": "Point", "coordinates": [50, 40]}})
+    )
+    typed = iccm("apply", "map.npz", "a.geojson", "-o", "b.geojson")
+    assert typed.code == 2 and "a.geojson" in typed.err and not Path("b.geojson").exists()
+
+
+def test_positions_at_the_end_of_single_precision_are_baked(sheet, iccm):
+    data = bytearray(fuzz.shown_glb())
+    (size,) = struct.unpack_from("<I", data, 12)
+    struct.pack_into("<f", data, 28 + size + 4 * 1, -1.0)  # y of the first vertex
+    struct.pack_into("<f", data, 28 + size + 4 * 4, 3e38)  # and of the second
+    Path("far.glb").write_bytes(data)
+    Path("near.obj").write_bytes(fuzz.SHEET.replace(b"mtllib m.mtl\n", b""))
+    typed = iccm("relayout", "far.glb", "near.obj", "-o", "o.obj")
+    assert typed.code in (0, 1, 2) and "internal" not in typed.err, typed.err

@@ -2,7 +2,6 @@
 mesh of another level."""
 
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +10,7 @@ from ... import progress
 from ...arrays import Complex, Real
 from ...curve import Curve
 from ..constraints.strokes import inside
-from ..errors import Stuck, check_time
+from ..errors import Stuck, Tangled, check_time
 from ..holes.bays import bays_within
 from ..holes.outlines import FEWEST, outlines_of, rim_spacing, space_out
 from ..meshing.mesh import Sizes
@@ -46,6 +45,12 @@ EVENED = 0.02  # share of even spacing mixed into closest points, which bunch up
 SPREAD = 0.02  # share of even spacing mixed in between outline pins, which may squeeze a match to nothing
 MOST_PAIRS = 3000  # of outline vertices: a bar of 4000 : 1 at the fine mesh size
 PATIENT = 200  # steps of unfolding, where fewer leave folds: 7 of 10 meshes that 40 leave folded
+MOST_START_VERTICES = 12_000
+"""Of the meshes of all starts together. Usual outlines take about 200 vertices a start, and 13 starts; outlines that
+all but touch themselves take 5,000, and the best of three starts differs little from that of nine."""
+MOST_TANGLED_AROUND_REGIONS = 5
+"""Starts without a map after which no others are tried around rigid regions that are cut out: where these are in each
+other's way, they are so for every correspondence of the outlines."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,11 +228,26 @@ def subdivide_rings(regions: Sequence[Sequence[Complex]], spacing: float) -> lis
 
 
 def initial_maps(level: Level, matches: list[Match]) -> list[DiscreteMap]:
-    """Maps without folds for those matches that have one."""
-    states = []
+    """Return maps without folds for those matches that have one.
+
+    Fewer matches are tried where the outlines take very large meshes, and, around rigid regions that are cut out, where
+    the first of them have none.
+    """
+    states: list[DiscreteMap] = []
+    vertices = tangled = 0
     for match in progress.counted("starts", matches):
-        with suppress(Stuck):
+        if states and vertices > MOST_START_VERTICES * level.problem.starts:
+            break
+        if level.problem.cut_out and not states and tangled == MOST_TANGLED_AROUND_REGIONS:
+            break
+        try:
             states.append(level.started(match))
+            vertices += states[-1].z.size
+        except Tangled as error:
+            tangled += 1
+            vertices += error.u.size
+        except Stuck:
+            tangled += 1
     return states
 
 

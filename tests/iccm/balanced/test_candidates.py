@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from iccm.balanced.errors import Stuck
+from iccm.balanced.errors import Stuck, Tangled
 from iccm.balanced.model.discrete_map import folds
 from iccm.balanced.model.energy import Energy
 from iccm.balanced.model.settings import SolveLog
-from iccm.balanced.search import candidates, initial_matches, multilevel
+from iccm.balanced.search import candidates, initial_matches, levels, multilevel
 from iccm.balanced.search.levels import Level, initial_maps
 from iccm.balanced.search.unit_problem import UnitProblem
 from iccm.curve import Curve
@@ -63,3 +63,32 @@ def test_more_starts_are_tried_where_asked():
     assert len(many) >= len(few) + 2 * initial_matches.ARCLENGTHS
     found = [multilevel.coarse_map(given, 0.15, SolveLog()).value for given in (PROBLEM, problem)]
     assert found[1] <= found[0]
+
+
+MATCHES = initial_matches.candidates(LEVEL.source.curve, LEVEL.target.curve, initial_matches.TURNS)
+
+
+def test_fewer_starts_are_tried_where_their_meshes_are_large(monkeypatch):
+    every = initial_maps(LEVEL, MATCHES)
+    monkeypatch.setattr(levels, "MOST_START_VERTICES", 2.5 * every[0].z.size)
+    few = initial_maps(LEVEL, MATCHES)
+    more = initial_maps(replace(LEVEL, problem=PROBLEM._replace(starts=2)), MATCHES)
+    assert len(few) == 3 < len(more) < len(every)
+    for state, first in zip(few, every):
+        np.testing.assert_array_equal(state.u, first.u)
+
+
+@pytest.mark.parametrize("tangled, tried", [(4, len(MATCHES)), (len(MATCHES), 5)])
+def test_starts_around_regions_end_where_none_of_the_first_has_a_map(monkeypatch, tangled, tried):
+    level, seen = replace(LEVEL, problem=PROBLEM._replace(cut_out=1)), []
+    made = initial_maps(LEVEL, MATCHES[:1])[0]
+
+    def started(self, match):
+        seen.append(match)
+        if len(seen) <= tangled:
+            raise Tangled(made.u)
+        return made
+
+    monkeypatch.setattr(Level, "started", started)
+    found = initial_maps(level, MATCHES)
+    assert len(seen) == tried and len(found) == max(0, tried - tangled)

@@ -5,6 +5,7 @@ import pytest
 import shapely
 
 import iccm
+from iccm.arrays import xy_of
 from iccm.balanced.fit import settings_of
 from iccm.curve import Curve
 from iccm.drawings.cost import LOST, price
@@ -231,3 +232,18 @@ def test_fit_frame_leaves_no_part_out_and_others_note_what_they_leave_out():
     assert any("4.8%" in note and "source" in note and "left out" in note for note in notes)
     notes = solve_choice(framed[0], source, target, options, solver).notes
     assert not any("4.8%" in note for note in notes)
+
+
+@pytest.mark.parametrize("count", [5, 200])
+def test_a_region_of_many_parts_contains_what_its_parts_contain(count):
+    rng = np.random.default_rng(3)
+    outer = np.exp(2j * np.pi * np.arange(7) / 7) * (1, 0.8, 1.1, 1, 0.7, 1, 1.2)
+    parts = [
+        shapely.Polygon(xy_of(outer + 2.4 * k + 0.1j * (k % 3)), [xy_of(0.3 * outer[::-1] + 2.4 * k)])
+        for k in range(count)
+    ]
+    places = rng.uniform(-2, 2.4 * count, (3, 700)) + 1j * rng.uniform(-1.5, 1.5, (3, 700))
+    inside = Region(shapely.MultiPolygon(parts)).contains(places)
+    expected = np.logical_or.reduce([shapely.contains_xy(part, places.real, places.imag) for part in parts])
+    assert inside.shape == places.shape and 0.1 < inside.mean() < 0.9
+    np.testing.assert_array_equal(inside, expected)

@@ -351,3 +351,11 @@ def test_with_outside_globs_go_anywhere(folder):
 def test_a_byte_order_mark_and_odd_ends_of_lines_are_read(shapes):
     assert listed(shapes, "\ufeff" + json.dumps(JOB)) == []
     assert listed(shapes, json.dumps({**JOB, "name": "a\u2028b\x85c"}, ensure_ascii=False)) == []
+
+
+@pytest.mark.parametrize("size", ["[0.0, 0.0]", "[0, 0]", "[0.0]", "[64, 1e9]", "-1.0"])
+def test_sizes_of_no_pixels_are_a_mistake(shapes, iccm, size):
+    job = f'{{"source": "square.svg", "target": "blob.svg", "output": "o.png", "size": {size}}}'
+    Path("j.jsonl").write_text(job)
+    typed = iccm("batch", "j.jsonl")
+    assert typed.code == 2 and "size" in typed.err and "line 1" in typed.err and "Traceback" not in typed.err
