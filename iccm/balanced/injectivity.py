@@ -29,5 +29,5 @@ def refuse_touching(name: str, outer: Complex, *holes: Complex) -> None:
     if not is_simple(outer) or (holes and fault([outer, *holes])):
         raise NoMapError(
             f"the outline of the {name} touches itself in double precision; widen the gap, or move the "
-            "shape closer to the origin; widen the gap, or move the shape closer to the origin"
+            "shape closer to the origin"
         )

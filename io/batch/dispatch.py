@@ -137,7 +137,7 @@ def execute(
                     r,
                     _answer(
                         "cancelled",
-                        "not started, because not started, because an earlier job failed (--fail-fast)",
+                        "not started, because an earlier job failed (--fail-fast)",
                     ),
                 )
                 for r in chain(pending, waiting.values())

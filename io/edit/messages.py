@@ -34,8 +34,7 @@ class Scene(_Message):
         lines = [line for stroke in self.strokes for line in (stroke.source, stroke.target)]
         if any(len(line) > limits.PAGE_POINTS for line in (*lines, *self.rigid)):
             raise ValueError(
-                f"a stroke or region has more than {limits.PAGE_POINTS} points; draw it with "
-                "fewer; draw it with fewer"
+                f"a stroke or region has more than {limits.PAGE_POINTS} points; draw it with fewer"
             )
         return self
 
