@@ -119,7 +119,7 @@ def test_inputs(tmp_path):
         (lambda: files.open_input(tmp_path / "b"), "b: no such file"),
         (lambda: files.open_input(tmp_path), "is a folder"),
         (lambda: files.open_input("a\0b"), "cannot read this file"),
-        (lambda: files.read_bytes(tmp_path / "a", max_bytes=6), "7 bytes; at most 6"),
+        (lambda: files.read_bytes(tmp_path / "a", max_bytes=6), "7 bytes, more than the limit of 6"),
         (lambda: files.read_bytes(tmp_path / "empty", max_bytes=6), "empty"),
         (lambda: files.sha256(tmp_path / "b"), "no such file"),
     ]:
