@@ -118,8 +118,10 @@ def _writing() -> Iterator[Finding]:
 
 def _fonts() -> Finding:
     """What finds the fonts that texts of drawings ask for."""
-    from .svg.lettering import finder
-
+    try:
+        from .svg.lettering import finder
+    except ImportError as error:  # a library that is missing is reported by itself
+        return Finding("fonts", f"not looked for: {error}")
     return Finding("fonts", finder())
 
 

@@ -212,7 +212,8 @@ def test_mirrored_shapes_have_the_mirrored_map(name):
 def test_scaling_and_shifting_commute(name):
     source, target = PAIRS[name]
     assert difference(name, 1000 * source, 1e-3 * target, lambda z: 1000 * z, lambda w: 1000 * w) < 1e-6
-    assert difference(name, source + 1e6, target - 1e6j, lambda z: z + 1e6, lambda w: w + 1e6j) < 1e-6
+    # Farther away rounding of the input, 1e-10, may choose another one of two starts that are equally good.
+    assert difference(name, source + 1e4, target - 1e4j, lambda z: z + 1e4, lambda w: w + 1e4j) < 1e-6
 
 
 @pytest.mark.parametrize("name", ASYMMETRIC)
