@@ -58,7 +58,7 @@ def test_an_unknown_suffix_is_refused_by_both(shapes, iccm):
     image_files.write("s.exr", Image(np.zeros((4, 4, 3), np.float32)))
     for words in (("map", "square.svg", "blob.svg"), ("apply", "s.exr", "t.png")):
         ran = iccm(*words, "-o", "x.gif")
-        assert ran.code == 2 and "x.gif: " in ran.err and "suffix" in ran.err
+        assert ran.code == 2 and "x.gif: " in ran.err and ".png" in ran.err
 
 
 def test_an_output_that_cannot_hold_it_is_refused_with_those_that_can():
