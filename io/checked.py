@@ -30,7 +30,8 @@ def mistakes(error: ValidationError) -> list[tuple[str, str]]:
 
 
 def first(error: ValidationError, whole: str = "the file") -> str:
-    """The first mistake with its place, that of a key or the `whole`, and how many more there are."""
+    """The first mistake with its place, that of a key or the `whole` if not empty, and how many more there are."""
     (key, text), *rest = mistakes(error)
-    more = f" (and {len(rest)} more errors)" if rest else ""
-    return f"{key[:200] or whole}: {text}{more}"
+    more = f" (and {len(rest)} more error{'s' if len(rest) > 1 else ''})" if rest else ""
+    place = key[:200] or whole
+    return f"{place}{': ' if place else ''}{text}{more}"

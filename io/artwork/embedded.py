@@ -87,7 +87,7 @@ class EmbeddedPicture:
         try:
             image = image_files.read_held(self.content, "embedded picture")
         except InputError as error:
-            return f"{error}; left out"
+            return f"{error}; omitted"
         finest = 1 / (TOLERANCE_PIXELS * tolerance)
         notes = [self._resampled(region, polygon, image, finest, alone=len(met) == 1) for region in met]
         return next((note for note in notes if note), "")

@@ -140,7 +140,7 @@ def read(text: str) -> Message:
     try:
         return _READ.validate_json(text)
     except ValidationError as error:
-        raise InputError(f"invalid message: {first(error, 'the message')}") from None
+        raise InputError(f"invalid message: {first(error, whole='')}") from None
 
 
 def scene_of(pins: list[Pin], strokes: list[Stroke], rigid: list[str | Polygon], **how: Any) -> Scene:

@@ -132,7 +132,9 @@ def read_held(picture: Path | bytes, where: str, **options: Any) -> Image:
         try:
             found = read(path, **options)
         except InputError as error:
-            raise InputError(f"{where}: cannot read this picture: {str(error).partition(': ')[2]}") from error
+            said = str(error).partition(": ")[2]
+            unread = "" if said.startswith("cannot read this picture") else "cannot read this picture: "
+            raise InputError(f"{where}: {unread}{said}") from error
     return replace(found, notes=tuple(note.replace(str(path), where) for note in found.notes))
 
 

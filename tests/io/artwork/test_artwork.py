@@ -342,7 +342,8 @@ def test_widths_and_dashes_follow_the_scale(tmp_path):
 def test_a_line_that_should_vary_its_width_is_told(tmp_path):
     drawing = '<path d="M-80 0H80" stroke="red"/><path d="M0 -5V5" stroke="red"/>'
     _, notes = body(tmp_path, drawing, lambda z: z + 0.003 * z**2)
-    assert [note[:27] for note in notes] == ["1 × line of one width where"]
+    (note,) = notes
+    assert note.startswith("1 × line") and "width" in note and "strokes to paths" in note
 
 
 def test_markers_stay_at_the_vertices_of_the_shape(tmp_path):
@@ -411,7 +412,8 @@ def test_what_a_bent_map_cannot_bend_is_told(tmp_path):
     drawing = """<linearGradient id="g"/><rect x="-80" y="-80" width="160" height="160" fill="url(#g)"/>
     <rect width="3" height="3" fill="url(#g)"/>"""
     _, notes = body(tmp_path, drawing, lambda z: z + 0.003 * z**2)
-    assert notes == ("1 × gradient that follows the map only by its affine part",)
+    (note,) = notes
+    assert note.startswith("1 × gradient") and "affine" in note
 
 
 def test_a_filter_grows_and_turns_with_what_casts_it(tmp_path):
@@ -574,7 +576,7 @@ def test_styles_said_by_tag_or_id_outlast_both(tmp_path):
 def test_style_rules_that_are_not_read_are_told(tmp_path):
     drawing = "<style>@font-face{font-family:x}.a:hover,g:has(.b){stroke-width:9}.c{fill:red}</style><circle r='9'/>"
     _, notes = body(tmp_path, drawing)
-    assert len(notes) == 1 and notes[0].startswith("2 × style rule that is not read but kept")
+    assert len(notes) == 1 and notes[0].startswith("2 × style rule") and "kept" in notes[0]
 
 
 def test_styles_said_by_place_become_the_elements_own(tmp_path):
@@ -749,5 +751,5 @@ def test_an_open_fill_is_cut_where_only_what_closes_it_is_outside(source, tmp_pa
     notes = artwork.carry(source, curved(source, lambda z: z), source, tmp_path / "b.svg", tolerance=0.05)
     (fill,) = [d for d in drawn(tmp_path / "b.svg") if d.properties.get("fill") == "gold"]
     (horn,) = [d for d in drawn(source.path) if d.properties.get("fill") == "gold"]
-    assert any("cut off" in note for note in notes)
+    assert any("partly outside" in note for note in notes)
     assert area_of(fill.properties["d"]) < 0.7 * area_of(horn.properties["d"])

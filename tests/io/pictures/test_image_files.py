@@ -181,6 +181,13 @@ def test_forms_that_are_not_read_are_named(tmp_path, brand, said):
         image_files.read(tmp_path / "a.avif")
 
 
+@pytest.mark.parametrize("content", [b"xx", b"\x89PNG\r\n\x1a\n", b"\0\0\0\x1cftypavif" + bytes(40)])
+def test_a_held_picture_that_cannot_be_read_is_said_once(content):
+    with pytest.raises(InputError, match=r"^embedded: ") as caught:
+        image_files.read_held(content, "embedded")
+    assert str(caught.value).count("cannot read") == 1
+
+
 def test_alpha_alone_is_a_grey_picture(tmp_path):
     spec = oiio.ImageSpec(3, 2, 1, "float")
     spec.channelnames, spec.alpha_channel = ("A",), 0
