@@ -1,6 +1,7 @@
 """Rigid regions from the command line: elements, drawn ones, masks, lists; what is wrong with them."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -205,12 +206,13 @@ def test_a_material_of_a_glb_is_a_region_like_that_of_an_obj(drawn, iccm, name):
 
 @pytest.mark.parametrize(
     ("source", "told"),
-    [("pipe.glb#pipe", "there is 'paper', 'pipe', 'pipe_1', 'steel'"), ("pipe.glb", "there is 'lid'")],
+    [("pipe.glb#pipe", "'paper', 'pipe', 'pipe_1', 'steel'"), ("pipe.glb", "'lid'")],
 )
 def test_a_name_that_a_glb_has_not_is_refused_with_those_that_it_has(drawn, iccm, source, told):
     pipe_glb(drawn / "pipe.glb")
     done = iccm("map", source, "blob.svg", "--rigid", "#label", "-o", "o.png", "--size", "50")
-    assert done.code == 2 and "--rigid #label: no geometry or material" in done.err and told in done.err
+    assert done.code == 2 and "--rigid #label: " in done.err and done.err.rstrip().endswith(told)
+    assert "geometry or material" in done.err
 
 
 @pytest.mark.parametrize("region", ["#label", "#paper", "whole.png"])
@@ -272,7 +274,7 @@ def test_a_region_of_a_mesh_that_finds_no_room_is_smaller_and_told(drawn, iccm):
     )
     common = ("--rigid", "#label", "--stmap", "o.tif", "--size", "60", "--report", "r.json")
     done = iccm("map", "pipe.obj", "bar.svg", *common)
-    assert done.code == 0 and "finds room up to 0." in done.err
+    assert done.code == 0 and re.search(r"region 1 .*room .*up to 0\.\d\d", done.err)
     (region,) = json.loads((drawn / "r.json").read_text())["regions"]
     label = 5 / 16 * np.sqrt(400 * 10 / (2 * 1))  # its height at the mean scale
     assert region["dilatation"] <= 1.02 and 0.5 * 10 / label < region["scale"] < 10 / label
@@ -292,18 +294,18 @@ def test_an_element_of_a_target_is_kept(drawn, iccm):
 @pytest.mark.parametrize(
     ("source", "target", "typed", "told"),
     [
-        ("pipe.obj", "blob.svg", ("--rigid", "#lid"), "there is no part 'lid'"),
+        ("pipe.obj", "blob.svg", ("--rigid", "#lid"), "no part 'lid'"),
         (
             "blob.svg",
             "pipe.obj",
             ("--rigid", "mask.png"),
-            "use rigid_target",
+            "rigid_target, ",
         ),
         (
             "pipe.obj",
             "blob.svg",
             ("--rigid-target", "mask.png"),
-            "use rigid, ",
+            " rigid, ",
         ),
         (
             "square.svg",

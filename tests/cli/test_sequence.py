@@ -40,7 +40,7 @@ def test_frames_go_on_from_each_other_and_are_resumed(frames, iccm):
     before = [Path(f"out/f{k}.png").read_bytes() for k in range(8, 12)]
     Path("out/f10.png").unlink()
     again = iccm(*command, "--resume")
-    assert again.code == 0 and [line for line in again.lines if "as it was" not in line] == [
+    assert again.code == 0 and [line for line in again.lines if "unchanged" not in line] == [
         line for line in again.lines if line.startswith("square-f10")
     ]
     assert [Path(f"out/f{k}.png").read_bytes() for k in range(8, 12)] == before

@@ -15,9 +15,9 @@ def test_coordinates_are_the_bits_of_the_complex_numbers(z):
 
 
 def test_an_array_of_another_shape_is_named():
-    with pytest.raises(InputError, match=r"outline: an array of shape \(2, 2\); \(n,\)"):
+    with pytest.raises(InputError, match=r"outline: .*shape \(2, 2\); .*\(n,\)"):
         as_complex([[1, 2], [3, 4j]], "outline")
-    with pytest.raises(InputError, match=r"pins: an array of shape \(2, 2, 3\); \(n, 2\)"):
+    with pytest.raises(InputError, match=r"pins: .*shape \(2, 2, 3\); .*\(n, 2\)"):
         as_complex(np.zeros((2, 2, 3)), "pins", 2)
 
 

@@ -169,7 +169,7 @@ def test_an_error_in_a_term_is_raised():
 
 
 def test_what_is_not_a_term_is_refused():
-    with pytest.raises(iccm.InputError, match="terms: number 2"):
+    with pytest.raises(iccm.InputError, match=r"terms: .*\b2\b.*Term"):
         iccm.fit(ell(), pear(), terms=[ScaleGradient(0.1), "smooth"])
     with pytest.raises(iccm.InputError, match="terms"):
         iccm.fit(ell(), pear(), method="conformal", terms=[ScaleGradient(0.1)])

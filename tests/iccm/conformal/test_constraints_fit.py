@@ -64,7 +64,7 @@ def test_coincident_contradictory_pins_share_the_miss_and_keep_the_shape():
 
 
 def test_a_deformation_without_constraints_is_refused():
-    with pytest.raises(iccm.InputError, match="no pins and no strokes"):
+    with pytest.raises(iccm.InputError, match=r"no pins .*strokes"):
         deform(SOURCE)
 
 

@@ -50,7 +50,7 @@ def test_charts_are_numbered_by_their_area_and_a_mirrored_one_is_seen_from_the_f
         assert len(flat.patch.points) == 25
     x, _, _ = large.flattening.patch.points.T
     assert np.allclose(large.flattening.flat.real, 0.1 + 0.4 * (x - 2))  # 1 - u
-    with pytest.raises(InputError, match="no chart 3; there are 2"):
+    with pytest.raises(InputError, match=r"no chart 3.*\b2$"):
         atlas.chart(3)
 
 

@@ -220,7 +220,7 @@ def test_a_piece_is_picked_by_its_number_and_the_others_stay_as_they_are(tmp_pat
     path.write_text(text + "f 1 2 3\nf 1 3 4\nf 5/1 6/2 7/3\n")
     small, large = (mesh_reading.read(f"{path}#piece-{k}") for k in (2, 1))
     assert (len(small.flattening.patch.faces), len(large.flattening.patch.faces)) == (1, 2)
-    with pytest.raises(InputError, match="no piece 3; there are 2"):
+    with pytest.raises(InputError, match=r"m\.obj: .*no piece 3.*\b2$"):
         mesh_reading.read(f"{path}#piece-3")
     flat_files.write_uvs(large, tmp_path / "o.obj", tmp_path / "o.obj")
     made = obj.read(tmp_path / "o.obj")

@@ -256,7 +256,7 @@ def test_in_other_coordinates_it_is_the_same_map(map):
 
 
 def test_turning_a_plane_over_is_refused():
-    with pytest.raises(ValueError, match="over"):
+    with pytest.raises(ValueError, match="orientation"):
         MAPS["ring"]().moved(image=(0, 1, 0))
 
 
