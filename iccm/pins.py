@@ -43,7 +43,7 @@ class Pin:
         >>> square = np.array([[0, 0], [2, 0], [2, 1], [0, 1]])
         >>> eye = iccm.Pin(source=(0.5, 0.5), target=(0.7, 0.5), radius=0.1)
         >>> found = iccm.fit(square, square, pins=[eye])
-        >>> bool(abs(found.map(0.5 + 0.5j) - (0.7 + 0.5j)) < 0.02)
+        >>> bool(abs(found.map(0.5 + 0.5j) - (0.7 + 0.5j)) < 0.05)
         True
     """
 

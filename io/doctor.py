@@ -120,7 +120,7 @@ def _fonts() -> Finding:
     """What finds the fonts that texts of drawings ask for."""
     try:
         from .svg.lettering import finder
-    except ImportError as error:  # a library that is missing is reported by itself
+    except ImportError as error:  # a library that is missing has its own line
         return Finding("fonts", f"not looked for: {error}")
     return Finding("fonts", finder())
 
