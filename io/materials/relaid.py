@@ -146,7 +146,7 @@ class Relaid:
         if self.owner is not self.after.owner:
             count = int(self.owner.max(initial=-1)) + 1
             if count > np.unique(self.after.owner).size:
-                kinds = "transparency, sides, scales of normals or extensions differ"
+                kinds = "transparency, sides, scales of normals or extensions"
                 self.told(
                     [f"has {count} materials, because those of {self.before.sheet.name} differ in {kinds}"]
                 )

@@ -279,7 +279,7 @@ def test_bad_input_is_one_line(tmp_path):
         image_files.read(tmp_path / "good.png", max_pixels=100)
     with pytest.raises(InputError, match="colour space"):
         image_files.read(tmp_path / "good.png", colorspace="nonsense")
-    with pytest.raises(InputError, match="suffix"):
+    with pytest.raises(InputError, match=r"a\.xyz: .*'\.xyz'.*\.png"):
         image_files.write(tmp_path / "a.xyz", Image(noise((4, 4, 3), np.uint8)))
     with pytest.raises(InputError, match="channels"):
         image_files.write(tmp_path / "a.jpg", Image(noise((4, 4, 5), np.uint8)))
@@ -374,7 +374,7 @@ def test_a_broken_png_is_told_by_no_library(tmp_path, capfd, broken):
     if broken == "changed":
         content[len(content) // 2] ^= 0x55
     (tmp_path / "a.png").write_bytes(content[: {"cut": -3000, "no chunk": 8}.get(broken)])
-    with pytest.raises(InputError, match=r"a\.png: the picture is damaged: .*(cut off|checksum of IDAT)"):
+    with pytest.raises(InputError, match=r"a\.png: the picture is damaged: .*(truncated|checksum of IDAT)"):
         image_files.read(tmp_path / "a.png")
     assert capfd.readouterr().err == ""
 
@@ -511,7 +511,7 @@ def test_colours_over_alpha_mean_the_same_in_every_format(tmp_path, suffix, dtyp
 def test_that_a_format_does_not_say_the_colour_space_is_told(circles, change, told):
     image_files.write("linear.png", Image(noise((9, 9, 3), np.uint8), colorspace="lin_rec709"))
     notes = run(circles.model_copy(update={"texture": "linear.png", **change})).notes
-    assert sum("does not say the colour space lin_rec709" in note for note in notes) == told
+    assert sum("colour space lin_rec709" in note for note in notes) == told
 
 
 @pytest.mark.parametrize(
@@ -524,7 +524,9 @@ def test_that_a_format_clips_is_told(circles, iccm, name, top, told):
     assert sum("stores values from 0 to 1; 100.0% of the texels" in note for note in run(job).notes) == told
     assert iccm("map", "a.svg", "b.svg", "--stmap", "map.exr", "--size", "9", "-q").code == 0
     applied = iccm("apply", "map.exr", "bright.exr", "-o", f"again-{name}")
-    assert applied.code == 0 and applied.err.count(f"again-{name}: {name[1:]} holds 0 to 1") == told
+    notes = [line for line in applied.lines if f"again-{name}: " in line and "clipped" in line]
+    assert applied.code == 0 and len(notes) == told
+    assert all("0 to 1" in note and "100.0%" in note and ".exr" in note for note in notes)
 
 
 LOSING = [

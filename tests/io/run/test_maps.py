@@ -1,6 +1,7 @@
 """The pictures of a material through one map: solved once, each by its kind."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -65,11 +66,11 @@ def test_names_of_textures_and_of_sides_fit_together(material, iccm):
     assert alone.code == 0
     assert (image_files.read("n.png").pixels == image_files.read("square-blob-normal.png").pixels).all()
     for more, said in (
-        (["-o", "x.png"], "2 textures and 1 pictures"),
-        (["--stmap", "x.exr"], "2 textures and 0"),
+        (["-o", "x.png"], r"2 textures\b.*\b1 picture.*-o"),
+        (["--stmap", "x.exr"], r"2 textures\b.*\b0 picture.*-o"),
     ):
         done = iccm("map", "square.svg", "blob.svg", *given, *more)
-        assert done.code == 2 and said in done.err and not (material / more[1]).exists()
+        assert done.code == 2 and re.search(said, done.err) and not (material / more[1]).exists()
     grey = iccm(
         "map",
         "square.svg",
@@ -133,12 +134,16 @@ def test_a_mesh_beside_a_picture_shows_colours_alone(material, iccm, given):
     out = ["-o", "made.png", "-o", "x.glb", "-o", "x.obj"]
     alone = iccm("map", "square.svg", "sheet.obj", *given, *out)
     assert alone.code == 0, alone.err
-    assert f"x.glb: does not show {given[1]}" in alone.err and f"x.obj: does not show {given[1]}" in alone.err
+    told = [line for line in alone.lines if "cannot include" in line]
+    assert len(told) == 2 and all(given[1] in line and "--texture" in line for line in told)
+    assert "x.glb: " in told[0] and "x.obj: " in told[1]
     assert not gltf.read(material / "x.glb").tree.get("images") and not (material / "x.mtl").exists()
     both = iccm(
         "map", "square.svg", "sheet.obj", "--texture", "texture.png", *given, "-o", "t.png", *out, "--force"
     )
-    assert both.code == 0 and f"does not show {given[1]}" in both.err and "show texture.png" not in both.err
+    told = [line for line in both.lines if "cannot include" in line]
+    assert both.code == 0 and len(told) == 2 and all(given[1] in line for line in told)
+    assert "texture.png" not in "".join(told)
     whole = gltf.read(material / "x.glb")
     (shown,) = whole.tree["materials"]
     assert [slot for slot, _ in gltf_materials.slots(shown)] == [gltf_materials.BASE]
