@@ -754,10 +754,8 @@ def test_a_tube_is_cut_from_hole_to_hole_for_a_layout_and_keeps_its_hole_for_a_m
     assert found["cut"]["holes"] == 0 and found["cut"]["overlap"] is None
     assert found["cut"]["seam_length"] == pytest.approx(6 / np.sqrt(6 * 48 * np.sin(np.pi / 24)), rel=1e-4)
     assert found["cut"]["dilatation"]["max"] < 1.001
-    assert (
-        found["cut"]["notes"][-1]
-        == "boundary loop 1 of 2 is the outline, the cut joins 1 of the others to it"
-    )
+    last = found["cut"]["notes"][-1]
+    assert "boundary" in last and "1 of 2 is the outline" in last and "cut joins 1 of the others" in last
     assert len(mesh_reading.read("tube.obj", cut=True).holes) == 1
 
 
@@ -783,4 +781,5 @@ def test_a_map_that_turns_triangles_over_is_poor(tmp_path, monkeypatch, iccm):
     report = json.loads((tmp_path / "out.json").read_text())
     assert report["uv"]["flipped"] > 0
     assert (done.code, report["status"]) == (1, "flipped")
-    assert "turn triangles over" in done.err
+    told = [line for line in done.err.splitlines() if line.startswith("error: ")]
+    assert len(told) == 1 and "flip triangles" in told[0] and "(uv)" in told[0]

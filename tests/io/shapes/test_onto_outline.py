@@ -153,5 +153,5 @@ def test_a_landmark_of_one_side_is_refused(folder):
         json.dumps({"landmarks": {"source": {"nose": "v1", "ear": "v2"}, "target": {"ear": "v3"}}})
     )
     sheet_shape = mesh_reading.read("sheet.obj")
-    with pytest.raises(InputError, match="landmarks: nose: given for the source alone"):
+    with pytest.raises(InputError, match=r"landmarks: nose: .*given for the source"):
         constraints.collect(sheet_shape, sheet_shape, listing.read(folder / "marks.json"))

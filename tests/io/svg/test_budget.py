@@ -52,10 +52,10 @@ BOMBS = {
     "scribble": ('<path fill="none" stroke="red" stroke-width="20" d="M10 10' + "l30 .01l-30 .01" * 20_000 + '"/>', "close"),  # noqa: E501
     "grid": ('<path d="' + "".join(f"M{k / 10} 0h.01v100h-.01zM0 {k / 10}v.01h100v-.01z" for k in range(1000)) + '"/>', "cross"),  # noqa: E501
     "rectangles": ('<rect width="9" height="9"/>' * 100_001, "more than 100000 shapes"),
-    "runs": ('<path d="' + "M1 1h1v1z" * 100_001 + '"/>', "more than 100000 runs"),
+    "runs": ('<path d="' + "M1 1h1v1z" * 100_001 + '"/>', "more than 100000 subpaths"),
     "segments": ('<path d="M0 0' + "h1v1" * 600_000 + 'z"/>', "more than 1048576 lines and curves.*--max-segments"),
     "uses": ('<path id="p" d="M0 0' + "h1v1" * 5000 + 'z"/>' + '<use href="#p"/>' * 110, "more than 1048576 lines"),
-    "nested": ('<path fill-rule="evenodd" d="' + "".join(f"M{k / 150} {k / 150}H{99 - k / 150}V{99 - k / 150}H{k / 150}Z" for k in range(5000)) + '"/>', "in each other"),  # noqa: E501
+    "nested": ('<path fill-rule="evenodd" d="' + "".join(f"M{k / 150} {k / 150}H{99 - k / 150}V{99 - k / 150}H{k / 150}Z" for k in range(5000)) + '"/>', "nested.*Break Apart"),  # noqa: E501
     "thin": ('<path d="M0 0H1V1000000H0z"/>', "1e.06 times as long as wide"),
 }  # fmt: skip
 

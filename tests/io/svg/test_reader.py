@@ -668,7 +668,7 @@ def test_translations_by_parts_of_a_box(svg):
         ('<rect width="-5" height="5"/>', ("width is -5",)),
         ('<circle r="x"/>', ("r 'x' is not a length",)),
         ('<circle r="5furlong"/>', ("not a length",)),
-        ('<polygon points="0,0 1,0 1"/>', ("points: has 5 numbers",)),
+        ('<polygon points="0,0 1,0 1"/>', ("<polygon>", "points: ", "5 numbers")),
         ('<polygon points="0,0 1,0 1,b"/>', ("points: character", "b'")),
         ('<rect width="5" height="5" transform="spin(4)"/>', ("transform", "spin")),
         ('<rect width="5" height="5" transform="scale(0)"/>', ("1 distinct point",)),
