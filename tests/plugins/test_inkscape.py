@@ -267,6 +267,5 @@ def test_what_cannot_be_done_is_said_and_nothing_changes(profile, arguments, mar
 def test_a_moved_python_is_said(profile):
     (profile / "extensions" / "iccm" / "iccm_python.txt").write_text("/nowhere/python\n")
     _, message, code = run(plain([]), profile, "--id=art", "--id=target")
-    assert code and message.strip() == (
-        "iccm is not found at /nowhere/python; run `iccm plugins install inkscape` again"
-    )
+    assert code and "/nowhere/python" in message and "`iccm plugins install inkscape`" in message
+    assert len(message.strip().splitlines()) == 1
