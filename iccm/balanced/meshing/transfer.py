@@ -18,7 +18,7 @@ def interpolate(z: Complex, faces: Index, values: Complex, points: Complex) -> C
         values: (n,) complex.
         points: (p,) complex.
     """
-    nearest = _nearest(z, faces, points)
+    nearest = nearest_triangles(z, faces, points)
     a, b, c = z[faces[nearest]].T
     area = cross(b - a, c - a)
     second, third = cross(points - a, c - a) / area, cross(b - a, points - a) / area
@@ -26,7 +26,7 @@ def interpolate(z: Complex, faces: Index, values: Complex, points: Complex) -> C
     return first + second * (others[0] - first) + third * (others[1] - first)
 
 
-def _nearest(z: Complex, faces: Index, points: Complex) -> Index:
+def nearest_triangles(z: Complex, faces: Index, points: Complex) -> Index:
     """(p,) the triangle that holds each point, or else the closest one."""
     corners = z[faces]
     found, _ = PatchLocator(corners, np.zeros_like(corners))(points, 1)

@@ -20,6 +20,7 @@ import numpy as np
 
 from ...arrays import Complex, Index, Real
 from ...plane import cross, triangle_areas
+from ..meshing.transfer import interpolate, nearest_triangles
 from .terms import TermOnMesh
 
 CORE_SHARE = 0.5
@@ -86,9 +87,7 @@ class SoftPins:
     def misses(self, z: Complex, u: Complex, faces: Index) -> Real:
         """Return the distances (k,) of the pins' images from their places in the target, for a map z -> u (n,)."""
         w, image = (u, z) if self.inverted else (z, u)
-        corners = faces[triangles_around(self.source, w, faces)]
-        shares = np.array([_barycentric(pin, w[own]) for pin, own in zip(self.source, corners)])
-        return np.abs((shares * image[corners]).sum(axis=1) - self.target)
+        return np.abs(interpolate(w, faces, image, self.source) - self.target)
 
     def cores(self, z: Complex, u: Complex, faces: Index, margin: float = 1.0) -> list[Index]:
         """Return the vertices of each patch's core, in ascending order, for a map z -> u (n,) on triangles (m, 3).
@@ -97,7 +96,7 @@ class SoftPins:
         """
         w = u if self.inverted else z
         found = []
-        for pin, radius, own in zip(self.source, self.core_radii, triangles_around(self.source, w, faces)):
+        for pin, radius, own in zip(self.source, self.core_radii, nearest_triangles(w, faces, self.source)):
             near = np.flatnonzero(np.abs(w - pin) < margin * radius)
             found.append(np.union1d(near, faces[own]))
         return found
@@ -137,7 +136,7 @@ class SoftPins:
         here, there = (self.target, self.source) if self.inverted else (self.source, self.target)
         kept, moving = (z, u) if forward else (u, z)
         found: list[TermOnMesh] = []
-        around = triangles_around(self.source, w, faces)
+        around = nearest_triangles(w, faces, self.source)
         for k, vertices in enumerate(cores):
             weights = _core_weights(self.source[k], self.core_radii[k], vertices, w, vertex_areas)
             if weights is None:
@@ -223,22 +222,6 @@ def _core_weights(
         return None
     weights = masses * (np.linalg.solve(moments, [1.0, 0.0, 0.0]) @ linear)
     return weights if weights.min() >= 0 else None
-
-
-def triangles_around(points: Complex, w: Complex, faces: Index) -> list[int]:
-    """Return for each point the triangle of w that it is in, or the one that it is least far outside of."""
-    corners = w[faces]
-    areas = np.abs(triangle_areas(corners))
-    middles = corners.mean(axis=1)
-    reach = np.abs(corners - middles[:, None]).max(axis=1)
-    found = []
-    for point in points:
-        near = np.flatnonzero(np.abs(middles - point) <= reach)  # those that may hold it
-        near = near if near.size else np.arange(len(faces))
-        a, b, c = corners[near].T - point
-        least = np.minimum(np.minimum(cross(a, b), cross(b, c)), cross(c, a))
-        found.append(int(near[np.argmax(least / areas[near])]))
-    return found
 
 
 def _barycentric(point: complex, corners: Complex) -> Real:
