@@ -87,13 +87,13 @@ def solve(
     if len(patches.points):
         settings = replace(settings, energy=replace(settings.energy, pins=patches.unit(frames)))
         given = given.without(patches.points[:, 0])
+    regions = NO_REGIONS
     if given.count or given.strokes or start is not None:
         journal.notes += [*unequal(holes), *given.notes]
         before = None if start is None else sketch_of(start, frames, holes_of(start, holes))
         state, met = multilevel.constrained_map(
             *curves, given.unit(frames), settings, journal, before, moved=moved
         )
-        regions = NO_REGIONS
         if rigid:
             regions = regions_of(rigid, source, holes.source, pins, strokes)
             state = _with_rigid(state, regions, curves, frames, given, settings, journal)
@@ -106,26 +106,20 @@ def solve(
             journal,
             given,
         )
-        return replace(
-            found,
-            met=met,
-            rigid=regions.polygons,
-            soft_pins=patches.points,
-            tolerances=patches.softness.tolerances,
-        )
-    state, kept = multilevel.free_map(*curves, settings, journal)
-    used = holes.only(kept)
-    journal.notes += [*unequal(used), *given.notes]
-    domains = _domains(source, target, used)
-    regions = NO_REGIONS
-    if rigid:
-        regions = regions_of(rigid, source, used.source)
-        curves = (*curves[:2], used.unit(frames))
-        state = _with_rigid(state, regions, curves, frames, UNPINNED, settings, journal)
-    found = solution_of(state, *_world(state, frames), frames, domains, settings, journal)
+        found = replace(found, met=met)
+    else:
+        state, kept = multilevel.free_map(*curves, settings, journal)
+        used = holes.only(kept)
+        journal.notes += [*unequal(used), *given.notes]
+        domains = _domains(source, target, used)
+        if rigid:
+            regions = regions_of(rigid, source, used.source)
+            curves = (*curves[:2], used.unit(frames))
+            state = _with_rigid(state, regions, curves, frames, UNPINNED, settings, journal)
+        found = solution_of(state, *_world(state, frames), frames, domains, settings, journal)
+        found = replace(found, holes=kept)
     return replace(
         found,
-        holes=kept,
         rigid=regions.polygons,
         soft_pins=patches.points,
         tolerances=patches.softness.tolerances,

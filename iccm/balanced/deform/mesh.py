@@ -49,7 +49,7 @@ def mesh_of(
     kept = inside(pins.strokes, drawn, SPACING * size, pins.inner)
     spaced = [_spaced(each, min(SPACING * size, each.length / FEWEST), kept.z) for each in outlines]
     # The triangles are those of outlines on a coarse grid, so that noise far below it does not choose them.
-    outer, *holes = [on_grid for on_grid, _ in spaced]
+    outer, *holes = [rounded for rounded, _ in spaced]
     bones = subdivide_rings(regions, SPACING * size)
     points, around = kept_by(bones, kept.z)
     links = np.append(kept.links, np.where(around < 0, -1, kept.z.size + around))
