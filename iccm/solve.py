@@ -422,7 +422,7 @@ def _given(problem: Problem, start: TriangulatedMap | None) -> set[str]:
     """The names of the constraints that a problem has, as in `capabilities`."""
     names = ("strokes", "source_holes", "target_holes", "rigid", "rigid_target", "importance", "size_map")
     given = {name for name in names if getattr(problem, name)}
-    if (~np.isnan(problem.softness.radii)).any() or problem.softness.is_given.any():
+    if problem.softness.is_given.any():  # exactness is what ends of strokes that stick have with every method
         given.add(capabilities.PIN_SETTINGS)
     return given if start is None else given | {"start"}
 

@@ -80,3 +80,12 @@ def test_settings_are_refused_by_methods_without_them(iccm, tmp_path, pair):
         "map", *pair, "--pin", "40,45:50,48,r=4", "--method", "conformal", "-o", tmp_path / "out.png"
     )
     assert result.code == 2 and "pin" in result.err and "balanced" in result.err
+
+
+@pytest.mark.parametrize("method", ["balanced", "conformal"])
+def test_ends_of_strokes_that_stick_go_with_every_method(iccm, tmp_path, pair, method):
+    stroke = {"source": [[40, 45], [60, 50]], "target": [[50, 50], [72, 55]], "ends": "stick"}
+    listed = tmp_path / "strokes.json"
+    listed.write_text(json.dumps({"strokes": [stroke]}))
+    missed, _ = errors(iccm, tmp_path, *pair, "--constraints", listed, "--method", method)
+    assert len(missed) == 2 and max(missed) < (1e-9 if method == "balanced" else 0.2)
