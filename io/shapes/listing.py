@@ -39,7 +39,7 @@ from pydantic import Field, SerializerFunctionWrapHandler, ValidationError, mode
 from ...errors import InputError, naming
 from .. import files, limits
 from ..checked import StrictModel, first
-from ..point_syntax import Place
+from ..point_syntax import PIN_SETTINGS, Place
 from .shape import Shape
 from .starts import StartingMap
 
@@ -76,7 +76,7 @@ class Pin(_Entry):
     @property
     def settings(self) -> dict[str, float]:
         """What is said of the pin beside its places, by name."""
-        given = {name: getattr(self, name) for name in ("radius", "tolerance", "turn", "scale")}
+        given = {name: getattr(self, name) for name in PIN_SETTINGS.values()}
         return {name: value for name, value in given.items() if value is not None}
 
 
