@@ -95,5 +95,5 @@ def test_what_cannot_be_read_is_not_offered(shapes, text):
 
 def test_where_nothing_can_be_kept_a_line_says_so(shapes, state):
     (state / "iccm").write_text("a file")
-    with pytest.raises(InputError, match="cannot be made"):
+    with pytest.raises(InputError, match="iccm: cannot create a private folder"):
         autosave.keep(Session(JOB), SCENE, *AT)

@@ -163,7 +163,7 @@ SQUARE = [[20, 20], [80, 20], [80, 80], [20, 80]]
         ({"triangles": [[0, 2, 1], [0, 3, 2], [4, 6, 5], [4, 7, 6]], "double": True}, "do not form a disk"),
         ({"triangles": [[0, 1, 9]]}, "use each"),
         ({"triangles": [[0, -1, 2]]}, "greater"),
-        ({"target": SQUARE[:3]}, "4 vertices in the source, and 3"),
+        ({"target": SQUARE[:3]}, "4 vertices in the source but 3 in the target"),
         ({"source": [[20, 20]] * 4}, "no area"),
         ({"source": 5}, "valid list"),
     ],
