@@ -4,6 +4,10 @@
 // triangles (the end of the longest-edge propagation path); it is cut in the middle there (Rivara, Hitschfeld, Simpson,
 // Terminal-edges Delaunay (small-angle based) algorithm, Computer-Aided Design 33, 2001). Flips in between keep the
 // triangulation Delaunay. The polygon's edges stay, or are cut in the middle.
+//
+// `meshing/triangulate.cpp` has the other refiner, Ruppert's, which never cuts an edge of the outline: maps slide their
+// vertices along it. Here triangles beside the outline have to become as small as the map between vertices asks, and
+// edges are cut where it errs, so that Ruppert's rule (no circumcentre close to the outline) would leave them coarse.
 
 #include "iccm/core.h"
 #include "iccm/flips.h"
@@ -23,23 +27,13 @@ double roughness(const Complex *z, Index a, Index b, Index c) {
 // The Delaunay triangulation has the least roughness of all (Musin, Properties of the Delaunay triangulation, 1997).
 // Unlike the in-circle test, the sum falls with every flip, so that rounding cannot make flips alternate forever,
 // however close to each other vertices lie.
-void flip_all(const Complex *z, Triangles mesh, Stack stack) {
+void make_delaunay(const Complex *z, Triangles mesh, Stack stack) {
     constexpr double MAX_RATIO = 1 - 1e-6;  // of the roughness after and before a flip
-    while (!stack.empty()) {
-        Index t = stack.pop();
-        for (int k = 0; k < 3; k++) {
-            Index u = mesh.across[t][k];
-            if (u < 0) continue;
-            Index a = mesh.faces[t][k], b = mesh.faces[t][after(k)], c = mesh.faces[t][before(k)];
-            Index d = mesh.faces[u][opposite(mesh, u, b, c)];
-            double now = roughness(z, a, b, c) + roughness(z, d, c, b);
-            if (!(roughness(z, a, b, d) + roughness(z, a, d, c) < MAX_RATIO * now)) continue;
-            flip(mesh, t, k);
-            stack.push(t);
-            stack.push(u);
-            break;
-        }
-    }
+    auto improves = [&](const Quadrilateral &q) {
+        double now = roughness(z, q.a, q.b, q.c) + roughness(z, q.d, q.c, q.b);
+        return roughness(z, q.a, q.b, q.d) + roughness(z, q.a, q.d, q.c) < MAX_RATIO * now;
+    };
+    flip_edges(mesh, stack, improves);
 }
 
 // A side, by a triangle and the corner opposite.
@@ -114,7 +108,7 @@ Index cut(const Complex *z, Index v, Triangles mesh, Side side, Index count, Sta
         stack.push(u);
         stack.push(u2);
     }
-    flip_all(z, mesh, stack);
+    make_delaunay(z, mesh, stack);
     return count;
 }
 
@@ -129,7 +123,7 @@ struct Counts {
 // stay as they are, since rounding decides their shape.
 void refine(Complex *z, Triangles mesh, Counts &counts, Stack stack, double thin, double tiniest) {
     constexpr int MAX_SWEEPS = 30;  // over all triangles, found by hand
-    flip_all(z, mesh, stack);
+    make_delaunay(z, mesh, stack);
     for (int sweep = 0; sweep < MAX_SWEEPS; sweep++) {
         Index before_sweep = counts.vertices;
         // Triangles that come to be in this sweep wait for the next one.

@@ -50,28 +50,14 @@ ICCM_EXPORT int64_t iccm_model_flip_to_lower_energy(const Complex *z, const Comp
                                                     int64_t border, const int64_t *links, int64_t link_count,
                                                     double theta, double q, double share) {
     Triangles mesh{reinterpret_cast<Index(*)[3]>(faces), reinterpret_cast<Index(*)[3]>(across)};
-    Stack waiting{stack, stack_size};
     Links stay{links, link_count};
     Weights weights{theta, q, share};
-    Index flips = 0;
-    while (!waiting.empty()) {
-        Index t = waiting.pop();
-        for (int k = 0; k < 3; k++) {
-            Index v = mesh.across[t][k];
-            if (v < 0 || fixed[t] || fixed[v]) continue;
-            Index a = mesh.faces[t][k], b = mesh.faces[t][after(k)], c = mesh.faces[t][before(k)];
-            Index d = mesh.faces[v][opposite(mesh, v, b, c)];
-            if ((a < border && d < border) || stay.join(b, c)) continue;
-            double now = energy(z, u, a, b, c, weights) + energy(z, u, d, c, b, weights);
-            double then = energy(z, u, a, b, d, weights) + energy(z, u, a, d, c, weights);
-            if (then < (1 - GAIN) * now) {
-                flip(mesh, t, k);
-                waiting.push(t);
-                waiting.push(v);
-                flips++;
-                break;
-            }
-        }
-    }
-    return flips;
+    auto improves = [&](const Quadrilateral &quad) {
+        auto [t, v, a, b, c, d] = quad;
+        if (fixed[t] || fixed[v] || (a < border && d < border) || stay.join(b, c)) return false;
+        double now = energy(z, u, a, b, c, weights) + energy(z, u, d, c, b, weights);
+        double then = energy(z, u, a, b, d, weights) + energy(z, u, a, d, c, weights);
+        return then < (1 - GAIN) * now;
+    };
+    return flip_edges(mesh, {stack, stack_size}, improves);
 }

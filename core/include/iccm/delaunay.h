@@ -37,23 +37,12 @@ inline bool in_circle(const Complex *z, Index a, Index b, Index c, Index d) {
 inline void legalise(const Complex *z, Triangles mesh, Stack stack, Index fixed, Links links) {
     // Flips end by themselves in exact arithmetic; the bound, which no mesh comes near, ends them in any other.
     constexpr Index MAX_VISITS = 2000000;
-    for (Index visit = 0; visit < MAX_VISITS && !stack.empty(); ++visit) {
-        Index t = stack.pop();
-        for (int k = 0; k < 3; k++) {
-            Index u = mesh.across[t][k];
-            if (u < 0) continue;
-            Index a = mesh.faces[t][k], b = mesh.faces[t][after(k)], c = mesh.faces[t][before(k)];
-            Index d = mesh.faces[u][opposite(mesh, u, b, c)];
-            if ((a < fixed && d < fixed) || links.join(b, c)) continue;
-            if (in_circle(z, a, b, c, d) && twice_area(z, a, b, d) > MIN_FLIPPED_AREA &&
-                twice_area(z, a, d, c) > MIN_FLIPPED_AREA) {
-                flip(mesh, t, k);
-                stack.push(t);
-                stack.push(u);
-                break;
-            }
-        }
-    }
+    auto improves = [&](const Quadrilateral &q) {
+        if ((q.a < fixed && q.d < fixed) || links.join(q.b, q.c)) return false;
+        return in_circle(z, q.a, q.b, q.c, q.d) && twice_area(z, q.a, q.b, q.d) > MIN_FLIPPED_AREA &&
+               twice_area(z, q.a, q.d, q.c) > MIN_FLIPPED_AREA;
+    };
+    flip_edges(mesh, stack, improves, MAX_VISITS);
 }
 
 }  // namespace iccm

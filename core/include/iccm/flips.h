@@ -72,4 +72,37 @@ struct Stack {
     Index pop() { return entries[entries[0]--]; }
 };
 
+// The quadrilateral of a triangle abc and its neighbour dcb across side bc, by their numbers t and u.
+struct Quadrilateral {
+    Index t, u;
+    Index a, b, c, d;
+};
+
+// Flip edges, from the triangles on the stack on, while `improves` says of a quadrilateral that its diagonal ad is
+// better than bc. Empties the stack, unless that takes more visits than `most`. Returns the number of flips.
+//
+// Flips end where `improves` is a comparison of sums over triangles that leaves room for rounding: the sum falls with
+// every flip.
+template <typename Improves>
+Index flip_edges(Triangles mesh, Stack stack, Improves improves, Index most = INT64_MAX) {
+    Index flips = 0;
+    for (Index visit = 0; visit < most && !stack.empty(); ++visit) {
+        Index t = stack.pop();
+        for (int k = 0; k < 3; k++) {
+            Index u = mesh.across[t][k];
+            if (u < 0) continue;
+            Index a = mesh.faces[t][k], b = mesh.faces[t][after(k)], c = mesh.faces[t][before(k)];
+            Index d = mesh.faces[u][opposite(mesh, u, b, c)];
+            if (!improves(Quadrilateral{t, u, a, b, c, d})) continue;
+            flip(mesh, t, k);
+            // Both have new sides, which may now be worth a flip.
+            stack.push(t);
+            stack.push(u);
+            flips++;
+            break;
+        }
+    }
+    return flips;
+}
+
 }  // namespace iccm
