@@ -245,7 +245,7 @@ def _click(command: str, name: str, hint: Any, option: Option) -> Decorator:
     elif option.default == ():
         keywords |= {"multiple": True, "type": _text(option)}
     elif option.parse:
-        keywords |= {"callback": _parsed(option.parse)}
+        keywords |= {"callback": _checked(hint, option)}
     else:
         shown = option.default is not None
         keywords |= {"default": option.default, "show_default": shown, "type": _type(hint, option)}
@@ -255,16 +255,54 @@ def _click(command: str, name: str, hint: Any, option: Option) -> Decorator:
     return click.option(f"--{name.replace('_', '-')}", *filter(None, [option.short]), **keywords)
 
 
+class _ByTable(click.ParamType):
+    """A type of click, for help and completion, whose values the table of options checks, as it does in manifests."""
+
+    hint: Any
+    row: Option
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the value as a job keeps it, or fail with the message of the table."""
+        try:
+            return self.row.value_of(value, self.hint)
+        except ValueError as error:
+            self.fail(str(error), param, ctx)
+
+
+class _Choice(_ByTable, click.Choice):
+    pass
+
+
+class _FloatRange(_ByTable, click.FloatRange):
+    pass
+
+
+class _Float(_ByTable, click.types.FloatParamType):
+    pass
+
+
+class _IntRange(_ByTable, click.IntRange):
+    pass
+
+
 def _type(hint: Any, option: Option) -> Any:
     """Return the click type that checks a value: its kind, choices and bounds."""
     types = (hint, *get_args(hint))
     choices = next((get_args(each) for each in types if get_origin(each) is Literal), ())
+    least, is_open = (option.least, False) if option.above is None else (option.above, True)
+    made: _ByTable
     if choices and isinstance(choices[0], str):
-        return click.Choice(choices)
-    least, above = (option.least, False) if option.above is None else (option.above, True)
-    if float in types:
-        return float if least is None else click.FloatRange(least, option.most, min_open=above)
-    return click.IntRange(least, option.most) if int in types or choices else _text(option)
+        made = _Choice(choices)
+    elif float in types and least is None:
+        made = _Float()
+    elif float in types:
+        made = _FloatRange(least, option.most, min_open=is_open)
+    elif int in types or choices:
+        made = _IntRange(least, option.most)
+    else:
+        return _text(option)
+    made.hint, made.row = hint, option
+    return made
 
 
 def _text(option: Option) -> Any:
@@ -272,12 +310,12 @@ def _text(option: Option) -> Any:
     return FILE if any(word in (option.metavar or "") for word in FILES) else str
 
 
-def _parsed(parse: Callable[[Any], Any]) -> Callable:
-    """Return a click callback that parses a value and reports errors."""
+def _checked(hint: Any, option: Option) -> Callable:
+    """Return a click callback that checks a value by the table of options and reports errors."""
 
     def of_click(ctx: click.Context, parameter: click.Parameter, value: str | None) -> Any:
         try:
-            return None if value is None else parse(value)
+            return None if value is None else option.value_of(value, hint)
         except ValueError as error:
             raise click.BadParameter(str(error)) from None
 

@@ -9,7 +9,8 @@ formats        what files of each suffix hold
 page           results on one page of HTML
 spec           `file#part#number`
 point_syntax   points as users name them
-checked        values checked by pydantic
+values         values of options, checked by their types and bounds
+checked        documents, checked by pydantic in the same words
 quiet_stderr   what C libraries say on stderr
 memory         memory for pictures within a bound
 svg/           SVG as outlines

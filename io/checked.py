@@ -1,15 +1,44 @@
-"""Values from outside, checked by pydantic, which is slow to import; what is wrong in words."""
+"""Documents from outside (constraints files, messages of the editor, tolerances), checked by pydantic.
+
+What is wrong is reported in the words of `values`, which checks options. Pydantic is slow to import: a job without such
+documents does without.
+"""
+
+from collections.abc import Callable
+from typing import Any
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from .point_syntax import TAGS
+from . import values
 
-MESSAGES = {
-    "extra_forbidden": "unknown key",
-    "missing": "is missing",
-    "model_type": "must be a JSON object, {…}",
-    "string_unicode": "the name is not UTF-8; rename the file",
+MESSAGES: dict[str, Callable[[dict[str, Any]], str]] = {
+    "extra_forbidden": lambda bounds: values.UNKNOWN,
+    "missing": lambda bounds: values.MISSING,
+    "model_type": lambda bounds: "must be a JSON object, {…}",
+    "dict_type": lambda bounds: "must be a JSON object, {…}",
+    "string_unicode": lambda bounds: values.NOT_UNICODE,
+    "string_type": lambda bounds: f"must be {values.describe(str)}",
+    "bool_type": lambda bounds: f"must be {values.describe(bool)}",
+    "bool_parsing": lambda bounds: f"must be {values.describe(bool)}",
+    "int_type": lambda bounds: f"must be {values.describe(int)}",
+    "int_parsing": lambda bounds: f"must be {values.describe(int)}",
+    "int_from_float": lambda bounds: f"must be {values.describe(int)}",
+    "float_type": lambda bounds: f"must be {values.describe(float)}",
+    "float_parsing": lambda bounds: f"must be {values.describe(float)}",
+    "finite_number": lambda bounds: f"must be {values.describe(float)}",
+    "list_type": lambda bounds: "must be a list",
+    "tuple_type": lambda bounds: "must be a list",
+    "literal_error": lambda bounds: f"must be {bounds['expected']}",
+    "greater_than": lambda bounds: values.above(bounds["gt"]),
+    "greater_than_equal": lambda bounds: values.at_least(bounds["ge"]),
+    "less_than": lambda bounds: f"must be less than {bounds['lt']}",
+    "less_than_equal": lambda bounds: values.at_most(bounds["le"]),
+    "too_short": lambda bounds: f"must have at least {bounds['min_length']} items",
+    "too_long": lambda bounds: f"must have at most {bounds['max_length']} items",
+    "string_too_short": lambda bounds: f"must have at least {bounds['min_length']} characters",
+    "string_too_long": lambda bounds: f"must have at most {bounds['max_length']} characters",
 }
+"""Messages by the types of pydantic's errors, made from the bounds in them; other errors keep its words."""
 
 
 class StrictModel(BaseModel):
@@ -21,11 +50,12 @@ class StrictModel(BaseModel):
 def mistakes(error: ValidationError) -> list[tuple[str, str]]:
     """(key, what is wrong) for each mistake pydantic found."""
     found: dict[str, str] = {}
-    for item in error.errors(include_url=False, include_context=False, include_input=False):
-        parts = [str(part) for part in item["loc"] if part not in TAGS]
+    for item in error.errors(include_url=False, include_input=False):
+        parts = [str(part) for part in item["loc"]]
         key = ".".join(part for part in parts if not part.startswith(("tuple[", "function-")))
-        text = MESSAGES.get(item["type"], item["msg"]).removeprefix("Value error, ")
-        found.setdefault(key.removesuffix(".0") if key.startswith("size") else key, text)
+        in_our_words = MESSAGES.get(item["type"])
+        text = in_our_words(item.get("ctx", {})) if in_our_words else item["msg"]
+        found.setdefault(key, text.removeprefix("Value error, "))
     return list(found.items())
 
 

@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal, get_type_hints
 
 from .. import fits
 from ..deadline import DEFAULT
-from . import formats, limits
+from . import formats, limits, point_syntax, values
 
 LARGEST = 1e6  # factor of a texture's size
 DIGITS = 15  # of a number of bytes, K, M, G or T
@@ -35,7 +35,7 @@ class Option:
         default: its value when it is not given.
         least, above, most: the smallest number allowed, or the one below it, and the largest.
         parse: makes the value of what was typed.
-        validated: the pydantic type, where it is more than the annotation says; imported when it is needed.
+        parse_each: the same for each value of an option that may be repeated.
         solver: whether it goes to `iccm.fit` and `iccm.deform`, unless it is None.
         commands: those that have it; of a row that says none those of its class.
         short: a second name.
@@ -57,7 +57,7 @@ class Option:
     above: int | None = None
     most: int | None = None
     parse: Callable[[Any], Any] | None = None
-    validated: Callable[[], Any] | None = None
+    parse_each: Callable[[Any], Any] | None = None
     solver: bool = False
     commands: tuple[str, ...] = ()
     short: str = ""
@@ -71,13 +71,27 @@ class Option:
     instead: str = ""
     words: str = ""
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
-        """How pydantic checks a field that this describes."""
-        from pydantic import BeforeValidator, Field
+    def value_of(self, given: Any, hint: Any) -> Any:
+        """The value of an option as a job keeps it.
 
-        checks: list[Any] = [Field(ge=self.least, gt=self.above, le=self.most)]
-        checks += [BeforeValidator(self.parse)] if self.parse else []
-        return handler(Annotated[self.validated() if self.validated else source, *checks])
+        Args:
+            given: as it was typed, or as a manifest or Python has it.
+            hint: the type of the option.
+
+        Raises:
+            WrongValue: the option does not take it.
+        """
+        try:
+            value = self.parse(given) if self.parse else given
+            if self.parse_each and isinstance(value, list | tuple):
+                value = values.each_of(value, self.parse_each)
+            value = values.convert(value, hint)
+            values.check_bounds(value, least=self.least, more_than=self.above, most=self.most)
+        except values.WrongValue:
+            raise
+        except ValueError as error:
+            raise values.WrongValue(str(error)) from None
+        return value
 
 
 def _option(*words: str, **more: Any) -> Any:
@@ -86,7 +100,7 @@ def _option(*words: str, **more: Any) -> Any:
 
 
 def _table(*commands: str) -> Callable[[type], type]:
-    """Annotate a class with its options, and give it their defaults, as pydantic wants them."""
+    """Annotate a class with its options, and give it their defaults."""
 
     def fill(cls: type) -> type:
         for name, hint in get_type_hints(cls).items():
@@ -193,7 +207,7 @@ def rigid_size(value: Any) -> Any:
     except ValueError:
         raise ValueError(f"{value!r} is not a factor; give a number, such as 1.2, or the word free") from None
     if isinstance(found, float | int) and not 0 < found < math.inf:
-        raise ValueError(f"{found:g} is not a factor above 0")
+        raise ValueError("a factor must be above 0, such as 1.2")
     return found
 
 
@@ -205,7 +219,7 @@ def vertices(value: Any) -> Any:
         raise ValueError(f"{value!r} is not a number of vertices; give a number or the word source")
     count = int(value) if isinstance(value, str) else value
     if isinstance(count, int) and not 3 <= count <= limits.VERTICES:
-        raise ValueError(f"{count} is not between 3 and {limits.VERTICES}")
+        raise ValueError(f"{count:d} is not between 3 and {limits.VERTICES}")
     return count
 
 
@@ -218,19 +232,13 @@ def share(value: Any) -> Any:
     except ValueError:
         raise ValueError(f"{value!r} is not a share; give a number such as 0.99") from None
     if isinstance(found, float | int) and not 0 < found <= 1:
-        raise ValueError(f"{found:g} is not a share; it must be above 0 and at most 1")
+        raise ValueError("a share must be above 0 and at most 1, such as 0.99")
     return found
 
 
 def many(value: Any) -> Any:
     """One value where several may stand."""
     return () if value is None else (value,) if isinstance(value, str | Path) else value
-
-
-def _pins() -> Any:
-    from .point_syntax import Pin
-
-    return tuple[Pin, ...]
 
 
 MESHES = " ".join(formats.holding("uv"))
@@ -563,7 +571,7 @@ class JobOptions:
     )  # fmt: skip
     pin: tuple[Any, ...] = _option(
         "A source point and its target point, in the files' units. May be repeated.", "SX,SY:TX,TY",
-        default=(), parse=many, validated=_pins, commands=MORPHED, basic=True,
+        default=(), parse=many, parse_each=point_syntax.pin, commands=MORPHED, basic=True,
         brief="A source point and its target point. May be repeated.",
         words="point points landmark landmarks anchor correspondence pins handle",
     )  # fmt: skip

@@ -4,13 +4,13 @@
 so, and `x,y,z` or [x, y, z] the point of the surface nearest to a point in space.
 """
 
+import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Annotated, Any
 
 from . import limits
 
-TAGS = ("plane", "space", "vertex")  # what pydantic calls the forms of a place in the path to a mistake
 FORMS = "write x,y or [x, y]; on a mesh also v5 (a vertex) or x,y,z"
 PIN = "SX,SY:TX,TY, such as 10,20:30,40 or 10,20:30,40,radius=6"
 PIN_SETTINGS = {"r": "radius", "radius": "radius", "tolerance": "tolerance", "turn": "turn", "scale": "scale"}
@@ -19,8 +19,8 @@ _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _VERTEX = re.compile(r"[vV]?(\d{1,18})")
 
 
-def read(value: Any) -> Any:
-    """A place as two or three numbers, or as the name of a vertex, such as "v5"; lists are left to be checked.
+def read(value: Any) -> "Place":
+    """A place as two or three numbers, or as the name of a vertex, such as "v5".
 
     Raises:
         ValueError: it is not a place, in a sentence.
@@ -28,65 +28,53 @@ def read(value: Any) -> Any:
     if isinstance(value, int) and not isinstance(value, bool):
         value = str(value)
     if isinstance(value, list | tuple):
-        return value
+        return _point(value)
     words = [word.strip() for word in value.split(",")] if isinstance(value, str) else []
     if len(words) == 1 and (vertex := _VERTEX.fullmatch(words[0])):
         return f"v{int(vertex[1])}"
     if len(words) not in (2, 3) or not all(map(_NUMBER.fullmatch, words)):
         raise ValueError(f"{f'{value!r} ' if isinstance(value, str) else ''}is not a point; {FORMS}")
-    return tuple(map(float, words))
+    return _point([float(word) for word in words])
 
 
-def _kind(value: Any) -> str:
-    """Which form is meant, so that a mistake in it is reported as one of that form."""
-    if isinstance(value, str):
-        return "vertex"
-    return "space" if isinstance(value, list | tuple) and len(value) == 3 else "plane"
+def _point(numbers: Sequence[Any]) -> "Place":
+    """Two or three numbers as a place.
+
+    Raises:
+        ValueError: there are more or fewer, or something that is not a number, or too large a one.
+    """
+    if len(numbers) not in (2, 3):
+        raise ValueError(f"is not a point; {FORMS}")
+    for axis, number in zip("xyz", numbers):
+        if not isinstance(number, int | float) or isinstance(number, bool):
+            raise ValueError(f"{axis} must be a number")
+        if number in (math.inf, -math.inf) or number != number:
+            raise ValueError(f"{axis} must be a finite number")
+        if abs(number) > limits.COORDINATE:
+            raise ValueError(f"{axis} must be between {-limits.COORDINATE:g} and {limits.COORDINATE:g}")
+    if len(numbers) == 2:
+        return float(numbers[0]), float(numbers[1])
+    return float(numbers[0]), float(numbers[1]), float(numbers[2])
 
 
-class LazySchema:
-    """What pydantic checks of a type, made when it asks: it is slow to import, and most jobs name no place.
+class CheckedBy:
+    """How pydantic checks a type in documents: by a function, so that options and documents share one check.
 
     Args:
-        type: makes the type with its checks.
+        check: makes the value, or raises a ValueError.
     """
 
-    def __init__(self, type: Callable[[], Any]):
-        self.type = type
+    def __init__(self, check: Callable[[Any], Any]):
+        self.check = check
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
-        """The schema of the type with its checks."""
-        return handler.generate_schema(self.type())
+        """The schema of the type; pydantic, which is slow to import, is there when it asks for this."""
+        from pydantic_core import core_schema
+
+        return core_schema.no_info_plain_validator_function(self.check)
 
 
-def _number() -> Any:
-    from pydantic import Field
-
-    return Annotated[
-        float, Field(allow_inf_nan=False, ge=-limits.COORDINATE, le=limits.COORDINATE, strict=True)
-    ]
-
-
-def _place() -> Any:
-    from pydantic import BeforeValidator, Discriminator, Tag
-
-    return Annotated[
-        Annotated[tuple[Number, Number], Tag("plane")]
-        | Annotated[tuple[Number, Number, Number], Tag("space")]
-        | Annotated[str, Tag("vertex")],
-        Discriminator(_kind),
-        BeforeValidator(read),
-    ]
-
-
-def _pair() -> Any:
-    from pydantic import BeforeValidator
-
-    return Annotated[tuple[Place, Place] | tuple[Place, Place, dict[str, float]], BeforeValidator(_pin)]
-
-
-Number = Annotated[float, LazySchema(_number)]
-Place = Annotated[tuple[float, float] | tuple[float, float, float] | str, LazySchema(_place)]
+Place = Annotated[tuple[float, float] | tuple[float, float, float] | str, CheckedBy(read)]
 
 
 def written(place: Place) -> str:
@@ -99,25 +87,41 @@ def vertex_of(place: Place) -> int | None:
     return int(place[1:]) if isinstance(place, str) else None
 
 
-def _pin(value: Any) -> Any:
-    """`SX,SY:TX,TY` as typed, also with settings such as `,radius=6`; or two places, or four numbers."""
+def pin(value: Any) -> "Pin":
+    """A pin: `SX,SY:TX,TY` as typed, also with settings such as `,radius=6`; or two places, or four numbers.
+
+    Raises:
+        ValueError: it is not a pin, in a sentence.
+    """
     if isinstance(value, str):
-        sides = value.split(":")
-        if len(sides) != 2:
-            raise ValueError(f"{value!r} is not {PIN}")
-        words = sides[1].split(",")
-        place = [word for word in words if "=" not in word]
-        try:
-            places = read(sides[0]), read(",".join(place))
-        except ValueError as error:
-            raise ValueError(f"{error}; a pin is {PIN}") from None
-        settings = dict(_setting(word) for word in words if "=" in word)
-        return (*places, settings) if settings else places
-    if isinstance(value, list | tuple) and len(value) == 3 and isinstance(value[2], dict):
-        return (*value[:2], dict(_setting(f"{name}={number}") for name, number in value[2].items()))
+        return _typed_pin(value)
     if isinstance(value, list | tuple) and len(value) == 4:
-        return (value[:2], value[2:])
-    return value
+        return read(value[:2]), read(value[2:])
+    if isinstance(value, list | tuple) and len(value) == 3 and isinstance(value[2], dict):
+        settings = dict(_setting(f"{name}={number}") for name, number in value[2].items())
+        return read(value[0]), read(value[1]), settings
+    if isinstance(value, list | tuple) and len(value) == 2:
+        return read(value[0]), read(value[1])
+    raise ValueError(f"is not {PIN}")
+
+
+def _typed_pin(text: str) -> "Pin":
+    """A pin as it is typed.
+
+    Raises:
+        ValueError: it is not one, in a sentence.
+    """
+    sides = text.split(":")
+    if len(sides) != 2:
+        raise ValueError(f"{text!r} is not {PIN}")
+    words = sides[1].split(",")
+    place = [word for word in words if "=" not in word]
+    try:
+        source, target = read(sides[0]), read(",".join(place))
+    except ValueError as error:
+        raise ValueError(f"{error}; a pin is {PIN}") from None
+    settings = dict(_setting(word) for word in words if "=" in word)
+    return (source, target, settings) if settings else (source, target)
 
 
 def _setting(word: str) -> tuple[str, float]:
@@ -138,4 +142,4 @@ def _setting(word: str) -> tuple[str, float]:
     return name, value
 
 
-Pin = Annotated[tuple[Place, Place] | tuple[Place, Place, dict[str, float]], LazySchema(_pair)]
+Pin = Annotated[tuple[Place, Place] | tuple[Place, Place, dict[str, float]], CheckedBy(pin)]

@@ -30,7 +30,7 @@ ORDER = (
     "io.pictures",
     "io.svg",
     "io.memory io.quiet_stderr io.checked",
-    "io.options io.option_groups io.page io.spec io.formats io.point_syntax io.references",
+    "io.options io.option_groups io.page io.spec io.formats io.point_syntax io.references io.values",
     "io.files io.limits",
     "texture_transfer",
     "solve",

@@ -5,7 +5,6 @@
 Names are imported when first used, so that reading a job costs no numerics.
 
 job            `Job`: one run, described and validated
-validate       a job's values, checked by pydantic
 earlier        outputs of earlier runs, which the same command may replace
 execute        `run`: inputs, map, outputs, report
 inputs         the files that a job reads

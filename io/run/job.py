@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from types import UnionType
-from typing import Any, ClassVar, Literal, Self, TypeVar, Union, get_args, get_origin
+from typing import Any, ClassVar, Self, TypeVar
 
 from ...errors import InputError, JobError
-from .. import formats
+from .. import formats, values
 from ..options import (
     OUTPUT,
     SOLVER,
@@ -21,6 +19,7 @@ from ..options import (
     RelayoutOptions,
     of_command,
     options_of,
+    suggest,
 )
 from ..spec import path_of
 
@@ -52,8 +51,7 @@ class Outcome:
 
 
 class Described:
-    """The values of a command: its arguments and options. They never change; what is asked of them goes by pydantic's
-    names, which checks them unless they are plain (see `validate`).
+    """The values of a command: its arguments and options. They never change.
 
     Attributes:
         command: of `iccm`.
@@ -81,15 +79,8 @@ class Described:
 
     def __init__(self, **values: Any):
         former = self.former_names()
-        values = {former.get(name, name): value for name, value in values.items()}
-        plain = self.parse(values)
-        if plain is None:
-            from .validate import validate
-
-            plain = validate(type(self), values)
-        vars(self).update(self.defaults(), **plain)
-        if lacking := [name for name in self.required() if not getattr(self, name)]:
-            raise JobError([(name, "must be given") for name in lacking])
+        checked = self.check({former.get(name, name): value for name, value in values.items()})
+        vars(self).update(self.defaults(), **checked)
         if [*self.output, self.report].count("-") > 1:
             raise JobError([("", "only one output can be stdout (`-`)")])
 
@@ -111,21 +102,40 @@ class Described:
         ]
 
     @classmethod
-    def parse(cls, values: dict[str, Any]) -> dict[str, Any] | None:
-        """The values as they are kept, if they are beyond doubt; None where a closer look is needed, which is slow."""
-        if not all(map(values.get, cls.required())) or not values.keys() <= cls.rows.keys():
-            return None
-        found = dict[str, Any]()
-        for name, value in values.items():
-            hint, option = cls.rows[name]
+    def check(cls, given: dict[str, Any]) -> dict[str, Any]:
+        """The values that are given, as a job keeps them.
+
+        Raises:
+            JobError: every mistake.
+        """
+        checked = dict[str, Any]()
+        mistakes = list[tuple[str, str]]()
+        required = cls.required()
+        for name, (hint, option) in cls.rows.items():
+            if name not in given and name in required:
+                mistakes.append((name, values.MISSING))
+            if name not in given:
+                continue
             try:
-                parsed = option.parse(value) if option and option.parse else value
-            except ValueError:
-                return None
-            found[name] = tuple(parsed) if isinstance(parsed, list) else parsed
-            if not _fits(found[name], hint) or (option and not _in_bounds(found[name], option)):
-                return None
-        return found
+                if option:
+                    checked[name] = option.value_of(given[name], hint)
+                else:
+                    checked[name] = values.convert(given[name], hint)
+            except values.WrongValue as error:
+                mistakes.append((name if error.index is None else f"{name}.{error.index}", str(error)))
+                continue
+            if checked[name] in ("", ()) and (name in required or option is None):
+                mistakes.append((name, values.MISSING))
+        mistakes += [(name, cls._unknown(name)) for name in given if name not in cls.rows]
+        if mistakes:
+            raise JobError(mistakes)
+        return checked
+
+    @classmethod
+    def _unknown(cls, name: str) -> str:
+        """The message about an unknown name, with similar names."""
+        near = suggest(name, {known: option for known, (_, option) in cls.rows.items()})
+        return f"{values.UNKNOWN}; did you mean {' or '.join(near[:2])}?" if near else values.UNKNOWN
 
     @classmethod
     def names_file(cls, key: str, value: str) -> bool:
@@ -351,30 +361,6 @@ class RelayoutJob(Textured, RelayoutOptions):
 Kind = TypeVar("Kind", bound=Described)
 KINDS: dict[str, type[Described]] = {kind.command: kind for kind in (Job, FlattenJob, RelayoutJob)}
 """The jobs of a batch, by their commands."""
-
-
-def _fits(value: Any, hint: Any) -> bool:
-    """Whether a value is of a type, without being made so."""
-    kind, args = get_origin(hint), get_args(hint)
-    if kind in (Union, UnionType):
-        return any(_fits(value, each) for each in args)
-    if kind is Literal:
-        return any(value == each and type(value) is type(each) for each in args)
-    if kind is tuple:
-        of_each = args[:1] * len(value) if isinstance(value, tuple) and args[-1] is Ellipsis else args
-        return isinstance(value, tuple) and len(value) == len(of_each) and all(map(_fits, value, of_each))
-    if hint is str:
-        return type(value) is str and value.isprintable()
-    return type(value) is hint and (hint is not float or math.isfinite(value))
-
-
-def _in_bounds(value: Any, option: Option) -> bool:
-    """Whether a number is between the bounds of its option."""
-    return not isinstance(value, int | float) or (
-        (option.least is None or value >= option.least)
-        and (option.above is None or value > option.above)
-        and (option.most is None or value <= option.most)
-    )
 
 
 def _as_lists(value: Any) -> Any:

@@ -21,9 +21,11 @@ from ...meshes.topology import Triangles
 from ...plane import polygon_area, triangle_areas
 from .. import limits
 from ..checked import StrictModel
-from ..point_syntax import Number
 from .shape import Shape
 
+Number = Annotated[
+    float, Field(allow_inf_nan=False, ge=-limits.COORDINATE, le=limits.COORDINATE, strict=True)
+]
 Vertices = Annotated[list[tuple[Number, Number]], Field(min_length=3, max_length=limits.START_ENTRIES)]
 Corner = Annotated[int, Field(ge=0, lt=limits.START_ENTRIES, strict=True)]
 

@@ -209,11 +209,11 @@ def nested(depth):
 JOB = {"source": "square.svg", "target": "blob.svg"}
 WILL_FAIL = {
     "a NUL": ({"output": "a\0.png"}, "NUL"),
-    "a surrogate": ({"output": "a\ud800.png"}, "not valid Unicode"),
+    "a surrogate": ({"output": "a\ud800.png"}, "UTF-8"),
     "deep nesting": ({"output": nested(900)}, "nested more than 8 deep"),
     "deep constraints": ({"constraints": nested(900)}, "nested more than 8 deep"),
     "memory without end": ({"memory": "9" * 400}, "memory"),
-    "a number without end": ({"memory": 10**400}, "less than"),
+    "a number without end": ({"memory": 10**400}, "at most"),
     "an unknown suffix": ({"output": "a.xyz"}, "a.xyz: unknown suffix"),
     "an unknown plot": ({"plot": "a.gif"}, "a.gif: unknown suffix for --plot"),
     "an STMap of bytes": ({"stmap": "a.png"}, "a.png: an STMap needs floats"),
@@ -281,9 +281,8 @@ def test_a_mistake_in_the_defaults_is_told_once_and_there(shapes):
         '[defaults]\nquasi = -1\n[[job]]\nsource = "square.svg"\n[[job]]\nsource = "no.svg"',
         name="j.toml",
     )
-    assert [line for line in found if "quasi" in line] == [
-        "[defaults]: quasi: Input should be greater than 0"
-    ]
+    (about_quasi,) = [line for line in found if "quasi" in line]
+    assert about_quasi.startswith("[defaults]: quasi: ") and about_quasi.endswith("greater than 0")
 
 
 def test_globs_that_multiply_are_told_before_they_are(shapes, monkeypatch):

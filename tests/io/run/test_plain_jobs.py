@@ -1,5 +1,6 @@
-"""Jobs whose values are plain are made without pydantic, and are those that it would make."""
+"""A job's values are checked by the table of options, without pydantic."""
 
+import math
 import subprocess
 import sys
 from typing import get_args, get_origin
@@ -10,13 +11,13 @@ from hypothesis import strategies as st
 
 from iccm.errors import JobError
 from iccm.io.run.job import KINDS, Job
-from iccm.io.run.validate import checked, validate
 
 HINTS = {name: hint for name, (hint, _) in Job.rows.items()}
 
 ODD = st.one_of(
-    st.none(), st.booleans(), st.integers(-3, 200_000), st.floats(), st.sampled_from([1e200, -0.0, 0.5, 1.0]),
+    st.none(), st.booleans(), st.integers(-3, 200_000), st.floats(), st.sampled_from([1e200, -0.0, 0.5, 1.0, 10**400]),
     st.text(max_size=4), st.lists(st.one_of(st.integers(-1, 2000), st.text(max_size=3)), max_size=3),
+    st.dictionaries(st.text(max_size=2), st.integers(), max_size=2),
     st.sampled_from(["a.svg", "any", "640x480", "2G", "source", "0.5", "uv", "keep", "data", "\ud800", "-", "1,2:3,4"]),
 )  # fmt: skip
 
@@ -28,41 +29,83 @@ def likely(hint):
     return st.one_of(known, ODD)
 
 
-VALUES = st.fixed_dictionaries(
-    {"source": st.sampled_from(["a.svg", "b.obj#2", ""])},
-    optional={name: likely(hint) for name, hint in HINTS.items() if name != "source"},
-)
-
-
 @pytest.mark.slow
 @settings(max_examples=300, deadline=None)
 @given(st.data())
-def test_what_is_plain_is_what_pydantic_makes_of_it(data):
+def test_a_job_holds_what_its_options_take_or_names_each_mistake(data):
     names = data.draw(st.lists(st.sampled_from(sorted(HINTS)), max_size=4, unique=True))
     values = {name: data.draw(likely(HINTS[name])) for name in names} | {"source": "a.svg"}
-    plain = Job.parse(values)
-    if plain is not None:
-        assert repr(Job.defaults() | plain) == repr(Job.defaults() | validate(Job, values))
+    try:
+        checked = Job.check(values)
+    except JobError as error:
+        assert {key.partition(".")[0] for key, _ in error.mistakes} <= values.keys()
+        return
+    assert checked.keys() == values.keys()
+    assert Job.check(checked) == checked  # what is kept is taken again, unchanged
+    for value in checked.values():
+        assert not isinstance(value, float) or math.isfinite(value)
+        assert not isinstance(value, list)
 
 
 @pytest.mark.parametrize(
-    "values",
+    ("given", "kept"),
     [
-        {"size": (64,), "texture": "p.jpg", "output": ["o.png"], "force": True},
-        {"turn": 90.0, "memory": 1 << 30, "method": "balanced", "tolerance": 1e-4, "report": "-"},
-        {"normal": ["n.png"], "vertices": "source", "require_injective": 0.99, "parts": "all"},
+        ({"balance": 2}, 2.0),
+        ({"balance": "0.5"}, 0.5),
+        ({"effort": 4.0}, 4),
+        ({"effort": "3"}, 3),
+        ({"force": "Yes"}, True),
+        ({"force": 0}, False),
+        ({"turn": "any"}, "any"),
+        ({"turn": 90}, 90.0),
+        ({"output": "o.png"}, ("o.png",)),
+        ({"size": [640, 480]}, (640, 480)),
+        ({"size": "x480"}, (0, 480)),
+        ({"texture_scale": 0.25}, (0.25,)),
+        ({"order": 0}, 0),
+        ({"report": None}, None),
     ],
 )
-def test_what_the_command_line_gives_is_plain(values):
-    assert Job.parse({"source": "a.svg", "target": "b.svg", **values}) is not None
+def test_values_are_kept_as_their_types_have_them(given, kept):
+    (name,) = given
+    value = getattr(Job(source="a.svg", **given), name)
+    assert value == kept and type(value) is type(kept)
 
 
-def test_every_value_has_the_default_that_pydantic_gives():
+@pytest.mark.parametrize(
+    ("given", "what"),
+    [
+        ({"balance": True}, "number"),
+        ({"balance": -0.5}, "at least 0"),
+        ({"tolerance": 0}, "greater than 0"),
+        ({"effort": 2.5}, "whole number"),
+        ({"effort": 17}, "at most 16"),
+        ({"effort": "9" * 5000}, "whole number"),
+        ({"force": "maybe"}, "true or false"),
+        ({"force": None}, "true or false"),
+        ({"parts": "some"}, "'joined'"),
+        ({"report": 3}, "text"),
+        ({"output": "\ud800.png"}, "UTF-8"),
+        ({"texture_offset": [1]}, "two numbers"),
+        ({"source": ""}, "is missing"),
+        ({"target": ""}, "is missing"),
+        ({"max_dilatation": math.inf}, "finite"),
+        ({"require_injective": 10**400}, "share"),
+    ],
+)
+def test_a_value_of_another_type_or_out_of_bounds_is_reported(given, what):
+    with pytest.raises(JobError) as caught:
+        Job(**{"source": "a.svg"} | given)
+    ((key, text),) = caught.value.mistakes
+    assert key.partition(".")[0] in given and what in text
+
+
+def test_options_that_are_not_given_have_their_defaults():
     for kind in KINDS.values():
-        fields = checked(kind).model_fields
-        assert kind.defaults() == {name: field.get_default() for name, field in fields.items()} | {
-            name: kind.defaults()[name] for name in kind.required()
-        }
+        for name, value in kind.defaults().items():
+            option = kind.rows[name][1]
+            if option and not option.required:
+                assert option.value_of(value, kind.rows[name][0]) == value
     assert vars(Job(source="a", pin=["1,2:3,4"])) == vars(Job(source="a")) | {
         "pin": (((1.0, 2.0), (3.0, 4.0)),)
     }

@@ -110,9 +110,9 @@ PIN = '{"source": [1, 2], "target": [3, 4]'
         ('{"pins": [' + PIN + ', "source": [0, 0]}]}', "'source' is given twice"),
         ('{"pins": [{"source": [1], "target": [3, 4]}]}', r"pins\.0\.source"),
         ('{"pins": [{"source": [1, 2, 3, 4], "target": [3, 4]}]}', r"pins\.0\.source"),
-        ('{"pins": [{"source": [1, "2"], "target": [3, 4]}]}', r"pins\.0\.source\.1: .*number"),
-        ('{"pins": [{"source": [1, NaN], "target": [3, 4]}]}', r"pins\.0\.source\.1: .*finite"),
-        ('{"pins": [{"source": [1, 1e400], "target": [3, 4]}]}', r"pins\.0\.source\.1"),
+        ('{"pins": [{"source": [1, "2"], "target": [3, 4]}]}', r"pins\.0\.source: .*y .*number"),
+        ('{"pins": [{"source": [1, NaN], "target": [3, 4]}]}', r"pins\.0\.source: .*y .*finite"),
+        ('{"pins": [{"source": [1, 1e400], "target": [3, 4]}]}', r"pins\.0\.source: .*y .*finite"),
         ('{"pins": [' + PIN + ', "weight": 0}]}', r"pins\.0\.weight: .*greater than 0"),
         ('{"strokes": [{"source": [[1, 2]], "target": [[1, 2], [3, 4]]}]}', r"strokes\.0\.source: .*2 items"),
         (
