@@ -30,6 +30,14 @@ COLOURS = 1024
 MOST_TEXELS_ACROSS = 1e60
 """Texels that are counted across a layout, whose square stays finite; far fewer are ever made (LARGEST)."""
 LARGEST = 4096  # texels across that are made unasked, but where the old texture has more
+MAGNIFIED = 64
+"""Times as wide as the old texture that pictures are made unasked, at most, if that is more than COLOURS: room for 64
+repetitions of all of it (by hand)."""
+TEXELS_PER_REPETITION = 8
+"""Texels of a new picture across one repetition of the old texture below which it is hardly recognizable (by hand)."""
+MEAN_COLOURS = 256
+"""Texels across a picture that shows hardly more than mean colours of a texture, each of which takes long: its
+footprint in the texture is large (by hand)."""
 ROWS = 64  # of the layout that are filtered at a time (by hand)
 
 
@@ -201,15 +209,33 @@ def texels_across(
 def limited(across: int, size: tuple[int, int]) -> int:
     """So many texels across, or as many as are made unasked of a texture of this size.
 
-    Where even these would each show all of the texture, as it is repeated so often, they are hardly more than one
-    colour: fewer do.
+    A texture that repeats so often that none of its repetitions could be recognized gets a small picture.
     """
-    most = max(LARGEST, *size)
-    return COLOURS if across > most * max(size) else min(across, most)
+    largest = most_texels_across(size)
+    if across * TEXELS_PER_REPETITION > largest * max(size):
+        return min(MEAN_COLOURS, largest)
+    return min(across, largest)
 
 
-def too_small(across: int, made: int) -> str:
-    """A remark where pictures are not as many texels wide as `texels_across` says."""
+def most_texels_across(size: tuple[int, int]) -> int:
+    """Return how many texels across pictures of a texture of this size have at most, if no size is asked for."""
+    return max(min(LARGEST, max(MAGNIFIED * max(size), COLOURS)), *size)
+
+
+def too_small(across: int, made: int, size: tuple[int, int]) -> str:
+    """Return a note for pictures that are not as many texels wide as `texels_across` returns.
+
+    Args:
+        across: texels that would show all detail.
+        made: texels that the pictures have.
+        size: of the texture, width and height.
+    """
+    repetitions = across // max(size)
+    if across * TEXELS_PER_REPETITION > most_texels_across(size) * max(size):
+        return (
+            f"a texture of {size[0]}×{size[1]} texels repeats about {repetitions:.6g} times across the new layout; "
+            f"pictures {made} texels wide show only its mean colors"
+        )
     return (
         f"pictures {made} texels wide lose detail of the old textures; use --size {across} to keep all of it"
     )

@@ -176,7 +176,7 @@ class MaterialBaker:
             wanted = texels_across(self._shown(probe, map), shown, size, wrap=map.wrap)
             self._sides[id(map)] = limited(wanted, size)
             if wanted > self._sides[id(map)]:
-                self.notes.append(too_small(wanted, self._sides[id(map)]))
+                self.notes.append(too_small(wanted, self._sides[id(map)], size))
         return self._sides[id(map)]
 
     def _read(self, map: MaterialMap) -> Image:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,6 +20,18 @@ from .carried import BakeSettings, MaterialBaker
 from .material_set import MaterialSet, part
 
 TEXTURE_SLOTS = (gltf_materials.BASE, gltf_materials.DIFFUSE, "map_kd")  # where a texture that is mapped goes
+
+
+class CarriedPictures(NamedTuple):
+    """Pictures of materials for new coordinates.
+
+    Attributes:
+        pictures: the content of their files, see `mesh_format.Pictures`.
+        notes: for the user, such as that detail is lost.
+    """
+
+    pictures: dict[str, dict[str, bytes]]
+    notes: list[str]
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +89,7 @@ class CarriedMaps:
 
     def carry(
         self, file: MeshFile, new: NewCoordinates, *, shown: bool = False, threads: int | None = None
-    ) -> dict[str, dict[str, bytes]]:
+    ) -> CarriedPictures:
         """Make the pictures of materials for new coordinates, as PNG files, those of normals turned.
 
         Args:
@@ -85,23 +98,21 @@ class CarriedMaps:
             shown: whether a new texture takes the place of the colours.
             threads: never change the result.
 
-        Returns:
-            The content of the files, see `mesh_format.Pictures`.
-
         Raises:
             InputError: a picture that cannot be read.
         """
         same_file = file.content is self.file.content
         material_set = self.material_set if same_file else _material_set(file, self.kinds)
         sheet = replace(material_set.sheet, uv=new.uv, uv_faces=new.corners[_corners(file)], stated=None)
-        made = dict[str, dict[str, bytes]]()
+        made, notes = dict[str, dict[str, bytes]](), list[str]()
         for k, material in enumerate(material_set.materials):
             own = np.flatnonzero(material_set.owner == k)
             same = own, np.tile(np.arange(3), (own.size, 1))
             baker = MaterialBaker(material_set, part(sheet, own), same, BakeSettings(threads=threads))
             slots = [slot for slot in material.maps if own.size and not (shown and slot in TEXTURE_SLOTS)]
             made[material.key] = {slot: as_png(baker.image(slot)) for slot in slots}
-        return made
+            notes += [note for note in baker.notes if note not in notes]
+        return CarriedPictures(made, notes)
 
 
 def _corners(file: MeshFile) -> Index:

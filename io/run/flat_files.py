@@ -1,5 +1,6 @@
 """A flattening as a file: its outline (SVG), the flat mesh (OBJ), the mesh with flat positions as coordinates."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -87,8 +88,13 @@ def write_uvs(
         InputError: the format holds no texture coordinates.
     """
     new = NewCoordinates(unit_uvs(shape), *shape.corners)
-    shown = ShownPictures(pictures=maps.carry(shape.file, new) if maps else {})
-    return mesh_files.write(shape.file, new, shown, out, name, force=force)
+    if maps is None:
+        return mesh_files.write(shape.file, new, ShownPictures(), out, name, force=force)
+    carried = maps.carry(shape.file, new)
+    written = mesh_files.write(
+        shape.file, new, ShownPictures(pictures=carried.pictures), out, name, force=force
+    )
+    return replace(written, notes=[*(f"{name}: {note}" for note in carried.notes), *written.notes])
 
 
 def _path(z) -> str:

@@ -99,9 +99,10 @@ def _pictures(maps: Sequence[tuple[str, str]], outputs: Sequence[str]) -> list[C
         raise InputError(f"{outputs[0]}: no texture is given; {cure}")
     names = name_each(outputs, maps)
     if len(names) != len(maps):
+        textures = f"{len(maps)} texture{'s' * (len(maps) != 1)}"
+        count = f"{len(outputs)} output{'s' * (len(outputs) != 1)}"
         raise InputError(
-            f"{len(maps)} textures but {len(outputs)} outputs: give one -o for each texture, or one with "
-            f"{STEM} in its name"
+            f"{textures} but {count}: give one -o for each texture, or one with {STEM} in its name"
         )
     return [CarriedPicture(path, kind, name) for (path, kind), name in zip(maps, names)]
 
@@ -172,7 +173,7 @@ class _Pictures:
                 wanted = texels_across(probe, shown, size, box)
                 sides.append(limited(wanted, size))
                 if wanted > sides[-1]:
-                    self.cut.append(too_small(wanted, sides[-1]))
+                    self.cut.append(too_small(wanted, sides[-1], size))
         return (max(sides) or COLOURS,) * 2
 
     def _origin(self, width: int, height: int, tile: complex | None) -> Origin:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -106,12 +106,13 @@ def new_uvs(
     uv, faces = _joined(found)
     corners[target.flattening.patch.corner] = faces
     new = NewCoordinates(uv, corners, triangles)
-    pictures = {}
+    shown, notes = ShownPictures(texture, normals), list[str]()
     if carried_maps is not None:
-        pictures = carried_maps.carry(target.file, new, shown=texture is not None, threads=threads)
-    shown = ShownPictures(texture, normals, pictures)
+        carried = carried_maps.carry(target.file, new, shown=texture is not None, threads=threads)
+        shown = replace(shown, pictures=carried.pictures)
+        notes += [f"{name}: {note}" for note in carried.notes]
     written = mesh_files.write(target.file, new, shown, out, name, force=force)
-    notes = [*written.notes]
+    notes += written.notes
     if parts[0][2].is_mesh:
         figures["torn_triangles"] = torn = sum(each.torn for each in found)
         if torn:

@@ -111,3 +111,32 @@ def test_obj(iccm, tmp_path, monkeypatch, said, wrap):
     assert "-clamp" not in (tmp_path / "out.mtl").read_text()
     assert iccm("map", "old.obj", "new.obj", "--bake", "-o", "baked.png", "--size", 2 * N).code == 0
     check(np.asarray(Image.open("baked.png")), wrap, wrap)
+
+
+@pytest.mark.parametrize("wrap", ["repeat", "clamp"])
+def test_a_picture_that_repeats_more_often_than_pictures_can_show(iccm, tmp_path, monkeypatch, wrap):
+    """Two thousand times: the new picture is small, of mean colors, and a note gives the number."""
+    monkeypatch.chdir(tmp_path)
+    glb(tmp_path / "old.glb", 2000 * SQUARE[:, :2], wrap, "repeat", texture())
+    flattened = iccm("flatten", "old.glb", "--uv", "flat.glb", "--carry-maps")
+    assert flattened.code == 0, flattened.err
+    glb(tmp_path / "new.glb", SQUARE[:, :2])
+    relaid = iccm("relayout", "old.glb", "new.glb", "-o", "out.glb")
+    for done, name in ((flattened, "flat.glb"), (relaid, "out.glb")):
+        assert f"{N}×{N}" in done.out + done.err and "2000 times" in done.out + done.err
+        made = gl.GLTF2().load(name)
+        view = made.bufferViews[made.images[0].bufferView]
+        content = made.binary_blob()[view.byteOffset : view.byteOffset + view.byteLength]
+        assert max(Image.open(io.BytesIO(content)).size) <= 256
+
+
+def test_pictures_of_small_textures_have_room_for_many_repetitions(iccm, tmp_path, monkeypatch):
+    """Thirty times are shown in full, without a note."""
+    monkeypatch.chdir(tmp_path)
+    glb(tmp_path / "old.glb", 30 * SQUARE[:, :2], picture=texture())
+    done = iccm("flatten", "old.glb", "--uv", "flat.glb", "--carry-maps")
+    made = gl.GLTF2().load("flat.glb")
+    view = made.bufferViews[made.images[0].bufferView]
+    content = made.binary_blob()[view.byteOffset : view.byteOffset + view.byteLength]
+    assert Image.open(io.BytesIO(content)).size == (30 * N, 30 * N)
+    assert "repeats" not in done.out + done.err and "detail" not in done.out + done.err
