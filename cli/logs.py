@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..errors import IccmError
+from ..errors import IccmError, printable
 
 if TYPE_CHECKING:
     from ..io.run.job import Outcome
@@ -54,13 +54,13 @@ class _Text(logging.Formatter):
     """Format messages as `error: …`, `note: …`, or plain text for other levels."""
 
     def format(self, record: logging.LogRecord) -> str:
-        """Format one record as one line."""
+        """Format one record as one line, whatever characters names of files contain."""
         label = ""
         if record.levelno >= logging.ERROR:
             label = styled("error:", sys.stderr, fg="red", bold=True) + " "
         elif record.levelno in (logging.WARNING, POOR):
             label = styled("note:", sys.stderr, fg="yellow") + " "
-        return wrapped(label + " ".join(record.getMessage().split("\n")))
+        return wrapped(label + printable(record.getMessage()))
 
 
 def wrapped(text: str) -> str:
@@ -217,9 +217,9 @@ def explain(error: BaseException) -> int:
         for mistake in getattr(error, "mistakes", [])
     ]
     for mistake in mistakes[:-1]:
-        log.error(_one_line(mistake))
+        log.error(mistake)
     if mistakes:
-        return _say(_one_line(mistakes[-1]), INPUT)
+        return _say(mistakes[-1], INPUT)
     return _say(*sentence(error))
 
 
@@ -230,7 +230,7 @@ def sentence(error: BaseException) -> tuple[str, int]:
     if isinstance(error, click.ClickException):
         return _one_line(error.format_message()), INPUT
     if isinstance(error, IccmError):
-        return _one_line(str(error)), INPUT
+        return str(error), INPUT
     if isinstance(error, OSError) and error.strerror:
         where = f"{error.filename}: " if error.filename else ""
         return f"{where}{error.strerror}", INPUT
@@ -264,8 +264,8 @@ def _say(message: str, code: int) -> int:
 
 
 def _one_line(text: str) -> str:
-    """Join lines and escape characters that a terminal would interpret."""
-    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in " ".join(text.split()))
+    """Join the lines of a message of a library."""
+    return " ".join(text.split())
 
 
 def _broken_pipe() -> int:

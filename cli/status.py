@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from ..errors import printable
 from ..progress import Listener, heard, tell
 from . import logs
 
@@ -64,7 +65,7 @@ class Line:
     def __str__(self) -> str:
         what, done, of = self._said
         now, (began, first) = time.monotonic(), self._began
-        what = "".join(c if c.isprintable() else repr(c)[1:-1] for c in what)
+        what = printable(what)
         if not of:
             return f"{what}, {now - self._start:.0f} s"
         seconds = (now - began) / (done - first) * (of - done) if done > first else 0.0

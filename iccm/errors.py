@@ -4,8 +4,20 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
 
+def printable(text: str) -> str:
+    r"""Escape control characters, which names of files can contain, so that a text is one line and harmless.
+
+    >>> printable("a\nb \x1b[31m.svg")
+    'a\\nb \\x1b[31m.svg'
+    """
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+
+
 class IccmError(Exception):
-    """Base of every error that `iccm` raises on purpose."""
+    """Base of every error that `iccm` raises on purpose; as text it is one line, see `printable`."""
+
+    def __str__(self) -> str:
+        return printable(super().__str__())
 
 
 class InputError(IccmError, ValueError):

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError
+from ..errors import InputError, printable
 from . import files, formats, limits
 from .meshes import mesh_files
 from .outlines import polygons
@@ -274,7 +274,7 @@ def lines(facts: dict[str, Any]) -> list[str]:
             out += [f"{key}:", *("  " + _row(item) for item in value)]
         elif value not in ([], {}, None):
             out.append(f"{key}: {_text(key, value)}")
-    return ["".join(c if c.isprintable() else repr(c)[1:-1] for c in line) for line in out]
+    return [printable(line) for line in out]
 
 
 def _row(item: dict[str, Any]) -> str:

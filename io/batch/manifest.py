@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from ...errors import InputError, JobError
+from ...errors import InputError, JobError, printable
 from .. import files, formats, limits
 from ..options import many
 from ..pictures.tiles import MARK, files_of
@@ -33,7 +33,7 @@ class ManifestError(InputError):
     """Every mistake of a manifest, a line each."""
 
     def __init__(self, found: list[str]) -> None:
-        found = [line if len(line) <= LONGEST else line[:LONGEST] + "…" for line in found]
+        found = [printable(line if len(line) <= LONGEST else line[:LONGEST] + "…") for line in found]
         super().__init__(f"{found[0]} (and {len(found) - 1} more)" if len(found) > 1 else found[0])
         self.mistakes = found
 

@@ -369,8 +369,8 @@ def test_quiet_verbose_and_json_messages(shapes, iccm):
         (logs.Terminated(15), 143, "stopped by signal 15"),
         (MemoryError(), 70, "out of memory"),
         (ZeroDivisionError("of pigs"), 70, "internal error, please report it (ZeroDivisionError: of pigs)"),
-        (OSError(28, "No space left on device", "x.png"), 2, "x.png: No space left on device"),
-        (core.InputError("a.svg: is\nwrong"), 2, "a.svg: is wrong"),
+        (OSError(28, "No space left on device", "x\n.png"), 2, r"x\n.png: No space left on device"),
+        (core.InputError("a\nb.svg: is wrong"), 2, r"a\nb.svg: is wrong"),
         (click.UsageError("no"), 2, "no"),
     ],
 )

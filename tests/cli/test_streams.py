@@ -1,6 +1,7 @@
 """Closed streams, and who may speak on stderr."""
 
 import json
+import sys
 
 import pytest
 
@@ -63,6 +64,21 @@ def test_quiet_does_not_hide_a_poor_job_of_a_batch(shapes, iccm):
 def test_terminal_controls_in_names_are_written_out(shapes, iccm):
     typed = iccm("info", "a\x1b[31m.svg")
     assert typed.code == 2 and "\x1b" not in typed.err and r"\x1b[31m" in typed.err
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="names of files")
+def test_line_feeds_in_names_do_not_break_messages(shapes, iccm):
+    """Of inputs, of outputs that are reported, in notes, and of jobs in a manifest."""
+    (shapes / "a\nerror: b.svg").write_bytes((shapes / "square.svg").read_bytes())
+    done = iccm("map", "a\nerror: b.svg", "blob.svg", "-o", "o\n.png", "--size", "32")
+    assert done.code == 0 and all(line.isprintable() for line in done.lines)
+    assert any(r"o\n.png" in line for line in done.lines)
+    assert iccm("map", "no\nne.svg", "blob.svg").lines == [r"error: no\nne.svg: no such file"]
+    (shapes / "j.jsonl").write_text(
+        json.dumps({"source": "no\nne.svg", "target": "blob.svg", "output": "o.png"})
+    )
+    (line,) = iccm("batch", "j.jsonl").lines
+    assert line.startswith("error: j.jsonl: line 1") and r"no\nne.svg" in line
 
 
 @pytest.mark.parametrize("name", ["o.png", "o.glb", "o.svg", "o.OBJ", "o.pdf"])

@@ -7,8 +7,8 @@ CLI = "tests/cli/test_cli.py"
 COMMANDS: list[Mutant] = [
     Mutant(
         "cli/logs.py",
-        "if isinstance(error, IccmError):\n        return _one_line(str(error)), INPUT",
-        "if isinstance(error, IccmError):\n        return _one_line(str(error)), 1",
+        "if isinstance(error, IccmError):\n        return str(error), INPUT",
+        "if isinstance(error, IccmError):\n        return str(error), 1",
         CLI,
         "wrong input ends with the exit code of a poor result",
     ),
