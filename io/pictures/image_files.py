@@ -132,9 +132,9 @@ def read_held(picture: Path | bytes, where: str, **options: Any) -> Image:
         try:
             found = read(path, **options)
         except InputError as error:
-            said = str(error).partition(": ")[2]
-            unread = "" if said.startswith("cannot read this picture") else "cannot read this picture: "
-            raise InputError(f"{where}: {unread}{said}") from error
+            reason = str(error).removeprefix(f"{path}: ").replace(str(path), "the picture")
+            unread = "" if reason.startswith("cannot read this picture") else "cannot read this picture: "
+            raise InputError(f"{where}: {unread}{reason}") from error
     return replace(found, notes=tuple(note.replace(str(path), where) for note in found.notes))
 
 

@@ -399,9 +399,10 @@ def pair_outputs(outputs: Sequence[str], maps: Sequence[tuple[str, str]]) -> tup
     alone = alone and sorted(kinds) == ["colour", "normal"]
     if len(textures) > 1 and len(pictures) != len(textures) and not alone:
         also = "; a mesh takes one --texture and one --normal" if any(map(is_mesh, outputs)) else ""
+        count = f"{len(pictures)} picture{'s' * (len(pictures) != 1)}"
         raise ValueError(
-            f"{len(textures)} textures but {len(pictures)} pictures: give one -o for each texture, or one "
-            f"with {STEM} in its name{also}"
+            f"{len(textures)} textures but {count}: give one -o for each texture, or one with {STEM} in its "
+            f"name{also}"
         )
     return tuple(outputs)
 

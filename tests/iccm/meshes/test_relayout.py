@@ -308,7 +308,7 @@ def test_a_layout_without_area_is_not_done(there, iccm):
     ("words", "message"),
     [
         (("-o", "o.png"), "no texture"),
-        (("--texture", "old.png", "-o", "a.png", "-o", "b.png"), "1 textures but 2 outputs"),
+        (("--texture", "old.png", "-o", "a.png", "-o", "b.png"), "1 texture but 2 outputs"),
         (("--texture", "old.png", "--force", "-o", "old.png"), "is also an input"),
         (("--normal", "grey.png", "-o", "o.png"), "normal map needs 3"),
         (("--texture", "old.png", "-o", "o.xyz"), "o.xyz"),

@@ -1,6 +1,7 @@
 """Reading and writing pictures: what was stored comes back, and what cannot be read is one line."""
 
 import struct
+import tempfile
 import warnings
 import zlib
 
@@ -181,11 +182,17 @@ def test_forms_that_are_not_read_are_named(tmp_path, brand, said):
         image_files.read(tmp_path / "a.avif")
 
 
-@pytest.mark.parametrize("content", [b"xx", b"\x89PNG\r\n\x1a\n", b"\0\0\0\x1cftypavif" + bytes(40)])
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"xx", b"BM" + bytes(90), b"\x89PNG\r\n\x1a\n", b"\0\0\0\x1cftypavif" + bytes(40)],
+)
 def test_a_held_picture_that_cannot_be_read_is_said_once(content):
+    """And without the temporary file from which libraries read it."""
     with pytest.raises(InputError, match=r"^embedded: ") as caught:
         image_files.read_held(content, "embedded")
-    assert str(caught.value).count("cannot read") == 1
+    message = str(caught.value)
+    assert message.count("cannot read") == 1
+    assert tempfile.gettempdir() not in message and "a.jpg" not in message
 
 
 def test_alpha_alone_is_a_grey_picture(tmp_path):

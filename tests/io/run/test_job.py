@@ -49,6 +49,7 @@ def test_a_pin_may_be_written_in_three_ways(pin):
         ({"method": "magic"}, "--method", "conformal"),
         ({"colour": 1}, "--colour", "unknown key"),
         ({"output": ["-"], "report": "-"}, "only one output", "only one output"),
+        ({"texture": "a.png", "normal": "n.png", "output": ["o.png"]}, "2 textures but 1 picture: ", "-o"),
     ],
 )
 def test_a_mistake_is_one_line_that_names_the_option(values, place, what):
