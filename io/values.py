@@ -65,8 +65,10 @@ def convert(value: Any, hint: Any) -> Any:
     if origin in (Union, UnionType):
         return _one_of_types(value, hint, args)
     if origin is Literal:
-        if any(value == choice and type(value) is type(choice) for choice in args):
-            return value
+        for choice in args:
+            is_text_of_number = isinstance(value, str) and value == str(choice)
+            if is_text_of_number or (value == choice and type(value) is type(choice)):
+                return choice
         raise WrongValue(f"must be {describe(hint)}")
     if origin is tuple:
         return _tuple(value, hint, args)
