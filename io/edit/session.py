@@ -33,9 +33,9 @@ from ..run.constraints import check_inside
 from ..run.execute import solve_pairs
 from ..run.inputs import Inputs
 from ..run.job import Job
-from ..run.outputs import suffix_for
 from ..run.phases import Phases
 from ..run.report import as_json
+from ..run.resolve import suffix_for
 from ..run.state import Run
 from ..shapes import constraints, listing, regions
 from ..shapes.listing import ConstraintsFile, Pin, Stroke

@@ -8,6 +8,7 @@ job            `Job`: one run, described and validated
 earlier        outputs of earlier runs, which the same command may replace
 execute        `run`: inputs, map, outputs, report
 inputs         the files that a job reads
+resolve        what a job leaves open, filled in from its files
 constraints    pins and strokes in the core plane
 parts          `--parts all`
 state          a job under way

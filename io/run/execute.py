@@ -13,12 +13,12 @@ from ...progress import Listener
 from .. import files, formats, references
 from . import earlier, outputs, parts, report
 from .constraints import add_names, go_on, solve
-from .inputs import Inputs
 from .job import Job, Outcome
 from .outputs.output import Output
 from .parts import Pair, Pairs
 from .phases import Doubt, Phases
 from .report import OutputReport
+from .resolve import resolve
 from .state import Run, Tell
 
 if TYPE_CHECKING:
@@ -89,23 +89,17 @@ def _read(job: Job, threads: int | None, tell: Tell, phases: Phases, again: bool
     Raises:
         InputError: an input or output is wrong; of an output that may not be written when nothing else is wrong.
     """
-    inputs = Inputs(job)
-    job = outputs.name_outputs(job, inputs)
-    own = earlier.own_outputs(job) if again and not job.force else set()
-    wanted = outputs.of(job, inputs)
-    formats.check_report(job.report)
-    refusal: InputError | None = None
-    try:
-        files.check_outputs(job.outputs, job.inputs, force=job.force, own=own)
-    except InputError as error:
-        refusal, tell = error, lambda note: None
-    if own:  # all that exist are its own
-        job = job.model_copy(update={"force": True})
-    run = Run.read(job, inputs.of_job(job), threads, tell, phases)
-    wanted = outputs.check(run, wanted)
-    if refusal is not None:
-        raise refusal
+    resolved = resolve(job, again=again)
+    heard = tell if resolved.refusal is None else _ignore  # remarks are for jobs that run
+    run = Run.read(resolved.job, resolved.inputs, threads, heard, phases, resolved.notes)
+    wanted = outputs.check(run, resolved.wanted)
+    if resolved.refusal is not None:
+        raise resolved.refusal
     return run, wanted
+
+
+def _ignore(note: str) -> None:
+    """Hear a remark that nobody is told."""
 
 
 Settings = tuple[dict[str, Any], bool]

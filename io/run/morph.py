@@ -29,6 +29,7 @@ from .outputs.output import Output
 from .outputs.picture import Picture, displayed
 from .parts import Pair
 from .phases import Phases
+from .resolve import pin_same_vertices
 from .state import Run, Tell
 from .texture import is_own_picture
 
@@ -112,7 +113,8 @@ def run(
             job = job.model_copy(update={"output": tuple(written), "gaps": "transparent"})
             textures = [asked.target_texture] if asked.target_texture else []
             files.check_outputs(written, [*job.inputs, *textures], force=job.force)
-            begun = _with_own_pictures(Run.read(job, Inputs(job), threads, tell, phases))
+            job, inputs, notes = pin_same_vertices(job, Inputs(job))
+            begun = _with_own_pictures(Run.read(job, inputs, threads, tell, phases, notes))
             _check(begun, list(outputs.values()), asked.frames)
         solve_pairs(begun, lambda pair: _settings(begun, pair))
         with phases.timed("morph"):

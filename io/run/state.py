@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -76,28 +76,27 @@ class Run:
     _other: dict[tuple[str, str], Run] = field(default_factory=dict)
 
     @classmethod
-    def read(cls, job: Job, inputs: Inputs, threads: int | None, tell: Tell, phases: Phases) -> Run:
-        """A job whose shapes and constraints are read.
+    def read(
+        cls,
+        job: Job,
+        inputs: Inputs,
+        threads: int | None,
+        tell: Tell,
+        phases: Phases,
+        notes: Sequence[str] = (),
+    ) -> Run:
+        """A job whose shapes and constraints are read; `notes` are remarks on what was filled in, see `resolve`.
 
         Raises:
             InputError: a file is wrong, or constraints are not places of it.
         """
         figures = dict[str, Any]()
-        inputs.check_trace()
-        pins = inputs.same_vertices()
-        if pins:
-            job = job.model_copy(update={"pin": pins})
-            inputs = inputs.of_job(job)
         if job.several:
             pairs, notes, figures = parts.read(job, inputs)
         else:
             source = inputs.shape(job.source)
             target = inputs.shape(job.target, target=True, source=source) if job.target else source
-            said = (
-                f"{job.target}: has the same topology as {job.source}, so {len(pins)} vertices are pinned "
-                "to the same vertices"
-            )
-            pairs, notes = [(source, target)], [f"{said} (use --pin for other pins)"] if pins else []
+            pairs = [(source, target)]
         run = cls.of_pairs(job, inputs, pairs, tell, phases, threads, figures)
         run.note(*notes)
         if not job.several:

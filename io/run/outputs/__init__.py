@@ -12,7 +12,6 @@ saved_map      the map itself, exactly
 plot           the figure
 """
 
-import os
 from copy import copy
 from importlib import import_module
 
@@ -22,7 +21,7 @@ from ...pictures.tiles import MARK, name_at
 from ...spec import Spec
 from ..framing import placing_options
 from ..inputs import Inputs
-from ..job import STEM, WRITTEN, Job, is_picture, pair_outputs
+from ..job import Job, is_picture
 from ..state import Run
 from . import checks
 from .output import Output
@@ -138,34 +137,3 @@ def _kind(name: str, job: Job) -> str:
 def _load(kind: str, name: str) -> Output:
     module, _, made = kind.partition(".")
     return getattr(import_module(f".{module}", __name__), made)(name)
-
-
-def name_outputs(job: Job, inputs: Inputs) -> Job:
-    """The job with a picture, or a mesh for a mesh, named after its shapes, when it writes nothing else.
-
-    Raises:
-        InputError: that mesh would not show the texture, or there is a link of that name: where it leads was not named.
-    """
-    if job.output or any(getattr(job, field) for field in WRITTEN):
-        return job
-    specs = [Spec.of(spec) for spec in (job.source, job.target) if spec]
-    names = [spec.path.stem + (f"#{spec.chosen}" if spec.chosen else "") for spec in specs]
-    name = "-".join(names if job.target else [*names, "deformed"]).replace("#", "-")
-    suffix = suffix_for(job, inputs)
-    if len(job.maps) > 1:
-        name, suffix = f"{name}-{STEM}", ".png"
-    try:
-        named = pair_outputs([name + suffix], job.maps)
-    except ValueError as error:
-        raise InputError(str(error)) from None
-    if links := [each for each in named if os.path.islink(each)]:
-        raise InputError(f"{links[0]}: is a link; name the output with -o")
-    return job.model_copy(update={"output": named})
-
-
-def suffix_for(job: Job, inputs: Inputs) -> str:
-    """Of the output that is written when none is named: a mesh for a mesh, else a picture."""
-    if job.target is None or job.bake or not inputs.is_mesh(job.target) or inputs.is_layout(job.target):
-        return ".png"
-    path = Spec.of(job.target).path
-    return formats.suffix_of(path) if formats.of(path).uv else ".obj"

@@ -9,10 +9,10 @@ import pytest
 from iccm import Fit, InputError
 from iccm.cli import apply, deform, map, options
 from iccm.io.options import ApplyOptions, options_of
-from iccm.io.run import outputs
 from iccm.io.run.execute import run
 from iccm.io.run.inputs import Inputs
 from iccm.io.run.job import Job, make
+from iccm.io.run.resolve import name_outputs
 from iccm.io.run.state import Run
 from iccm.io.spec import path_of
 from iccm.parallel import thread_count
@@ -135,12 +135,12 @@ def test_a_file_whose_name_has_a_hash_wins(tmp_path):
     ],
 )
 def test_the_default_output_is_named_after_the_shapes(job, name):
-    assert outputs.name_outputs(job, Inputs(job)).output == (name,)
+    assert name_outputs(job, Inputs(job)).output == (name,)
 
 
 def test_no_picture_by_default_when_something_else_is_asked_for():
     for job in (Job(source="a", target="b", report="-"), Job(source="a", target="b", plot="p.png")):
-        assert outputs.name_outputs(job, Inputs(job)).output == ()
+        assert name_outputs(job, Inputs(job)).output == ()
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,116 @@
+"""A job with everything filled in that its values leave open: once, before its inputs become shapes.
+
+What follows from values alone (the output that is the STMap, a picture for each texture) `Job` fills in itself. What
+depends on files is filled in here: names of outputs, whether outputs of an earlier run may be replaced, and pins
+between the same vertices of two meshes. After that a job does not change.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+
+from ...errors import InputError
+from .. import files, formats
+from ..spec import Spec
+from . import earlier, outputs
+from .inputs import Inputs
+from .job import STEM, WRITTEN, Job, pair_outputs
+from .outputs.output import Output
+
+
+@dataclass(frozen=True)
+class Resolved:
+    """A job of which nothing is left open.
+
+    Attributes:
+        job: with its outputs named.
+        inputs: the files that it reads.
+        wanted: its outputs.
+        notes: remarks on what was filled in.
+        refusal: why an output may not be written. Mistakes in the inputs are reported before it.
+    """
+
+    job: Job
+    inputs: Inputs
+    wanted: list[Output]
+    notes: list[str]
+    refusal: InputError | None
+
+
+def resolve(job: Job, *, again: bool = False) -> Resolved:
+    """Fill in what depends on the files of a job.
+
+    Args:
+        job: as it was given.
+        again: whether outputs that an earlier run of the same shapes wrote may be replaced, see `earlier`.
+
+    Raises:
+        InputError: an input is wrong, or an output is of a kind that cannot be made.
+    """
+    inputs = Inputs(job)
+    job = name_outputs(job, inputs)
+    own = earlier.own_outputs(job) if again and not job.force else set()
+    wanted = outputs.of(job, inputs)
+    formats.check_report(job.report)
+    refusal: InputError | None = None
+    try:
+        files.check_outputs(job.outputs, job.inputs, force=job.force, own=own)
+    except InputError as error:
+        refusal = error
+    if own:  # all that exist are its own
+        job = job.model_copy(update={"force": True})
+    job, inputs, notes = pin_same_vertices(job, inputs.of_job(job))
+    return Resolved(job, inputs, wanted, notes, refusal)
+
+
+def pin_same_vertices(job: Job, inputs: Inputs) -> tuple[Job, Inputs, list[str]]:
+    """Pin vertices of two closed meshes of the same topology to each other, where no pins are given.
+
+    Returns:
+        The job with these pins, its files, and a note on them.
+
+    Raises:
+        InputError: a mesh cannot be read, or --trace is given without a picture.
+    """
+    inputs.check_trace()
+    pins = inputs.same_vertices()
+    if not pins:
+        return job, inputs, []
+    job = job.model_copy(update={"pin": pins})
+    note = (
+        f"{job.target}: has the same topology as {job.source}, so {len(pins)} vertices are pinned "
+        "to the same vertices (use --pin for other pins)"
+    )
+    return job, inputs.of_job(job), [note]
+
+
+def name_outputs(job: Job, inputs: Inputs) -> Job:
+    """The job with a picture, or a mesh for a mesh, named after its shapes, when it writes nothing else.
+
+    Raises:
+        InputError: that mesh would not show the texture, or there is a link of that name: where it leads was not named.
+    """
+    if job.output or any(getattr(job, field) for field in WRITTEN):
+        return job
+    specs = [Spec.of(spec) for spec in (job.source, job.target) if spec]
+    names = [spec.path.stem + (f"#{spec.chosen}" if spec.chosen else "") for spec in specs]
+    name = "-".join(names if job.target else [*names, "deformed"]).replace("#", "-")
+    suffix = suffix_for(job, inputs)
+    if len(job.maps) > 1:
+        name, suffix = f"{name}-{STEM}", ".png"
+    try:
+        named = pair_outputs([name + suffix], job.maps)
+    except ValueError as error:
+        raise InputError(str(error)) from None
+    if links := [each for each in named if os.path.islink(each)]:
+        raise InputError(f"{links[0]}: is a link; name the output with -o")
+    return job.model_copy(update={"output": named})
+
+
+def suffix_for(job: Job, inputs: Inputs) -> str:
+    """Of the output that is written when none is named: a mesh for a mesh, else a picture."""
+    if job.target is None or job.bake or not inputs.is_mesh(job.target) or inputs.is_layout(job.target):
+        return ".png"
+    path = Spec.of(job.target).path
+    return formats.suffix_of(path) if formats.of(path).uv else ".obj"
