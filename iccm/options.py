@@ -1,53 +1,95 @@
 """The options of a solve, with their ranges and the methods that they belong to."""
 
+import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, fields
-from typing import Literal, TypedDict
-
-import numpy as np
+from dataclasses import dataclass, field, fields
+from numbers import Real
+from typing import Any, Literal, TypedDict, get_args
 
 from .errors import InputError
 from .fits import FITS
 
-MAX_EFFORT = 16  # times the usual number of correspondences: more were never better on hard pairs
+MethodName = Literal["balanced", "conformal", "paper"]
+PlaceName = Literal["fill", "inside", "slice"]
+METHODS: tuple[str, ...] = get_args(MethodName)
+PLACES: tuple[str, ...] = get_args(PlaceName)
+HOLES = ("auto", "keep")
+BALANCED = ("balanced",)
+WEIGHTED = ("conformal", "paper")
+"""The methods that weigh constraints."""
+MAX_EFFORT = 16
+"""Times the usual number of correspondences that are tried, and about as many times the time."""
 MAX_POLYGON_VERTICES = 4000
 """Of a map's polygon in the conformal and the paper's method, whose equations are a dense matrix of that size."""
-METHODS = ("balanced", "conformal", "paper")
-PLACES = ("fill", "inside", "slice")
-HOLES = ("auto", "keep")
 TOLERANCE = 1e-3
 """Default gap between the image of the boundary and the target, relative to the target's diagonal: half a pixel of
 a picture 500 pixels across."""
 FIXED_BY_LITERAL = ("vertices", "consistency")
 """Options whose values the paper prescribes."""
-WEIGHTED_ONLY = (
-    "order",
-    "quasi",
-    "smoothness",
-    "vertices",
-    "samples_per_edge",
-    "max_iterations",
-    "decrease",
-    "pin_weight",
-    "stroke_weight",
-)
-"""Options of the conformal and the paper's method, which weigh constraints."""
-BALANCED_ONLY = (
-    "balance",
-    "turn",
-    "fit",
-    "place",
-    "holes",
-    "max_left_out",
-    "max_uncovered",
-    "effort",
-    "max_dilatation",
-    "max_stretch",
-    "rigid_size",
-    "exact_pins",
-    "terms",
-)
-"""Options of the balanced method."""
+ONE_OF_PLACE = ("fit", "holes", "max_left_out", "max_uncovered")
+"""Options that say how a drawing takes the form of the target, which it keeps its proportions instead of with place."""
+
+
+@dataclass(frozen=True)
+class OptionRow:
+    """What an option takes, and which methods have it. Names, types and defaults are those of the fields of `Options`.
+
+    Attributes:
+        methods: those in which it has an effect.
+        selects: whether a value other than the default selects these methods, where none is named.
+        words: the words that it takes.
+        is_number: whether it takes numbers.
+        least: the least of them.
+        above: the number that they must be above, instead of a least one.
+        most: the largest one.
+    """
+
+    methods: tuple[str, ...] = METHODS
+    selects: bool = False
+    words: tuple[str, ...] = ()
+    is_number: bool = False
+    least: float = -math.inf
+    above: float | None = None
+    most: float = math.inf
+
+    def mistake(self, value: Any, default: Any) -> str:
+        """What is wrong with a value, as the end of a sentence; nothing if the option takes it."""
+        if value is None and default is None:
+            return ""
+        if self.is_number:
+            return self._mistake_of_number(value)
+        if self.words and value not in self.words:
+            return f"{value!r} is not one of {', '.join(self.words)}"
+        return ""
+
+    def _mistake_of_number(self, value: Any) -> str:
+        if isinstance(value, str) and value in self.words:
+            return ""
+        if not isinstance(value, Real):
+            also = f"neither a number nor {self.words[0]!r}" if self.words else "not a number"
+            return f"{value!r} is {also}"
+        is_inside = value >= self.least if self.above is None else value > self.above
+        if math.isfinite(value) and is_inside and value <= self.most:
+            return ""
+        if self.above is not None:
+            bounds = f"a finite number above {self.above:g}"
+        elif math.isfinite(self.most):
+            return f"{value} is not between {self.least:g} and {self.most:g}"
+        elif math.isfinite(self.least):
+            bounds = f"a finite number of at least {self.least:g}"
+        else:
+            bounds = "a finite number"
+        return f"{value} is not {bounds}" + (f" and at most {self.most:g}" if self.most < math.inf else "")
+
+
+def _field(default: Any, **row: Any) -> Any:
+    """A field of `Options` with its default and its row in the table."""
+    return field(default=default, metadata={"row": OptionRow(**row)})
+
+
+def _number(default: Any, *, least: float = 0, **row: Any) -> Any:
+    """A field for numbers, of at least 0 unless something else is said."""
+    return _field(default, is_number=True, least=least, **row)
 
 
 class OptionValues(TypedDict, total=False):
@@ -134,89 +176,61 @@ class Options:
         tolerance: boundary gap to reach, relative to the diagonal of the target (conformal).
     """
 
-    method: str | None = None
-    balance: float = 1.0
-    turn: float | Literal["any"] | None = None
-    fit: str = "auto"
-    place: str = "fill"
-    holes: str = "auto"
-    max_left_out: float = 1.0
-    max_uncovered: float = 1.0
-    effort: int = 1
-    max_dilatation: float | None = None
-    max_stretch: float | None = None
-    rigid_size: float | Literal["free"] | None = None
-    exact_pins: bool = False
-    terms: Sequence[object] = ()
-    order: int | None = None
-    quasi: float | None = None
-    pin_weight: float = 1.0
-    stroke_weight: float = 1.0
-    smoothness: float = 0.0
-    consistency: float | None = None
-    tangential: float = 0.05
-    literal: bool = False
-    vertices: int | str | None = None
-    samples_per_edge: int | None = None
-    max_iterations: int = 300
-    decrease: float | None = None
-    threshold: float = 1e-16
-    tolerance: float = TOLERANCE
+    method: str | None = _field(None, words=METHODS)
+    balance: float = _number(1.0, methods=BALANCED, selects=True)
+    turn: float | Literal["any"] | None = _number(
+        None, methods=BALANCED, selects=True, least=-math.inf, words=("any",)
+    )
+    fit: str = _field("auto", methods=BALANCED, selects=True, words=tuple(FITS))
+    place: str = _field("fill", methods=BALANCED, selects=True, words=PLACES)
+    holes: str = _field("auto", methods=BALANCED, selects=True, words=HOLES)
+    max_left_out: float = _number(1.0, methods=BALANCED, selects=True, most=1)
+    max_uncovered: float = _number(1.0, methods=BALANCED, selects=True, most=1)
+    effort: int = _number(1, methods=BALANCED, selects=True, least=1, most=MAX_EFFORT)
+    max_dilatation: float | None = _number(None, methods=BALANCED, selects=True, least=1)
+    max_stretch: float | None = _number(None, methods=BALANCED, selects=True, least=1)
+    rigid_size: float | Literal["free"] | None = _number(
+        None, methods=BALANCED, selects=True, above=0, words=("free",)
+    )
+    exact_pins: bool = _field(False, methods=BALANCED, selects=True)
+    terms: Sequence[object] = _field((), methods=BALANCED, selects=True)
+    order: int | None = _number(None, methods=WEIGHTED, selects=True, most=1)
+    quasi: float | None = _number(None, methods=WEIGHTED, selects=True)
+    pin_weight: float = _number(1.0, methods=WEIGHTED, selects=True)
+    stroke_weight: float = _number(1.0, methods=WEIGHTED, selects=True)
+    smoothness: float = _number(0.0, methods=WEIGHTED, selects=True)
+    consistency: float | None = _number(None, methods=WEIGHTED)
+    tangential: float = _number(0.05, methods=WEIGHTED, above=0, most=1)
+    literal: bool = _field(False, methods=("paper",))
+    vertices: int | str | None = _number(
+        None, methods=WEIGHTED, selects=True, least=3, most=MAX_POLYGON_VERTICES, words=("source",)
+    )
+    samples_per_edge: int | None = _number(None, methods=WEIGHTED, selects=True, least=1)
+    max_iterations: int = _number(300, methods=WEIGHTED, selects=True, least=1)
+    decrease: float | None = _number(None, methods=WEIGHTED, selects=True)
+    threshold: float = _number(1e-16, methods=WEIGHTED)
+    tolerance: float = _number(TOLERANCE, above=0)
 
     def __post_init__(self):
-        """Reject values outside their range."""
-        if self.method not in (None, *METHODS):
-            raise InputError(f"method: {self.method!r} is not one of {', '.join(METHODS)}")
-        if isinstance(self.turn, str) and self.turn != "any":
-            raise InputError(f"turn: {self.turn!r} is not an angle in degrees, nor 'any'")
+        """Reject values that an option does not take, and options that exclude each other."""
         if self.order not in (None, 0, 1):
             raise InputError(f"order: {self.order!r} is not allowed; use 0 or 1")
-        for f in fields(self):
-            value = getattr(self, f.name)
-            least = -np.inf if f.name == "turn" else 0
-            if isinstance(value, float | int) and not (np.isfinite(value) and value >= least):
-                raise InputError(f"{f.name}: {value} is not a finite number of at least 0")
+        for each in fields(self):
+            if mistake := each.metadata["row"].mistake(getattr(self, each.name), each.default):
+                raise InputError(f"{each.name}: {mistake}")
         if self.literal and self.method != "paper":
             raise InputError("literal: needs method paper")
-        if self.literal and (free := self._given(FIXED_BY_LITERAL)):
+        if self.literal and (prescribed := self._given(FIXED_BY_LITERAL)):
             raise InputError(
-                f"{free[0]}: cannot be combined with literal, which uses the paper's value; "
+                f"{prescribed[0]}: cannot be combined with literal, which uses the paper's value; "
                 "remove one of the two"
             )
-        for name, words in (("fit", tuple(FITS)), ("place", PLACES), ("holes", HOLES)):
-            if getattr(self, name) not in words:
-                raise InputError(f"{name}: {getattr(self, name)!r} is not one of {', '.join(words)}")
-        if self.place != "fill" and (
-            others := self._given(("fit", "holes", "max_left_out", "max_uncovered"))
-        ):
+        if self.place != "fill" and (others := self._given(ONE_OF_PLACE)):
             raise InputError(
                 f"{others[0]}: cannot be combined with place {self.place}, which keeps the drawing's "
                 "proportions; remove one of the two"
             )
-        if max(self.max_left_out, self.max_uncovered) > 1:
-            raise InputError("max_left_out, max_uncovered: must be shares of the area, at most 1")
-        if not 1 <= self.effort <= MAX_EFFORT:
-            raise InputError(f"effort: {self.effort} is not between 1 and {MAX_EFFORT}")
-        if isinstance(self.rigid_size, str) and self.rigid_size != "free":
-            raise InputError(f"rigid_size: {self.rigid_size!r} is not a factor, nor 'free'")
-        if self.rigid_size == 0:
-            raise InputError("rigid_size: must be above 0")
-        if isinstance(self.vertices, str):
-            if self.vertices != "source":
-                raise InputError(f"vertices: {self.vertices!r} is neither a number nor 'source'")
-        elif self.vertices is not None and not 3 <= self.vertices <= MAX_POLYGON_VERTICES:
-            raise InputError(f"vertices: {self.vertices} is not between 3 and {MAX_POLYGON_VERTICES}")
-        for name in ("max_dilatation", "max_stretch"):
-            bound = getattr(self, name)
-            if bound is not None and bound < 1:
-                raise InputError(f"{name}: {bound:g} is below 1, the least possible value; use a larger one")
         self._refuse_others()
-        if self.tolerance == 0:
-            raise InputError("tolerance: 0 cannot be reached; use a number above 0")
-        if not (self.samples_per_edge != 0 and self.max_iterations >= 1 and 0 < self.tangential <= 1):
-            raise InputError(
-                "samples_per_edge and max_iterations must be at least 1, tangential above 0 and at most 1"
-            )
 
     @property
     def is_balanced(self) -> bool:
@@ -248,3 +262,12 @@ class Options:
                 else f"conformal, which {asked} asks for"
             )
             raise InputError(f"{own[0]}: needs the balanced method, not of {other}")
+
+
+ROWS: dict[str, OptionRow] = {each.name: each.metadata["row"] for each in fields(Options)}
+"""The options by name."""
+DEFAULTS: dict[str, Any] = {each.name: each.default for each in fields(Options)}
+WEIGHTED_ONLY = tuple(name for name, row in ROWS.items() if row.selects and row.methods == WEIGHTED)
+"""Options of the conformal and the paper's method, which weigh constraints, that select one of these."""
+BALANCED_ONLY = tuple(name for name, row in ROWS.items() if row.selects and row.methods == BALANCED)
+"""Options of the balanced method."""

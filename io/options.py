@@ -10,9 +10,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import KW_ONLY, dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_type_hints
+from types import NoneType
+from typing import Annotated, Any, Literal, get_args, get_type_hints
 
 from .. import fits
+from .. import options as solver
 from ..deadline import DEFAULT
 from . import formats, limits, point_syntax, values
 
@@ -33,7 +35,8 @@ class Option:
         help: a sentence; what the default means in brackets, where that is None.
         metavar: what stands for the value.
         default: its value when it is not given.
-        least, above, most: the smallest number allowed, or the one below it, and the largest.
+        least, above, most: the smallest number allowed, or the one below it, and the largest. Options of the solver
+            have the bounds and defaults of `iccm.options`, unless a row has narrower ones.
         parse: makes the value of what was typed.
         parse_each: the same for each value of an option that may be repeated.
         solver: whether it goes to `iccm.fit` and `iccm.deform`, unless it is None.
@@ -53,9 +56,9 @@ class Option:
     metavar: str | None = None
     _: KW_ONLY
     default: Any = None
-    least: int | None = None
-    above: int | None = None
-    most: int | None = None
+    least: float | None = None
+    above: float | None = None
+    most: float | None = None
     parse: Callable[[Any], Any] | None = None
     parse_each: Callable[[Any], Any] | None = None
     solver: bool = False
@@ -105,12 +108,30 @@ def _table(*commands: str) -> Callable[[type], type]:
     def fill(cls: type) -> type:
         for name, hint in get_type_hints(cls).items():
             option = getattr(cls, name)
+            if option.solver:
+                option = _of_solver(name, hint, option)
             row = replace(option, commands=option.commands or commands)
             cls.__annotations__[name] = Annotated[hint, row]
-            setattr(cls, name, option.default)
+            setattr(cls, name, row.default)
         return cls
 
     return fill
+
+
+def _of_solver(name: str, hint: Any, option: Option) -> Option:
+    """The row of an option of the solver, with what `iccm.options` says of it.
+
+    Its default is the solver's where it has no other: where None stands for that, it is left to the solver. Its bounds
+    are the solver's unless the row has narrower ones.
+    """
+    row = solver.ROWS[name]
+    if option.default is None and NoneType not in get_args(hint):
+        option = replace(option, default=solver.DEFAULTS[name])
+    if option.least is None and option.above is None and math.isfinite(row.least) and row.is_number:
+        option = replace(option, least=None if row.above is not None else row.least, above=row.above)
+    if option.most is None and math.isfinite(row.most) and row.is_number:
+        option = replace(option, most=row.most)
+    return option
 
 
 FREE = 0
@@ -578,7 +599,7 @@ class JobOptions:
     exact_pins: bool = _option(
         "Take each pin exactly to its place, whatever distortion that costs, instead of drawing a patch around it "
         "there.",
-        default=False, solver=True, commands=("map", "deform", "morph"), words="hard strict soft nail",
+        solver=True, commands=("map", "deform", "morph"), words="hard strict soft nail",
     )  # fmt: skip
     constraints: str | None = _option(
         "Read pins and strokes from a file; - for stdin.",
@@ -642,14 +663,14 @@ class JobOptions:
         above=0,
         solver=True,
     )
-    method: Literal["balanced", "conformal", "paper"] | None = _option(
+    method: solver.MethodName | None = _option(
         "balanced: nearly uniform scale, meets the outline, pins and strokes; conformal: keeps angles "
         "exactly; paper: Algorithm 1 as published.  [default: balanced; conformal with its own options]", solver=True,
     )  # fmt: skip
     balance: float = _option(
         "Weight of areas against angles: 0 keeps angles only, 1 weights both equally, larger values keep "
         "areas (balanced).", "THETA",
-        default=1.0, least=0, most=limits.BALANCE, solver=True, commands=MORPHED,
+        most=limits.BALANCE, solver=True, commands=MORPHED,
     )  # fmt: skip
     turn: float | Literal["any"] | None = _option(
         "Rotation of the picture in degrees, counter-clockwise; any: whatever suits the shapes best "
@@ -664,24 +685,24 @@ class JobOptions:
         brief="Which parts may be cropped or left empty where the shapes differ.",
         words="mode crop contain cover frame",
     )  # fmt: skip
-    place: Literal["fill", "inside", "slice"] = _option(
+    place: solver.PlaceName = _option(
         "How the drawing is placed on the target. fill: it takes the target's form; inside: it keeps its "
         "proportions and is as large as possible inside the target; slice: it keeps its proportions, "
-        "covers the target and is cropped to it.", default="fill", solver=True, commands=("map",), basic=True,
+        "covers the target and is cropped to it.", solver=True, commands=("map",), basic=True,
         brief="Fill the target, or keep the drawing's proportions inside it or covering it.",
         words="aspect proportions ratio undistorted logo meet preserve",
     )  # fmt: skip
     max_left_out: float | None = _option(
         "Largest share of the source that may be hidden, such as 0.1.  [default: no limit]", "SHARE",
-        least=0, most=1, solver=True, commands=("map",),
+        solver=True, commands=("map",),
     )  # fmt: skip
     max_uncovered: float | None = _option(
         "Largest share of the target that may stay bare, such as 0.1.  [default: no limit]", "SHARE",
-        least=0, most=1, solver=True, commands=("map",),
+        solver=True, commands=("map",),
     )  # fmt: skip
     effort: int | None = _option(
         "Multiply the search effort by N: slower, and sometimes a better map.  [default: 1]", "N",
-        least=1, most=16, solver=True, commands=("map", "morph"), old=("starts",), words="quality tries attempts",
+        solver=True, commands=("map", "morph"), old=("starts",), words="quality tries attempts",
     )  # fmt: skip
     max_dilatation: float | None = _option(
         "Largest dilatation allowed (balanced).",
@@ -694,13 +715,10 @@ class JobOptions:
         "Largest stretch allowed (balanced).", "S", above=1, solver=True, commands=EDITED
     )
     order: Literal[0, 1] | None = _option(
-        "Order of the distance that is minimised, 0 or 1.  [default: depends on the method]",
-        least=0,
-        most=1,
-        solver=True,
+        "Order of the distance that is minimised, 0 or 1.  [default: depends on the method]", solver=True
     )
     max_iterations: int | None = _option(
-        "Stop after N iterations.  [default: depends on the method]", "N", least=1, solver=True
+        "Stop after N iterations.  [default: depends on the method]", "N", solver=True
     )
     vertices: int | Literal["source"] | None = _option(
         "Number of boundary vertices; source: the vertices of the file.  [default: depends on the shape]", "N|source",
@@ -709,22 +727,18 @@ class JobOptions:
     samples_per_edge: int | None = _option(
         "Samples per edge with --method paper.  [default: 4; with --literal 1, the vertex]",
         "N",
-        least=1,
         most=64,
         solver=True,
     )
     literal: bool = _option(
         "Follow the paper to the letter: the source's vertices, samples only at vertices, sums instead "
-        "of integrals, full steps (paper).",
-        default=False, solver=True,
+        "of integrals, full steps (paper).", solver=True,
     )  # fmt: skip
     smoothness: float | None = _option(
-        "Resistance to bending.  [default: depends on the command]", "W", least=0, solver=True
+        "Resistance to bending.  [default: depends on the command]", "W", solver=True
     )
     tolerance: float = _option(
         "Largest distance between the mapped outline and the target's outline, relative to its diagonal.",
-        default=1e-3,
-        above=0,
         solver=True,
         commands=MORPHED,
     )

@@ -34,7 +34,9 @@ def test_every_former_name_is_taken_by_its_command(iccm):
             for old in option.old:
                 assert old not in rows
                 typed = iccm(command, f"--{old}", "--no-such-option")
-                assert "--no-such-option" in typed.err or "argument" in typed.err, (command, name, old)
+                todays = f"'--{name.replace('_', '-')}'"  # its value is another option
+                words = ("--no-such-option", "argument", todays)
+                assert any(word in typed.err for word in words), (command, name, old)
 
 
 def test_former_names_hold_in_manifests(shapes, iccm):

@@ -268,9 +268,13 @@ BAD_OPTIONS = {
     "tolerance": (np.inf, "tolerance: inf is not a finite number"),
     "vertices": (2, "vertices: 2 is not between 3 and 4000"),
     "vertices by name": ("all", "vertices: 'all' is neither a number nor 'source'"),
-    "samples_per_edge": (0, "samples_per_edge and max_iterations must be at least 1"),
-    "max_iterations": (0, "samples_per_edge and max_iterations must be at least 1"),
-    "tangential": (0, "tangential above 0"),
+    "samples_per_edge": (0, "samples_per_edge: 0 … at least 1"),
+    "max_iterations": (0, "max_iterations: 0 … at least 1"),
+    "tangential": (0, "tangential: 0 … above 0"),
+    "max_left_out": (1.5, "max_left_out: 1.5 … 0 and 1"),
+    "max_stretch": (0.5, "max_stretch: 0.5 … at least 1"),
+    "balance": ("much", "balance: 'much' is not a number"),
+    "rigid_size": (0, "rigid_size: 0 … above 0"),
 }
 
 
@@ -332,7 +336,7 @@ def test_bad_input_is_refused_in_one_line(name, method):
 
 
 def test_a_tolerance_of_zero_is_refused():
-    with pytest.raises(iccm.InputError, match="tolerance: 0 cannot be reached"):
+    with pytest.raises(iccm.InputError, match="tolerance: 0 .* above 0"):
         iccm.fit(square(), ell(), tolerance=0)
 
 
