@@ -19,6 +19,9 @@ HARMLESS = 1e-3
 AT_ONCE = 1 << 16  # points times segments, of which crossings are looked for in one go
 DRAWN_SHARE = 1 / 3
 """Of what a drawing encloses. Where it paints less, it is drawn by lines: an outline around an empty inside."""
+BODY_SHARE = 1 / 2
+"""Of the convex hulls of a drawing's parts. Where what its lines paint and enclose is less, most of them are open, as
+in a figure of strokes with a round head: filling the few closed ones would show a head without a body."""
 
 Refused = tuple[float, InputError]
 
@@ -117,7 +120,13 @@ def painted(rings: Sequence[Complex], rule: str) -> list[shapely.Polygon]:
 def with_lines_filled(ink: shapely.Geometry) -> shapely.Geometry:
     """Fill what an area encloses, where it covers so little of that that it is drawn by lines."""
     whole = fill_holes(ink)
-    return whole if ink.area < DRAWN_SHARE * whole.area else ink
+    return whole if ink.area < DRAWN_SHARE * whole.area and has_body(whole) else ink
+
+
+def has_body(filled: shapely.Geometry) -> bool:
+    """Whether lines, with what they enclose, cover most of the space that their parts take up."""
+    hulls = unite(list(shapely.convex_hull(shapely.get_parts(filled))))
+    return bool(filled.area >= BODY_SHARE * hulls.area)
 
 
 def _untangled(ring: Complex) -> tuple[list[Complex], float, str]:

@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 
 from ...polygons import fill_holes, unite
-from .fill import DRAWN_SHARE, with_lines_filled
+from .fill import DRAWN_SHARE, has_body, with_lines_filled
 from .strokes import Seen, areas, width_of
 from .tree import Node
 
@@ -51,8 +51,9 @@ def painted_areas(
     extent = _longer_side(both)
     widths = [width_of(drawn) * math.sqrt(abs(drawn.affine.determinant)) for drawn, _ in strokes]
     lines = max(widths) <= LINE_WIDTH_SHARE * extent
-    if lines and fills.area < DRAWN_SHARE * fill_holes(both).area:
-        filled = unite([with_lines_filled(fills), fill_holes(every)])
+    enclosed = fill_holes(both)
+    if lines and fills.area < DRAWN_SHARE * enclosed.area:
+        filled = unite([with_lines_filled(fills), fill_holes(every)]) if has_body(enclosed) else both
         return _thinned(both, extent), _thinned(filled, extent)
     visible = [area for (_, area), width in zip(strokes, widths) if width >= VISIBLE_WIDTH_SHARE * extent]
     ink = _thinned(both if len(visible) == len(strokes) else unite([fills, *visible]), extent)

@@ -484,6 +484,21 @@ def test_closed_lines_are_filled_where_lines_draw(tmp_path):
     assert ring.painted.area == pytest.approx(np.pi * (25**2 - 15**2), rel=1e-3)
 
 
+def test_a_figure_of_open_lines_keeps_them(tmp_path):
+    head = '<circle cx="40" cy="20" r="9"/>'
+    limbs = '<path d="M40 30V55L20 90M40 55L70 85M10 45H75"/>'
+    figure = drawn(tmp_path, f'<g fill="none" stroke="red" stroke-width="2">{head}{limbs}</g>')
+    assert figure.painted.equals(figure.ink)
+    # also where its lines are narrow
+    narrow = drawn(tmp_path, f'<g fill="none" stroke="red" stroke-width=".1">{head}{limbs}</g>')
+    assert narrow.painted.equals(narrow.ink) and narrow.ink.area > 10
+    # a closed line is filled beside a text that is drawn by open ones
+    piece = '<path d="M10 10H60L75 70H15z"/>'
+    letters = "".join(f'<path d="M{x} 95v-6h3v6"/>' for x in range(5, 95, 8))
+    labelled = drawn(tmp_path, f'<g fill="none" stroke="red" stroke-width="1">{piece}{letters}</g>')
+    assert labelled.painted.area > 3000 > 1000 > labelled.ink.area
+
+
 def test_an_embedded_picture_is_its_rectangle(tmp_path, svg):
     dot = "data:image/png;base64,iVBORw0KGgo="
     body = f'<image id="photo" x="10" y="20" width="30" height="50" transform="scale(2 1)" href="{dot}"/>'
