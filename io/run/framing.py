@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 SMALL = 0.25  # of the canvas' sides: pictures of a shape that takes no more than that show its box instead
 UNLIKE = 0.05  # of one side by the other: what is stretched more is reported
+CELLS = 8  # squares along a side of the checkerboard
+FEWEST_SQUARES = 10  # of it that lie on a shape's bounding box: with fewer, squares are smaller
 OFF = 0.01  # of a shape's size: what reaches out of its canvas farther than that is reported
 
 
@@ -96,6 +98,14 @@ def stretch_notes(job: Job, source: Shape, shape: tuple[int, ...]) -> list[str]:
 def checkerboard_box(job: Job, source: Shape) -> Box:
     """What of the source the checkerboard covers: a square about the shape, or about its canvas where that is said."""
     return placed(job, source, square(source.box if job.texture_box == "viewbox" else source.bounds))
+
+
+def checkerboard_cells(source: Shape) -> int:
+    """Return how many squares the checkerboard has along a side: twice as many for a long, thin shape, which would be
+    narrower than a square and cut all numbers."""
+    size = source.bounds[1] - source.bounds[0]
+    squares = CELLS**2 * min(size.real, size.imag) / max(size.real, size.imag)
+    return CELLS if squares >= FEWEST_SQUARES else 2 * CELLS
 
 
 def remarks(job: Job, source: Shape, target: Shape) -> list[str]:

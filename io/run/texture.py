@@ -39,7 +39,7 @@ RENDERED_BYTES = (
 )
 MOST_STRETCHED = 0.98
 """Of the source: the rest may be stretched more, and is then shown with fewer texels than pixels."""
-CHEQUERED = 1024  # pixels a side of the checkerboard
+CELL_PIXELS = 128  # a side of a square of the checkerboard
 KEPT = 1 << 24  # numbers of a picture that is kept for the next job (by hand)
 
 
@@ -309,7 +309,9 @@ def image_of(job: Job, source: Shape, room: Memory, own_box: Box | None = None) 
         return own_picture.read(Spec.of(source.spec), source.trace, **limits)
     from ...pixels.checkerboard import checkerboard
 
-    return _read.get(CHEQUERED, _numbers, lambda: image_files.Image(checkerboard(CHEQUERED)))
+    cells = framing.checkerboard_cells(source)
+    size = cells * CELL_PIXELS
+    return _read.get(size, _numbers, lambda: image_files.Image(checkerboard(size, cells)))
 
 
 def _numbers(image: Image) -> int:

@@ -43,6 +43,16 @@ def test_the_checkerboard_covers_a_square(oblong):
     assert framing.checkerboard_box(job(texture_box="viewbox"), oblong) == (-25j, 40 + 15j)
 
 
+@pytest.mark.parametrize("path, cells", [("M0 0H36V8H9z", 8), ("M3 0H10L7 70H3z", 16), ("M0 5H90V16H7z", 16)])
+def test_squares_of_the_checkerboard_are_smaller_than_thin_shapes(tmp_path, path, cells):
+    file = tmp_path / "bar.svg"
+    file.write_text(f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><path d="{path}"/></svg>')
+    bar = shape.read(str(file))
+    low, high = framing.checkerboard_box(job(), bar)
+    assert framing.checkerboard_cells(bar) == cells
+    assert (high - low).real / cells <= min(36, *np.ptp(bar.curve.polygon.exterior.coords, axis=0))
+
+
 def test_a_texture_is_rotated_by_degrees():
     assert framing.texture_turn(job(texture_turn=30)) == pytest.approx(3**0.5 / 2 + 0.5j)
 

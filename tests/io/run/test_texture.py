@@ -17,6 +17,7 @@ BOX = (0j, 1 + 1j)
 
 class Blank:
     pictures = ()
+    bounds = BOX
 
 
 def made(**options):
