@@ -336,7 +336,7 @@ def test_bad_input_is_refused_in_one_line(name, method):
 
 
 def test_a_tolerance_of_zero_is_refused():
-    with pytest.raises(iccm.InputError, match="tolerance: 0 .* above 0"):
+    with pytest.raises(iccm.InputError, match=r"tolerance: 0 .* above 0"):
         iccm.fit(square(), ell(), tolerance=0)
 
 
