@@ -129,7 +129,7 @@ def _run(given: dict[str, Any], own: dict[str, Any]) -> tuple[int, Stamps]:
         from ..io.run.execute import run
         from ..io.run.job import make
         from ..maps.summary import in_short, summary
-        from ..result import ROUTINE
+        from ..status import ROUTINE
 
         job, dry = make(options.values(given)), own["dry_run"]
         before = _stamps(job.inputs)

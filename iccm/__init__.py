@@ -14,7 +14,9 @@ capabilities      which method takes which constraint, on which kinds of shapes
 pins              pins, soft and exact
 problem           the domains and constraints of a solve, checked
 options           its options, with their ranges
-result            `Fit`: the map, how the solver ended, figures that judge it
+result            `Fit`: the map and figures that judge it
+status            how a solver ended
+coverage          what of both shapes a map covers
 transform         maps as scikit-image has transforms: called, turned round, composed
 balanced/         the default method: outline held, nothing folded, sizes even
 frames/           maps of whole drawings by way of frames
@@ -66,10 +68,10 @@ if TYPE_CHECKING:
     from .pixels.checkerboard import checkerboard as checkerboard
     from .progress import Progress as Progress
     from .result import Fit as Fit
-    from .result import Status as Status
     from .result import load as load
     from .solve import deform as deform
     from .solve import fit as fit
+    from .status import Status as Status
     from .texture_transfer import Transfer as Transfer
     from .texture_transfer import from_stmap as from_stmap
     from .texture_transfer import stmap as stmap
@@ -86,7 +88,7 @@ _HOME = {
     "HarmonicMap": "maps.harmonic",
     "IccmError": "errors",
     "InputError": "errors",
-    "Status": "result",
+    "Status": "status",
     "Transfer": "texture_transfer",
     "Transform": "transform",
     "TriangulatedMap": "maps.triangulated.map",

@@ -1,8 +1,7 @@
-"""The result of solving: a map, how the solver ended, and figures that judge it."""
+"""The result of solving: a map, how the solver ended (`status`), and figures that judge it."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from enum import Enum
 from functools import cached_property
 from os import PathLike
 from typing import TYPE_CHECKING, Any
@@ -11,14 +10,13 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from .arrays import Box, Complex, Flags, complex_of, xy_of
+from .arrays import Box, Complex, Flags
 from .axes import AXES, UP, is_pairs, on_pairs
 from .blas import on_one_thread
-from .curve import Curve, boundary_samples, closer_outline, hausdorff, inside_any, interior_grid, polygon_of
-from .drawings.cracks import crack_share
+from .coverage import Coverage
+from .curve import Curve, boundary_samples, closer_outline, hausdorff, interior_grid
 from .drawings.drawing import Drawing
-from .drawings.raster import rings_of
-from .drawings.seen import Seen, seen, shares_seen
+from .drawings.seen import Seen, shares_seen
 from .errors import InputError
 from .maps import distortion, harmonic, injectivity, inverse
 from .maps.approximation import AnyMap, triangulated
@@ -26,7 +24,7 @@ from .maps.boundary_image import outline
 from .maps.distortion import Distortion
 from .maps.extended_inverse import ExtendedInverse
 from .maps.injectivity import Certificate
-from .maps.moved_rings import RING_SPACING, move_rings
+from .maps.moved_rings import move_rings
 from .maps.regions import Region, mean_scale, triangles_in
 from .maps.summary import CERTAIN_SHARE, SEEN_CRACKS, SEEN_FOLDS, WELL_SEEN, in_short
 from .maps.triangulated.map import TriangulatedMap
@@ -35,6 +33,7 @@ from .meshes.surface_distortion import on_surfaces, surface_distances
 from .options import PLACES, TOLERANCE
 from .problem import ON_OUTLINE
 from .saved.map_file import DRAWING_RINGS, RINGS, MapFile, Plane, read
+from .status import Status
 from .transform import Transform
 
 if TYPE_CHECKING:
@@ -53,49 +52,7 @@ SQUEEZED = 2e-3
 triangles).
 """
 FLATNESS = 1e-4  # of the diameter: how far the drawn image of the boundary may be off a curved one
-ROUNDED = 1e-9  # of the diagonal: narrower pieces are not looked into
-THIN = 1e-4  # of the diagonal: narrower pieces come from outlines that follow each other
 BACK = 1e-6  # of the source's diagonal: an inverse that errs by more is another point
-
-
-class Status(Enum):
-    """How the solver ended, as a sentence."""
-
-    DECREASE = "The energy has converged."
-    THRESHOLD = "The energy fell below the threshold."
-    REACHED = "The mapped outline meets the target's outline within the tolerance."
-    LIMIT = "The iteration limit was reached before the energy converged (max_iterations)."
-    GAP = "The mapped outline does not meet the target's outline within the tolerance (boundary.hausdorff)."
-    SOURCE_GAP = "The map does not cover the source up to its outline within the tolerance (boundary.source)."
-    BOUNDS = (
-        "The bounds on dilatation or stretch cannot be met; the result is the closest map "
-        "(max_dilatation, max_stretch)."
-    )
-    FOLDED = "The map folds: parts of the picture overlap or disappear (injective.folded)."
-    TWISTED = (
-        "The mapped outline meets the target's, but the map between the surfaces is twisted or squeezed "
-        "(stretch, dilatation); add landmarks there, or move them."
-    )
-    MET = "Pins and strokes are met."
-    OVERLAP = "Pins and strokes are met and nothing folds, but the outline overlaps itself."
-    BENT = "Not all rigid regions could be kept rigid; the result is the closest map without folds (regions)."
-    PINS = (
-        "Not all pins and strokes could be met; the result is the closest map without folds (pins, strokes)."
-    )
-    FLIPPED = "The texture coordinates that were written flip triangles or leave them without area (uv)."
-    CROWDED = (
-        "Parts of the target are not covered, because the map is too crowded there for double "
-        "precision (method conformal)."
-    )
-
-    @property
-    def ok(self) -> bool:
-        """Whether the solver ended as it should."""
-        return self in (Status.DECREASE, Status.THRESHOLD, Status.REACHED, Status.MET, Status.OVERLAP)
-
-
-ROUTINE = tuple(status.value for status in (Status.DECREASE, Status.THRESHOLD, Status.REACHED, Status.MET))
-"""Messages that add nothing to the figures."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -474,14 +431,26 @@ class Fit:
         return self.source.z[kept[0] & kept[1]]
 
     @cached_property
+    def coverage(self) -> Coverage:
+        """What of both shapes the map covers."""
+        return Coverage(
+            map=self.map,
+            image=self.image,
+            source=self.source,
+            target=self.target,
+            source_holes=self.source_holes,
+            target_holes=self.target_holes,
+            hole_partners=self.hole_partners,
+            passed_holes=self.passed_holes,
+            is_filled=self.filled is not None,
+            drawings=self.drawings,
+            opaque=self.opaque,
+        )
+
+    @property
     def seen(self) -> Seen | None:
         """What is seen of both drawings; None where the map is not one of drawings."""
-        if self.drawings is None or self.target is None:
-            return None
-        source, target = (drawing.region for drawing in self.drawings)
-        map = triangulated(self.map)
-        faces = map.faces if map is not self.map else map.faces[~self.voids]
-        return seen(map.source, map.image, faces, source, target, covering=None if self.opaque else source)
+        return self.coverage.seen
 
     @property
     def moved_rings(self) -> list[Complex]:
@@ -510,88 +479,45 @@ class Fit:
             return None if self.target is None else 1 - self.uncovered
         return 1 - self.seen.bare
 
-    @cached_property
+    @property
     def cracks(self) -> float:
         """The area of narrow slits in the result, relative to the target drawing's painted area."""
-        if self.drawings is None or self.target is None:
-            return 0.0
-        return crack_share(self.drawings[1], [rings_of(self._covered), rings_of(self._textured)])
+        return self.coverage.cracks
 
     @property
     def unseen(self) -> tuple[shapely.Geometry, shapely.Geometry]:
         """What of the source drawing is hidden, and what of the target drawing stays bare, as shapely has regions."""
-        if self.drawings is None or self.target is None:
-            return shapely.Polygon(), shapely.Polygon()
-        source, target = (drawing.painted for drawing in self.drawings)
-        seen_there = shapely.intersection(target, self._covered)
-        back = _moved(seen_there, ExtendedInverse(self.map), self.target.diagonal)
-        hidden = shapely.difference(source, back)
-        bare = shapely.difference(target, shapely.intersection(seen_there, self._textured))
-        return _wide(hidden, self.source), _wide(bare, self.target)
-
-    @cached_property
-    def _covered(self) -> shapely.Geometry:
-        """What of the target's plane the map covers."""
-        covered = region(self.image, self.openings[1])
-        if isinstance(self.map, TriangulatedMap) and self.voids.any():
-            triangles = shapely.polygons(xy_of(self.map.image[self.map.faces[self.voids]]))
-            covered = covered.difference(shapely.coverage_union_all(triangles))
-        return covered
-
-    @cached_property
-    def _textured(self) -> shapely.Geometry:
-        """What of the target's plane the map takes something to that the texture has."""
-        if self.opaque or self.drawings is None:
-            return self._covered
-        painted = shapely.intersection(self.drawings[0].painted, region(self.map.polygon))
-        return _moved(painted, self._image_of, self.source.diagonal)
+        return self.coverage.unseen
 
     @property
     def is_partial(self) -> bool:
         """Whether concavities are filled, holes ignored or without a partner, so that parts may have none."""
-        slits = isinstance(self.map, TriangulatedMap) and bool(self.voids.any())
-        return slits or self.filled is not None or any(self.passed_holes)
+        return self.coverage.is_partial
 
     @property
     def left_out(self) -> float:
         """The share of the source's area that the map leaves out, or takes into holes of the target."""
-        return self._share_without_partner(0, self.source, self.source_holes)
+        return self.coverage.left_out
 
     @property
     def uncovered(self) -> float:
         """The share of the target's area that the map does not cover, or takes holes of the source to."""
-        assert self.target is not None
-        return self._share_without_partner(1, self.target, self.target_holes)
+        return self.coverage.uncovered
 
-    def _share_without_partner(self, side: int, outer: Curve, holes: Sequence[Curve]) -> float:
-        return self.without_partner[side].area / abs(outer.area + sum(hole.area for hole in holes))
-
-    @cached_property
-    def _rings_passed(self) -> tuple[list[Complex], list[Complex]]:
-        """The holes of the target that the map ignores, in the source, and those of the source, in the target."""
-        image = Curve(self.image)
-        return (
-            [self.inverse(image.pulled_in(ring)) for ring in rings_within(self.passed_holes[1], image)],
-            [self._image_of(ring) for ring in rings_within(self.passed_holes[0], Curve(self.map.polygon))],
-        )
-
-    @cached_property
+    @property
     def without_partner(self) -> tuple[shapely.Geometry, shapely.Geometry]:
         """What of the source is left out, and what of the target stays uncovered, as shapely has regions."""
-        if not self.is_partial:
-            return shapely.Polygon(), shapely.Polygon()
-        assert self.target is not None and isinstance(self.map, TriangulatedMap)
-        source = self.source, self.source_holes, self.map.polygon, self.map.source
-        target = self.target, self.target_holes, self.image, self.map.image
-        found = []
-        for side, (goal, holes, outer, points) in enumerate((source, target)):
-            voids = shapely.coverage_union_all(shapely.polygons(xy_of(points[self.map.faces[self.voids]])))
-            passed = [region(ring) for ring in self._rings_passed[side]]
-            shown = region(outer, self.openings[side]).difference(shapely.union_all([voids, *passed]))
-            parts = shapely.get_parts(region(goal.z, [hole.z for hole in holes]).difference(shown))
-            wide = shapely.area(parts) > ROUNDED * goal.diagonal * shapely.length(parts)
-            found.append(shapely.union_all(parts[wide]))
-        return found[0], found[1]
+        return self.coverage.without_partner
+
+    @property
+    def openings(self) -> tuple[list[Complex], list[Complex]]:
+        """The outlines of holes that the map leaves out, in the source and in the image, closed polylines."""
+        return self.coverage.openings
+
+    @property
+    def voids(self) -> Flags:
+        """(m,) the triangles that fill holes of the source without a partner."""
+        return self.coverage.voids
 
     @property
     def _source_gap(self) -> float:
@@ -605,14 +531,6 @@ class Fit:
                 if i >= 0
             ]
         return max(hausdorff(*pair) for pair in pairs) / self.source.diagonal
-
-    @property
-    def openings(self) -> tuple[list[Complex], list[Complex]]:
-        """The outlines of holes that the map leaves out, in the source and in the image, closed polylines."""
-        if not isinstance(self.map, TriangulatedMap):
-            return [], []
-        holes = self.map.loops[1:]
-        return [self.map.source[loop] for loop in holes], [self.map.image[loop] for loop in holes]
 
     @property
     def _hole_images(self) -> Iterator[tuple[Curve, Curve, int, int]]:
@@ -665,14 +583,6 @@ class Fit:
         if not seen_at_all.any():
             return distortion.of_triangles(self.map, chosen)
         return distortion.of_triangles(self.map, chosen[seen_at_all], shares[seen_at_all])
-
-    @cached_property
-    def voids(self) -> Flags:
-        """(m,) the triangles that fill holes of the source without a partner."""
-        assert isinstance(self.map, TriangulatedMap)
-        met = {i for i, _ in self.hole_partners}
-        alone = [] if self.target is None else [h for i, h in enumerate(self.source_holes) if i not in met]
-        return inside_any(alone, self.map.source[self.map.faces].mean(axis=1))
 
     @cached_property
     def triangles(self) -> Distortion:
@@ -833,37 +743,6 @@ def _regions(held: MapFile, holes: tuple[list[Curve], list[Curve]]) -> list[Regi
             raise InputError("rigid: a region contains no triangles")
         found.append(Region.of(held.map, region, mean, of_target=of_target))
     return found
-
-
-def rings_within(holes: Sequence[Curve], outline: Curve) -> list[Complex]:
-    """The outlines of what of holes is inside a closed curve."""
-    parts = [outline.polygon.intersection(hole.polygon) for hole in holes]
-    rings = [
-        part.exterior
-        for each in parts
-        for part in shapely.get_parts(each)
-        if part.geom_type == "Polygon" and not part.is_empty
-    ]
-    return [complex_of(shapely.get_coordinates(ring)[:-1]) for ring in rings]
-
-
-def region(outline: Complex, holes: Iterable[Complex] = ()) -> shapely.Geometry:
-    """A domain as shapely has it, mended where rounding lets its outlines touch."""
-    return shapely.make_valid(polygon_of(outline, *holes))
-
-
-def _moved(painted: shapely.Geometry, map: Callable[[Complex], Complex], diagonal: float) -> shapely.Geometry:
-    """Return where a map takes a region, whose edges are subdivided so that they follow the map."""
-    if painted.is_empty:
-        return painted
-    dense = shapely.segmentize(painted, RING_SPACING * diagonal)
-    return shapely.make_valid(shapely.transform(dense, lambda xy: xy_of(map(xy[:, 0] + 1j * xy[:, 1]))))
-
-
-def _wide(region: shapely.Geometry, outline: Curve) -> shapely.Geometry:
-    """Return what of a region is more than rounding."""
-    parts = shapely.get_parts(region)
-    return shapely.union_all(parts[shapely.area(parts) > THIN * outline.diagonal * shapely.length(parts)])
 
 
 def _quantile(values: np.ndarray, q: float) -> float:

@@ -26,8 +26,9 @@ from .options import Options, OptionValues
 from .pins import Pin, Softness
 from .problem import NEAR, ON_OUTLINE, Problem, as_domain, as_pins, as_strokes
 from .progress import Progress, listening
-from .result import Fit, Status
+from .result import Fit
 from .signatures import plain_signature
+from .status import Status
 
 FORMER_NAMES = {"starts": "effort"}
 """Options by the names that they used to have."""

@@ -40,7 +40,7 @@ ORDER = (
     "conformal",
     "balanced",
     "paper",
-    "problem result given capabilities options",
+    "problem result coverage status given capabilities options",
     "saved",
     "drawings",
     "meshes",

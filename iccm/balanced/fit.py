@@ -20,7 +20,8 @@ from ..maps.triangulated.patches import NO_FACES, bulges
 from ..options import Options
 from ..plane import diagonal
 from ..problem import Problem
-from ..result import Fit, Status
+from ..result import Fit
+from ..status import Status
 from . import cartogram, rings
 from .constraints.soft import NO_PATCHES, patches_of
 from .constraints.validate import check, check_free

@@ -29,7 +29,8 @@ from ..paper.initial import constraint_points
 from ..paper.least_squares import System
 from ..paper.normalised import NormalisedProblem
 from ..problem import Problem
-from ..result import Fit, Status
+from ..result import Fit
+from ..status import Status
 from .correspondence import CircleMap, Correspondence, View
 from .harmonic_measure import HarmonicMeasure
 from .normalisation import search

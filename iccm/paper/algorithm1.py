@@ -13,7 +13,8 @@ from ..errors import InputError
 from ..maps.harmonic import HarmonicMap
 from ..options import MAX_POLYGON_VERTICES, Options
 from ..problem import Problem
-from ..result import Fit, Status
+from ..result import Fit
+from ..status import Status
 from . import initial
 from .energies import Basis, Target, Term, closeness, consistency, points, quasiconformal, smoothness, stroke
 from .least_squares import System

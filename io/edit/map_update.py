@@ -13,7 +13,8 @@ from ...balanced.search.partial import GOOD
 from ...errors import InputError
 from ...maps.summary import WELL_SEEN
 from ...maps.triangulated.map import TriangulatedMap
-from ...result import Fit, Status
+from ...result import Fit
+from ...status import Status
 from ..run.report import as_json
 from .messages import Scene
 

@@ -26,7 +26,8 @@ from ...maps.distortion import in_middles
 from ...maps.moved_rings import move_rings
 from ...maps.triangulated.map import TriangulatedMap
 from ...pixels.paper import on_paper
-from ...result import Fit, Status
+from ...result import Fit
+from ...status import Status
 from ..point_syntax import Place
 from ..run import framing, texture
 from ..run.constraints import check_inside

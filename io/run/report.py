@@ -14,7 +14,8 @@ import numpy as np
 
 from ... import __version__
 from ...maps.summary import CERTAIN_SHARE, SEEN_FOLDS
-from ...result import FAR_OFF, Status
+from ...result import FAR_OFF
+from ...status import Status
 from .. import files
 from .parts import label
 from .phases import Doubt

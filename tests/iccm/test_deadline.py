@@ -6,7 +6,7 @@ import pytest
 import iccm
 from iccm import deadline, parallel, progress
 from iccm.balanced.errors import OutOfTime, check_time, until_time_is_over
-from iccm.result import Status
+from iccm.status import Status
 
 SQUARE = np.array([0, 1, 1 + 1j, 1j])
 T = np.exp(2j * np.pi * np.arange(90) / 90)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ....errors import InputError
 from ....fits import leaves_bare
-from ....result import Status
+from ....status import Status
 from ....surfaces.as_written import Written
 from ... import formats
 from ...meshes import mesh_files

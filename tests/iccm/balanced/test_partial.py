@@ -19,8 +19,8 @@ from iccm.balanced.minimise.energy import (
 from iccm.balanced.search import multilevel
 from iccm.balanced.search.partial import GOOD
 from iccm.balanced.search.symmetry import half_of
+from iccm.coverage import rings_within
 from iccm.curve import Curve
-from iccm.result import rings_within
 from tests.core.reference.minimise import void_derivatives
 
 STEPS = np.exp(2j * np.pi * np.arange(60) / 60)
@@ -221,7 +221,7 @@ def test_bad_words_are_refused():
 
 
 def test_rings_of_passed_holes_are_cut_to_what_is_shown():
-    from iccm.result import rings_within
+    from iccm.coverage import rings_within
 
     rings = rings_within([Curve(SQUARE.z + 2)], SQUARE)
     assert [polygon(Curve(ring)).area for ring in rings] == [pytest.approx(8)]

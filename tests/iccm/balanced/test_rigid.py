@@ -23,7 +23,7 @@ from iccm.curve import Curve
 from iccm.io.shapes import shape
 from iccm.linalg.cholesky import system_of
 from iccm.plane import Similarity
-from iccm.result import Status
+from iccm.status import Status
 
 DRAWN = Path(__file__).parents[3] / "docs" / "files"
 SQUARE = np.array([-2 - 2j, 2 - 2j, 2 + 2j, -2 + 2j])

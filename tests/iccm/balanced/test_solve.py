@@ -21,7 +21,7 @@ from iccm.balanced.search.unit_problem import UnitProblem
 from iccm.curve import Curve, hausdorff
 from iccm.maps import bounds, distortion
 from iccm.plane import orientation, triangle_areas
-from iccm.result import Status
+from iccm.status import Status
 
 SMALL = Settings(triangles=1200)
 ANGLES = 2 * np.pi * np.arange(60) / 60

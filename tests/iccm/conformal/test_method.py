@@ -12,7 +12,7 @@ from iccm.conformal.relaxation import follow
 from iccm.conformal.riemann_hilbert import consistency, cyclic_gaps, interpolate_means, keep_order, shares
 from iccm.curve import Curve
 from iccm.maps import cauchy_green
-from iccm.result import Status
+from iccm.status import Status
 from tests.shapes import arrow, blob, circle, conformal_fit, ell, inside, pear, refined, square, star
 
 COMB = np.array([0, 7, 7 + 3j, 6 + 3j, 6 + 1j, 4 + 1j, 4 + 3j, 3 + 3j, 3 + 1j, 1 + 1j, 1 + 3j, 3j])

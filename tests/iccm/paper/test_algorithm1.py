@@ -14,7 +14,7 @@ from iccm.paper.initial import arclength, from_constraints
 from iccm.paper.least_squares import System
 from iccm.paper.normalised import NormalisedProblem
 from iccm.problem import Problem
-from iccm.result import Status
+from iccm.status import Status
 from tests.shapes import arrow, blob, circle, ell, inside, pear, square, star
 
 PAPER = {"method": "paper", "vertices": 40, "max_iterations": 25}

@@ -30,7 +30,7 @@ from iccm.meshes.geodesics import GeodesicGraph
 from iccm.meshes.locate import Locator
 from iccm.meshes.mesh import Mesh, face_areas
 from iccm.plane import triangle_areas
-from iccm.result import Status
+from iccm.status import Status
 from iccm.surfaces import icp_start, seams, trilateration
 from iccm.surfaces.ground import ground_of
 from iccm.surfaces.inserted import with_vertices

@@ -1,0 +1,198 @@
+"""What of both shapes a map covers: what it hides and leaves bare of drawings, and parts without a partner."""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import shapely
+
+from .arrays import Complex, Flags, complex_of, xy_of
+from .curve import Curve, inside_any, polygon_of
+from .drawings.cracks import crack_share
+from .drawings.drawing import Drawing
+from .drawings.raster import rings_of
+from .drawings.seen import Seen, seen
+from .maps.approximation import AnyMap, triangulated
+from .maps.extended_inverse import ExtendedInverse
+from .maps.moved_rings import RING_SPACING
+from .maps.triangulated.map import TriangulatedMap
+
+ROUNDED = 1e-9  # of the diagonal: narrower pieces are not looked into
+THIN = 1e-4  # of the diagonal: narrower pieces come from outlines that follow each other
+
+
+@dataclass(frozen=True, eq=False)
+class Coverage:
+    """A map, and the shapes of which it covers something; attributes are those of `Fit`.
+
+    Attributes:
+        map: the continuous map from source to target.
+        image: the image of the boundary of its polygon.
+        source: the domain of the map.
+        target: the boundary aimed at; None for a deformation.
+        source_holes: outlines of the source's holes.
+        target_holes: those of the target's.
+        hole_partners: for each boundary of the map but the outer one, which hole of the source and of the target it
+            is; -1 where it is none, but a slit.
+        passed_holes: holes of the source, and of the target, that the map ignores.
+        is_filled: whether concavities of one shape are filled.
+        drawings: the whole drawings of source and target, where the map is one of drawings.
+        opaque: whether the texture also covers the gaps between the source's parts.
+    """
+
+    map: AnyMap
+    image: Complex
+    source: Curve
+    target: Curve | None
+    source_holes: Sequence[Curve]
+    target_holes: Sequence[Curve]
+    hole_partners: Sequence[tuple[int, int]]
+    passed_holes: tuple[Sequence[Curve], Sequence[Curve]]
+    is_filled: bool
+    drawings: tuple[Drawing, Drawing] | None
+    opaque: bool
+
+    @cached_property
+    def voids(self) -> Flags:
+        """(m,) the triangles that fill holes of the source without a partner."""
+        assert isinstance(self.map, TriangulatedMap)
+        met = {i for i, _ in self.hole_partners}
+        alone = [] if self.target is None else [h for i, h in enumerate(self.source_holes) if i not in met]
+        return inside_any(alone, self.map.source[self.map.faces].mean(axis=1))
+
+    @property
+    def openings(self) -> tuple[list[Complex], list[Complex]]:
+        """The outlines of holes that the map leaves out, in the source and in the image, closed polylines."""
+        if not isinstance(self.map, TriangulatedMap):
+            return [], []
+        holes = self.map.loops[1:]
+        return [self.map.source[loop] for loop in holes], [self.map.image[loop] for loop in holes]
+
+    @cached_property
+    def seen(self) -> Seen | None:
+        """What is seen of both drawings; None where the map is not one of drawings."""
+        if self.drawings is None or self.target is None:
+            return None
+        source, target = (drawing.region for drawing in self.drawings)
+        map = triangulated(self.map)
+        faces = map.faces if map is not self.map else map.faces[~self.voids]
+        return seen(map.source, map.image, faces, source, target, covering=None if self.opaque else source)
+
+    @cached_property
+    def cracks(self) -> float:
+        """The area of narrow slits in the result, relative to the target drawing's painted area."""
+        if self.drawings is None or self.target is None:
+            return 0.0
+        return crack_share(self.drawings[1], [rings_of(self._covered), rings_of(self._textured)])
+
+    @property
+    def unseen(self) -> tuple[shapely.Geometry, shapely.Geometry]:
+        """What of the source drawing is hidden, and what of the target drawing stays bare, as shapely has regions."""
+        if self.drawings is None or self.target is None:
+            return shapely.Polygon(), shapely.Polygon()
+        source, target = (drawing.painted for drawing in self.drawings)
+        seen_there = shapely.intersection(target, self._covered)
+        back = _moved(seen_there, ExtendedInverse(self.map), self.target.diagonal)
+        hidden = shapely.difference(source, back)
+        bare = shapely.difference(target, shapely.intersection(seen_there, self._textured))
+        return _wide(hidden, self.source), _wide(bare, self.target)
+
+    @cached_property
+    def _covered(self) -> shapely.Geometry:
+        """What of the target's plane the map covers."""
+        covered = region(self.image, self.openings[1])
+        if isinstance(self.map, TriangulatedMap) and self.voids.any():
+            triangles = shapely.polygons(xy_of(self.map.image[self.map.faces[self.voids]]))
+            covered = covered.difference(shapely.coverage_union_all(triangles))
+        return covered
+
+    @cached_property
+    def _textured(self) -> shapely.Geometry:
+        """What of the target's plane the map takes something to that the texture has."""
+        if self.opaque or self.drawings is None:
+            return self._covered
+        painted = shapely.intersection(self.drawings[0].painted, region(self.map.polygon))
+        return _moved(painted, self._image_of, self.source.diagonal)
+
+    @property
+    def is_partial(self) -> bool:
+        """Whether concavities are filled, holes ignored or without a partner, so that parts may have none."""
+        slits = isinstance(self.map, TriangulatedMap) and bool(self.voids.any())
+        return slits or self.is_filled or any(self.passed_holes)
+
+    @property
+    def left_out(self) -> float:
+        """The share of the source's area that the map leaves out, or takes into holes of the target."""
+        return self._share_without_partner(0, self.source, self.source_holes)
+
+    @property
+    def uncovered(self) -> float:
+        """The share of the target's area that the map does not cover, or takes holes of the source to."""
+        assert self.target is not None
+        return self._share_without_partner(1, self.target, self.target_holes)
+
+    def _share_without_partner(self, side: int, outer: Curve, holes: Sequence[Curve]) -> float:
+        return self.without_partner[side].area / abs(outer.area + sum(hole.area for hole in holes))
+
+    @cached_property
+    def _rings_passed(self) -> tuple[list[Complex], list[Complex]]:
+        """The holes of the target that the map ignores, in the source, and those of the source, in the target."""
+        assert isinstance(self.map, TriangulatedMap)
+        image = Curve(self.image)
+        return (
+            [self.map.inverse(image.pulled_in(ring)) for ring in rings_within(self.passed_holes[1], image)],
+            [self._image_of(ring) for ring in rings_within(self.passed_holes[0], Curve(self.map.polygon))],
+        )
+
+    @cached_property
+    def without_partner(self) -> tuple[shapely.Geometry, shapely.Geometry]:
+        """What of the source is left out, and what of the target stays uncovered, as shapely has regions."""
+        if not self.is_partial:
+            return shapely.Polygon(), shapely.Polygon()
+        assert self.target is not None and isinstance(self.map, TriangulatedMap)
+        source = self.source, self.source_holes, self.map.polygon, self.map.source
+        target = self.target, self.target_holes, self.image, self.map.image
+        found = []
+        for side, (goal, holes, outer, points) in enumerate((source, target)):
+            voids = shapely.coverage_union_all(shapely.polygons(xy_of(points[self.map.faces[self.voids]])))
+            passed = [region(ring) for ring in self._rings_passed[side]]
+            shown = region(outer, self.openings[side]).difference(shapely.union_all([voids, *passed]))
+            parts = shapely.get_parts(region(goal.z, [hole.z for hole in holes]).difference(shown))
+            wide = shapely.area(parts) > ROUNDED * goal.diagonal * shapely.length(parts)
+            found.append(shapely.union_all(parts[wide]))
+        return found[0], found[1]
+
+    def _image_of(self, z: Complex) -> Complex:
+        """The map at points of the source, some of which the map's polygon may leave outside."""
+        return self.map(Curve(self.map.polygon).pulled_in(z))
+
+
+def rings_within(holes: Sequence[Curve], outline: Curve) -> list[Complex]:
+    """The outlines of what of holes is inside a closed curve."""
+    parts = [outline.polygon.intersection(hole.polygon) for hole in holes]
+    rings = [
+        part.exterior
+        for each in parts
+        for part in shapely.get_parts(each)
+        if part.geom_type == "Polygon" and not part.is_empty
+    ]
+    return [complex_of(shapely.get_coordinates(ring)[:-1]) for ring in rings]
+
+
+def region(outline: Complex, holes: Iterable[Complex] = ()) -> shapely.Geometry:
+    """A domain as shapely has it, mended where rounding lets its outlines touch."""
+    return shapely.make_valid(polygon_of(outline, *holes))
+
+
+def _moved(painted: shapely.Geometry, map: Callable[[Complex], Complex], diagonal: float) -> shapely.Geometry:
+    """Return where a map takes a region, whose edges are subdivided so that they follow the map."""
+    if painted.is_empty:
+        return painted
+    dense = shapely.segmentize(painted, RING_SPACING * diagonal)
+    return shapely.make_valid(shapely.transform(dense, lambda xy: xy_of(map(xy[:, 0] + 1j * xy[:, 1]))))
+
+
+def _wide(region: shapely.Geometry, outline: Curve) -> shapely.Geometry:
+    """Return what of a region is more than rounding."""
+    parts = shapely.get_parts(region)
+    return shapely.union_all(parts[shapely.area(parts) > THIN * outline.diagonal * shapely.length(parts)])

@@ -1,0 +1,43 @@
+"""How a solver ended, as a sentence."""
+
+from enum import Enum
+
+
+class Status(Enum):
+    """How the solver ended, as a sentence."""
+
+    DECREASE = "The energy has converged."
+    THRESHOLD = "The energy fell below the threshold."
+    REACHED = "The mapped outline meets the target's outline within the tolerance."
+    LIMIT = "The iteration limit was reached before the energy converged (max_iterations)."
+    GAP = "The mapped outline does not meet the target's outline within the tolerance (boundary.hausdorff)."
+    SOURCE_GAP = "The map does not cover the source up to its outline within the tolerance (boundary.source)."
+    BOUNDS = (
+        "The bounds on dilatation or stretch cannot be met; the result is the closest map "
+        "(max_dilatation, max_stretch)."
+    )
+    FOLDED = "The map folds: parts of the picture overlap or disappear (injective.folded)."
+    TWISTED = (
+        "The mapped outline meets the target's, but the map between the surfaces is twisted or squeezed "
+        "(stretch, dilatation); add landmarks there, or move them."
+    )
+    MET = "Pins and strokes are met."
+    OVERLAP = "Pins and strokes are met and nothing folds, but the outline overlaps itself."
+    BENT = "Not all rigid regions could be kept rigid; the result is the closest map without folds (regions)."
+    PINS = (
+        "Not all pins and strokes could be met; the result is the closest map without folds (pins, strokes)."
+    )
+    FLIPPED = "The texture coordinates that were written flip triangles or leave them without area (uv)."
+    CROWDED = (
+        "Parts of the target are not covered, because the map is too crowded there for double "
+        "precision (method conformal)."
+    )
+
+    @property
+    def ok(self) -> bool:
+        """Whether the solver ended as it should."""
+        return self in (Status.DECREASE, Status.THRESHOLD, Status.REACHED, Status.MET, Status.OVERLAP)
+
+
+ROUTINE = tuple(status.value for status in (Status.DECREASE, Status.THRESHOLD, Status.REACHED, Status.MET))
+"""Messages that add nothing to the figures."""
