@@ -298,7 +298,8 @@ def _type(hint: Any, option: Option) -> Any:
     elif float in types:
         made = _FloatRange(least, option.most, min_open=is_open)
     elif int in types or choices:
-        made = _IntRange(least, option.most)
+        bounds = [None if bound is None else int(bound) for bound in (least, option.most)]
+        made = _IntRange(bounds[0], bounds[1])
     else:
         return _text(option)
     made.hint, made.row = hint, option

@@ -68,8 +68,12 @@ class OptionRow:
         if not isinstance(value, Real):
             also = f"neither a number nor {self.words[0]!r}" if self.words else "not a number"
             return f"{value!r} is {also}"
-        is_inside = value >= self.least if self.above is None else value > self.above
-        if math.isfinite(value) and is_inside and value <= self.most:
+        try:
+            number = float(value)
+        except OverflowError:  # a whole number of more than 308 digits
+            number = math.inf
+        is_inside = number >= self.least if self.above is None else number > self.above
+        if math.isfinite(number) and is_inside and number <= self.most:
             return ""
         if self.above is not None:
             bounds = f"a finite number above {self.above:g}"
