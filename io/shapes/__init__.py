@@ -2,6 +2,7 @@
 
 shape           `file#part` as a domain in the core plane
 silhouette      pictures as outlines
+smooth_outline  smooth curves through contours of pixels
 own_picture     pictures as textures of the silhouettes that they show
 scan            scans and photographs, cleaned to be traced
 planar_obj      planar OBJ files as outlines

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from ... import progress
 from ...arrays import complex_of
 from ...errors import InputError, naming
-from ...plane import cross
 from .. import files, limits
 from ..svg import affine
 from ..svg.drawing import Drawing, WrappedPicture
@@ -22,7 +21,7 @@ from ..svg.fill import FilledOutline
 
 STRAY = 1e-3  # of the pixels: so few transparent ones in an opaque picture are not shape
 SPECK = 4  # pixels; smaller pieces are noise
-# Tolerances of the simplification in pixels. A hard mask knows its outline to half a pixel, and a straight edge in
+# Tolerances of outlines in pixels. A hard mask knows its outline to half a pixel, and a straight edge in
 # it is a staircase that far to either side: less than 0.75 would keep the stairs.
 SOFT, HARD = 0.25, 0.75
 UNEVEN = 0.1  # of the border's pixels: if more are neither background nor shape, it is not a plain background (by hand)
@@ -42,7 +41,6 @@ PHOTOGRAPH = (
 INSIDE = "the inside of the line is used; --trace dark uses the line itself"
 APART = 1e-3
 """Coverage by which no pixel is nearer to the level than that: they keep contours apart (by hand)."""
-REACH = 1.5  # pixels that a vertex may move when lines are fitted to its edges
 
 
 def read(
@@ -62,8 +60,8 @@ def read(
     background is a photograph: its rectangle, with a note. For "dark", "light" and "inside" see `scan.field_of`.
     `chosen` may be `canvas`, the rectangle of any picture, and `silhouette`, which traces photographs, too.
 
-    Outlines follow the level where coverage is one half, between pixel centres, and are simplified to 0.25 pixel
-    (0.75 in a mask without grey levels), or to `flatness` times their diagonal where that is more.
+    Outlines follow the level where coverage is one half, between pixel centres: smooth curves with corners, within 0.25
+    pixel (0.75 in a mask without grey levels), or within `flatness` times their diagonal where that is more.
 
     Raises:
         InputError: not a picture, too large, or nothing in it stands out.
@@ -327,6 +325,8 @@ def _piece(
     """The outline of one connected piece, the pixels of all others taken for background."""
     from skimage.measure import find_contours
 
+    from .smooth_outline import smooth_outline
+
     left, top, width, height = (int(n) for n in box[:4])
     rows, columns = (slice(max(a - 1, 0), a + n + 1) for a, n in ((top, height), (left, width)))
     own = labels[rows, columns]
@@ -344,9 +344,9 @@ def _piece(
     diagonal = np.hypot(bounds[2] - bounds[0], bounds[3] - bounds[1])
     soft = np.mean((values > 0.02) & (values < 0.98)) * values.size > 0.25 * len(whole.exterior.coords)
     tolerance = max(SOFT if soft else HARD, flatness * diagonal)
-    smooth = _straightened(whole, tolerance)
+    smooth = smooth_outline(whole, tolerance, flatness * diagonal)
     inner = [c for c in contours if c is not whole and c.area >= SPECK]
-    holes = [_straightened(c, tolerance) for c in inner]
+    holes = [smooth_outline(c, tolerance, flatness * diagonal) for c in inner]
     if not shapely.Polygon(smooth.exterior, [hole.exterior for hole in holes]).is_valid:
         smooth = shapely.simplify(
             shapely.Polygon(whole.exterior, [hole.exterior for hole in inner]), tolerance
@@ -355,40 +355,3 @@ def _piece(
     rings = [smooth.exterior, *(hole.exterior for hole in holes)]
     z, *rest = (complex_of(shapely.get_coordinates(ring)[:-1]) for ring in rings)
     return FilledOutline(f"piece at ({left}, {top})", z, shapely.Polygon(smooth.exterior).area, tuple(rest))
-
-
-def _straightened(polygon: shapely.Polygon, tolerance: float) -> shapely.Polygon:
-    """The outline with few vertices, most of them sharper than a pixel.
-
-    Douglas and Peucker's choice says which points make up an edge; the line fitted to all of these points is the edge,
-    and a vertex is where two edges meet. The choice alone is off by up to the tolerance, and cuts corners.
-    """
-    simple = shapely.simplify(polygon, tolerance)
-    z, corners = (complex_of(shapely.get_coordinates(p.exterior)[:-1]) for p in (polygon, simple))
-    index = {point: k for k, point in enumerate(z.tolist())}
-    start = np.array([index[point] for point in corners.tolist()])
-    count = np.mod(np.roll(start, -1) - start - 1, z.size) + 2
-    edges = [_line(np.take(z, np.arange(a, a + n), mode="wrap")) for a, n in zip(start, count)]
-    moved = [_meeting(edges[k - 1], edges[k], corner) for k, corner in enumerate(corners)]
-    better = shapely.Polygon(np.column_stack([np.real(moved), np.imag(moved)]))
-    return better if better.is_valid and better.area > 0 else simple
-
-
-def _line(z: NDArray[np.complex128]) -> tuple[complex, complex]:
-    """A point and the unit direction of the line that fits points best, by total least squares."""
-    z = z[1:-1] if z.size > 4 else z  # the ends are shared with the neighbours, and may be cut corners
-    middle = complex(z.mean())
-    direction = np.sqrt(complex(np.mean((z - middle) ** 2)))
-    return middle, (direction / abs(direction) if direction else complex(z[-1] - z[0]) / abs(z[-1] - z[0]))
-
-
-def _meeting(before: tuple[complex, complex], after: tuple[complex, complex], corner: complex) -> complex:
-    """Where two lines meet, when that is near the corner; otherwise the middle of the corner's feet on both."""
-    (a, d), (b, e) = before, after
-    turn = cross(d, e)
-    if abs(turn) > 0.05:
-        point = a + d * cross(b - a, e) / turn
-        if abs(point - corner) <= REACH:
-            return point
-    feet = [p + u * ((corner - p) * u.conjugate()).real for p, u in (before, after)]
-    return sum(feet) / 2 if max(abs(foot - corner) for foot in feet) <= REACH else corner

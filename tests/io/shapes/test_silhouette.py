@@ -50,13 +50,42 @@ def ring(outline):
 
 
 @pytest.mark.parametrize("shape", [disc, turned])
-@pytest.mark.parametrize("hard, gap, most", [(False, 0.5, 70), (True, 0.8, 60)])
-def test_the_outline_is_within_a_pixel_and_has_no_staircase(shape, hard, gap, most):
+@pytest.mark.parametrize("hard, gap", [(False, 0.5), (True, 0.8)])
+def test_the_outline_is_within_a_pixel_and_has_no_staircase(shape, hard, gap):
     field = covered(shape)
     (outline,), rest = silhouette.traced((field >= 0.5).astype(np.float32) if hard else field)
     assert outline.area == pytest.approx(shapely.Polygon(TRUE[shape]).area, rel=1e-3)
     assert shapely.hausdorff_distance(ring(outline), TRUE[shape], densify=0.02) < gap
-    assert outline.z.size < most and (outline.holes, rest) == ((), 0)
+    assert outline.z.size < 180 and (outline.holes, rest) == ((), 0)
+    assert np.sort(turns(outline.z))[:-4].max(initial=0) < 10  # degrees; a rectangle has four corners
+
+
+def turns(z):
+    """Angles in degrees between the edges at each vertex of a polygon."""
+    edges = np.roll(z, -1) - z
+    return np.abs(np.degrees(np.angle(edges / np.roll(edges, 1))))
+
+
+def leaf(x, y):
+    """Two discs' intersection: arcs of radius 90 that meet at two tips."""
+    return ((x - 60.4) ** 2 + (y - 97.2) ** 2 < 90**2) & ((x - 141.7) ** 2 + (y - 110.9) ** 2 < 90**2)
+
+
+@pytest.mark.parametrize("hard, off, near", [(False, 0.05, 0.6), (True, 0.25, 1.5)])
+def test_curves_are_smooth_and_corners_sharp(hard, off, near):
+    """A small picture shown large has no polygon's sides: between its tips the leaf is round."""
+    field = covered(leaf)
+    (outline,), _ = silhouette.traced((field >= 0.5).astype(np.float32) if hard else field)
+    discs = [shapely.Point(*c).buffer(90, quad_segs=2000) for c in ((60.4, 97.2), (141.7, 110.9))]
+    truth = shapely.intersection(*discs).exterior
+    middle, across = (60.4 + 141.7 + 1j * (97.2 + 110.9)) / 2, (141.7 - 60.4) + 1j * (110.9 - 97.2)
+    rise = 1j * across / abs(across) * np.sqrt(90**2 - (abs(across) / 2) ** 2)
+    sharpest = np.argsort(turns(outline.z))[-2:]
+    for tip in (middle + rise, middle - rise):
+        assert np.abs(outline.z[sharpest] - tip).min() < near
+    assert np.sort(turns(outline.z))[:-2].max() < 6
+    points = shapely.points(shapely.get_coordinates(shapely.segmentize(ring(outline), 0.5)))
+    assert shapely.distance(points, truth).mean() < off
 
 
 def test_no_shift():

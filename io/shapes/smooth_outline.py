@@ -1,0 +1,299 @@
+"""Smooth outlines through the contours of pixels, with their corners.
+
+A contour is first simplified to a polygon (Douglas & Peucker 1973), whose edges are then lines fitted to the points
+that they stand for. This polygon is the control polygon of a curve: parabolas across the vertices that are not corners,
+as in a quadratic B-spline, and straight lines in the middle of edges much longer than their neighbours. The curve is
+linear in the vertices of the control polygon, which are moved until it fits the contour best in the sense of least
+squares. All lengths are in pixels.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.linalg import spsolve
+
+from ...arrays import Complex, Real, complex_of, xy_of
+from ...plane import cross
+
+REACH = 1.5  # pixels that a vertex may move from where Douglas and Peucker have it
+CUT_EDGE_PIXELS = 2.0  # length of the edge with which contours of pixels cut a corner at most, and its reach
+ALMOST_STRAIGHT = (
+    0.5  # relative to the tolerance: a fitted vertex nearer to the line of its neighbours is noise
+)
+CUT_PIXELS = (
+    1.0  # contours of pixels cut corners: that near to one, their points are not on either of its edges
+)
+CORNER_TOLERANCES = 4.0
+"""Height of a vertex above the chord between the middles of its edges, relative to the tolerance, from which on it is a
+corner. On a smooth curve an edge's sagitta is at most one tolerance, and the height of a vertex at most two."""
+LONG_EDGE = 3.0  # relative to its neighbour: the middle of a longer edge is straight
+SMOOTHING_TOLERANCES = 2.2
+"""Length over which curvature is smoothed, relative to the tolerance: steps of a staircase are shorter, details that
+the polygon keeps are longer."""
+ALONG = 0.3  # weight of distances along the curve relative to those across it, which alone are what is to be small
+STAY = 0.05  # weight of the distance from the place before, which decides where nothing else does
+ROUNDS = 3  # least squares solutions, between which points are projected onto the curve again (by hand)
+SAMPLES = 16  # points of the curve for each edge: of a sagitta of two tolerances they miss 1/128
+FINE_PIXELS = 0.02  # sagitta of the edges of the result, invisible when it is enlarged 30 times
+BLOCK = 4096  # points projected at a time, which bounds memory
+NEIGHBOURS = np.array([-1, 0, 1, 2])  # of an edge: the vertices on which its part of the curve depends
+
+
+def smooth_outline(
+    contour: shapely.Polygon, tolerance: float, flatness: float = FINE_PIXELS
+) -> shapely.Polygon:
+    """Fit a smooth curve to a contour of pixels, with its corners, and return it as a polygon.
+
+    Args:
+        contour: its exterior is the contour; holes are ignored.
+        tolerance: distance in pixels up to which contours are simplified.
+        flatness: largest distance in pixels of the polygon to the curve.
+
+    Returns:
+        the curve within twice the tolerance of the contour, corners aside, which contours of pixels cut; otherwise the
+        polygon that it is made of, or the simplified contour, whichever is valid.
+    """
+    z = complex_of(shapely.get_coordinates(contour.exterior)[:-1])
+    # the first point stays a vertex whatever it is like: an extreme one is more likely to be a corner
+    z = np.roll(z, -int(np.argmax(np.abs(z - z.mean()))))
+    simple = shapely.simplify(shapely.Polygon(xy_of(z)), tolerance)
+    fitted, first = _fit_edges(z, complex_of(shapely.get_coordinates(simple.exterior)[:-1]), tolerance)
+    curve, distance = _fit_curve(z, fitted, first, tolerance)
+    if distance <= 2 * tolerance:
+        smooth = shapely.Polygon(xy_of(curve))
+        if smooth.is_valid and smooth.area > 0:
+            return shapely.simplify(smooth, max(flatness, FINE_PIXELS))
+    straight = shapely.Polygon(xy_of(fitted))
+    return straight if straight.is_valid and straight.area > 0 else simple
+
+
+def _fit_edges(z: Complex, corners: Complex, tolerance: float) -> tuple[Complex, NDArray[np.intp]]:
+    """Move the vertices of a simplified contour to where the lines fitted to its edges meet.
+
+    The simplification alone is off by up to the tolerance, and cuts corners.
+
+    Returns:
+        (k,) the vertices, and the index of the contour's point at each of them.
+    """
+    first = _places(corners, z)
+    count = _points_of_edges(first, z.size)
+    lines = [_line(np.take(z, np.arange(a, a + n + 1), mode="wrap")) for a, n in zip(first, count)]
+    moved = np.array([_meeting(lines[k - 1], lines[k], corner) for k, corner in enumerate(corners)])
+    kept = np.ones(moved.size, dtype=bool)
+    length = np.abs(np.roll(moved, -1) - moved)
+    for k in np.flatnonzero(length < CUT_EDGE_PIXELS).tolist():
+        # a short edge between long ones is the cut of a corner: the long ones meet there
+        before, after = k - 1, (k + 1) % moved.size
+        is_cut = 2 * length[k] < min(length[before], length[after]) and kept[before] and kept[after]
+        if is_cut and kept.sum() > 3:
+            point = _intersection(lines[before], lines[after])
+            if point is not None and max(abs(point - moved[k]), abs(point - moved[after])) <= CUT_EDGE_PIXELS:
+                moved[after], kept[k] = point, False
+    moved, first = moved[kept], first[kept]
+    rest = shapely.simplify(shapely.Polygon(xy_of(moved)), ALMOST_STRAIGHT * tolerance)
+    number = _places(complex_of(shapely.get_coordinates(rest.exterior)[:-1]), moved)
+    return moved[number], first[number]
+
+
+def _places(some: Complex, z: Complex) -> NDArray[np.intp]:
+    """The indices of some of the points of a contour."""
+    index = {point: k for k, point in enumerate(z.tolist())}
+    return np.array([index[point] for point in some.tolist()], dtype=np.intp)
+
+
+def _points_of_edges(first: NDArray[np.intp], size: int) -> NDArray[np.intp]:
+    """(k,) the numbers of points from each vertex to the next one along a closed contour of `size` points."""
+    return np.mod(np.roll(first, -1) - first - 1, size) + 1
+
+
+Line = tuple[complex, complex]
+"""A point and the unit direction."""
+
+
+def _line(z: Complex) -> Line:
+    """Fit a line to points by total least squares."""
+    z = z[1:-1] if z.size > 4 else z  # the ends are shared with the neighbours, and may be cut corners
+    middle = complex(z.mean())
+    direction = np.sqrt(complex(np.mean((z - middle) ** 2)))
+    return middle, (direction / abs(direction) if direction else complex(z[-1] - z[0]) / abs(z[-1] - z[0]))
+
+
+def _intersection(before: Line, after: Line) -> complex | None:
+    """The point where two lines meet; None if they are almost parallel."""
+    (a, d), (b, e) = before, after
+    sine = cross(d, e)
+    return a + d * cross(b - a, e) / sine if abs(sine) > 0.05 else None
+
+
+def _meeting(before: Line, after: Line, corner: complex) -> complex:
+    """The point where two lines meet, if that is near the corner; otherwise the middle of the corner's feet on both."""
+    point = _intersection(before, after)
+    if point is not None and abs(point - corner) <= REACH:
+        return point
+    feet = [p + u * ((corner - p) * u.conjugate()).real for p, u in (before, after)]
+    return sum(feet) / 2 if max(abs(foot - corner) for foot in feet) <= REACH else corner
+
+
+def _fit_curve(
+    z: Complex, start: Complex, first: NDArray[np.intp], tolerance: float
+) -> tuple[Complex, float]:
+    """Move the vertices of a control polygon until its curve fits the contour best.
+
+    Args:
+        z: (p,) points of the contour.
+        start: (n,) vertices of the control polygon.
+        first: (n,) the index of the contour's point at each vertex.
+        tolerance: of the polygon.
+
+    Returns:
+        points of the curve, and the largest distance to it of the contour's points that are not at corners.
+    """
+    n, sharp = start.size, _is_corner(start, tolerance)
+    basis = _basis(start, sharp)
+    edge = np.repeat(np.arange(n), _points_of_edges(first, z.size))
+    points = np.roll(z, -first[0])
+    away = [np.where(sharp[k], np.abs(points - start[k]), np.inf) for k in (edge, (edge + 1) % n)]
+    used = np.minimum(*away) > CUT_PIXELS
+    edge, points = edge[used], points[used]
+    fairness = _curvature_changes(start, sharp, SMOOTHING_TOLERANCES * tolerance)
+    vertices = start
+    for _ in range(ROUNDS):
+        feet = _project(points, edge, _sections(basis, vertices))
+        wanted = _solve(points, feet, basis, vertices, fairness)
+        moved = wanted - start
+        vertices = start + moved * np.minimum(1, REACH / np.maximum(np.abs(moved), REACH))
+    sections = _sections(basis, vertices)
+    distance = _project(points, edge, sections).distance
+    return sections[:, :-1].ravel(), float(distance.max(initial=0.0))
+
+
+def _is_corner(polygon: Complex, tolerance: float) -> NDArray[np.bool_]:
+    """(n,) which vertices are corners, as in Potrace (Selinger 2003): those far above the middles of their edges."""
+    before, after = (np.roll(polygon, 1) + polygon) / 2, (np.roll(polygon, -1) + polygon) / 2
+    chord = after - before
+    height = np.abs(cross(chord, polygon - before)) / np.maximum(np.abs(chord), 1e-12)
+    return height > CORNER_TOLERANCES * tolerance
+
+
+def _basis(polygon: Complex, sharp: NDArray[np.bool_]) -> Real:
+    """The curve's points as combinations of vertices.
+
+    The part of an edge is from the middle of the parabola at its start to the middle of the one at its end. A parabola
+    begins and ends where it touches the edges: at their middles, or nearer where the other edge is much shorter. At a
+    corner it is only the vertex.
+
+    Returns:
+        (n, SAMPLES, 4) coefficients, for each edge, of the vertices NEIGHBOURS relative to its first one.
+    """
+    length = np.maximum(np.abs(np.roll(polygon, -1) - polygon), 1e-9)
+    previous = np.roll(length, 1)
+    # shares of the edges before and after a vertex that its parabola takes
+    before = np.where(sharp, 0, np.minimum(previous, LONG_EDGE * length) / 2) / previous
+    after = np.where(sharp, 0, np.minimum(length, LONG_EDGE * previous) / 2) / length
+    next_before, next_after = np.roll(before, -1), np.roll(after, -1)
+    start, end = (after * length)[:, None], ((1 - next_before) * length)[:, None]
+    s = np.linspace(0, 1, SAMPLES) * length[:, None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        first = _parabola(0.5 + 0.5 * s / start, before, after)
+        last = _parabola(0.5 * (s - end) / (length[:, None] - end), next_before, next_after)
+    zero, share = np.zeros_like(s), s / length[:, None]
+    straight = np.stack([zero, 1 - share, share, zero], axis=2)
+    first = np.concatenate([first, zero[..., None]], axis=2)
+    last = np.concatenate([zero[..., None], last], axis=2)
+    return np.where((s < start)[..., None], first, np.where((s > end)[..., None], last, straight))
+
+
+def _parabola(t: Real, before: Real, after: Real) -> Real:
+    """(n, s, 3) coefficients of a vertex and its neighbours in the points at t of the parabola across it, which begins
+    and ends at the given shares of both edges."""
+    before, after = before[:, None], after[:, None]
+    head, middle, tail = (1 - t) ** 2, 2 * t * (1 - t), t**2
+    return np.stack([head * before, head * (1 - before) + middle + tail * (1 - after), tail * after], axis=2)
+
+
+def _sections(basis: Real, vertices: Complex) -> Complex:
+    """(n, SAMPLES) points of the curve for each edge."""
+    number = np.arange(vertices.size)[:, None] + NEIGHBOURS
+    return np.einsum("nsk,nk->ns", basis, vertices[number % vertices.size])
+
+
+class Feet(NamedTuple):
+    """The nearest points of the curve: (p,) edge, sample before it, share of the way to the next one, unit tangent
+    there, and distance."""
+
+    edge: NDArray[np.intp]
+    sample: NDArray[np.intp]
+    share: Real
+    tangent: Complex
+    distance: Real
+
+
+def _project(points: Complex, edge: NDArray[np.intp], sections: Complex) -> Feet:
+    """The nearest points on the part of the curve that belongs to each point's edge and both its neighbours."""
+    n, steps = sections.shape[0], SAMPLES - 1
+    # nearer parts are not looked for elsewhere: across a thin limb is the other side of it
+    around = np.concatenate(
+        [np.roll(sections, 1, axis=0)[:, :-1], sections[:, :-1], np.roll(sections, -1, axis=0)], 1
+    )
+    along = np.diff(around, axis=1)
+    square = np.maximum(np.abs(along) ** 2, 1e-18)
+    found = list[Feet]()
+    for k in range(0, points.size, BLOCK):
+        own = edge[k : k + BLOCK]
+        step = along[own]
+        offset = points[k : k + BLOCK, None] - around[own, :-1]
+        share = np.clip((offset * step.conj()).real / square[own], 0, 1)
+        distance = np.abs(offset - share * step)
+        nearest = distance.argmin(axis=1)
+        at = np.arange(own.size), nearest
+        tangent = step[at] / np.sqrt(square[own][at])
+        found.append(
+            Feet((own + nearest // steps - 1) % n, nearest % steps, share[at], tangent, distance[at])
+        )
+    return Feet(*(np.concatenate(column) for column in zip(*found))) if found else _NO_FEET
+
+
+_NO_FEET = Feet(np.zeros(0, np.intp), np.zeros(0, np.intp), np.zeros(0), np.zeros(0, complex), np.zeros(0))
+
+
+def _curvature_changes(polygon: Complex, sharp: NDArray[np.bool_], length: float) -> sparse.csr_array:
+    """(n, n) the differences of curvature vectors between neighbouring vertices, weighted so that in least squares they
+    smooth what is shorter than a length. At corners they are zero."""
+    n = polygon.size
+    after = np.maximum(np.abs(np.roll(polygon, -1) - polygon), 0.5)
+    before = np.roll(after, 1)
+    spacing = (after + before) / 2
+    number = np.arange(n)
+    columns = (number[:, None] + [-1, 0, 1]) % n
+    second = np.stack([1 / before, -(1 / before + 1 / after), 1 / after], axis=1) / spacing[:, None]
+    curvature = sparse.csr_array((second.ravel(), (np.repeat(number, 3), columns.ravel())), shape=(n, n))
+    smooth = ~(sharp | np.roll(sharp, -1))
+    weight = np.where(smooth, length**3 / np.sqrt(after), 0)
+    return sparse.diags_array(weight) @ (curvature[(number + 1) % n] - curvature)
+
+
+def _solve(
+    points: Complex, feet: Feet, basis: Real, vertices: Complex, fairness: sparse.csr_array
+) -> Complex:
+    """(n,) the vertices whose curve is nearest to the points in the sense of least squares, for the same feet.
+    Distances across the curve count fully, those along it little, because the feet may slide."""
+    n, count = vertices.size, points.size
+    share = feet.share[:, None]
+    weights = basis[feet.edge, feet.sample] * (1 - share) + basis[feet.edge, feet.sample + 1] * share
+    columns = (feet.edge[:, None] + NEIGHBOURS) % n
+    rows = np.repeat(np.arange(count), 2 * NEIGHBOURS.size)
+    both = np.concatenate([columns, columns + n], axis=1).ravel()  # x of all vertices, then y
+    system, wanted = list[sparse.csr_array](), list[Real]()
+    for direction in (1j * feet.tangent, ALONG * feet.tangent):
+        entries = [weights * part[:, None] for part in (direction.real, direction.imag)]
+        values = np.concatenate(entries, axis=1).ravel()
+        system.append(sparse.csr_array((values, (rows, both)), shape=(count, 2 * n)))
+        wanted.append((direction.conj() * points).real)
+    system += [sparse.block_diag([fairness, fairness]), np.sqrt(STAY) * sparse.eye_array(2 * n)]
+    wanted += [np.zeros(2 * n), np.sqrt(STAY) * np.concatenate([vertices.real, vertices.imag])]
+    matrix = sparse.csr_array(sparse.vstack(system))
+    found = spsolve((matrix.T @ matrix).tocsc(), matrix.T @ np.concatenate(wanted))
+    return found[:n] + 1j * found[n:]
