@@ -50,11 +50,7 @@ def field_of(colours: Float, trace: str, *, photographs: bool = False) -> tuple[
         Photograph: with `photographs`, where there is no background.
         InputError: nothing stands out, or no line encloses anything.
     """
-    height, width = colours.shape[:2]
-    by = max(1.0, max(height, width) / SIDE)
-    size = max(1, round(width / by)), max(1, round(height / by))
-    small = cv2.GaussianBlur(cv2.resize(colours, size, interpolation=cv2.INTER_AREA), (0, 0), 1)
-    small = small[..., None] if small.ndim == 2 else small
+    small, by = _shrunk(colours)
     inside = trace == "inside"
     ground, noise = _around(small) if inside else _surface(small)
     away = ground - small
@@ -73,7 +69,16 @@ def field_of(colours: Float, trace: str, *, photographs: bool = False) -> tuple[
             "or trace it by hand"
         )
     mask = inside_of(mask) if inside else _without_specks(mask)
-    return smooth(mask), width / size[0], inside
+    return smooth(mask), by, inside
+
+
+def _shrunk(colours: Float) -> tuple[Float, float]:
+    """A picture of at most SIDE pixels a side, slightly blurred, and how many pixels each of these is wide."""
+    height, width = colours.shape[:2]
+    by = max(1.0, max(height, width) / SIDE)
+    size = max(1, round(width / by)), max(1, round(height / by))
+    small = cv2.GaussianBlur(cv2.resize(colours, size, interpolation=cv2.INTER_AREA), (0, 0), 1)
+    return (small[..., None] if small.ndim == 2 else small), width / size[0]
 
 
 def is_on_background(mask: NDArray[np.bool_], share: float) -> bool:
@@ -104,6 +109,30 @@ def is_line(mask: NDArray[np.bool_]) -> bool:
         if np.count_nonzero(_closed(ink, radius) & whole) < LINE * np.count_nonzero(whole):
             return True
     return False
+
+
+def thin_line(colours: Float) -> tuple[Float, float] | None:
+    """Find a pencil's line around something, whatever the paper is like to both sides of it.
+
+    A line is darker (or lighter) than what is to both sides of it, less than twice as far away as the widest gap that
+    is closed: the edge of a shadow or of another sheet is not.
+
+    Returns:
+        (h', w') coverages of the inside of the line, and how many pixels of the picture each of these is wide; None
+        where there is no such line.
+    """
+    small, by = _shrunk(colours)
+    for kind in (cv2.MORPH_BLACKHAT, cv2.MORPH_TOPHAT):
+        around = np.ones((2 * _radii(small[..., 0])[-1] + 1,) * 2, np.uint8)
+        away = cv2.morphologyEx(small, kind, around).reshape(small.shape).max(axis=2)
+        strong = away[away > 0.25 * away.max()]
+        if not strong.size or np.median(strong) / 2 <= NOISE * np.median(away):
+            continue
+        usual = np.median(strong)
+        line = away >= usual / 2
+        if is_line(line) and is_on_background(line, PAPER):
+            return smooth(inside_of(line)), by
+    return None
 
 
 def inside_of(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -56,9 +56,11 @@ def read(
     photograph its rectangle.
 
     With `trace` "auto" alpha is taken where it varies, then what stands out from a plain background, else, as under
-    uneven light, what `scan` finds; of a line that encloses much more than itself its inside. A picture without any
-    background is a photograph: its rectangle, with a note. For "dark", "light" and "inside" see `scan.field_of`.
-    `chosen` may be `canvas`, the rectangle of any picture, and `silhouette`, which traces photographs, too.
+    uneven light, what `scan` finds; of a line that encloses much more than itself its inside. A thin line whose inside
+    is not even half in what was found that way comes first: a drawing on paper that is darker in parts. A picture
+    without any background is a photograph: its rectangle, with a note. For "dark", "light" and "inside" see
+    `scan.field_of`. `chosen` may be `canvas`, the rectangle of any picture, and `silhouette`, which traces photographs,
+    too.
 
     Outlines follow the level where coverage is one half, between pixel centres: smooth curves with corners, within 0.25
     pixel (0.75 in a mask without grey levels), or within `flatness` times their diagonal where that is more.
@@ -152,11 +154,28 @@ def interpret(pixels: NDArray, alpha: int, trace: str = "auto", part: str | None
 
     if part == CANVAS:
         return Reading("rectangle", None)
+    if trace == "auto" and _is_alpha(pixels, alpha):
+        return Reading("alpha", coverage(pixels, alpha))
+    reading = _foreground(pixels, alpha, trace, part)
+    if trace != "auto" or part == SILHOUETTE or reading.kind not in ("rectangle", "plain", "scan"):
+        return reading
+    line = scan.thin_line(straight_colours(pixels, alpha))
+    if line is None:
+        return reading
+    field, scale = line
+    inside = field >= HALF
+    if reading.field is not None and np.mean(opaque_part(reading, inside.shape)[inside]) >= HALF:
+        return reading
+    return Reading("line", field, scale, (INSIDE,))
+
+
+def _foreground(pixels: NDArray, alpha: int, trace: str, part: str | None) -> Reading:
+    """What stands out from the background of an opaque picture."""
+    from . import scan
+
     photographs = trace == "auto" and part != SILHOUETTE
     if trace == "auto":
         field = coverage(pixels, alpha)
-        if _is_alpha(pixels, alpha):
-            return Reading("alpha", field)
         if _is_plain(pixels, alpha, field, strict=photographs):
             ink = field >= 0.5
             if not scan.is_line(ink):

@@ -234,7 +234,7 @@ class Feet(NamedTuple):
 def _project(points: Complex, edge: NDArray[np.intp], sections: Complex) -> Feet:
     """The nearest points on the part of the curve that belongs to each point's edge and both its neighbours."""
     n, steps = sections.shape[0], SAMPLES - 1
-    # nearer parts are not looked for elsewhere: across a thin limb is the other side of it
+    # nearer parts are not looked for elsewhere: across a thin part is the other side of it
     around = np.concatenate(
         [np.roll(sections, 1, axis=0)[:, :-1], sections[:, :-1], np.roll(sections, -1, axis=0)], 1
     )

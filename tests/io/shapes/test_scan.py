@@ -137,3 +137,22 @@ def test_it_is_for_pictures(shapes, iccm):
         done.code == 2
         and "--trace dark: only works for pictures, and square.svg is not a picture" in done.err
     )
+
+
+@pytest.mark.parametrize("ground", ["a darker sheet", "a shadow"])
+@pytest.mark.parametrize("ink", [40, 90])
+def test_a_pencil_line_comes_before_paper_that_is_darker_in_parts(tmp_path, ground, ink):
+    """The darker part has more contrast than the pencil, or there is no plain background at all."""
+    darker = (X > 310) & (Y > 60) if ground == "a darker sheet" else 1 / (1 + np.exp(-(X + Y - 430) / 15))
+    cover = line(2, 8)
+    found = traced(tmp_path, paper(0.05, noise=2) - 80 * darker - ink * cover)
+    assert gap_to_truth(found) < 6 and not found.holes
+    assert "the inside of the line is used; --trace dark uses the line itself" in found.notes
+
+
+def test_a_line_inside_a_shape_is_part_of_it(tmp_path):
+    """A ring drawn on a coloured shape does not hide the shape."""
+    ring = np.abs(np.hypot(X - 200, Y - 150) - 40) < 1.5
+    pixels = np.where(filled(), 120, paper(0, noise=1))
+    found = traced(tmp_path, np.where(ring, 20, pixels))
+    assert gap_to_truth(found) < 2 and not any("line" in note for note in found.notes)
