@@ -105,6 +105,8 @@ void subtract_products(const Front &front, const double *block, Index begin) {
 bool eliminate(const Front &front) {
     Index tall = front.tall;
     for (Index begin = 0; begin < front.own;) {
+        // The columns of a block are first finished one after another, then subtracted from all later ones at once, so
+        // that these are read and written once a block. Their number is even, so that blocks of two fill up the rest.
         Index wide = front.own - begin >= 8 ? 8 : 2;
         double *block = front.panel + begin * tall;
         for (Index j = 0; j < wide; j++) {
@@ -131,11 +133,16 @@ bool eliminate(const Front &front) {
 }  // namespace
 
 bool factorise(const BlockPattern &pattern, const double *matrix, const Complex *gradient, Factor &factor) {
+    // `values` holds the columns of all fronts, which are the factor, and after them a stack of updates: what fronts
+    // that are done leave to parents that are not yet. The stack has `top` entries, those of the fronts `waiting`;
+    // entry k begins at sources[k], and sources[top] is where there is room.
     const Fronts &fronts = pattern.fronts;
     double *values = factor.values;
     Index *waiting = factor.waiting, *sources = factor.sources, top = 0;
     sources[0] = fronts.panels[fronts.count];
     for (Index number = 0; number < fronts.count; number++) {
+        // Two numbers for each vertex, and one more row for the gradient: `own` columns to eliminate, and the `rest`
+        // of the rows, which is the size of the update. That is built on top of the stack.
         Index own = 2 * (fronts.starts[number + 1] - fronts.starts[number]);
         Index rest = 2 * (fronts.beyond_starts[number + 1] - fronts.beyond_starts[number]) + 1;
         Index update = sources[top];
@@ -143,16 +150,16 @@ bool factorise(const BlockPattern &pattern, const double *matrix, const Complex 
         memset(front.panel, 0, sizeof(double) * own * front.tall);
         memset(front.update, 0, sizeof(double) * rest * rest);
         assemble(pattern, matrix, gradient, number, front, factor.place);
-        // in postorder the updates of a front's children are on top of the stack
+        // Fronts are numbered in postorder: the updates of this one's children are the last ones on the stack.
         while (top > 0 && fronts.parents[waiting[top - 1]] == number) {
             top--;
             extend_add(fronts, waiting[top], values + sources[top], factor.place, front);
         }
         if (!eliminate(front)) return false;
         Index goal = sources[top];
-        // its own update moves down over those that have been added
+        // The children's updates are used up: this one's moves down to where they began.
         if (goal < update) memmove(values + goal, values + update, sizeof(double) * rest * rest);
-        if (rest > 1) {
+        if (rest > 1) {  // else it has no parent: there is nothing beyond but the gradient's row
             waiting[top] = number;
             top++;
             sources[top] = goal + rest * rest;
@@ -200,7 +207,9 @@ void back_substitute(const BlockPattern &pattern, Factor &factor, Complex *step)
             part[tall + 1] = found.im;
             tall += 2;
         }
-        part[tall] = 1.0;  // for the row of L⁻¹ g
+        // Row j of Lᵀ x + L⁻¹ g = 0: column j of L, which begins at its diagonal entry and ends with L⁻¹ g, times the
+        // solution below, which ends with a one. Solved for x[j] from the last row to the first.
+        part[tall] = 1.0;
         tall++;
         const double *column = factor.values + fronts.panels[number] + (own - 1) * tall;
         for (Index j = own - 1; j >= 0; j--, column -= tall) {

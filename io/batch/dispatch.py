@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from dataclasses import dataclass, replace
 from itertools import chain
@@ -116,41 +116,36 @@ def execute(
 
     When `stopping` turns true nothing is begun any more, what runs is ended, and the rest is reported as cancelled.
     """
+    # A job is in one of these at a time: it is pending until a worker has room, running until its worker answers. A
+    # frame of a sequence waits for the frame before it, by whose number it is found; when that ends it is pending.
     pending = deque(_Running(task) for task in tasks if not task.after)
     waiting = {
         task.after: _Running(task, before=_map_of(tasks[task.after - 1])) for task in tasks if task.after
     }
     running: dict[Future, list[_Running]] = {}
-    keys: dict[int, str] = {}
+    keys: dict[int, str] = {}  # of jobs that were begun, in the journal, by their numbers
     failed = False
     while pending or running:
         if stopping():
             pool.abandon(list(running))
-            yield from (
-                _record(r, _answer("cancelled", "stopped by a signal"))
-                for r in chain(*running.values(), pending, waiting.values())
-            )
+            yield from _cancel(chain(*running.values(), pending, waiting.values()), "stopped by a signal")
             return
         if failed and policy.fail_fast:
-            yield from (
-                _record(
-                    r,
-                    _answer(
-                        "cancelled",
-                        "not started, because an earlier job failed (--fail-fast)",
-                    ),
-                )
-                for r in chain(pending, waiting.values())
-            )
+            why = "not started, because an earlier job failed (--fail-fast)"
+            yield from _cancel(chain(pending, waiting.values()), why)
             pending.clear()
             waiting.clear()
+
+        # Give jobs to workers while there is room. `known` is the result of one that need not run: it was completed
+        # by an earlier run, or its inputs are gone. The loop ends with it, so that signals are seen between two such
+        # jobs.
         known = None
         while pending and known is None and len(running) < _capacity(pool, running, pending):
             items = []
             for item in _bundle(pending, pool.together(len(pending))):
                 known = _begin(item, book, keys, resume, warn, unasked=pool.runs_again)
                 if known is not None:
-                    break  # so that signals are seen between two skipped jobs
+                    break
                 items.append(item)
             if items:
                 running[pool.submit([_payload(item, pool, policy) for item in items])] = items
@@ -160,6 +155,10 @@ def execute(
             failed |= known["status"] not in GOOD
             _release(known, waiting, pending, warn)
             yield known
+
+        # Wait a moment for answers; not at all if there was a result, since more may be known at once. A worker that
+        # died answers nothing. One that was given a bundle answers for the first jobs of it if these took long: the
+        # others go back to the front of the queue, in their order.
         for items, answers in _collect(running, pool, policy, 0.0 if known else POLL):
             if answers is None:
                 again, answers = _retry(items, policy, warn)
@@ -174,6 +173,12 @@ def execute(
                 yield record
     if pool.runs_again:  # nobody reported which workers were lost
         files.sweep(path for task in tasks for path in task.job.outputs)
+
+
+def _cancel(items: Iterable[_Running], why: str) -> Iterator[dict[str, Any]]:
+    """The results of jobs that are not run, or not to their ends."""
+    for item in items:
+        yield _record(item, _answer("cancelled", why))
 
 
 def _release(

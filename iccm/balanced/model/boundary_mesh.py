@@ -24,34 +24,45 @@ def mesh_boundary(
     bays: Sequence[Complex] = (),
     regions: Sequence[Sequence[Complex]] = (),
 ) -> DiscreteMap:
-    """A mesh for a boundary; the image is given there and zero inside. `filled` are the polygons of holes that are
-    covered, `bays` polylines from the outline to the outline beyond which it is as in these, `regions` the polygons
-    of rigid regions, the outer one first, all of whose edges are in the mesh."""
-    # Vertices that the mesh must have, in the order in which it will number them: the boundary's, then those inside, of
-    # constraints, filled holes, concavities' polylines without their ends (which are the outline's), and regions'
-    # rings.
+    """Make a mesh for a boundary; the image is given there and zero inside.
+
+    Args:
+        boundary: the outlines, whose vertices are those of the mesh on its boundary.
+        sizes: how large triangles may be.
+        inside: constraints, whose vertices are in the mesh, strokes as chains of edges.
+        filled: polygons of holes that are covered; their edges are in the mesh.
+        bays: polylines across filled concavities, each from the outline to the outline.
+        regions: polygons of rigid regions, the outer one first; their edges are in the mesh.
+    """
+    # 1. What the mesh must have. Its vertices are numbered in this order: the boundary's, then those inside: of
+    # constraints, filled holes, polylines of concavities without their ends (which are the outline's), and rings of
+    # regions. Chains of edges inside are given by `links`, the next vertex of each on its polyline, -1 at an end.
     pairs = boundary.pairs
     outer, *inner = (loop.source.curve.at(pairs.s[loop.vertices]) for loop in boundary.loops)
-    # `links` is the next vertex of each inner one on its polyline, -1 at an end: edges that the mesh must have. Those
-    # of `soft` are counted from its first vertex, and shifted by the number of constraints' vertices at the end.
+    # `soft` has the links of all but the constraints, counted from its own first vertex. It grows part by part, the
+    # links of each shifted by what is there already, and is shifted by the constraints' vertices at the end.
     around = closed_links([rim.size for rim in filled])
     soft = np.append(around, linked_on([bay.size - 2 for bay in bays], around.size))
     kept, around_kept = kept_by(regions, inside.z)
     soft = np.append(soft, np.where(around_kept < 0, -1, soft.size + around_kept))
     links = np.append(inside.links, np.where(soft < 0, -1, inside.z.size + soft))
     points = np.concatenate([inside.z, *filled, *(bay[1:-1] for bay in bays), kept])
-    # Edges from the outline to inner vertices: at the ends of strokes on it, and of concavities' polylines.
+    # Edges between the outline and inner vertices: where strokes, and the polylines of concavities, meet it.
     mouths = [mouth_of(outer, bay) for bay in bays]
     rays = np.concatenate([inside.rays(outer), bay_rays(bays, mouths, inside.z.size + around.size)])
     z, faces = triangulate(outer, sizes, points, links, inner, rays)
-    # Of constraints alone the Newton matrix needs the next vertex; all others are their own.
+
+    # 2. The matrix of Newton's method couples vertices that slide to the next one on the same curve (`following`):
+    # those of the boundary and of constraints. All other vertices do not slide, and are their own next ones.
     given = np.arange(points.size)
     ends = np.where((links >= 0) & (given < inside.z.size), links, given)
     following = np.append(boundary.following, boundary.size + ends)
     u = np.zeros(z.size, np.complex128)
     u[: boundary.size] = boundary.images()
     pattern = system_of(faces, following, z.size)
-    # A concavity lies between its polyline and the part of the outline between its ends, its mouth.
+
+    # 3. What triangles count: less in filled holes, and in concavities. A concavity lies between its polyline and the
+    # part of the outline between its ends, its mouth.
     rings = [np.append(bay, outer[mouth[-2:0:-1]]) for bay, mouth in zip(bays, mouths)]
     weights = weights_of(z, faces, filled, rings) if filled or bays else None
     rigid = regions_of(z[faces].mean(axis=1), regions) if regions else None
