@@ -9,7 +9,8 @@ import numpy as np
 
 from ...arrays import Complex
 from ...errors import InputError
-from .. import limits
+from .. import formats, limits
+from . import framing
 from .job import Job
 from .phases import Doubt
 
@@ -46,7 +47,8 @@ def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:
         source = inputs.shape(job.source)
         targets, more = inputs.shapes(job.target or "", limits.PARTS, target=True, source=source)
         empty_ones: list[str] = [Doubt(f"{note}; they stay empty") for note in more]
-        return _with_overlap([(source, target) for target in targets], empty_ones, {})
+        pairs = [(source, target) for target in targets]
+        return _with_overlap(_at_one_scale(pairs) if _is_pattern(job, source) else pairs, empty_ones, {})
     (sources, notes), (targets, more) = (
         inputs.shapes(spec, limits.PARTS, target=bool(k))
         for k, spec in enumerate((job.source, job.target or ""))
@@ -72,6 +74,18 @@ def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:
     }
     pairs = [(sources[i], targets[j]) for i, j in sorted(found, key=lambda pair: pair[1])]
     return _with_overlap(pairs, notes, {"unpaired": figures} if any(alone) else {})
+
+
+def _is_pattern(job: Job, source: Shape) -> bool:
+    """Whether the texture repeats without end, so that any piece of the source's plane shows it at its scale."""
+    drawings = any(formats.of(name).drawing for name in job.output if name != "-")
+    return framing.repeats(job) and job.place == "fill" and not source.is_mesh and not drawings
+
+
+def _at_one_scale(pairs: Pairs) -> Pairs:
+    """Give each target the source at its own size relative to the largest, so that all show a pattern at one scale."""
+    largest = max(target.curve.area for _, target in pairs)
+    return [(source.scaled(float(np.sqrt(target.curve.area / largest))), target) for source, target in pairs]
 
 
 def _with_overlap(

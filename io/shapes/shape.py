@@ -142,6 +142,24 @@ class Shape:
             extent=self.bounds,
         )
 
+    def scaled(self, factor: float) -> Shape:
+        """Return one outline of a drawing smaller or larger about its middle; the extent and the canvas stay."""
+        if factor == 1:
+            return self
+        low, high = self.bounds
+        middle = (low + high) / 2
+
+        def moved(z: Complex) -> Complex:
+            return middle + factor * (z - middle)
+
+        return replace(
+            self,
+            curve=Curve(moved(self.curve.z)),
+            holes=tuple(moved(hole) for hole in self.holes),
+            rigid=tuple(moved(region) for region in self.rigid),
+            extent=self.bounds,
+        )
+
     def framed(self, frame: Curve) -> Shape:
         """Return the shape with the frame that was chosen; holes of one part are only mapped with its own outline."""
         return replace(self, curve=frame)

@@ -131,6 +131,27 @@ def test_one_source_goes_onto_each_part(drawings, iccm):
     assert np.allclose(middles[:2] + 50, middles[-2:], atol=0.1)
 
 
+def test_a_pattern_has_one_scale_on_all_parts(drawings, iccm):
+    """A texture that repeats is as fine on the dot as on the letters; one that does not is whole on each."""
+    (drawings / "word.svg").write_text(SVG.format(WORD))
+    (drawings / "tile.svg").write_text(SVG.format('<rect x="10" y="20" width="80" height="60"/>'))
+    image_files.write("tile.png", image_files.Image(np.arange(48, dtype=np.uint8).reshape(4, 4, 3)))
+    each = ("map", "tile.svg", "word.svg", "--parts", "each", "--size", "400", "--texture", "tile.png")
+    spread = {}
+    for edge in ("repeat", "clamp"):
+        assert iccm(*each, "--edge", edge, "--stmap", "o.tif", "-o", "o.png", "--force").code == 0
+        st = image_files.read("o.tif").pixels
+        # texture area for each pixel in the middle of a letter and of the dot, by finite differences
+        determinants = []
+        for row, column in ((180, 100), (340, 200)):
+            right = st[row, column + 4, :2] - st[row, column - 4, :2]
+            down = st[row + 4, column, :2] - st[row - 4, column, :2]
+            determinants.append(abs(right[0] * down[1] - right[1] * down[0]))
+        spread[edge] = determinants[1] / determinants[0]
+    assert spread["repeat"] == pytest.approx(1, abs=0.25)
+    assert spread["clamp"] > 4  # the dot has a sixth of a letter's area
+
+
 def test_each_piece_of_a_mesh_gets_the_source(drawings, iccm):
     corners = [f"v {x} {y} {z}" for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
     faces = ["f 1 2 3", "f 1 3 4", "f 5 6 7", "f 5 7 8"]
