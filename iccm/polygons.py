@@ -15,6 +15,10 @@ from . import deadline
 
 Polygons = NDArray[np.object_]
 REGION = "the region that a drawing paints"
+REGIONS_AT_ONCE = 512
+"""Regions that are looked at between two checks of the time: a tenth of a second for letters (measured)."""
+SMALL_REGION = 8
+"""Parts of a region up to which GEOS offsets all of it faster than part by part (measured with letters)."""
 
 
 def polygons_of(geometries: shapely.Geometry | Iterable[shapely.Geometry]) -> Polygons:
@@ -58,6 +62,24 @@ def offset(region: shapely.Geometry, distance: float, **style: Any) -> shapely.G
     return unite(moved) if distance > 0 else _region(polygons_of(moved))
 
 
+def offset_each(regions: Polygons, distance: float, **style: Any) -> Polygons:
+    """Return each of several regions grown or shrunk by a distance, as `offset` does it; fast for many small ones.
+
+    Raises
+    ------
+    TimeUp
+        The time that the command may take is over.
+    """
+    moved = np.empty(len(regions), dtype=object)
+    for start in range(0, len(regions), REGIONS_AT_ONCE):
+        deadline.check(REGION)
+        part = slice(start, start + REGIONS_AT_ONCE)
+        small = shapely.get_num_geometries(regions[part]) <= SMALL_REGION
+        moved[part][small] = shapely.buffer(regions[part][small], distance, **style)
+        moved[part][~small] = [offset(region, distance, **style) for region in regions[part][~small]]
+    return moved
+
+
 def neighbourhoods(region: shapely.Geometry, distance: float) -> Iterator[tuple[shapely.Geometry, float]]:
     """Yield each part of a region with what is near it of others, and the share that the part has in that.
 
@@ -81,9 +103,21 @@ def neighbourhoods(region: shapely.Geometry, distance: float) -> Iterator[tuple[
         yield from ((part, 1.0) for part in parts)
         return
     tree = shapely.STRtree(parts)
-    for k, part in enumerate(parts):
+    for start in range(0, len(parts), REGIONS_AT_ONCE):
         deadline.check(REGION)
-        others = tree.query(part, predicate="dwithin", distance=distance)
+        some = parts[start : start + REGIONS_AT_ONCE]
+        pairs = tree.query(some, predicate="dwithin", distance=distance)
+        yield from _with_others(parts, start, len(some), pairs, distance)
+
+
+def _with_others(
+    parts: Polygons, start: int, count: int, pairs: NDArray[np.intp], distance: float
+) -> Iterator[tuple[shapely.Geometry, float]]:
+    """Yield what `neighbourhoods` does for `count` parts, given (2, p) the pairs of these and of all that are near."""
+    order = np.argsort(pairs[0], kind="stable")
+    ends = np.cumsum(np.bincount(pairs[0], minlength=count))
+    for k, others in enumerate(np.split(pairs[1][order], ends[:-1]), start):
+        part = parts[k]
         others = others[others != k]
         low_x, low_y, high_x, high_y = part.bounds
         box = low_x - distance, low_y - distance, high_x + distance, high_y + distance

@@ -66,7 +66,7 @@ def without_own_edge(texture: Texture, outlines: Sequence[Complex]) -> Texture:
 
 def _bleed(pixels: NDArray, channels: list[int], known: NDArray[np.bool_], wanted: NDArray[np.bool_]) -> None:
     """Fill wanted texels of channels from the nearest known one that is finite there, in place."""
-    values = pixels[..., channels]
+    values = np.ascontiguousarray(pixels[..., channels])
     if values.dtype.kind != "f" or np.isfinite(values).all():  # the nearest texel is the same in each channel
         pad(values, known, -1, "nearest")
     else:
@@ -74,7 +74,7 @@ def _bleed(pixels: NDArray, channels: list[int], known: NDArray[np.bool_], wante
         for k in range(len(channels)):
             pad(values[..., k : k + 1], known & finite[..., k], -1, "nearest")
     for k, channel in enumerate(channels):
-        pixels[wanted, channel] = values[wanted, k]
+        np.copyto(pixels[..., channel], values[..., k], where=wanted)
 
 
 def _inside(texture: Texture, outlines: Sequence[Complex]) -> NDArray[np.bool_]:

@@ -36,8 +36,10 @@ def _spread(pixels: NDArray, known: NDArray[np.bool_], wanted: NDArray[np.bool_]
     at = np.flatnonzero(known)
     source[label.ravel()[at]] = at
     fill = np.flatnonzero(wanted & ((away <= reach) | (reach < 0)))
-    rows, columns = np.divmod(source[label.ravel()[fill]], known.shape[1])
-    pixels[np.divmod(fill, known.shape[1])] = pixels[rows, columns]
+    flat = pixels.reshape(-1, pixels.shape[2])
+    flat[fill] = flat[source[label.ravel()[fill]]]
+    if not np.may_share_memory(flat, pixels):  # of an array that is not contiguous it is a copy
+        pixels[...] = flat.reshape(pixels.shape)
 
 
 def _push_pull(value: NDArray, weight: NDArray) -> NDArray:

@@ -1,6 +1,6 @@
 """Regions that a fill paints: from closed runs of points to the outlines of the regions that are painted."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +24,7 @@ BODY_SHARE = 1 / 2
 in a figure of strokes with a round head: filling the few closed ones would show a head without a body."""
 
 Refused = tuple[float, InputError]
+Paint = Callable[[Sequence[Complex], str], list[shapely.Polygon]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,13 +49,20 @@ class FilledOutline:
 
 
 def outlines(
-    rings: Iterable[Complex], rule: str, name: str, notes: tuple[str, ...] = (), *, crossed: bool = True
+    rings: Iterable[Complex],
+    rule: str,
+    name: str,
+    notes: tuple[str, ...] = (),
+    *,
+    crossed: bool = True,
+    paint: Paint | None = None,
 ) -> tuple[list[FilledOutline], list[Refused]]:
     """The regions that filling the rings together by `rule` (nonzero or evenodd) paints, the largest first.
 
     Rings are closed implicitly, and may overlap, nest and touch each other: what counts is what the fill shows. Where
     the crossings of a ring with itself make loops of less than HARMLESS of its area these are cut off; else it is
-    painted as it is, with a note, or, unless `crossed`, refused and the others are painted without it.
+    painted as it is, with a note, or, unless `crossed`, refused and the others are painted without it. `paint` computes
+    what `painted` does, by default that.
 
     Returns:
         The outlines, and what was refused: the area at stake, and an error that says where and why.
@@ -85,7 +93,7 @@ def outlines(
     polygons = (
         [polygon_of(ring) for ring in simple]
         if len(simple) == 1 and polygon_of(simple[0]).is_valid
-        else painted(simple, rule)
+        else (paint or painted)(simple, rule)
     )
     found = outlines_of(shapely.MultiPolygon(polygons), name, notes)
     if not found and not refused:

@@ -5,6 +5,9 @@ from functools import lru_cache
 from typing import NamedTuple
 from unicodedata import bidirectional
 
+import numpy as np
+
+from ...arrays import Complex
 from .affine import Affine, translation
 
 # Blocks whose letters stand in any line beside each other: Latin, Greek, Cyrillic; signs; Chinese, Japanese, Korean.
@@ -15,6 +18,8 @@ _ANY = (
 _LEFTWARD = {"R", "AL"}  # classes of Unicode's bidirectional algorithm
 _EITHER_WAY = {"NSM", "WS"}
 _SPACES = " \u00a0"
+_POINTS = {"M": 1, "L": 1, "Q": 2, "C": 3, "Z": 0}
+"""Points of each command of path data."""
 
 
 class Spacing(NamedTuple):
@@ -63,6 +68,7 @@ class Font:
             self._font.set_variations({"wght": weight})
         self._em = self._font.face.upem
         self._shaped = lru_cache(maxsize=64)(self._shape)
+        self._drawn = lru_cache(maxsize=1024)(self._draw_glyph)
 
     def _shape(self, text: str, spacing: Spacing = NO_SPACING) -> tuple[list[Glyph], float, bool]:
         """Glyphs, the width of all, and whether the font has every letter."""
@@ -86,6 +92,26 @@ class Font:
         if found:
             x += spacing.letters + spacing.words * (text[last] in _SPACES)
         return found, x, all(glyph.number for glyph in found)
+
+    def _draw_glyph(self, number: int) -> tuple[tuple[str, ...], Complex]:
+        """The commands of a glyph's path data, and the points of all of them, in ems and y down."""
+        import uharfbuzz as hb
+
+        commands: list[str] = []
+        points: list[complex] = []
+
+        def add(command: str, *places: float) -> None:
+            commands.append(command)
+            points.extend(complex(x, -y) / self._em for x, y in zip(places[::2], places[1::2]))
+
+        pen = hb.DrawFuncs()
+        pen.set_move_to_func(lambda a, b, _: add("M", a, b))
+        pen.set_line_to_func(lambda a, b, _: add("L", a, b))
+        pen.set_quadratic_to_func(lambda a, b, c, d, _: add("Q", a, b, c, d))
+        pen.set_cubic_to_func(lambda a, b, c, d, e, f, _: add("C", a, b, c, d, e, f))
+        pen.set_close_path_func(lambda _: add("Z"))
+        self._font.draw_glyph(number, pen, None)
+        return tuple(commands), np.array(points, dtype=np.complex128)
 
     def sets(self, text: str) -> bool:
         """Whether it has all of the letters, and they are of one script, and run one way."""
@@ -113,25 +139,16 @@ class Font:
                 it begins on the line and y down; None where it is not drawn.
             spacing: more than the font has between letters.
         """
-        import uharfbuzz as hb
-
         drawn: list[str] = []
-        now = Affine()
-
-        def to(letter: str, *places: float) -> None:
-            points = (now(complex(a, -b) / self._em) for a, b in zip(places[::2], places[1::2]))
-            drawn.append(letter + " ".join(f"{z.real!r} {z.imag!r}" for z in points))
-
-        pen = hb.DrawFuncs()
-        pen.set_move_to_func(lambda a, b, _: to("M", a, b))
-        pen.set_line_to_func(lambda a, b, _: to("L", a, b))
-        pen.set_quadratic_to_func(lambda a, b, c, d, _: to("Q", a, b, c, d))
-        pen.set_cubic_to_func(lambda a, b, c, d, e, f, _: to("C", a, b, c, d, e, f))
-        pen.set_close_path_func(lambda _: drawn.append("Z"))
         for glyph in self._shaped(text, spacing)[0]:
-            if (found := place(glyph.begin, glyph.advance)) is not None:
-                now = found @ translation(glyph.right - glyph.begin, -glyph.up)
-                self._font.draw_glyph(glyph.number, pen, None)
+            if (found := place(glyph.begin, glyph.advance)) is None:
+                continue
+            commands, points = self._drawn(glyph.number)
+            placed = found @ translation(glyph.right - glyph.begin, -glyph.up)
+            numbers = iter(placed(points).view(np.float64).tolist())
+            for command in commands:
+                words = [f"{next(numbers)!r} {next(numbers)!r}" for _ in range(_POINTS[command])]
+                drawn.append(command + " ".join(words))
         return "".join(drawn)
 
     def set_at(self, text: str, x: float, y: float, size: float) -> str:

@@ -8,7 +8,7 @@ import shapely
 
 from ...polygons import fill_holes, unite
 from .fill import DRAWN_SHARE, has_body, with_lines_filled
-from .strokes import Seen, areas, width_of
+from .strokes import Fills, Seen, areas, width_of
 from .tree import Node
 
 LINE_WIDTH_SHARE = 1 / 8
@@ -25,7 +25,10 @@ Cut = Callable[[Node, shapely.Geometry], shapely.Geometry]
 
 
 def painted_areas(
-    shapes: Iterable[Seen], cut: Cut, pictures: Iterable[shapely.Geometry] = ()
+    shapes: Iterable[Seen],
+    cut: Cut,
+    pictures: Iterable[shapely.Geometry] = (),
+    filled: Fills | None = None,
 ) -> tuple[shapely.Geometry, shapely.Geometry]:
     """Compute what shapes paint together.
 
@@ -33,6 +36,7 @@ def painted_areas(
         shapes: all shapes that a drawing shows, with their runs in the root's units.
         cut: leaves of what a shape paints what its clip paths and masks show.
         pictures: the places of embedded pictures.
+        filled: what is known of the fills already.
 
     Returns:
         The ink, as drawn: all fills, and strokes where they can be seen. And the painted area: the same, where closed
@@ -41,7 +45,7 @@ def painted_areas(
     Raises:
         InputError: a malformed width, or lines that cross too often.
     """
-    fills, strokes = areas(shapes, cut)
+    fills, strokes = areas(shapes, cut, filled)
     fills = unite([fills, *pictures])
     if not strokes:
         ink = _thinned(fills, _longer_side(fills))

@@ -28,7 +28,7 @@ from .drawing import Drawing, WrappedPicture
 from .fill import FilledOutline, Refused, outlines, outlines_of
 from .painted import painted_areas
 from .path_data import Subpath, flatten, least
-from .strokes import silhouette, width_of
+from .strokes import Fills, silhouette, width_of
 from .tree import Node
 
 PIN, STROKE, RIGID = "pin-", "stroke-", "rigid"
@@ -124,6 +124,7 @@ class Detail:
     def __init__(self, flatness: float, budget: Budget):
         self.flatness, self.budget = flatness, budget
         self.clips = Clips(self.runs)
+        self.fills = Fills()
         self._known: dict[Node, list[Subpath]] = {}
 
     def runs(self, drawn: Node) -> list[Subpath]:
@@ -213,7 +214,7 @@ def _candidate(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail
         return None
     rule = drawn.properties.get("fill-rule", "nonzero").strip()
     try:
-        found, refused = outlines(rings, rule, drawn.name, tuple(notes))
+        found, refused = outlines(rings, rule, drawn.name, tuple(notes), paint=detail.fills.painted)
     except TooMuch as error:
         found, refused = [], [_too_much(runs, drawn, error)]
     except InputError as error:
@@ -304,7 +305,7 @@ def _paint(
         clear = [_without_faint(drawn) for drawn in shown]
         seen = [drawn for drawn in clear if drawn.visible] or [drawn for drawn in shown if drawn.visible]
         shapes = [(drawn, detail.runs(drawn)) for drawn in seen]
-        return painted_areas(shapes, detail.clips.cut, pictures)
+        return painted_areas(shapes, detail.clips.cut, pictures, detail.fills)
     except TooMuch as error:
         drawing.notes.append(f"its strokes are ignored: {error}")
         return replace(drawing, paint=None)._areas

@@ -8,7 +8,7 @@ from shapely.affinity import affine_transform
 
 from ...arrays import Complex, xy_of
 from ...errors import InputError
-from ...plane import bounding_box
+from ...plane import bounding_box, distinct
 from ...polygons import unite
 from .. import limits
 from . import crossings
@@ -80,17 +80,19 @@ def silhouette(
 def areas(
     shapes: Iterable[Seen],
     cut: Callable[[Node, shapely.Geometry], shapely.Geometry],
+    filled: "Fills | None" = None,
 ) -> tuple[shapely.Geometry, list[tuple[Node, shapely.Geometry]]]:
     """Compute what the fills of shapes paint together, and what each stroke paints that these do not cover.
 
     Args:
         shapes: with their runs in the root's units.
         cut: leaves of what a shape paints what its clip paths and masks show.
+        filled: what is known of the fills already.
 
     Raises:
         InputError: a malformed width, or lines that cross too often.
     """
-    filled = Fills()
+    filled = filled or Fills()
     seen = list(_bearable(shapes, filled))
     base, rest = _base(seen, filled)
     fills = [base]
@@ -106,17 +108,22 @@ def areas(
 
 
 class Fills:
-    """What the fills of shapes paint, each computed once."""
+    """What the fills of shapes paint, computed once for the same rings, wherever they are needed."""
 
     def __init__(self) -> None:
-        self._known: dict[Node, list[shapely.Polygon]] = {}
+        self._known: dict[tuple[str, tuple[bytes, ...]], list[shapely.Polygon]] = {}
 
     def of(self, drawn: Node, runs: Sequence[Subpath]) -> list[shapely.Polygon]:
         """What the fill of one shape paints."""
-        if drawn not in self._known:
-            rings = [run.z for run in runs if run.z.size > 2]
-            self._known[drawn] = painted(rings, drawn.properties.get("fill-rule", "nonzero").strip())
-        return self._known[drawn]
+        rings = [ring for ring in (distinct(run.z) for run in runs) if ring.size > 2]
+        return self.painted(rings, drawn.properties.get("fill-rule", "nonzero").strip())
+
+    def painted(self, rings: Sequence[Complex], rule: str) -> list[shapely.Polygon]:
+        """The polygons that filling rings by a rule paints, see `fill.painted`."""
+        key = rule, tuple(ring.tobytes() for ring in rings)
+        if key not in self._known:
+            self._known[key] = painted(rings, rule)
+        return self._known[key]
 
 
 def _bearable(shapes: Iterable[Seen], filled: Fills) -> Iterator[Seen]:
@@ -129,11 +136,11 @@ def _bearable(shapes: Iterable[Seen], filled: Fills) -> Iterator[Seen]:
     seen: list[Seen] = []
     count, look = 0, FIRST_LOOK
     for drawn, runs in shapes:
-        seen.append((drawn, runs))
-        count += len(runs) if drawn.filled else 0
-        if count >= look:
+        if count >= look:  # there are more: the last look is that of the caller
             _base(seen, filled)
             look = MORE * count
+        seen.append((drawn, runs))
+        count += len(runs) if drawn.filled else 0
         yield drawn, runs
 
 

@@ -6,7 +6,7 @@ import shapely
 
 from iccm import deadline
 from iccm.drawings.frame import HAIRLINE_WIDTH, close_hairlines
-from iccm.polygons import fill_holes, neighbourhoods, offset, polygons_of, unite
+from iccm.polygons import fill_holes, neighbourhoods, offset, offset_each, polygons_of, unite
 
 RING = shapely.Polygon([(0, 0), (5, 0), (6, 4), (0, 5)], [[(1, 1), (4, 1), (4, 3), (1, 3)]])
 ISLAND = shapely.Polygon([(2, 1.5), (3, 1.5), (2.5, 2.5)])
@@ -71,3 +71,17 @@ def test_offsets_end_when_the_time_is_over(monkeypatch):
         now = 6.0
         with pytest.raises(deadline.TimeUp, match="drawing"):
             offset(RING, 0.1)
+
+
+def test_small_regions_are_offset_as_large_ones_are(monkeypatch):
+    """Whether GEOS is given all parts of a region at once, or one by one; regions of one part and of touching parts."""
+    touching = shapely.MultiPolygon([shapely.box(0, 0, 1, 1), shapely.box(1, 0, 2, 3)])
+    regions = np.array([RING, touching, shapely.MultiPolygon([RING, ISLAND, FAR])], dtype=object)
+    at_once = {distance: offset_each(regions, distance, join_style="mitre") for distance in (0.3, -0.1)}
+    monkeypatch.setattr("iccm.polygons.SMALL_REGION", 0)
+    monkeypatch.setattr("iccm.polygons.REGIONS_AT_ONCE", 2)
+    for distance, found in at_once.items():
+        apart = offset_each(regions, distance, join_style="mitre")
+        for one, other in zip(found[[0, 2]], apart[[0, 2]]):
+            assert one.symmetric_difference(other).area < 1e-9
+    assert at_once[0.3][1].symmetric_difference(offset(touching, 0.3, join_style="mitre")).area < 1e-9

@@ -247,3 +247,16 @@ def test_a_region_of_many_parts_contains_what_its_parts_contain(count):
     expected = np.logical_or.reduce([shapely.contains_xy(part, places.real, places.imag) for part in parts])
     assert inside.shape == places.shape and 0.1 < inside.mean() < 0.9
     np.testing.assert_array_equal(inside, expected)
+
+
+def test_a_drawing_of_very_many_parts_has_fewer_frames(monkeypatch):
+    """The tightest one that joins all parts stays, and so does the hull."""
+    rng = np.random.default_rng(3)
+    places = [(5 * k % 35 + rng.random(), k // 7 * 4 + rng.random()) for k in range(30)]
+    painted = shapely.MultiPolygon([shapely.box(x, y, x + 2, y + 1.5) for x, y in places])
+    every = frames_of(painted)
+    monkeypatch.setattr("iccm.drawings.frame.MANY_PARTS", 30)
+    few = frames_of(painted)
+    assert len(few) == len(every) - 1
+    assert [frame.radius for frame in few] == [every[0].radius, np.inf]
+    assert np.array_equal(few[0].outline.z, every[0].outline.z)

@@ -1,5 +1,6 @@
 """Text as outlines, against matplotlib's; what is not set plainly stays text."""
 
+import re
 import shutil
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from iccm import InputError
 from iccm.io import limits
 from iccm.io.shapes import shape
 from iccm.io.svg import lettering
+from iccm.io.svg.fonts import Font
 
 FONTS = Path(mpl.get_data_path(), "fonts", "ttf")
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 200 100">{}</svg>'
@@ -192,3 +194,10 @@ def test_a_text_follows_a_path(tmp_path, offset, at):
     assert len(found) == 3 and np.allclose(*middles, atol=0.1)
     far, _ = drawn(tmp_path, path + TEXT.format(x=0, more="", text=text.replace(f'"{offset}"', '"70%"', 1)))
     assert len(far) < 3
+
+
+def test_repeated_letters_are_drawn_from_their_font_once():
+    font = Font(str(FONTS / "DejaVuSans.ttf"))
+    drawn = [font.set_at(text, 3, 4, 10) for text in ("AAAA", "AVA")]
+    assert font._drawn.cache_info().misses == 2
+    assert [path.count("Z") for path in drawn] == [8, 5] and len(set(re.findall("M[^L]*", drawn[0]))) == 8

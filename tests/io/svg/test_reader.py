@@ -826,3 +826,24 @@ def test_a_picture_with_the_suffix_of_a_drawing_is_named(tmp_path, start, kind):
     path.write_bytes(start + bytes(range(256)))
     with pytest.raises(InputError, match=kind):
         reader.read(path)
+
+
+def test_what_a_fill_paints_is_computed_once(tmp_path, monkeypatch):
+    """For the outlines that may be chosen, and for all that the drawing paints."""
+    from iccm.io.svg import fill, strokes
+
+    computed = []
+
+    def count(rings, rule):
+        computed.append(rule)
+        return fill.painted(rings, rule)
+
+    monkeypatch.setattr(strokes, "painted", count)
+    path = tmp_path / "a.svg"
+    path.write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9">'
+        '<path fill-rule="evenodd" d="M0 0H8V5H0Z M1 1H3V2H1Z"/></svg>'
+    )
+    drawing = reader.read(path)
+    assert drawing.painted.area == drawing.outlines[0].area - 2 == 38
+    assert computed == ["evenodd"]
