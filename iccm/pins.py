@@ -5,7 +5,7 @@ that saves distortion. An exact pin takes one point to its place, whatever that 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -99,11 +99,48 @@ class Softness:
         """Return that of pins of which nothing is said."""
         return cls.of([Pin(0, 0)] * count)
 
+    @classmethod
+    def exact(cls, count: int) -> "Softness":
+        """Return that of pins that are met exactly."""
+        return cls.of([Pin(0, 0, radius=0)] * count)
+
     def of_pins(self, which: Index | Flags) -> "Softness":
         """Return that of some of the pins."""
         return Softness(
             *(values[which] for values in (self.radii, self.tolerances, self.rotations, self.scales))
         )
+
+    def with_pins(self, which: Index, other: "Softness") -> "Softness":
+        """Return the same with some of the pins (j,) as in `other` (j,)."""
+        found = {name: values.copy() for name, values in vars(self).items()}
+        for name, values in found.items():
+            values[which] = getattr(other, name)
+        return Softness(**found)
+
+    def as_lists(self) -> dict[str, list[float | None]]:
+        """Return the arrays for JSON, which has no NaN."""
+        return {
+            name: [None if np.isnan(value) else float(value) for value in values]
+            for name, values in vars(self).items()
+        }
+
+    @classmethod
+    def from_lists(cls, lists: Any) -> "Softness | None":
+        """Return what `as_lists` has written; None if it is something else."""
+        names = {field.name for field in fields(cls)}
+        if not isinstance(lists, dict) or set(lists) != names:
+            return None
+        try:
+            found = {name: np.array(values, np.float64) for name, values in lists.items()}
+        except (TypeError, ValueError):
+            return None
+        counts = {values.shape for values in found.values()}
+        return cls(**found) if len(counts) == 1 and found["radii"].ndim == 1 else None
+
+    @property
+    def is_soft(self) -> Flags:
+        """(k,) whether a pin may miss its place."""
+        return self.radii != 0
 
     @property
     def is_given(self) -> Flags:

@@ -31,6 +31,7 @@ from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
 from .meshes.surface_distortion import on_surfaces, surface_distances
 from .options import PLACES, TOLERANCE
+from .pins import Softness
 from .problem import ON_OUTLINE
 from .saved.map_file import DRAWING_RINGS, RINGS, MapFile, Plane, read
 from .status import Status
@@ -85,6 +86,8 @@ class Fit:
         opaque: whether the texture also covers the gaps between the source's parts.
         place: "fill"; or "inside" or "slice", where the drawings keep their proportions, and `source` and `target` are
             the outlines of what of them goes together.
+        softness: how the balanced method's pins hold what is around them, with the radii and tolerances that were
+            chosen; None where pins are weights.
 
     >>> import iccm
     >>> square = np.array([0, 1, 1 + 1j, 1j])
@@ -113,6 +116,7 @@ class Fit:
     drawings: tuple[Drawing, Drawing] | None = None
     opaque: bool = True
     place: str = "fill"
+    softness: Softness | None = None
 
     def __dir__(self) -> list[str]:
         return [name for name in super().__dir__() if not name.startswith("_")]
@@ -235,6 +239,7 @@ class Fit:
         rings = {name: [curve.z for curve in each] for name, each in zip(RINGS, curves)}
         said = {"ended": self.ended.name, "notes": self.notes, "energies": self.energies, **about}
         said |= {"tolerance": self.tolerance, "axes": list(self.axes)}
+        said |= {} if self.softness is None else {"softness": self.softness.as_lists()}
         arrays = {"pins": self.pins, "hole_partners": self.hole_partners}
         rings["filled"] = list(self.filled or ())
         for side, name in enumerate(DRAWING_RINGS):
@@ -292,6 +297,7 @@ class Fit:
             drawings=_drawings(held),
             opaque=about.get("opaque") is not False,
             place=about["place"] if about.get("place") in PLACES else "fill",
+            softness=_softness(held),
         )
 
     def _repr_png_(self) -> bytes:
@@ -631,10 +637,21 @@ class Fit:
                 name: _quantile(area, q) for name, q in (("p05", 0.05), ("median", 0.5), ("p95", 0.95))
             },
             "injective": self.certificate.report() | {"folded": self.lost},
-            "pins": [{"error": float(e)} for e in pin_errors],
+            "pins": [
+                {"error": float(error)} | tolerance
+                for error, tolerance in zip(pin_errors, self._pin_tolerances)
+            ],
             "strokes": [{"error": self._stroke_error(a, b)} for a, b in self.strokes],
             "notes": [*self.notes, *self._lost_notes, *self.doubts()],
         }
+
+    @property
+    def _pin_tolerances(self) -> list[dict[str, float]]:
+        """How far each soft pin may miss its place, relative to `diagonal`; nothing of exact ones."""
+        if self.softness is None:
+            return [{}] * len(self.pins)
+        pairs = zip(self.softness.is_soft, self.softness.tolerances / self.diagonal)
+        return [{"tolerance": float(tolerance)} if soft else {} for soft, tolerance in pairs]
 
     @property
     def _lost_notes(self) -> list[str]:
@@ -712,6 +729,21 @@ def load(path: str | PathLike) -> Fit:
         return Fit.of(read(path))
     except InputError as error:
         raise InputError(str(error) if str(error).startswith(str(path)) else f"{path}: {error}") from error
+
+
+def _softness(held: MapFile) -> Softness | None:
+    """How the pins of a saved map hold what is around them.
+
+    Raises:
+        InputError: there are not as many as pins.
+    """
+    lists = held.about.get("softness")
+    if lists is None:
+        return None
+    softness = Softness.from_lists(lists)
+    if softness is None or len(softness.radii) != len(held.arrays["pins"]):
+        raise InputError("about: the softness is not that of the pins")
+    return softness
 
 
 def _drawings(held: MapFile) -> tuple[Drawing, Drawing] | None:

@@ -323,7 +323,8 @@ def _fit_drawings(
     source, target = (side.drawing or _drawing_of_outlines(side.outlines, side.name) for side in sides)
     if settings.place != "fill":
         found = fit_placed(source, target, settings, solve_outlines, pins=constraints.points, opaque=opaque)
-        return replace(found, opaque=opaque, pins=as_pins(constraints.pins))
+        pins = as_pins(constraints.pins)
+        return replace(found, opaque=opaque, pins=pins, softness=Softness.exact(len(pins)))
     searched = constraints.are_none and not partners and settings.is_balanced and settings.balance <= 1
     searched = searched and settings.max_dilatation is None and settings.max_stretch is None
     found = fit_drawings(source, target, settings, solve_outlines, free_gaps=free_gaps, searched=searched)

@@ -599,7 +599,7 @@ class JobOptions:
     exact_pins: bool = _option(
         "Take each pin exactly to its place, whatever distortion that costs, instead of drawing a patch around it "
         "there.",
-        solver=True, commands=("map", "deform", "morph"), words="hard strict soft nail",
+        solver=True, commands=("map", "deform", "morph", "edit"), words="hard strict soft nail",
     )  # fmt: skip
     constraints: str | None = _option(
         "Read pins and strokes from a file; - for stdin.",

@@ -23,7 +23,7 @@ from ..problem import Problem
 from ..result import Fit
 from ..status import Status
 from . import cartogram, rings
-from .constraints.soft import NO_PATCHES, patches_of
+from .constraints.soft import NO_PATCHES, patches_of, softness_of
 from .constraints.validate import check, check_free
 from .errors import NoMapError
 from .holes.given import Holes, named_partners, open_holes, unequal
@@ -41,7 +41,8 @@ LAYERED = "Where the shape overlaps itself, pictures show the layer that is fart
 
 EVEN = 1.0  # the balance at which angles and areas count alike
 HALF = 0.5  # of the dilatation: a partial map that needs no more is worth a word
-MOST_TOLERANCES = 3.0  # by which a soft pin may miss its place; beyond, it counts as not met
+MOST_TOLERANCES = 1.05
+"""Of the tolerance: how far a soft pin may miss its place, which the last steps move a little, and count as met."""
 SAID = 5e-4  # of the area: what is less is not worth a word
 
 
@@ -330,7 +331,7 @@ def result_of(
     flat, mean = laid or (None, mean_scale(source, target, holes.sides))
     of_target = found.rigid_of_target
     rigid = [Region.of(map, rings, mean, of_target=of_target, flat=flat) for rings in found.rigid]
-    if status.ok and not near_places(map, found.soft_pins, found.tolerances):
+    if status.ok and not near_places(map, found.soft_pins, found.softness.tolerances):
         status = Status.PINS
     if status.ok and not all(region.is_rigid for region in rigid):
         status = Status.BENT
@@ -343,6 +344,7 @@ def result_of(
         passed_holes=passed,
         filled=found.filled,
         rigid=rigid,
+        softness=softness_of(pins, found.soft_pins, found.softness),
     )
 
 
@@ -379,7 +381,12 @@ def deform(problem: Problem, options: Options, start: TriangulatedMap | None = N
     status = Status.PINS if not met else ended if all(bone.is_rigid for bone in rigid) else Status.BENT
     said.extend(soft_pin_notes(map, patches.points))
     energies = [{"total": energy} for energy in found.energies]
-    return Fit(map, status, energies, source, None, pins, strokes, said, source_holes=holes, rigid=rigid)
+    return Fit(
+        *(map, status, energies, source, None, pins, strokes, said),
+        source_holes=holes,
+        rigid=rigid,
+        softness=softness_of(pins, patches.points, patches.softness),
+    )
 
 
 def drawing_order(middles: Complex, bottom: complex) -> Index:
@@ -494,7 +501,7 @@ def coverage_notes(fit: Fit) -> list[str]:
 
 
 def near_places(map: TriangulatedMap, pins: Complex, tolerances: Real) -> bool:
-    """Return whether soft pins (k, 2) come within MOST_TOLERANCES of their places."""
+    """Return whether soft pins (k, 2) come within their tolerances of their places."""
     if not len(pins):
         return True
     here, there = pins.T

@@ -1,24 +1,28 @@
 """A balanced map that follows its pins and strokes while they are moved, each time from the map before.
 
-Where only the targets of pins inside have moved their goals move, and Newton's method follows, on the mesh of
-the converged map: nothing is to be seen when it converges again. Where only the sources have, so does that of the
-inverse. Everything else (a pin more or less, one on the outline, a stroke) takes a new mesh at each step, a coarse
-one. While something is dragged each step has a budget of Newton steps, and the map may lag behind; what is left is
-done with the next one, and after that on a new mesh. Once nothing is dragged there is no budget.
+Soft pins are terms of the energy: wherever they move, and where there are more or less of them, Newton's method
+follows on the mesh of the converged map, and nothing is to be seen when it converges again. Where the targets of exact
+pins inside have moved their goals move, and where their sources have, those of the inverse. Everything else (an exact
+pin more or less, one on the outline, a stroke) takes a new mesh at each step, a coarse one.
+
+While something is dragged each step has a budget of Newton steps, and the map may lag behind; what is left is done with
+the next one, and after that on a new mesh. Once nothing is dragged there is no budget.
 """
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..arrays import Complex
+from ..arrays import Complex, Real
 from ..curve import Curve
 from ..maps.triangulated.map import TriangulatedMap
 from ..maps.triangulated.patches import bulges
+from ..pins import Softness
 from ..plane import Similarity, triangle_areas
 from ..result import Fit
+from .constraints.soft import NO_PATCHES, PinnedPatches, patches_of
 from .constraints.validate import Pins, check
 from .errors import NoMapError, Stuck
 from .holes.filled import without_filled
@@ -29,10 +33,10 @@ from .model.frames import frames_of, unit_curve
 from .model.mesh_map import MeshMap
 from .model.mesh_sizes import graded
 from .model.settings import Settings
-from .search.final_mesh import FINE_EXACTNESS, final_level
+from .search.final_mesh import FINE_EXACTNESS, MOST_STIFFENED, final_level
 from .search.homotopy import satisfy_constraints
 from .search.levels import POWER, Level, refine
-from .search.multilevel import STEEPEST, problem_of
+from .search.multilevel import STEEPEST, energy_of, problem_of
 from .search.pin_continuation import move_on_new_meshes
 from .search.unit_problem import UnitProblem
 from .search.warm_start import AT_REST, on_its_mesh
@@ -64,15 +68,29 @@ class _Pair:
         """Whether it is the inverse map that follows: holes of the target that open are filled there."""
         return len(self.holes.source) < len(self.holes.target)
 
-    def checked(self, pins: Complex, strokes: Sequence[tuple[Curve, Curve]]) -> Pins:
-        """Pins and strokes of the map that follows, in unit coordinates; pins in holes only say which go together.
+    def checked(
+        self, pins: Complex, strokes: Sequence[tuple[Curve, Curve]], softness: Softness | None
+    ) -> tuple[Pins, PinnedPatches]:
+        """Exact pins and strokes of the map that follows, in unit coordinates, and soft pins in the user's; pins in
+        holes only say which go together.
 
         Raises:
             InputError: those that no one-to-one map meets.
         """
         _, pins, numbers = named_partners(self.holes, self.source, self.target, pins, strokes)
-        given = check(self.source, self.target, pins, strokes, numbers).unit(self.frames)
-        return given.inverse() if self.inverted else given
+        given = check(self.source, self.target, pins, strokes, numbers)
+        patches = NO_PATCHES
+        if softness is not None:
+            own = softness.of_pins(numbers)
+            patches = patches_of(self.source, self.target, self.holes.sides, pins, own, given, numbers)
+            given = given.without(patches.points[:, 0])
+        given = given.unit(self.frames)
+        return (given.inverse() if self.inverted else given), patches
+
+    def with_patches(self, settings: Settings, patches: PinnedPatches) -> Settings:
+        """The settings with soft pins in the energy of the map from source to target."""
+        soft = patches.unit(self.frames) if len(patches.points) else None
+        return replace(settings, energy=replace(settings.energy, pins=soft))
 
     def problem(self, given: Pins, settings: Settings, start: MeshMap | None = None) -> UnitProblem:
         """The problem of the map that follows; see `problem_of`, of whose source and target `start` is."""
@@ -126,23 +144,28 @@ class Live:
 
     Attributes:
         pair: the two domains.
-        settings: what is asked of the map.
-        given: pins and strokes in unit coordinates.
+        settings: what is asked of the map, by soft pins, too.
+        given: exact pins and strokes in unit coordinates.
+        patches: soft pins in the user's.
         state: the map in them.
         least: the smallest area of a triangle, or of its image, when its mesh was new.
         coarse: whether its mesh is.
         age: steps since its mesh was new, or one was last tried for.
         behind: whether it is that of constraints before, since those in force were not reached.
+        stiffening: (k,) times as stiff as usual are the springs of soft pins, which would miss their places by more
+            than their tolerances.
     """
 
     pair: "_Pair"
     settings: Settings
     given: Pins
+    patches: PinnedPatches
     state: DiscreteMap
     least: float
     coarse: bool
     age: int = STEPS_A_MESH
     behind: bool = False
+    stiffening: Real = field(default_factory=lambda: np.empty(0))
 
     @classmethod
     def of(
@@ -151,10 +174,11 @@ class Live:
         settings: Settings,
         pins: Complex,
         strokes: Sequence[tuple[Curve, Curve]] = (),
+        softness: Softness | None = None,
         *,
         dragged: bool = False,
     ) -> "Live":
-        """Beginning with a balanced map, pins (k, 2) and strokes as for `solve`; for `dragged` see `moved`.
+        """Beginning with a balanced map, pins (k, 2) and strokes as for `solve`; for the others see `moved`.
 
         Raises:
             NoMapError: no map without folds was found.
@@ -166,29 +190,39 @@ class Live:
         holes = Holes(tuple(fit.source_holes), tuple(fit.target_holes), partners)
         frames = frames_of(fit.source, fit.target, settings.turn, holes.sides)
         pair = _Pair(fit.source, fit.target, holes, frames)
-        before, own_pins = sketch_of(fit.map, frames, met), pair.checked(fit.pins, fit.strokes)
+        before = sketch_of(fit.map, frames, met)
+        own_pins, patches = pair.checked(fit.pins, fit.strokes, fit.softness)
+        settings = pair.with_patches(settings, patches)
         level = final_level(pair.problem(own_pins, settings, before), settings)
         before = before.inverse() if pair.inverted else before
         state = on_its_mesh(level, before)
-        given = own_pins if state else pair.checked(pins, strokes)
-        coarse = False
+        given, coarse = own_pins, False
         if state is None:
+            given, patches = pair.checked(pins, strokes, softness)
+            settings = pair.with_patches(settings, patches)
             coarse = bool(len(given.outer) or given.strokes)
             state, coarse = pair.carried_anyhow(before, given, settings, coarse=coarse)
         age = STEPS_A_MESH if given is own_pins else 0
-        live = cls(pair, settings, given, state, _least_area(state), coarse, age)
-        return live if given is not own_pins else live.moved(pins, strokes, dragged=dragged)
+        live = cls(pair, settings, given, patches, state, _least_area(state), coarse, age)
+        return live if given is not own_pins else live.moved(pins, strokes, softness, dragged=dragged)
 
     def moved(
         self,
         pins: Complex,
         strokes: Sequence[tuple[Curve, Curve]] = (),
+        softness: Softness | None = None,
         balance: float | None = None,
         *,
         dragged: bool = False,
     ) -> "Live":
-        """The map continued to pins and strokes that have moved, or to another balance; while these are `dragged`, as
-        far as a step has time for.
+        """The map continued to pins and strokes that have moved, or to another balance.
+
+        Args:
+            pins: (k, 2) points of the source and their places.
+            strokes: polylines of the source, and of the target.
+            softness: of the pins; None where all are exact.
+            balance: of angles and areas; None for the one before.
+            dragged: whether they are still moving: then as far as a step has time for.
 
         Raises:
             NoMapError: the map cannot be carried there without folds.
@@ -197,8 +231,13 @@ class Live:
         if balance is not None:
             settings = replace(self.settings, energy=replace(self.settings.energy, balance=balance))
             begun = replace(self.state, energy=replace(self.state.energy, balance=balance))
-            return replace(self, settings=settings, state=begun).moved(pins, strokes, dragged=dragged)
-        given = self.pair.checked(pins, strokes)
+            live = replace(self, settings=settings, state=begun)
+            return live.moved(pins, strokes, softness, dragged=dragged)
+        given, patches = self.pair.checked(pins, strokes, softness)
+        return self._with_patches(patches, given)._moved(given, dragged=dragged)._stiffened()
+
+    def _moved(self, given: Pins, *, dragged: bool) -> "Live":
+        """The map continued to exact pins and strokes, and to the soft pins of its energy."""
         others = self._changes_vertices(given)
         coarse = self.coarse or others
         waits = dragged and not others and self.age + 1 < STEPS_A_MESH
@@ -232,6 +271,29 @@ class Live:
                 least = _least_area(state)
         return replace(self, given=given, state=state, least=least, coarse=coarse, age=age, behind=False)
 
+    def _with_patches(self, patches: PinnedPatches, given: Pins) -> "Live":
+        """The same with other soft pins in its energy, beside the exact ones."""
+        if not len(patches.points) and not len(self.patches.points):
+            return self
+        settings, factors = self.pair.with_patches(self.settings, patches), self.stiffening
+        if len(factors) != len(patches.points):
+            factors = np.ones(len(patches.points))
+        energy = energy_of(settings, given)
+        if energy.pins is not None:
+            energy = replace(energy, pins=energy.pins.stiffer(factors))
+        oriented = energy.inverse() if self.pair.inverted else energy
+        state = self.state.with_energy(oriented)
+        return replace(self, settings=settings, patches=patches, state=state, stiffening=factors)
+
+    def _stiffened(self) -> "Live":
+        """The same with the stiffness of springs that the next step is to use, by how far their pins miss."""
+        pins = self.state.energy.pins
+        if pins is None or self.stiffening.size != self.state.energy.pin_count:
+            return self
+        missed = pins.misses(self.state.z, self.state.u, self.state.material) / pins.tolerances
+        factors = self.stiffening * np.clip(missed, 1 / MOST_STIFFENED, MOST_STIFFENED)
+        return replace(self, stiffening=np.maximum(factors, 1))
+
     def _changes_vertices(self, given: Pins) -> bool:
         """Whether constraints need other vertices than those that the mesh has, which each step may do again."""
         before = self.given
@@ -255,7 +317,7 @@ class Live:
 
     @property
     def met(self) -> bool:
-        """Whether pins and strokes are met; if not, the map is as close as it came."""
+        """Whether strokes and exact pins are met; if not, the map is as close as it came."""
         return self.state.miss == 0 and not self.behind
 
     @property

@@ -83,7 +83,7 @@ def solve(
     given = check(source, target, pins, strokes, numbers) if len(pins) or len(strokes) else UNPINNED
     patches = NO_PATCHES
     if softness is not None:
-        patches = patches_of(source, target, holes.sides, pins, softness, given)
+        patches = patches_of(source, target, holes.sides, pins, softness, given, numbers)
     if len(patches.points):
         settings = replace(settings, energy=replace(settings.energy, pins=patches.unit(frames)))
         given = given.without(patches.points[:, 0])
@@ -122,7 +122,7 @@ def solve(
         found,
         rigid=regions.polygons,
         soft_pins=patches.points,
-        tolerances=patches.softness.tolerances,
+        softness=patches.softness,
     )
 
 

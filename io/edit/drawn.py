@@ -11,6 +11,7 @@ import numpy as np
 
 from ...errors import InputError
 from ..shapes import shape
+from ..shapes.constraints import MARK_SHARE
 from ..shapes.shape import Shape
 from ..svg.document import SHAPES, drawing_bytes, root
 from ..svg.reader import PIN, STROKE
@@ -41,7 +42,9 @@ def copy_with(of: Shape, pins: Pins, strokes: Strokes) -> bytes:
     for a, b in cuts:
         kept.append(data[start:a])
         start = b
-    drawn = "\n".join(_elements(pins, strokes, RADIUS * abs(high - low)))
+    # larger circles would say how large the patches of pins are
+    mark = 0.5 * MARK_SHARE * float(np.sqrt(abs(of.curve.area)))
+    drawn = "\n".join(_elements(pins, strokes, min(RADIUS * abs(high - low), mark)))
     return b"".join([*kept, data[start:end], drawn.encode("ascii", "xmlcharrefreplace"), b"\n", data[end:]])
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...balanced.fit import MOST_TOLERANCES
 from ...balanced.search.partial import GOOD
 from ...errors import InputError
 from ...maps.summary import WELL_SEEN
@@ -64,6 +65,7 @@ class MapUpdate:
         figures: of the report, as far as they are known.
         wrong: numbers of the pins and strokes that are not met or cannot be.
         drawn: what the page draws of it, see `Session.drawn`; None where the map on the page stays.
+        patches: radius and tolerance of each soft pin, in the units of the files; None for exact pins.
         outlines: of a shape that is deformed, rings of [x, y] in the page's coordinates.
         other: "fresh" where the map from scratch is another, "kept" where the one continued from the last map is.
     """
@@ -76,10 +78,11 @@ class MapUpdate:
     drawn: NDArray[np.float32] | None = None
     other: str = ""
     outlines: list[list[list[float]]] = field(default_factory=list)
+    patches: list[dict[str, float] | None] = field(default_factory=list)
 
     def head(self, seq: int) -> dict[str, Any]:
         """All but what is drawn, for the page; `seq` says to what this is the answer."""
-        names = ("kind", "ok", "message", "figures", "wrong", "other", "outlines")
+        names = ("kind", "ok", "message", "figures", "wrong", "other", "outlines", "patches")
         head = {name: getattr(self, name) for name in names}
         return as_json({"type": "map", "seq": seq, **head})
 
@@ -117,7 +120,11 @@ def missed_constraints(report: dict[str, Any], scene: Scene) -> dict[str, list[i
     """Numbers of the pins and strokes that a full map does not meet."""
     pins, strokes = report["pins"][: len(scene.pins)], report["strokes"]
     return {
-        "pins": [k for k, pin in enumerate(pins) if not pin["error"] <= MISSED],
+        "pins": [
+            k
+            for k, pin in enumerate(pins)
+            if not pin["error"] <= MOST_TOLERANCES * pin.get("tolerance", 0) + MISSED
+        ],
         "strokes": [k for k, stroke in enumerate(strokes) if not stroke["error"] <= MISSED_STROKE],
     }
 

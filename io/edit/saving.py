@@ -56,15 +56,22 @@ def local(name: str) -> str:
     return name
 
 
-def constraints_json(session: Session, scene: Scene, kinds: tuple[str, ...] = ("pins", "strokes")) -> str:
-    """The constraints as JSON, with the sizes of the shapes that they belong to, and the map to continue from."""
+def constraints_json(session: Session, scene: Scene, listed: dict[str, list[Any]] | None = None) -> str:
+    """The constraints as JSON, with the sizes of the shapes that they belong to, and the map to continue from.
+
+    Args:
+        session: the pair.
+        scene: all constraints, to which that map belongs.
+        listed: the pins and strokes that are written; None for all.
+    """
     sides = (
         {"source": session.source} if session.deforming else dict(zip(("source", "target"), _sides(session)))
     )
     files = {side: {"file": path_of(shape.spec), "size": _size(shape)} for side, shape in sides.items()}
+    listed = {"pins": scene.pins, "strokes": scene.strokes} if listed is None else listed
     entries: dict[str, list[Any]] = {
-        kind: [entry.model_dump(mode="json", exclude_defaults=True) for entry in getattr(scene, kind)]
-        for kind in kinds
+        kind: [entry.model_dump(mode="json", exclude_defaults=True) for entry in found]
+        for kind, found in listed.items()
     }
     entries |= {"rigid": scene.rigid} if scene.rigid else {}
     lines = [f'  "files": {json.dumps(files, ensure_ascii=False)}']
@@ -120,7 +127,7 @@ def copy_names(session: Session, ending: str) -> list[str]:
 
 
 def copies(session: Session, scene: Scene, names: list[str], *, replace: bool) -> dict[str, str]:
-    """Write copies of both drawings with the constraints drawn in them, and the map to continue from, if there is one.
+    """Write copies of both drawings with the constraints drawn in them, and a list of what cannot be drawn.
 
     Returns:
         The fields of a job that name what was written.
@@ -128,23 +135,34 @@ def copies(session: Session, scene: Scene, names: list[str], *, replace: bool) -
     Raises:
         InputError: a drawing cannot be changed so, a copy cannot be written, or exists without `replace`.
     """
-    start = constraints_json(session, scene, ()) if session.start(scene) or scene.rigid else ""
     scene = with_names(scene)
+    held = [pin for pin in scene.pins if pin.settings]
+    drawn_pins = [pin for pin in scene.pins if not pin.settings]
+    listed = ""
+    if _needs_list(session, scene):
+        listed = constraints_json(session, scene, {"pins": held} if held else {})
     specs = {}
     with ExitStack() as stack:  # all appear, or none
         for side, name, shape in zip(("source", "target"), names, _sides(session)):
-            pins = [(pin.name, _point(getattr(pin, side))) for pin in scene.pins]
+            pins = [(pin.name, _point(getattr(pin, side))) for pin in drawn_pins]
             strokes = [(s.name, [_point(place) for place in getattr(s, side)]) for s in scene.strokes]
             path = stack.enter_context(files.replacing(name, force=replace))
             path.write_bytes(drawn.copy_with(shape, pins, strokes))
             drawn.check(_spec(str(path), shape), shape, pins, strokes)
             specs[side] = _spec(name, shape)
-        if start:
+        if listed:
             specs["constraints"] = names[2]
             path = stack.enter_context(files.replacing(names[2], force=replace))
-            path.write_text(start, encoding="utf-8")
+            path.write_text(listed, encoding="utf-8")
     session.written.update(names[: len(specs)])
     return specs
+
+
+def _needs_list(session: Session, scene: Scene) -> bool:
+    """Whether a file beside the copies holds what cannot be drawn: the map to continue from, rigid regions, and pins of
+    which more is said than their places."""
+    held = any(pin.settings for pin in scene.pins)
+    return held or bool(scene.rigid) or session.start(scene) is not None
 
 
 def _sides(session: Session) -> tuple[Shape, Shape]:
@@ -189,8 +207,6 @@ def job_of(session: Session, scene: Scene, **more: Any) -> Job:
     plain = scene.fit == "auto" or (scene.constrained and scene.fit == "whole")  # as it is without the option
     if not session.deforming:
         given |= {"turn": scene.turn or None} | ({} if plain else {"fit": scene.fit})
-    if session.pins_exactly(scene):
-        given["exact_pins"] = True
     return make({**given, "balance": scene.balance, **more})
 
 
@@ -232,7 +248,7 @@ def _fields_to_save(session: Session, scene: Scene) -> dict[str, str]:
     specs = {
         side: _spec(name, shape) for side, name, shape in zip(("source", "target"), names, _sides(session))
     }
-    return specs | ({"constraints": names[2]} if session.start(scene) or scene.rigid else {})
+    return specs | ({"constraints": names[2]} if _needs_list(session, scene) else {})
 
 
 def _is_stmap(name: str) -> bool:

@@ -10,12 +10,13 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import Box, Complex
+from ...balanced.constraints.soft import softness_of
 from ...balanced.interactive import Live
 from ...balanced.model.energy import Energy
 from ...balanced.model.settings import Settings
@@ -25,12 +26,14 @@ from ...errors import InputError
 from ...maps.distortion import in_middles
 from ...maps.moved_rings import move_rings
 from ...maps.triangulated.map import TriangulatedMap
+from ...pins import Pin as SoftPin
+from ...pins import Softness
 from ...pixels.paper import on_paper
 from ...result import Fit
 from ...status import Status
 from ..point_syntax import Place
 from ..run import framing, texture
-from ..run.constraints import check_inside
+from ..run.constraints import as_pins, check_inside
 from ..run.execute import solve_pairs
 from ..run.inputs import Inputs
 from ..run.job import Job
@@ -53,8 +56,24 @@ from .surface_view import SurfaceView, lay_out
 
 ON_OUTLINE = 2e-3
 """Of the diagonal: what is so close to an outline goes onto the other; twice what a pin's is."""
+FOLLOWED_TOLERANCES = 2.0
+"""Of its tolerance: how far a soft pin may be from its place while it is dragged, and the map lags behind."""
 LOST_ON_THE_WAY = (Status.PINS, Status.GAP, Status.SOURCE_GAP)  # what a map from scratch may not have
 DIGITS = 7  # to which places are rounded, of the shape's size: the page and the files say the same
+
+
+class PlacedConstraints(NamedTuple):
+    """Pins and strokes in the core plane.
+
+    Attributes:
+        pins: (k, 2) points of the source, and their places.
+        strokes: pairs of curves.
+        settings: of each pin what is said of it beside its places.
+    """
+
+    pins: Complex
+    strokes: list[tuple[Curve, Curve]]
+    settings: list[dict[str, float]]
 
 
 class Session:
@@ -276,7 +295,7 @@ class Session:
             return fit.map  # type: ignore[return-value]
         if self._live is not None and self._followed == scene.key:
             return self._live.start
-        return self._continue(*self.core(scene), scene).start
+        return self._continue(scene).start
 
     @property
     def _is_whole(self) -> bool:
@@ -314,14 +333,15 @@ class Session:
 
     def _fit_scene(self, scene: Scene, start: TriangulatedMap | None) -> Solved:
         """The maps of all parts, as `iccm map` makes them, and their report."""
-        pins, strokes = self.core(scene)
+        pins, strokes, settings = self.core(scene)
         asked: dict[str, Any] = {"balance": scene.balance, "pin": (), "constraints": None}
-        asked["exact_pins"] = self.pins_exactly(scene)
         if self.deforming and not (scene.pins or scene.strokes):
             pins = np.tile(self.source.curve.z[:1], (1, 2))  # one that stays where it is: so does everything
+            settings = []
         elif not self.deforming:
             asked |= {"turn": scene.turn or None, "fit": None if scene.fit == "auto" else scene.fit}
-        given: dict[str, Any] = {"pins": pins if len(pins) else None, "strokes": strokes or None}
+        settings = [] if self.job.exact_pins else settings
+        given: dict[str, Any] = {"pins": as_pins(pins, settings), "strokes": strokes or None}
         given |= {} if start is None else {"start": start}
         if rigid := self._rigid(scene):
             given |= {"rigid": rigid, **regions.greys(self.source, scene.rigid)}
@@ -340,10 +360,11 @@ class Session:
         report["notes"] = [*dict.fromkeys([*run.notes, *report["notes"]])]
         return Solved(run.fits, report)
 
-    def pins_exactly(self, scene: Scene) -> bool:
-        """Whether the map of a scene has exact pins: dragged pins end where they are released."""
-        is_plane = not (self.source.is_mesh or self.target.is_mesh)
-        return bool(scene.pins) and self.job.exact and is_plane
+    def _softness(self, settings: Sequence[dict[str, float]]) -> Softness | None:
+        """How pins hold what is around them, of what is said of each beside its places; None where all are exact."""
+        if self.job.exact_pins or self.source.is_mesh or self.target.is_mesh:
+            return None
+        return Softness.of([SoftPin(0, 0, **each) for each in settings])
 
     def _rigid(self, scene: Scene) -> list[Complex]:
         """The rigid regions of a scene, and those that the drawing has, in the core plane.
@@ -373,6 +394,8 @@ class Session:
         drawn = self.image_of(solved.maps)
         said = figures(report) | self._regions(solved.fit, report), wrong, drawn, chosen.alternative
         shown = MapUpdate("full", status.ok, verdict(status, report, deformed=self.deforming), *said)
+        pins = self.core(scene).pins
+        shown = replace(shown, patches=_patches(scene, pins, solved.fit.pins, solved.fit.softness))
         self._choices[scene.key] = chosen
         if self.scene is scene:  # else something is being dragged again, from the map as it was then
             self._fit, self._maps, self._live = solved.fit, solved.maps, None
@@ -392,17 +415,22 @@ class Session:
             )
         try:
             with one_thread():
-                pins, strokes = self.core(scene)
-                self._live = live = self._continue(pins, strokes, scene, dragged=True)
+                self._live = live = self._continue(scene, dragged=True)
                 map, self._followed = live.map, scene.key if live.met else ""
                 found = MapUpdate("coarse", live.met, "", in_middles(map).report(), {}, self.image_of([map]))
         except InputError as error:
             return refusal(error)
         self._maps = [map]
-        if found.ok:
+        pins = self.core(scene).pins
+        softness = softness_of(pins, live.patches.points, live.patches.softness)
+        found = replace(found, patches=_patches(scene, pins, pins, softness))
+        gap = np.abs(map(pins[:, 0]) - pins[:, 1])
+        far = gap > FOLLOWED_TOLERANCES * softness.tolerances
+        missed = np.where(softness.is_soft, far, ~live.met & (gap > MISSED * self.target.curve.diagonal))
+        if live.met and not missed.any():
             return found
-        gap = np.abs(map(pins[: len(scene.pins), 0]) - pins[: len(scene.pins), 1])
-        wrong = {"pins": np.flatnonzero(~(gap <= MISSED * self.target.curve.diagonal)).tolist()}
+        found = replace(found, ok=False)
+        wrong = {"pins": [k for k in np.flatnonzero(missed).tolist() if k < len(scene.pins)]}
         message = (
             "The pin is not there yet: the map follows as far as possible without folds. Release "
             "the pin to search for another map."
@@ -424,7 +452,10 @@ class Session:
             "" if met else "The pin is not there yet: the shape follows as far as possible without folds."
         )
         outlines = self._outlines(solved.fit)
-        return MapUpdate("coarse", met, message, figures(report), wrong, drawn, outlines=outlines)
+        patches = _patches(scene, self.core(scene).pins, solved.fit.pins, solved.fit.softness)
+        return MapUpdate(
+            "coarse", met, message, figures(report), wrong, drawn, outlines=outlines, patches=patches
+        )
 
     def _outlines(self, fit: Fit) -> list[list[list[float]]]:
         """Of a shape that is deformed, the outline of its frame, then what it paints, or its outline and holes; none of
@@ -437,16 +468,16 @@ class Session:
             rings = [rings[0], *move_rings(map, self.source.drawing.rings)]
         return [self.views[1].points(ring) for ring in rings]
 
-    def _continue(
-        self, pins: Complex, strokes: list[tuple[Curve, Curve]], scene: Scene, *, dragged: bool = False
-    ) -> Live:
+    def _continue(self, scene: Scene, *, dragged: bool = False) -> Live:
+        pins, strokes, settings = self.core(scene)
+        softness = self._softness(settings)
         if self._live is not None:
-            return self._live.moved(pins, strokes, scene.balance, dragged=dragged)
+            return self._live.moved(pins, strokes, softness, scene.balance, dragged=dragged)
         if self._fit is None:
             raise InputError("there is no map yet; wait for the first one")
         turn = None if scene.turn == "any" else float(np.radians(scene.turn))
-        settings = Settings(energy=Energy(scene.balance), turn=turn, tolerance=self.job.tolerance)
-        return Live.of(self._fit, settings, pins, strokes, dragged=dragged)
+        asked = Settings(energy=Energy(scene.balance), turn=turn, tolerance=self.job.tolerance)
+        return Live.of(self._fit, asked, pins, strokes, softness, dragged=dragged)
 
     def transfer(self, side: str, points: Sequence[Place]) -> list[list[float]]:
         """Where places of a side, as its file counts them, are on the other; points on the outline stay on it.
@@ -488,23 +519,46 @@ class Session:
             raise InputError("there is no map yet")
         if self.deforming:
             return []
-        pins = suggested(self._map, self.source, self.target, self.core(scene)[0])
+        pins = suggested(self._map, self.source, self.target, self.core(scene).pins)
         return [pin.model_dump(mode="json") for pin in pins]
 
-    def core(self, scene: Scene) -> tuple[Complex, list[tuple[Curve, Curve]]]:
-        """Pins (k, 2) and strokes in the core plane.
+    def core(self, scene: Scene) -> PlacedConstraints:
+        """Pins and strokes in the core plane.
 
         Raises:
             InputError: one is not inside its shape.
         """
         listed = ConstraintsFile(pins=scene.pins, strokes=scene.strokes)
         target = self.source if self.deforming else self.target
-        pins, strokes = constraints.pair(self.source, target, listed, exact=True)
+        found = constraints.collect(self.source, target, listed, exact=self.job.exact_pins)
+        found.check_weights()
+        pins, strokes = found.pins, found.strokes
         for side, shape in enumerate((self.source, self.target)[: 1 if self.deforming else 2]):
             check_inside(shape, "pin", list(pins[:, side]))
             for number, stroke in enumerate(strokes):
                 check_inside(shape, f"stroke {number + 1}: point", list(stroke[side].z))
-        return pins, strokes
+        return PlacedConstraints(pins, strokes, found.settings)
+
+
+def _patches(
+    scene: Scene, pins: Complex, known: Complex, softness: Softness | None
+) -> list[dict[str, float] | None]:
+    """The radius and the tolerance of each soft pin of a scene, in the units of the files; None for exact ones.
+
+    Args:
+        scene: the pins as listed.
+        pins: (k, 2) the same in the core plane, first of others.
+        known: (j, 2) those that the map has, without those in holes.
+        softness: of these; None where pins are weights.
+    """
+    if softness is None:
+        return []
+    found: list[dict[str, float] | None] = []
+    for here in pins[: len(scene.pins), 0]:
+        own = np.flatnonzero((known[:, 0] == here) & softness.is_soft)
+        values = [float(each[own[0]]) for each in (softness.radii, softness.tolerances)] if own.size else None
+        found.append(None if values is None else {"radius": values[0], "tolerance": values[1]})
+    return found
 
 
 def _axis(view: PageHalf, shape: Shape) -> float | None:
@@ -522,8 +576,8 @@ def _scene(job: Job, source: Shape, target: Shape, listed: ConstraintsFile) -> S
     kept = constraints.collect(source, target)  # refuses a name without partner
     listed.check(source, target)
     pins = [
-        Pin(name=_bare(name), source=_place(source, a), target=_place(target, b))
-        for name, (a, b) in zip(source.pins, kept.pins)
+        Pin(name=_bare(name), source=_place(source, a), target=_place(target, b), **said)
+        for name, (a, b), said in zip(source.pins, kept.pins, kept.settings)
     ]
     strokes = [
         Stroke(
@@ -533,7 +587,7 @@ def _scene(job: Job, source: Shape, target: Shape, listed: ConstraintsFile) -> S
         )
         for name, (a, b) in zip(source.strokes, kept.strokes)
     ]
-    typed = [Pin(source=start, target=end) for start, end, *_ in job.pin]
+    typed = [Pin(source=start, target=end, **(more[0] if more else {})) for start, end, *more in job.pin]
     pins += [_on_surface(pin, source, target) for pin in [*listed.all_pins, *typed]]
     strokes += [_on_surface(stroke, source, target) for stroke in listed.strokes]
     return scene_of(pins, strokes, listed.rigid, balance=job.balance, turn=job.turn or 0.0)

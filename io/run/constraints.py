@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import partial
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...arrays import Flags
+from ...arrays import Complex, Flags
 from ...balanced.errors import NoMapError
 from ...balanced.motion import is_reshaped
 from ...curve import Curve
@@ -58,9 +58,7 @@ def constrain(
         check_inside(shape, "pin", list(pins[:, side]))
         if side == 0 or job.exact:  # weighed strokes may lead out of the target
             check_inside(shape, "vertex of a stroke", [z for stroke in found.strokes for z in stroke[side].z])
-    given: dict[str, Any] = {"pins": pins if len(pins) else None, "strokes": found.strokes or None}
-    if any(settings) and not job.exact_pins:
-        given["pins"] = [Pin(start, end, **more) for (start, end), more in zip(pins, settings)]
+    given: dict[str, Any] = {"pins": as_pins(pins, settings), "strokes": found.strokes or None}
     regions = job.rigid or (listed and listed.rigid) or (not job.rigid_target and source.rigid)
     if regions:
         from ..shapes.regions import greys, read
@@ -79,6 +77,15 @@ def constrain(
     if listed and listed.start:
         given["start"] = listed.start.map(source, target)
     return given, found.names
+
+
+def as_pins(points: Complex, settings: Sequence[dict[str, float]]) -> Complex | list[Pin] | None:
+    """Return pins (k, 2), with what is said of each beside its places, as `iccm.fit` takes them; None for none."""
+    if not len(points):
+        return None
+    if not any(settings):
+        return points
+    return [Pin(start, end, **more) for (start, end), more in zip(points, settings)]
 
 
 @contextmanager

@@ -42,8 +42,6 @@ UNTURNED = 1e-3  # of the constraints' spread: a best turn that turns less is no
 SAME = 1e-9  # of the root of the area
 ROUNDS, FORWARD, BACKWARD, ROUND_DECREASE = 4, 8, 3, 1e-4
 """Of steps on the map and its inverse, where strokes slide."""
-STIFFENINGS, MOST_STIFFENED = 6, 10.0
-"""Rounds of stiffer springs for pins that miss, and the ratio up to which their square is the factor of one round."""
 RELEASES = 3  # meshes on which ends of strokes find their places
 
 
@@ -113,27 +111,11 @@ def refine(
             pins.strokes, start_from(mesh_of(outlines, pins, energy, size), start), EVENED
         ).inside.matches
     fine = start_from(mesh_of(outlines, pins, energy, size, drawn, bones.polygons), start)
-    levels.append(follow_pins(relax(satisfy_constraints(fine, MOVING_STEPS, SETTLED), 1.0)))
+    levels.append(relax(satisfy_constraints(fine, MOVING_STEPS, SETTLED), 1.0))
     if bones.polygons:
         levels.append(stiffen(levels[-1], bones, pins))
     levels.append(meet_bounds_by(relax, levels[-1], settings, scale_of))
     return levels
-
-
-def follow_pins(state: DiscreteMap) -> DiscreteMap:
-    """The map with stiffer springs for soft pins that miss their places by more than their tolerance: nothing else says
-    where a shape without a target goes."""
-    for _ in range(STIFFENINGS):
-        pins = state.energy.pins
-        if pins is None:
-            break
-        missed = pins.misses(state.z, state.u, state.faces) / pins.tolerances
-        if missed.max() <= 1:
-            break
-        springs = pins.springs * np.clip(missed, 1, MOST_STIFFENED) ** 2
-        stiffer = replace(state.energy, pins=replace(pins, springs=springs))
-        state = relax(state.with_energy(stiffer), 1.0)
-    return state
 
 
 def stiffen(state: DiscreteMap, bones: Regions, pins: Pins) -> DiscreteMap:

@@ -73,6 +73,10 @@ class SoftPins:
         """Return the pins for the inverse map, whose patches stay those of the source."""
         return replace(self, inverted=not self.inverted)
 
+    def stiffer(self, factors: Real) -> "SoftPins":
+        """Return the pins with springs as many times (k,) as stiff."""
+        return replace(self, springs=self.springs * factors)
+
     @property
     def pairs(self) -> Complex:
         """(k, 2) points of the domain of the map, and their places."""

@@ -143,8 +143,8 @@ class DiscreteMap(MeshMap):
     def with_energy(self, energy: Energy) -> "DiscreteMap":
         """With another energy, whose terms have their places in the pattern."""
         changed = replace(self, energy=energy)
-        if energy.terms == self.energy.terms and energy.pins is self.energy.pins:
-            return changed
+        if energy.terms == self.energy.terms and energy.pin_count == self.energy.pin_count:
+            return changed  # `with_cores` sees to pins that have moved
         return replace(changed, cores=()).with_pattern()
 
     @property

@@ -44,6 +44,11 @@ class Energy:
         """Return the energy to which any rotation of the picture is as good."""
         return replace(self, upright=0.0)
 
+    @property
+    def pin_count(self) -> int:
+        """How many soft pins there are."""
+        return 0 if self.pins is None else len(self.pins.source)
+
     def without_pins(self) -> "Energy":
         """Return the energy for other domains than those that the pins are of."""
         return replace(self, pins=None)

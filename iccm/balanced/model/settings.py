@@ -4,9 +4,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ...arrays import Complex, Index, Real
+from ...arrays import Complex, Index
 from ...maps.triangulated.map import TriangulatedMap
 from ...maps.triangulated.patches import NO_LINES
+from ...pins import Softness
 from .energy import Energy
 from .metric import Metric
 
@@ -83,7 +84,7 @@ class Solution:
         rigid: outlines of rigid regions and of holes in them.
         rigid_of_target: whether these are regions of the target.
         soft_pins: (k, 2) pins that need not be met exactly.
-        tolerances: (k,) how far these may miss their places.
+        softness: of these, with radii and tolerances.
     """
 
     map: TriangulatedMap
@@ -103,7 +104,7 @@ class Solution:
     rigid: tuple[tuple[Complex, ...], ...] = ()
     rigid_of_target: bool = False
     soft_pins: Complex = field(default_factory=lambda: np.empty((0, 2), np.complex128))
-    tolerances: Real = field(default_factory=lambda: np.empty(0))
+    softness: Softness = field(default_factory=lambda: Softness.free(0))
 
     def inverse(self) -> "Solution":
         """The inverse map; rigid regions of one side are regions of the other side of the other."""

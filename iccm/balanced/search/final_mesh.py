@@ -40,7 +40,10 @@ LAST_STEPS, LAST_DECREASE = 50, 2e-4  # of Newton on the last mesh, and the rela
 LAST_DECREASE_WITH_PINS = 1e-5
 """The same with soft pins, whose springs are weak: maps on different meshes then agree better."""
 
-MeshMap = MeshMap
+STIFFENINGS, MOST_STIFFENED = 8, 10.0
+"""Rounds of stiffer springs for pins that miss, and the largest factor of a round."""
+AIMED_TOLERANCES = 0.95
+"""Of the tolerance: how far a soft pin is to miss its place that would miss it by more, so that rounds end."""
 
 
 def meets_constraints(problem: UnitProblem, state: DiscreteMap) -> bool:
@@ -112,6 +115,9 @@ def on_final_mesh(
     if not found:
         raise Stuck("the last mesh folds")
     best, sliding = min(found, key=lambda pair: energy(pair[0]))
+    followed = follow_pins(sliding, lambda state: descend(state, POWER, journal, decrease))
+    if followed is not sliding:
+        best, sliding = eased(split_at_vertices(followed)), followed
     if not settings.bounded:
         return best
     with suppress(Stuck):  # once all vertices are in, the outlines hardly slide
@@ -154,7 +160,7 @@ def meet_bounds_by(
     cost (multipliers, found as by Lawson's algorithm), and elsewhere the map hardly changes. Corners that allow no less
     are left as they are. Where the bounds cannot be met it is the map of the least excess.
     """
-    state = descent(state, POWER)
+    state = follow_pins(descent(state, POWER), lambda state: descent(state, POWER))
     found, nearest, weights = state, np.inf, np.ones(len(state.faces))
     bound = min(settings.max_dilatation or np.inf, (settings.max_stretch or np.inf) ** 2)
     for _ in progress.counted("last map, bounds", range(BOUND_ROUNDS if settings.bounded else 0)):
@@ -167,6 +173,24 @@ def meet_bounds_by(
         weights = np.maximum(1, weights * (movable / BOUND_AIM) ** POWER)
         state = replace(descent(replace(state, multipliers=weights), POWER), multipliers=None)
     return found
+
+
+def follow_pins(state: DiscreteMap, descent: Callable[[DiscreteMap], DiscreteMap]) -> DiscreteMap:
+    """The converged map with stiffer springs for soft pins that miss their places by more than their tolerance.
+
+    A spring whose pin is pulled by a constant force misses by the force over its stiffness: as many times stiffer as
+    the miss is too large, it misses by the tolerance.
+    """
+    for _ in range(STIFFENINGS):
+        pins = state.energy.pins
+        if pins is None:
+            break
+        missed = pins.misses(state.z, state.u, state.faces) / pins.tolerances
+        if missed.max() <= 1:
+            break
+        stiffer = pins.stiffer(np.clip(missed / AIMED_TOLERANCES, 1, MOST_STIFFENED))
+        state = descent(state.with_energy(replace(state.energy, pins=stiffer)))
+    return state
 
 
 def descend(state: DiscreteMap, q: float, journal: SolveLog, decrease: float = LAST_DECREASE) -> DiscreteMap:

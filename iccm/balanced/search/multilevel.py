@@ -15,6 +15,7 @@ from ..holes.given import Holes
 from ..holes.outlines import manageable_holes
 from ..model.boundary_pairs import Match
 from ..model.discrete_map import DiscreteMap
+from ..model.energy import Energy
 from ..model.mesh_map import MeshMap
 from ..model.metric import PLANES
 from ..model.outline import manageable
@@ -117,8 +118,6 @@ def problem_of(
         own = warm_start.outlines_followed(start, source, target, holes, settings.tolerance)
     if own is not None:
         (source, target, holes), settings = own, replace(settings, tolerance=0.0)
-    soft = 0 if settings.energy.pins is None else len(settings.energy.pins.source)
-    free = settings.turn is None or pins.count + soft > 1 or pins.strokes
     ends = tuple(pins.outer[:, 0].tolist()), tuple(pins.outer[:, 1].tolist())
     source, target = (
         manageable(with_points(c, at), settings.tolerance, kept)
@@ -131,7 +130,7 @@ def problem_of(
     return UnitProblem(
         source,
         target,
-        settings.energy.without_rotation() if free else settings.energy,
+        energy_of(settings, pins),
         ends,
         pins=pins.inner,
         strokes=pins.strokes,
@@ -141,6 +140,12 @@ def problem_of(
         metrics=(settings.metric, None),
         starts=settings.starts,
     )
+
+
+def energy_of(settings: Settings, pins: Pins) -> Energy:
+    """The energy, in which a rotation costs nothing where it is left to the shapes, or pins say how much."""
+    free = settings.turn is None or pins.count + settings.energy.pin_count > 1 or bool(pins.strokes)
+    return settings.energy.without_rotation() if free else settings.energy
 
 
 def solve_from(

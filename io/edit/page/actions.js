@@ -52,6 +52,7 @@ export function actionsOf({editor, link, panes, hello, report, setPen}) {
       const image = answer.points[0];
       const [source, target] = side === 'source' ? [place, image] : [image, place];
       editor.scene.pins.push({name: '', weight: 1, source, target, turn: null});
+      editor.active = editor.scene.pins.length - 1;
       editor.commit();
     },
 
@@ -102,6 +103,20 @@ export function actionsOf({editor, link, panes, hello, report, setPen}) {
       editor.follow();
     },
 
+    hold({number}, settings, ended = true) {
+      const pin = editor.scene.pins[number];
+      if (!pin || editor.isLocked(pin)) return;
+      Object.assign(pin, settings);
+      if (ended) editor.commit();
+      else editor.follow();
+    },
+
+    activate({kind, number}) {
+      if (kind !== 'pins' || editor.active === number) return;
+      editor.active = number;
+      editor.changed();
+    },
+
     drop: () => editor.drop(),
 
     remove({kind, number, point}, whole = false) {
@@ -120,6 +135,7 @@ export function actionsOf({editor, link, panes, hello, report, setPen}) {
         else removePins(number);
       }
       editor.selected.clear();
+      editor.active = null;
       const focused = document.activeElement, pane = focused?.closest('.pane') ?? byId('source');
       editor.commit();
       requestAnimationFrame(() => {

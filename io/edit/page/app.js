@@ -13,6 +13,7 @@ import {Link} from './link.js';
 import {showList} from './list.js';
 import {choose} from './open.js';
 import {Pane} from './pane.js';
+import {showPinSettings} from './pin_settings.js';
 import {Saving} from './saving.js';
 import {report, showNotes} from './status.js';
 
@@ -200,13 +201,16 @@ function showOtherMap(way) {
 /** Show the state of the editor in both halves, in the list and in the controls. */
 function refresh() {
   if (!page) return;
-  const {wrong, suggested, selected, regions} = editor;
+  const {wrong, suggested, selected, regions, patches, active} = editor;
   /** @type {PaneScene} */
-  const scene = {...editor.scene, wrong, suggested, selected, regions, locked: (entry) => editor.isLocked(entry)};
+  const scene = {
+    ...editor.scene, wrong, suggested, selected, regions, patches, active, locked: (entry) => editor.isLocked(entry),
+  };
   for (const pane of [page.panes.source, page.panes.target]) {
     pane.scene = scene;
     pane.redraw(false);
   }
   showList(byId('list'), scene, page.actions);
+  showPinSettings(scene, page.hello, page.actions);
   showControls(editor, page.hello);
 }

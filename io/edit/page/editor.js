@@ -3,7 +3,7 @@
 import {contentOf} from './history.js';
 
 /** @import {History} from './history.js' */
-/** @import {MapMessage, Pin, Region, Scene, Stroke, Wrong} from './types.d.ts' */
+/** @import {MapMessage, Patch, Pin, Region, Scene, Stroke, Wrong} from './types.d.ts' */
 
 const REST = 250;  // milliseconds without movement after which a drag is solved as if the pin were released
 
@@ -17,6 +17,10 @@ export class Editor {
   suggested = [];
   /** @type {Region[]} */
   regions = [];
+  /** Of each pin; null for exact ones. @type {(Patch | null)[]} */
+  patches = [];
+  /** The number of the pin whose settings are shown. @type {number | null} */
+  active = null;
   /** @type {Wrong} */
   wrong = {};
   /** Numbers of pins. @type {Set<number>} */
@@ -105,6 +109,7 @@ export class Editor {
     if (!scene) return;
     this.scene = scene;
     this.selected.clear();
+    this.active = null;
     this.solve();
   }
 
@@ -149,7 +154,10 @@ export class Editor {
     this.wrong = message.wrong;
     this.#failed = !message.ok;
     if (message.kind !== 'coarse') this.busy = false;
-    if (message.kind !== 'error') this.regions = message.figures.regions ?? [];
+    if (message.kind !== 'error') {
+      this.regions = message.figures.regions ?? [];
+      this.patches = message.patches ?? [];
+    }
     return true;
   }
 }

@@ -3,6 +3,7 @@
 /** @import {Point} from './types.d.ts' */
 
 const MAX_DIGITS = 15;         // that a number of JavaScript can have after its point
+const PLACED_DIGITS = 4;       // of a length that is set by hand
 const BISECTIONS = 40;         // steps after which a crossing is exact to 1e-12 of a segment
 const PARTS_OF_SEGMENT = 8;    // in which a segment is mapped: its image is curved
 
@@ -19,6 +20,12 @@ export const distance = (a, b) => Math.hypot(...a.map((value, k) => value - b[k]
  * @param {number} share
  */
 export const between = (a, b, share) => a.map((value, k) => value + share * (b[k] - value));
+
+/**
+ * A length with as many digits as a hand can place.
+ * @param {number} value
+ */
+export const significant = (value) => Number(value.toPrecision(PLACED_DIGITS));
 
 /**
  * The name of a file without its folder, with the part that is meant.

@@ -1,8 +1,9 @@
-// The handles over a painted shape: buttons for pins, points of strokes, rotations and suggested pins, which are
-// dragged by the pointer and moved by keys.
+// The handles over a painted shape: buttons for pins, their rotations and radii, points of strokes and suggested pins, which
+// are dragged by the pointer and moved by keys.
 
 import {followPointer} from './dom.js';
-import {distance} from './geometry.js';
+import {rounded} from './figures.js';
+import {distance, significant} from './geometry.js';
 import {pinHue, strokeHue} from './hues.js';
 
 /** @import {Pane} from './pane.js' */
@@ -11,7 +12,7 @@ import {pinHue, strokeHue} from './hues.js';
 /**
  * @typedef {object} Handle
  * @property {string} key which of the buttons it is
- * @property {'pin' | 'point' | 'turn' | 'ghost'} class
+ * @property {'pin' | 'point' | 'turn' | 'radius' | 'ghost'} class
  * @property {Item} item
  * @property {Place} place
  * @property {string} text beside it
@@ -27,6 +28,7 @@ export const CLICK_REACH = 4;  // pixels: a press that moves less is a click
 const KEY_STEP = 0.005;        // of the pane's width, by which an arrow key moves a pin
 const KEY_ANGLE = 5;           // degrees by which an arrow key rotates
 const FINE = 0.1;              // of either, with Shift
+const KEY_GROWTH = 1.1;        // by which a key enlarges a patch, or reduces it
 const KEY_REST = 250;          // milliseconds after the last key when the whole map is solved for
 
 /** @type {Record<string, [number, number]>} */
@@ -94,7 +96,15 @@ export class Handles {
         actions.turn(item, null);
         actions.drop();
       };
+    } else if (kind === 'radius') {
+      element.onpointerdown = (event) => this.#resize(event, element, item);
+      element.onkeydown = (event) => this.#resizeByKey(event, item);
+      element.ondblclick = (event) => {
+        event.stopPropagation();
+        actions.hold(item, {radius: null});
+      };
     } else {
+      element.onfocus = () => actions.activate(item);
       element.onpointerdown = (event) => this.#drag(event, element, item);
       element.onkeydown = (event) => this.#press(event, item);
       element.ondblclick = (event) => {
@@ -160,6 +170,60 @@ export class Handles {
   }
 
   /**
+   * @param {PointerEvent} event
+   * @param {HTMLElement} element
+   * @param {Item} item
+   */
+  #resize(event, element, item) {
+    const pane = this.#pane;
+    if (event.button) return;
+    event.stopPropagation();
+    const start = pane.pixelOf(event);
+    let moved = false;
+    followPointer(element, event, (next) => {
+      const now = pane.pixelOf(next);
+      moved ||= distance(now, start) > CLICK_REACH;
+      if (moved) pane.actions.hold(item, {radius: pane.radiusTo(item.number, now)}, false);
+    }, () => {
+      if (moved) pane.actions.drop();
+    });
+  }
+
+  /**
+   * @param {KeyboardEvent} event
+   * @param {Item} item
+   */
+  #resizeByKey(event, item) {
+    const growth = {ArrowUp: KEY_GROWTH, ArrowRight: KEY_GROWTH, ArrowDown: 1 / KEY_GROWTH, ArrowLeft: 1 / KEY_GROWTH}[event.key];
+    if (event.key === 'Delete' || event.key === 'Backspace') this.#pane.actions.hold(item, {radius: null});
+    else if (growth) this.#grow(item, growth);
+    else return;
+    event.preventDefault();
+    event.stopPropagation();
+  }
+
+  /**
+   * Take a pin exactly to its place, or softly again.
+   * @param {Item} item
+   */
+  #toggleExact(item) {
+    const {scene, actions} = this.#pane;
+    actions.hold(item, {radius: scene.pins[item.number].radius === 0 ? null : 0});
+  }
+
+  /**
+   * Enlarge the patch of a pin.
+   * @param {Item} item
+   * @param {number} factor
+   */
+  #grow(item, factor) {
+    const {scene, actions} = this.#pane, radius = scene.pins[item.number].radius ?? scene.patches[item.number]?.radius;
+    if (!radius) return;
+    actions.hold(item, {radius: significant(radius * factor)}, false);
+    this.#dropAtRest();
+  }
+
+  /**
    * @param {KeyboardEvent} event
    * @param {Item} item
    */
@@ -183,6 +247,9 @@ export class Handles {
     if (event.key === 'Delete' || event.key === 'Backspace') pane.actions.remove(item, event.shiftKey);
     else if (event.key === ' ' && isPin) pane.actions.select(item);
     else if (event.key.toLowerCase() === 'l' && plain && isPin) pane.actions.lock(item);
+    else if (event.key === ']' && plain && isPin) this.#grow(item, KEY_GROWTH);
+    else if (event.key === '[' && plain && isPin) this.#grow(item, 1 / KEY_GROWTH);
+    else if (event.key.toLowerCase() === 'e' && plain && isPin) this.#toggleExact(item);
     else if (ARROWS[event.key] && plain && !event.altKey) this.#moveByKey(event, item);
     else return;
     event.preventDefault();
@@ -231,6 +298,16 @@ function handlesOf(pane) {
       name: `rotation of pin ${pin.name || k + 1}: ${free ? 'free' : `${pin.turn} degrees`}`, hue: pinHue(k),
     });
   });
+  const ring = scene.active === null ? null : pane.ring(scene.active);
+  if (ring && scene.active !== null) {
+    const {middle: [x, y], radius} = ring, pin = scene.pins[scene.active];
+    const units = scene.patches[scene.active]?.radius ?? 0;
+    handles.push({
+      key: `radius ${scene.active}`, class: 'radius', item: {kind: 'pins', number: scene.active}, place: pin.source,
+      pixel: [x + radius, y], text: '', name: `radius of pin ${pin.name || scene.active + 1}: ${rounded(units)}`,
+      hue: pinHue(scene.active),
+    });
+  }
   scene.suggested.forEach((pin, k) => {
     handles.push({
       key: `ghost ${pin.source} ${pin.target}`, class: 'ghost', item: {kind: 'suggested', number: k}, place: pin[side],

@@ -146,7 +146,8 @@ function entryChange(word, before, after) {
   const number = changed[0], was = before[number], is = after[number];
   if (is.name !== was.name) return `${word} ${number + 1} named`;
   const turned = 'turn' in is && 'turn' in was && is.turn !== was.turn;
-  return `${word} ${number + 1} ${turned ? 'rotated' : 'moved'}`;
+  const moved = JSON.stringify([is.source, is.target]) !== JSON.stringify([was.source, was.target]);
+  return `${word} ${number + 1} ${turned ? 'rotated' : moved ? 'moved' : 'changed'}`;
 }
 
 /**

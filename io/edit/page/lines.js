@@ -1,6 +1,6 @@
-// The lines over a painted shape: outlines, strokes, rigid regions, arms of pins, the guide and the loupe.
+// The lines over a painted shape: outlines, strokes, rigid regions, rings and arms of pins, the guide and the loupe.
 
-import {strokeHue} from './hues.js';
+import {pinHue, strokeHue} from './hues.js';
 
 /** @import {Pane} from './pane.js' */
 /** @import {Point, Side} from './types.d.ts' */
@@ -82,6 +82,15 @@ function linesOf(pane) {
     const arm = [pane.pixel(pane.page(pin.target)), pane.armEnd(pin)];
     lines.push({d: pathData(arm), class: pin.turn === null ? 'arm free' : 'arm'});
   }
+  scene.pins.forEach((_, k) => {
+    const ring = pane.ring(k);
+    if (!ring) return;
+    const {middle: [x, y], radius} = ring, active = k === scene.active ? ' active' : '';
+    const half = `a${radius} ${radius} 0 0 1`;
+    lines.push({
+      d: `M${x - radius} ${y}${half} ${2 * radius} 0${half} ${-2 * radius} 0`, class: `ring${active}`, hue: pinHue(k),
+    });
+  });
   if (pane.drawing) lines.push({d: path(pane.drawing), class: 'stroke drawing'});
   if (pane.guide) {
     const [x, y] = pane.pixel(pane.guide), length = 2 * GUIDE_ARM;

@@ -2,7 +2,7 @@
 
 import {attraction} from './attraction.js';
 import {listen, strokeOf} from './gestures.js';
-import {between, closest, distance, fileName, inside, Units} from './geometry.js';
+import {between, closest, distance, fileName, inside, significant, Units} from './geometry.js';
 import {Painter} from './gl.js';
 import {Handles} from './handles.js';
 import {Lines, LOUPE_SIDE, LOUPE_ZOOM} from './lines.js';
@@ -25,7 +25,7 @@ export class Pane {
   /** @type {PaneScene} */
   scene = {
     pins: [], strokes: [], regions: [], rigid: [], balance: 1, turn: 0, fit: 'auto',
-    wrong: {}, suggested: [], selected: new Set(), locked: () => false,
+    wrong: {}, suggested: [], selected: new Set(), locked: () => false, patches: [], active: null,
   };
   view = new View();
   /** Whether the file shows its own drawing. */
@@ -286,6 +286,26 @@ export class Pane {
   armEnd({target, turn}) {
     const [x, y] = this.pixel(this.page(target)), angle = (turn ?? 0) * Math.PI / 180;
     return [x - ARM_LENGTH * Math.sin(angle), y - ARM_LENGTH * Math.cos(angle)];
+  }
+
+  /**
+   * The patch of a soft pin of the source, in pixels; null where there is none.
+   * @param {number} number
+   */
+  ring(number) {
+    const {pins, patches} = this.scene, patch = patches[number];
+    if (this.side !== 'source' || this.surface || !patch || patches.length !== pins.length) return null;
+    return {middle: this.pixel(this.page(pins[number].source)), radius: patch.radius / this.units.scale * this.view.zoom};
+  }
+
+  /**
+   * The radius of a patch, in the units of the file, that reaches a pixel.
+   * @param {number} number of the pin
+   * @param {Point} pixel
+   */
+  radiusTo(number, pixel) {
+    const middle = this.pixel(this.page(this.scene.pins[number].source));
+    return significant(distance(middle, pixel) / this.view.zoom * this.units.scale);
   }
 
   // ---------------------------------------------------------------- pins and strokes

@@ -16,8 +16,23 @@ export interface Pin {
   weight: number;
   source: Place;
   target: Place;
-  /** Degrees by which a deformed shape is rotated there; null where it is free. */
+  /** Degrees by which the patch around it is rotated; null where that is free. */
   turn: number | null;
+  /** Of the patch, in the source's units; 0 for an exact pin; null or missing where it is chosen. */
+  radius?: number | null;
+  /** How far it may miss its place, in the target's units; null or missing where that is chosen. */
+  tolerance?: number | null;
+  /** Of the patch, relative to the mean scale of the map; null or missing where it is free. */
+  scale?: number | null;
+}
+
+/** What is said of a pin beside its places. */
+export type PinSettings = Partial<Pick<Pin, 'radius' | 'tolerance' | 'turn' | 'scale'>>;
+
+/** The patch of a soft pin as the map has it, in the units of the files. */
+export interface Patch {
+  radius: number;
+  tolerance: number;
 }
 
 export interface Stroke {
@@ -126,6 +141,8 @@ export interface MapMessage {
   figures: Figures;
   wrong: Wrong;
   outlines?: Point[][];
+  /** Of each pin; null for exact ones. */
+  patches?: (Patch | null)[];
   other?: string;
   command?: string;
 }
@@ -192,6 +209,10 @@ export interface Actions {
   /** Returns whether it was moved. */
   drag(side: Side, item: Item, place: Place): boolean;
   turn(item: Item, degrees: number | null): void;
+  /** Change what is said of a pin beside its places; `ended` unless it is still being dragged. */
+  hold(item: Item, settings: PinSettings, ended?: boolean): void;
+  /** Show what is said of a pin. */
+  activate(item: Item): void;
   drop(): void;
   remove(item: Item, whole?: boolean): void;
   rename(item: Item, name: string): void;
@@ -206,4 +227,8 @@ export interface PaneScene extends Scene {
   selected: Set<number>;
   locked: (entry: Pin | Stroke) => boolean;
   regions: Region[];
+  /** Of each pin; null for exact ones, empty where that is not known. */
+  patches: (Patch | null)[];
+  /** The number of the pin whose settings are shown. */
+  active: number | null;
 }

@@ -11,6 +11,7 @@ from iccm.balanced.minimise import newton
 from iccm.balanced.model.settings import Settings
 from iccm.curve import Curve
 from iccm.errors import InputError
+from iccm.pins import Softness
 from tests import shapes
 
 
@@ -143,7 +144,7 @@ def test_a_drag_waits_for_a_new_mesh_and_lags_behind_without_folds(side):
 @pytest.mark.parametrize("side", [0, 1])
 def test_a_step_of_a_drag_keeps_to_its_budget_and_goes_on_with_the_next(side, monkeypatch):
     fit, _, pins = begun()
-    live = Live.of(iccm.fit(fit.source, fit.target, pins=pins), Settings(), pins)
+    live = Live.of(iccm.fit(fit.source, fit.target, pins=pins, exact_pins=True), Settings(), pins)
     assert live.met and not live.coarse
     descend, made = newton.descend, []
 
@@ -190,3 +191,57 @@ def test_what_cannot_be_is_refused_by_name():
     pins[1, 1] = pins[0, 1]
     with pytest.raises(InputError, match="pins 1 and 2"):
         live.moved(pins)
+
+
+def soft(pins, **settings):
+    return Softness.of([iccm.Pin(*pair, **settings) for pair in pins])
+
+
+def begun_softly():
+    fit, _, pins = begun()
+    return Live.of(fit, Settings(), pins, softness=soft(pins)), pins
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_soft_pins_are_followed_on_the_mesh_of_the_map(side):
+    live, pins = begun_softly()
+    faces, pins = live.state.faces, pins + 0j
+    for _ in range(6):
+        pins[1, side] *= 1 - 0.06
+        live = live.moved(pins, softness=soft(pins), dragged=True)
+        assert live.map.injectivity.certified and live.met
+    assert live.state.faces is faces
+    gap = np.abs(live.map(pins[:, 0]) - pins[:, 1])
+    assert (gap < 2 * live.patches.softness.tolerances).all()
+
+
+def test_what_is_released_is_the_map_that_was_dragged_to():
+    live, pins = begun_softly()
+    pins = pins + 0j
+    for _ in range(5):
+        pins[1, 1] *= 0.94
+        live = live.moved(pins, softness=soft(pins), dragged=True)
+    seen = live.map
+    fit = iccm.fit(live.pair.source, live.pair.target, pins=pins, start=live.start)
+    z = fit.interior
+    assert np.nanmax(np.abs(fit.map(z) - seen(z))) < 0.01 * fit.diagonal
+
+
+def test_a_soft_pin_more_needs_no_other_mesh():
+    live, pins = begun_softly()
+    faces = live.state.faces
+    more = np.append(pins, [[0.5j, live.map(np.array([0.5j]))[0] + 0.05]], axis=0)
+    live = live.moved(more, softness=soft(more))
+    assert live.state.faces is faces and len(live.patches.points) == 4
+    assert abs(live.map(more[3:, 0])[0] - more[3, 1]) < live.patches.softness.tolerances[3]
+
+
+def test_exact_pins_go_with_soft_ones():
+    fit, _, pins = begun()
+    softness = Softness.of([iccm.Pin(*pins[0], radius=0), iccm.Pin(*pins[1]), iccm.Pin(*pins[2])])
+    live = Live.of(fit, Settings(), pins, softness=softness)
+    pins = pins + 0j
+    pins[0, 1] *= 0.95
+    live = live.moved(pins, softness=softness)
+    assert live.met and abs(live.map(pins[:1, 0])[0] - pins[0, 1]) < 1e-8
+    assert len(live.patches.points) == 2

@@ -208,6 +208,44 @@ def test_three_pins_a_drag_undo_a_stroke_save_and_the_same_picture(page, tmp_pat
     )
 
 
+def test_the_patch_of_a_pin_is_shown_resized_and_made_exact(page, tmp_path, shell):
+    edited = page("pins", "round.svg", "cat.svg", "--texture", "face.png")
+    assert edited.js("document.querySelectorAll('#source .ring').length") == 4
+    assert edited.js("document.getElementById('pin').hidden")
+    edited.js("document.querySelector('#source .handle.pin').focus()")
+    assert edited.js("document.querySelectorAll('#source .ring.active').length") == 1
+    field = "document.querySelector('#pin [name=radius]')"
+    assert edited.js(f"{field}.value") == "" and "chosen" in edited.js(f"{field}.placeholder")
+    chosen = edited.js("iccm.panes.source.scene.patches[0].radius")
+    edited.key("]")
+    edited.wait("iccm.scene.pins[0].radius > 0")
+    assert edited.settled() == "full"
+    assert edited.scene["pins"][0]["radius"] == pytest.approx(1.1 * chosen, rel=1e-3)
+    x, y = edited.scene["pins"][0]["source"]
+    grown = edited.scene["pins"][0]["radius"]
+    edited.drag("source", (x + grown, y), (x + 0.5 * chosen, y))
+    assert edited.settled() == "full"
+    dragged = edited.scene["pins"][0]["radius"]
+    assert dragged == pytest.approx(0.5 * chosen, rel=0.1)
+    edited.js("document.querySelector('#source .handle.pin').focus()")
+    edited.key("e")
+    edited.wait("iccm.scene.pins[0].radius === 0")
+    assert edited.settled() == "full"
+    assert edited.js("document.querySelectorAll('#source .ring').length") == 3
+    edited.js("document.querySelector('#pin [name=keep]').click()")
+    edited.wait("iccm.scene.pins[0].radius === null")
+    assert edited.settled() == "full"
+    edited.key("z", ctrl=True)
+    edited.wait("iccm.scene.pins[0].radius === 0")
+    assert edited.settled() == "full"
+    edited.key("s", ctrl=True)
+    edited.wait("!document.body.classList.contains('dirty')")
+    line = edited.js("document.getElementById('command').textContent")
+    done = shell(f"cd {tmp_path} && {line} --size 500")
+    assert done.returncode == 0, done.stderr
+    assert similarity(edited, tmp_path / "round-cat.png") >= 0.98
+
+
 def test_a_closed_stroke_is_a_rigid_region(page, tmp_path, shell):
     edited = page("rose-leaf", "rose.svg", "leaf.svg", "--texture", "petals.jpg")
     edited.key("s")

@@ -4,6 +4,7 @@ import {test} from 'node:test';
 import {actionsOf, removeFromStroke} from '../../../../io/edit/page/actions.js';
 import {attraction} from '../../../../io/edit/page/attraction.js';
 import {strokeOf} from '../../../../io/edit/page/gestures.js';
+import {presets} from '../../../../io/edit/page/pin_settings.js';
 
 /** @import {Scene} from '../../../../io/edit/page/types.d.ts' */
 
@@ -122,4 +123,22 @@ test('typed places are taken if there are as many numbers as before', () => {
   assert.deepEqual([scene.pins[1].target, done, reports.length], [[2, 10], [], 1]);
   actions.move({kind: 'pins', number: 1}, [1, 2, 3, 4]);
   assert.deepEqual([scene.pins[1].source, scene.pins[1].target, done], [[1, 2], [3, 4], ['commit']]);
+});
+
+test('what is said of a pin is a step of its own, or part of a drag; nothing of a locked one', () => {
+  const {actions, scene, done, locked} = recorded();
+  actions.hold({kind: 'pins', number: 1}, {radius: 0.5}, false);
+  actions.hold({kind: 'pins', number: 1}, {tolerance: 0.25});
+  assert.deepEqual([scene.pins[1].radius, scene.pins[1].tolerance, done], [0.5, 0.25, ['follow', 'commit']]);
+  locked.add(scene.pins[1]);
+  actions.hold({kind: 'pins', number: 1}, {radius: 3});
+  assert.deepEqual([scene.pins[1].radius, done.length], [0.5, 2]);
+});
+
+test('presets keep the rotation; pulling takes a third of what was chosen, to four digits', () => {
+  const pin = {name: '', weight: 1, source: [1, 2], target: [3, 4], turn: 30, radius: 7, scale: 2};
+  const found = presets(pin, {radius: 4, tolerance: 0.5});
+  assert.deepEqual(found.keep, {radius: null, tolerance: null, turn: 30, scale: null});
+  assert.deepEqual(found.pull, {radius: 1.333, tolerance: 0.1667, turn: 30, scale: null});
+  assert.deepEqual(found.nail, {radius: 0, tolerance: null, turn: 30, scale: null});
 });

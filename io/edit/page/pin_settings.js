@@ -1,0 +1,70 @@
+// The settings of one pin: how large a patch keeps its form, and how close it comes to its place.
+
+import {byId} from './dom.js';
+import {rounded} from './figures.js';
+import {significant} from './geometry.js';
+
+/** @import {Actions, Hello, PaneScene, Patch, Pin, PinSettings} from './types.d.ts' */
+
+const FIELDS = /** @type {const} */ (['radius', 'tolerance', 'turn', 'scale']);
+const PULLING = 1 / 3;  // of the radius and tolerance that are chosen: a patch that moves rather than keeps its form
+
+/**
+ * @param {PaneScene} scene
+ * @param {Hello} hello
+ * @param {Actions} actions
+ */
+export function showPinSettings(scene, hello, actions) {
+  const box = /** @type {HTMLFieldSetElement} */ (byId('pin')), legend = /** @type {HTMLElement} */ (box.firstElementChild);
+  const number = scene.active, pin = number === null ? undefined : scene.pins[number];
+  box.hidden = !pin || hello.source.mesh || hello.target.mesh;
+  if (!pin || number === null || box.hidden) return;
+  const item = /** @type {const} */ ({kind: 'pins', number}), patch = scene.patches[number] ?? null;
+  box.disabled = scene.locked(pin);
+  legend.textContent = `Pin ${pin.name || number + 1}`;
+  for (const name of FIELDS) {
+    const field = /** @type {HTMLInputElement} */ (box.elements.namedItem(name));
+    if (document.activeElement !== field) field.value = textOf(pin[name]);
+    field.placeholder = placeholderOf(name, patch);
+    field.onchange = () => actions.hold(item, {[name]: valueOf(field, name)});
+  }
+  for (const [name, settings] of Object.entries(presets(pin, patch))) {
+    const button = /** @type {HTMLButtonElement} */ (box.elements.namedItem(name));
+    button.onclick = () => actions.hold(item, settings);
+  }
+}
+
+/** @param {number | null | undefined} value */
+const textOf = (value) => (typeof value === 'number' ? String(value) : '');
+
+/**
+ * What a field shows where nothing is given.
+ * @param {typeof FIELDS[number]} name
+ * @param {Patch | null} patch of the map
+ */
+function placeholderOf(name, patch) {
+  if (name === 'turn' || name === 'scale') return 'free';
+  return patch ? `${rounded(patch[name])} (chosen)` : 'exact';
+}
+
+/**
+ * What is typed in a field, null for nothing or for what cannot be.
+ * @param {HTMLInputElement} field
+ * @param {typeof FIELDS[number]} name
+ */
+function valueOf(field, name) {
+  const value = field.valueAsNumber;
+  const isPossible = name === 'turn' || value > 0 || (name === 'radius' && value === 0);
+  return Number.isFinite(value) && isPossible ? value : null;
+}
+
+/**
+ * @param {Pin} pin
+ * @param {Patch | null} patch of the map
+ * @returns {Record<string, PinSettings>}
+ */
+export function presets(pin, patch) {
+  const automatic = {radius: null, tolerance: null, turn: pin.turn, scale: null};
+  const pull = patch && {radius: significant(patch.radius * PULLING), tolerance: significant(patch.tolerance * PULLING)};
+  return {keep: automatic, pull: {...automatic, ...pull}, nail: {...automatic, radius: 0}};
+}
