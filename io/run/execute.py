@@ -99,7 +99,7 @@ def _read(job: Job, threads: int | None, tell: Tell, phases: Phases, again: bool
 
 
 def _ignore(note: str) -> None:
-    """Hear a remark that nobody is told."""
+    """Ignore a remark."""
 
 
 Settings = tuple[dict[str, Any], bool]
