@@ -8,17 +8,23 @@ from .colour import Float, decode, encode
 from .texture import Texture
 
 INK_SHARE = 0.15
-"""Of the drawing's own mean colour in the colour of the paper: enough to tell it from a white page."""
+"""Of the drawing's own mean colour in the colour of the paper, at least: enough to tell it from white if the drawing is
+dark."""
+PAPER_CONTRAST = 1.25
+"""Between paper and white, so that the target's form is seen on a white page. Of a light drawing, paper halves the
+contrast (in logarithms) between the drawing and white, if that is less."""
 LEAST_CONTRAST = 1.3
 """Between a drawing and white (WCAG 2.2: from 1 to 21): one that contrasts less is drawn for a dark page."""
+SHARES = 100
+"""Of ink in paper that are compared: neighbours differ by less than can be seen."""
 LUMINANCE = (0.2126, 0.7152, 0.0722)  # of red, green and blue in linear light (IEC 61966-2-1)
 
 
 def on_paper(texture: Texture) -> Texture:
     """Return a texture with paper where it is transparent, opaque everywhere.
 
-    The paper has a tint of the drawing's own mean colour: almost white, or almost black where the drawing is as light
-    as white. Both are mixed as drawing programs do, in the stored encoding.
+    The paper has a tint of the drawing's own mean colour: light, yet not white, or almost black where the drawing is as
+    light as white. Both are mixed as drawing programs do, in the stored encoding.
 
     Parameters
     ----------
@@ -48,8 +54,19 @@ def on_paper(texture: Texture) -> Texture:
 
 def _paper(mean: Float, is_srgb: bool) -> Float:
     """Return the colour of the paper (c,) below a drawing of a mean colour (c,)."""
-    light = decode(mean[None, None].astype(np.float32), -1, srgb=is_srgb, associated=False, premultiply=False)
-    weights = LUMINANCE if len(mean) == 3 else np.full(len(mean), 1 / len(mean))
-    luminance = float(light[0, 0] @ weights)
-    is_dark_on_white = 1.05 / (luminance + 0.05) >= LEAST_CONTRAST
-    return (INK_SHARE * mean + (1 - INK_SHARE) * is_dark_on_white).astype(np.float32)
+    contrast = _contrast_with_white(mean[None], is_srgb)[0]
+    if contrast < LEAST_CONTRAST:
+        return (INK_SHARE * mean).astype(np.float32)
+    shares = np.linspace(INK_SHARE, 1, SHARES)[:, None]
+    papers = shares * mean + (1 - shares)
+    wanted = min(PAPER_CONTRAST, np.sqrt(contrast))
+    first = np.argmax(_contrast_with_white(papers, is_srgb) >= wanted)
+    return papers[first].astype(np.float32)
+
+
+def _contrast_with_white(colours: Float, is_srgb: bool) -> Float:
+    """Return the contrast (n,) of colours (n, c) with white (WCAG 2.2)."""
+    light = decode(colours[None].astype(np.float32), -1, srgb=is_srgb, associated=False, premultiply=False)
+    count = colours.shape[1]
+    weights = np.array(LUMINANCE) if count == 3 else np.full(count, 1 / count)
+    return 1.05 / (light[0] @ weights + 0.05)
