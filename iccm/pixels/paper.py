@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..arrays import Real
 from .colour import Float, decode, encode
 from .texture import Texture
 
@@ -64,7 +65,7 @@ def _paper(mean: Float, is_srgb: bool) -> Float:
     return papers[first].astype(np.float32)
 
 
-def _contrast_with_white(colours: Float, is_srgb: bool) -> Float:
+def _contrast_with_white(colours: Float | Real, is_srgb: bool) -> Float:
     """Return the contrast (n,) of colours (n, c) with white (WCAG 2.2)."""
     light = decode(colours[None].astype(np.float32), -1, srgb=is_srgb, associated=False, premultiply=False)
     count = colours.shape[1]

@@ -16,7 +16,8 @@ from iccm.drawings.pairing import pair_by_place
 from iccm.drawings.region import Region
 from iccm.drawings.seen import middles, seen
 from iccm.errors import InputError
-from iccm.frames.choice import Choice, choices
+from iccm.frames import choice
+from iccm.frames.choice import Choice, _FrameSearch, _Judge, choices
 from iccm.frames.solve import solve_choice
 from iccm.options import Options
 from iccm.pixels.canvas import Canvas
@@ -214,6 +215,35 @@ def test_every_fit_can_be_asked_for(fit):
     found = iccm.fit(BARS, shapely.union(RING, shapely.box(8, 1, 9.3, 3.6)), fit=fit)
     assert found.status.ok and found.report()["injective"]["certified"]
     assert 0 < found.shown <= 1 and 0 < found.covered <= 1
+
+
+HOOK = shapely.LineString([(0, 0), (0, 9), (7, 9), (7, 3), (4, 3)]).buffer(0.8)
+LETTERS = shapely.MultiPolygon([HOOK, shapely.box(10, 0, 11, 9), shapely.box(12, 4, 18, 5)])
+
+
+@pytest.mark.parametrize("source, target", [(HOOK, BARS), (LETTERS, RING), (BARS, LETTERS)])
+def test_the_frames_that_are_taken_cost_little_more_than_the_cheapest_of_all_pairs(source, target):
+    drawings, settings = (Drawing(source), Drawing(target)), settings_of(Options(fit="frame"))
+    search = _FrameSearch(_Judge(*drawings, settings, free_gaps=True), around_all=True)
+    every = [
+        search.attempt((i, j)) for i in range(len(drawings[0].frames)) for j in range(len(drawings[1].frames))
+    ]
+    least = min(found.cost for found in every if found is not None)
+    taken = choices(*drawings, settings, free_gaps=True, framed=True)[0]
+    assert taken.cost <= 1.02 * least
+
+
+def test_a_descent_that_costs_much_more_than_the_best_is_given_up(monkeypatch):
+    drawings, settings = (Drawing(HOOK), Drawing(BARS)), settings_of(Options(fit="frame"))
+
+    def costs():
+        search = _FrameSearch(_Judge(*drawings, settings, free_gaps=True), around_all=True)
+        return [found.cost for found in search.descents()]
+
+    shorter = costs()
+    monkeypatch.setattr(choice, "GIVEN_UP", np.inf)
+    longer = costs()
+    assert len(shorter) < len(longer) and min(shorter) == min(longer)
 
 
 def test_fit_frame_leaves_no_part_out_and_others_note_what_they_leave_out():
