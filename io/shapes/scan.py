@@ -130,7 +130,9 @@ def thin_line(colours: Float) -> tuple[Float, float] | None:
             continue
         usual = np.median(strong)
         line = away >= usual / 2
-        if is_line(line) and is_on_background(line, PAPER):
+        if is_on_background(line, PAPER) and is_line(
+            line
+        ):  # in this order: the second takes ten times as long
             return smooth(inside_of(line)), by
     return None
 

@@ -364,3 +364,21 @@ def test_other_drawings_with_a_picture_have_its_rectangle(tmp_path):
     opaque = wrapped_in_svg(tmp_path, np.ascontiguousarray(disc_with_a_hole()[..., :3]), place)
     beside = wrapped_in_svg(tmp_path, disc_with_a_hole(), place, '<rect x="200" width="20" height="10"/>')
     assert opaque.curve.area == beside.curve.area == 160 * 80
+
+
+def test_a_large_picture_is_judged_by_a_small_one_and_traced_in_its_own_pixels(tmp_path, monkeypatch):
+    """Shapes on a plain background are as exact as ever; the inside of a line is as fine as the small picture."""
+    from iccm.io.shapes import scan
+
+    monkeypatch.setattr(scan, "SIDE", 80)
+    pixels = np.rint(255 * (1 - 0.8 * covered(disc)))[..., None].astype(np.uint8)
+    reading = silhouette.interpret(pixels, -1)
+    assert reading.kind == "plain" and reading.field.shape == (SIDE, SIDE)
+    (outline,), _ = silhouette.traced(reading.field)
+    assert shapely.hausdorff_distance(ring(outline), TRUE[disc], densify=0.02) < 0.5
+    y, x = np.mgrid[:SIDE, :SIDE] + 0.5
+    ring_drawn = np.abs(np.hypot(x - 90.3, y - 80.6) - 58) < 3
+    found = shapes.read(written(tmp_path, np.where(ring_drawn, 30, 240).astype(np.uint8)[..., None]))
+    assert found.curve.area == pytest.approx(np.pi * 61**2, rel=0.03)
+    photo = image_files.read(of_scikit_image("chelsea.png"))
+    assert silhouette.interpret(photo.pixels, photo.alpha).kind == "rectangle"
