@@ -41,7 +41,26 @@ def test_every_form_everywhere(tmp_path, given, place):
 
 @pytest.mark.parametrize(
     "wrong",
-    ["", "a", "v", "v-1", "-1", -1, "1.5", 1.5, True, None, "1,2,3,4", [1], [1, 2, 3, 4], "nan,1", "1,", {}],
+    [
+        "",
+        "a",
+        "v",
+        "v-1",
+        "-1",
+        -1,
+        "1.5",
+        1.5,
+        True,
+        None,
+        "1,2,3,4",
+        [1],
+        [1, 2, 3, 4],
+        "nan,1",
+        "1,",
+        {},
+        [0, -1e300],
+        "1e300,0",
+    ],
 )
 def test_what_is_no_place(wrong):
     with pytest.raises(ValidationError):

@@ -63,8 +63,8 @@ COMMANDS: list[Mutant] = [
     ),
     Mutant(
         "cli/batch.py",
-        'return 0 if set(counts) <= {"done"} else 1',
-        'return 0 if set(counts) <= {"done", "poor"} else 1',
+        'return 0 if set(counts) <= {"done", "unchanged"} else 1',
+        'return 0 if set(counts) <= {"done", "unchanged", "poor"} else 1',
         "tests/cli/test_streams.py",
         "a batch with poor jobs ends with exit code 0",
     ),

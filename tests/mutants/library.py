@@ -860,4 +860,25 @@ LIBRARY: list[Mutant] = [
         BALANCED + "test_solve.py",
         "similar shapes that begin elsewhere are rotated",
     ),
+    Mutant(
+        "iccm/options.py",
+        "is_inside = number >= self.least if self.above is None else number > self.above",
+        "is_inside = number > self.least if self.above is None else number > self.above",
+        "tests/iccm/test_problem.py tests/iccm/test_fits.py",
+        "a balance of 0 is refused",
+    ),
+    Mutant(
+        "iccm/options.py",
+        "exact_pins: bool = _field(False, methods=BALANCED, selects=True)",
+        "exact_pins: bool = _field(False, methods=BALANCED)",
+        "tests/iccm/test_problem.py",
+        "exact pins are ignored by the conformal method",
+    ),
+    Mutant(
+        "iccm/coverage.py",
+        "        hidden = shapely.difference(source, back)",
+        "        hidden = shapely.intersection(source, back)",
+        "tests/iccm/drawings",
+        "plots hatch what is seen as hidden",
+    ),
 ]

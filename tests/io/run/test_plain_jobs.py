@@ -53,7 +53,7 @@ def test_a_job_holds_what_its_options_take_or_names_each_mistake(data):
         ({"balance": 2}, 2.0),
         ({"balance": "0.5"}, 0.5),
         ({"effort": 4.0}, 4),
-        ({"effort": "3"}, 3),
+        ({"effort": "16"}, 16),
         ({"force": "Yes"}, True),
         ({"force": 0}, False),
         ({"turn": "any"}, "any"),
