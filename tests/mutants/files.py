@@ -1053,8 +1053,8 @@ FILES: list[Mutant] = [
     ),
     Mutant(
         "io/values.py",
-        "is_number = isinstance(value, int | float | str) and not isinstance(value, bool)\n    try:\n        found = float(value)",
-        "is_number = isinstance(value, int | float | str)\n    try:\n        found = float(value)",
+        "int | float | str) and not isinstance(value, bool)\n    try:\n        found = float(value)",
+        "int | float | str)\n    try:\n        found = float(value)",
         "tests/io/run/test_plain_jobs.py tests/io/run/test_job.py",
         "true is taken for the number 1",
     ),
