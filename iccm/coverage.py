@@ -17,8 +17,8 @@ from .maps.extended_inverse import ExtendedInverse
 from .maps.moved_rings import RING_SPACING
 from .maps.triangulated.map import TriangulatedMap
 
-ROUNDED = 1e-9  # of the diagonal: narrower pieces are not looked into
-THIN = 1e-4  # of the diagonal: narrower pieces come from outlines that follow each other
+ROUNDED_WIDTH_SHARE = 1e-9  # of the diagonal: narrower pieces are not looked into
+THIN_WIDTH_SHARE = 1e-4  # of the diagonal: narrower pieces come from outlines that follow each other
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,7 +158,7 @@ class Coverage:
             passed = [region(ring) for ring in self._rings_passed[side]]
             shown = region(outer, self.openings[side]).difference(shapely.union_all([voids, *passed]))
             parts = shapely.get_parts(region(goal.z, [hole.z for hole in holes]).difference(shown))
-            wide = shapely.area(parts) > ROUNDED * goal.diagonal * shapely.length(parts)
+            wide = shapely.area(parts) > ROUNDED_WIDTH_SHARE * goal.diagonal * shapely.length(parts)
             found.append(shapely.union_all(parts[wide]))
         return found[0], found[1]
 
@@ -195,4 +195,6 @@ def _moved(painted: shapely.Geometry, map: Callable[[Complex], Complex], diagona
 def _wide(region: shapely.Geometry, outline: Curve) -> shapely.Geometry:
     """Return what of a region is more than rounding."""
     parts = shapely.get_parts(region)
-    return shapely.union_all(parts[shapely.area(parts) > THIN * outline.diagonal * shapely.length(parts)])
+    return shapely.union_all(
+        parts[shapely.area(parts) > THIN_WIDTH_SHARE * outline.diagonal * shapely.length(parts)]
+    )

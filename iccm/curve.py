@@ -13,8 +13,8 @@ from .arrays import Complex, Real, as_complex, complex_of, xy_of
 from .errors import InputError
 from .plane import bounding_box, distinct, polygon_area
 
-EXACT = 0.01  # of a Hausdorff distance, that it may be too small by
-ROUNDED = 1e-9  # of the diagonal: shorter distances are not looked into
+HAUSDORFF_ERROR_SHARE = 0.01  # of a Hausdorff distance, that it may be too small by
+ROUNDING_SHARE = 1e-9  # of the diagonal: shorter distances are not looked into
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,13 +220,13 @@ def _farthest(a: Curve, b: Curve) -> float:
 
     heads, steps = b.z[: b.edges.size], b.edges
     start, end = a.z[: a.edges.size], a.z[: a.edges.size] + a.edges
-    found, least = 0.0, max(ROUNDED * b.diagonal, 4 * np.spacing(np.abs(a.z).max()))
+    found, least = 0.0, max(ROUNDING_SHARE * b.diagonal, 4 * np.spacing(np.abs(a.z).max()))
     while start.size:
         edges = [nearest_segments(z, heads, heads + steps)[0] for z in (start, end)]
         away = [[_to_segments(z, heads[edge], steps[edge]) for z in (start, end)] for edge in edges]
         found = max(found, float(away[0][0].max()), float(away[1][1].max()))
         most = np.minimum(np.maximum(*away[0]), np.maximum(*away[1]))
-        open_ = (most > found * (1 + EXACT) + least) & (np.abs(end - start) > least)
+        open_ = (most > found * (1 + HAUSDORFF_ERROR_SHARE) + least) & (np.abs(end - start) > least)
         middle = 0.5 * (start[open_] + end[open_])
         start, end = np.append(start[open_], middle), np.append(middle, end[open_])
     return found

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 
 from .errors import InputError
 
-SEARCH = 0.7
+SEARCH_TIME_SHARE = 0.7
 """Share of the time that a map may be searched for: what is made with it needs the rest."""
-DEFAULT = 900.0
+DEFAULT_SECONDS = 900.0
 """Seconds of a command by default: several times what the largest inputs within the other limits took."""
 
 
@@ -87,7 +87,7 @@ def current() -> Deadline | None:
 def ends_search() -> bool:
     """Whether a search for a map has to end with what it has found: then this is noted, too."""
     deadline = _current.get()
-    if deadline is None or not deadline.is_spent(SEARCH):
+    if deadline is None or not deadline.is_spent(SEARCH_TIME_SHARE):
         return False
     deadline.cut = True
     return True

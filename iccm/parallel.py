@@ -8,7 +8,7 @@ from typing import TypeVar
 
 from . import deadline
 
-SLICE = 4096  # items that a thread takes at a time (by hand)
+SLICE_ITEMS = 4096  # items that a thread takes at a time (by hand)
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
@@ -23,7 +23,7 @@ def thread_count(threads: int | None = None) -> int:
 
 
 def over_slices(
-    work: Callable[[slice], None], count: int, threads: int | None = None, step: int = SLICE
+    work: Callable[[slice], None], count: int, threads: int | None = None, step: int = SLICE_ITEMS
 ) -> None:
     """Calls work(slice) for slices of `step` that cover range(count). The work must release the GIL to gain from it."""
     parts = [slice(k, min(k + step, count)) for k in range(0, count, step)]

@@ -14,8 +14,8 @@ from .maps.fields import Field
 from .pins import Softness
 from .plane import bounding_box
 
-NEAR = 1e-6  # relative to the diagonal: rounding
-ON_OUTLINE = 1e-3
+NEAR_SHARE = 1e-6  # relative to the diagonal: rounding
+ON_OUTLINE_SHARE = 1e-3
 """Relative to the diagonal: what is this close to the outline is on it, where constraints are met."""
 LEAST_IMPORTANCE, LEAST_SIZE = 0.1, 1e-2
 """Relative to the largest value of the field: smaller ones are raised, since energies are divided by them."""
@@ -65,7 +65,7 @@ class Problem:
         *,
         holes=((), ()),
         partners=(),
-        reach: float = NEAR,
+        reach: float = NEAR_SHARE,
         rigid=(),
         rigid_target=(),
         importance=None,

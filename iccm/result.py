@@ -32,7 +32,7 @@ from .meshes.flatten import Flattening
 from .meshes.surface_distortion import on_surfaces, surface_distances
 from .options import PLACES, TOLERANCE
 from .pins import Softness
-from .problem import ON_OUTLINE
+from .problem import ON_OUTLINE_SHARE
 from .saved.map_file import DRAWING_RINGS, RINGS, MapFile, Plane, read
 from .status import Status
 from .transform import Transform
@@ -43,17 +43,17 @@ if TYPE_CHECKING:
 
     from .pixels.preimages import AnyMap as PixelMap
 
-PLOTTED = 480  # pixels of the picture in a plot, on its longer side
+PLOTTED_PIXELS = 480  # pixels of the picture in a plot, on its longer side
 INTERIOR_POINTS = 2000  # at which figures over an area are taken (by hand)
-MOST_LOST = 0.01  # of the source's area
-FAR_OFF = 30
+MOST_LOST_SHARE = 0.01  # of the source's area
+FAR_OFF_TOLERANCES = 30
 """Times the tolerance: an outline that is farther from the target's is not reached, whatever weighs against it."""
-SQUEEZED = 2e-3
+SQUEEZED_AREA_SHARE = 2e-3
 """Of a surface: by landmarks good maps have at most 1.1e-3 (cow), one with protrusions lost 2.4e-3 (fox, 622
 triangles).
 """
-FLATNESS = 1e-4  # of the diameter: how far the drawn image of the boundary may be off a curved one
-BACK = 1e-6  # of the source's diagonal: an inverse that errs by more is another point
+FLATNESS_SHARE = 1e-4  # of the diameter: how far the drawn image of the boundary may be off a curved one
+INVERSE_ERROR_SHARE = 1e-6  # of the source's diagonal: an inverse that errs by more is another point
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +136,7 @@ class Fit:
         """
         if not self.ended.ok:
             return self.ended
-        if self.lost > MOST_LOST:
+        if self.lost > MOST_LOST_SHARE:
             return Status.FOLDED
         if self.ended in (Status.DECREASE, Status.THRESHOLD) and self.is_far_off:
             return Status.GAP
@@ -145,8 +145,8 @@ class Fit:
 
     @property
     def is_far_off(self) -> bool:
-        """Whether the image of the boundary is more than `FAR_OFF` tolerances from the target."""
-        return self.target is not None and self.boundary["hausdorff"] > FAR_OFF * self.tolerance
+        """Whether the image of the boundary is more than `FAR_OFF_TOLERANCES` tolerances from the target."""
+        return self.target is not None and self.boundary["hausdorff"] > FAR_OFF_TOLERANCES * self.tolerance
 
     @cached_property
     def certificate(self) -> Certificate:
@@ -163,7 +163,7 @@ class Fit:
             return 0.0  # without a target a map that folds nowhere may overlap itself: the outline reports
         z = self.interior
         back = self.inverse(self.map.jet(z)[0])
-        near = np.abs(back - z) <= BACK * Curve(self.map.polygon).diagonal
+        near = np.abs(back - z) <= INVERSE_ERROR_SHARE * Curve(self.map.polygon).diagonal
         return float(np.mean(~near))
 
     @property
@@ -369,16 +369,16 @@ class Fit:
         from .pixels.warp import warp
 
         textured, box = self.boxes
-        canvas = Canvas.about(*proportional(PLOTTED, box[1] - box[0]), box)
+        canvas = Canvas.about(*proportional(PLOTTED_PIXELS, box[1] - box[0]), box)
         return warp(self.map, Texture(checkerboard(), textured), canvas).pixels, canvas.box
 
     @cached_property
     def image(self) -> Complex:
-        """The image of the boundary of the map's polygon, in order: as it is, or a curved one to FLATNESS."""
+        """The image of the boundary of the map's polygon, in order: as it is, or a curved one to FLATNESS_SHARE."""
         map = self.map
         if isinstance(map, TriangulatedMap):
             return map(map.polygon)
-        return outline(map, FLATNESS * Curve(map.jet_inside(map.polygon)[0]).diameter)
+        return outline(map, FLATNESS_SHARE * Curve(map.jet_inside(map.polygon)[0]).diameter)
 
     @property
     def boxes(self) -> tuple[Box, Box]:
@@ -431,7 +431,7 @@ class Fit:
         """The source's vertices as given that are on the outline, not inside concavities and not left out."""
         if self.filled is None:
             return self.source.z
-        near = ON_OUTLINE * self.source.diagonal
+        near = ON_OUTLINE_SHARE * self.source.diagonal
         loops = self.map.polygon, self.filled[0]
         kept = [Curve(loop).distances(self.source.z) <= near for loop in loops]
         return self.source.z[kept[0] & kept[1]]
@@ -695,7 +695,7 @@ class Fit:
                 f"folds: {self.lost:.1%} of the source's area folds or shrinks to almost nothing, so the "
                 "inverse map does not recover it"
             )
-        if all(self.layouts) and (share := self.distortion.squeezed) >= SQUEEZED:
+        if all(self.layouts) and (share := self.distortion.squeezed) >= SQUEEZED_AREA_SHARE:
             found.append(
                 f"squeezed: on {share:.1%} of a surface the map nearly folds (dilatation above 100, up to "
                 f"{self.distortion.dilatations.max():.2g}); add landmarks there, or move them"

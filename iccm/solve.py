@@ -24,7 +24,7 @@ from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
 from .options import Options, OptionValues
 from .pins import Pin, Softness
-from .problem import NEAR, ON_OUTLINE, Problem, as_domain, as_pins, as_strokes
+from .problem import NEAR_SHARE, ON_OUTLINE_SHARE, Problem, as_domain, as_pins, as_strokes
 from .progress import Progress, listening
 from .result import Fit
 from .signatures import plain_signature
@@ -365,7 +365,7 @@ def _fit_outlines(
         importance=constraints.importance,
         size_map=constraints.size_map,
         softness=constraints.softness,
-        reach=ON_OUTLINE if settings.is_balanced else NEAR,
+        reach=ON_OUTLINE_SHARE if settings.is_balanced else NEAR_SHARE,
         pins_inside=not settings.is_balanced,
     )
     layouts = flattening_of(sides[0].shape), flattening_of(sides[1].shape)
@@ -550,7 +550,7 @@ def deform(
         (True, (3+2j))
     """
     settings = _options(deform, options)
-    reach = ON_OUTLINE if settings.is_balanced else NEAR
+    reach = ON_OUTLINE_SHARE if settings.is_balanced else NEAR_SHARE
     known = outlines_of(source, "source", axes)
     points, softness = pins_of(pins, axes)
     holes = [_points(hole, f"source hole {k + 1}", axes) for k, hole in enumerate(source_holes)]

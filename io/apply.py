@@ -12,7 +12,7 @@ from ..arrays import Complex
 from ..curve import Curve
 from ..errors import InputError, JobError, naming
 from ..maps.approximation import triangulated
-from ..maps.harmonic import ROUNDING
+from ..maps.harmonic import ROUNDING_SHARE
 from ..maps.triangulated.map import TriangulatedMap
 from ..plane import diagonal
 from ..result import Fit
@@ -69,7 +69,7 @@ class Saved:
         with naming(name):
             fit, job = Fit.of(held), _job(held)
         map = fit.map
-        near = (map.near if isinstance(map, TriangulatedMap) else ROUNDING) * map.diagonal
+        near = (map.near if isinstance(map, TriangulatedMap) else ROUNDING_SHARE) * map.diagonal
         found = cls(name, fit, held.planes, job, lambda z: map.jet(z)[0], near)
         return found._turned() if inverse else found
 

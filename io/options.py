@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal, get_args, get_type_hints
 
 from .. import fits
 from .. import options as solver
-from ..deadline import DEFAULT
+from ..deadline import DEFAULT_SECONDS
 from . import formats, limits, point_syntax, values
 
 LARGEST = 1e6  # factor of a texture's size
@@ -868,7 +868,7 @@ class CommonOptions:
     time_limit: float = _option(
         "Time limit: the search for a map then returns the best map so far, or an error names the step "
         "that took too long.", "SECONDS",
-        default=DEFAULT, above=0, commands=("map", "deform", "morph", "apply", "flatten", "relayout"),
+        default=DEFAULT_SECONDS, above=0, commands=("map", "deform", "morph", "apply", "flatten", "relayout"),
     )  # fmt: skip
     dry_run: bool = _option(
         "Check all inputs and list the outputs without writing them.", default=False,

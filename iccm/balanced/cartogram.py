@@ -4,8 +4,8 @@ The energy weighs areas against angles, so that parts that should grow much get 
 iteration: the size of each part is multiplied by the root of the area wished over that it got, or by less where the
 round before left more area misplaced; it continues from there all the same, as a map that had not come to rest may have
 been closer than it stays. Where a round on the mesh that is there hardly helps, the outlines slide anew: corners that
-hold their vertices are in the way of that, and necks need it. It stops where all are CLOSE, or where PATIENCE rounds
-came hardly closer.
+hold their vertices are in the way of that, and necks need it. It stops where the areas of all parts are met to
+MET_AREA_SHARE, or where PATIENCE_ROUNDS rounds came hardly closer.
 """
 
 from collections.abc import Callable
@@ -22,11 +22,14 @@ from ..plane import triangle_areas
 from ..result import Fit
 from .model.metric import PLACES
 
-MET_FROM = 8.0  # balance from which areas are met
-CLOSE = 0.015  # of the area of each part: what is so close is met
-PATIENCE, GAIN = 10, 0.1  # rounds in which this share of what is misplaced has to go, or it ends
-LEVELS = 64  # of sizes, that are distinguished from each other
-LEAST = 2e-3  # of the source's area: smaller parts are left to what surrounds them
+LEAST_BALANCE = 8.0  # balance from which areas are met
+MET_AREA_SHARE = 0.015  # of the area of each part: what is so close is met
+PATIENCE_ROUNDS, LEAST_GAIN_SHARE = (
+    10,
+    0.1,
+)  # rounds in which this share of what is misplaced has to go, or it ends
+SIZE_LEVELS = 64  # of sizes, that are distinguished from each other
+LEAST_PART_AREA_SHARE = 2e-3  # of the source's area: smaller parts are left to what surrounds them
 TOLD = "All {1} parts of the source have the requested areas up to {0:.1%} (size-map)."
 
 
@@ -41,9 +44,9 @@ def match_areas(field: Field, first: Fit, again: Callable[[Field, TriangulatedMa
     parts = parts_of(field)
     here, sizes, lacks, step, since = first, field.values, missing(first, field, parts), 1.0, 0
     best, least, mark, gained, slides = first, lacks, lacks.misplaced, 1.0, False
-    while least.off > CLOSE and since < PATIENCE:
+    while least.off > MET_AREA_SHARE and since < PATIENCE_ROUNDS:
         since += 1
-        slides = gained < GAIN and not slides
+        slides = gained < LEAST_GAIN_SHARE and not slides
         tried = sizes * lacks.factors[parts] ** step
         try:
             found = again(Field(tried, field.box), triangulated(here.map), slides)
@@ -57,20 +60,20 @@ def match_areas(field: Field, first: Fit, again: Callable[[Field, TriangulatedMa
         here, sizes, lacks = found, tried, now
         if now.misplaced < least.misplaced:
             best, least = found, now
-        if least.misplaced <= (1 - GAIN) * mark:
+        if least.misplaced <= (1 - LEAST_GAIN_SHARE) * mark:
             mark, since = least.misplaced, 0
     best.notes.append(TOLD.format(least.off, int(np.count_nonzero(least.factors != 1))))
     return best
 
 
 def parts_of(field: Field) -> Index:
-    """(h, w) the connected part of one size, distinguished by LEVELS, that each pixel is in."""
+    """(h, w) the connected part of one size, distinguished by SIZE_LEVELS, that each pixel is in."""
     from scipy.ndimage import label  # slow to import, and seldom needed
 
     sizes, levels = np.unique(field.values, return_inverse=True)
-    if sizes.size > LEVELS:
+    if sizes.size > SIZE_LEVELS:
         heights = np.log(field.values / sizes[0]) / np.log(sizes[-1] / sizes[0])
-        levels = np.minimum((heights * LEVELS).astype(int), LEVELS - 1)
+        levels = np.minimum((heights * SIZE_LEVELS).astype(int), SIZE_LEVELS - 1)
     levels, parts, count = levels.reshape(field.values.shape), np.zeros(field.values.shape, np.int64), 0
     for level in np.unique(levels):
         own, more = label(levels == level)
@@ -106,7 +109,7 @@ def missing(fit: Fit, field: Field, parts: Index) -> Missing:
     areas = np.abs(triangle_areas(map.source[map.faces]))[:, None]
     wished = np.bincount(own, (areas * field.values[pixels] ** 2).ravel(), count)
     wished, image = wished / wished.sum(), image / image.sum()
-    counted = source > LEAST * source.sum()
+    counted = source > LEAST_PART_AREA_SHARE * source.sum()
     ratio = np.where(counted, wished / np.where(counted, image, 1), 1)
     off = np.max(np.abs(1 / ratio - 1), initial=0, where=counted)
     return Missing(np.sqrt(ratio), float(off), 0.5 * float(np.abs(wished - image).sum()))

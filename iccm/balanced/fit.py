@@ -14,7 +14,7 @@ from ..fits import FITS, is_partial, with_constraints
 from ..maps import bounds
 from ..maps.approximation import triangulated
 from ..maps.distortion import Distortion
-from ..maps.regions import SIZE_OFF, Region, Rings, mean_scale, triangles_in
+from ..maps.regions import SIZE_OFF_SHARE, Region, Rings, mean_scale, triangles_in
 from ..maps.triangulated.map import TriangulatedMap
 from ..maps.triangulated.patches import NO_FACES, bulges
 from ..options import Options
@@ -34,16 +34,16 @@ from .model.measures import turn_of
 from .model.settings import Settings, Solution
 from .motion import carry_map
 from .rigid.given import NO_REGIONS, regions_of
-from .search.partial import GOOD, TURNED
+from .search.partial import GOOD_ROTATION_RADIANS, GOOD_STRETCH
 
 SEAM = "The ring of the {} is cut open along a seam, where both edges of the picture meet (holes)."
 LAYERED = "Where the shape overlaps itself, pictures show the layer that is farther from the {}."
 
-EVEN = 1.0  # the balance at which angles and areas count alike
-HALF = 0.5  # of the dilatation: a partial map that needs no more is worth a word
+EVEN_BALANCE = 1.0  # the balance at which angles and areas count alike
+WORTHWHILE_DILATATION_SHARE = 0.5  # of the dilatation: a partial map that needs no more is worth a word
 MOST_TOLERANCES = 1.05
 """Of the tolerance: how far a soft pin may miss its place, which the last steps move a little, and count as met."""
-SAID = 5e-4  # of the area: what is less is not worth a word
+NOTED_AREA_SHARE = 5e-4  # of the area: what is less is not worth a word
 
 
 def solve(
@@ -57,7 +57,7 @@ def solve(
         InputError: pins or strokes that no one-to-one map meets.
     """
     fit = solve_once(problem, options, start)
-    if problem.size_map and options.balance >= cartogram.MET_FROM:
+    if problem.size_map and options.balance >= cartogram.LEAST_BALANCE:
         whole = replace(options, fit="whole")
         fit = cartogram.match_areas(
             problem.size_map,
@@ -85,7 +85,7 @@ def better_partial(problem: Problem, options: Options, whole: Fit) -> list[str]:
             [found.distortion.quantile(values(found.distortion), 0.95) for found in (whole, other)]
             for values in (lambda d: d.stretches, lambda d: d.dilatations)
         )
-        if other.status.ok and dilatation[1] <= HALF * dilatation[0]:
+        if other.status.ok and dilatation[1] <= WORTHWHILE_DILATATION_SHARE * dilatation[0]:
             return [
                 f"With {' and '.join(asked)} set to auto, the largest stretch on 95 % of the target is "
                 f"{stretch[1]:.1f} instead of {stretch[0]:.1f}, and the dilatation {dilatation[1]:.1f} "
@@ -110,7 +110,7 @@ def solve_once(
         NoMapError: no map without folds was found.
         InputError: pins or strokes that no one-to-one map meets.
     """
-    if start is None and options.balance > EVEN and not is_partial(options.fit):
+    if start is None and options.balance > EVEN_BALANCE and not is_partial(options.fit):
         options = replace(options, fit="whole")
         attempt = _attempt(problem, options, _map_of_less_balance(problem, options), moved=True)
     else:
@@ -136,12 +136,12 @@ def solve_once(
 
 
 def _map_of_less_balance(problem: Problem, options: Options) -> TriangulatedMap:
-    """The map of half the balance, but at least EVEN, to start from.
+    """The map of half the balance, but at least EVEN_BALANCE, to start from.
 
     Areas come to count more by a factor of two at a time: separate searches find minima that are farther and
     farther from the best, rotated and less even.
     """
-    before = replace(options, balance=max(EVEN, options.balance / 2), rigid_size=None)
+    before = replace(options, balance=max(EVEN_BALANCE, options.balance / 2), rigid_size=None)
     return triangulated(solve_once(replace(problem, rigid=(), rigid_target=()), before).map)
 
 
@@ -263,7 +263,10 @@ def solve_inverse(
 
 def loses_too_much(fit: Fit, options: Options) -> bool:
     """Whether more is left out, or stays uncovered, than is allowed, though the search took it for less."""
-    return fit.left_out > options.max_left_out + SAID or fit.uncovered > options.max_uncovered + SAID
+    return (
+        fit.left_out > options.max_left_out + NOTED_AREA_SHARE
+        or fit.uncovered > options.max_uncovered + NOTED_AREA_SHARE
+    )
 
 
 def cut_ring(problem: Problem, closed: Fit, options: Options, settings: Settings) -> Fit | None:
@@ -272,7 +275,7 @@ def cut_ring(problem: Problem, closed: Fit, options: Options, settings: Settings
     sides = problem.outlines
     holes = problem.source_holes, problem.target_holes
     if sorted(map(len, holes)) != [0, 1] or not (
-        closed.is_partial or closed.distortion.quantile(closed.distortion.stretches, 0.95) > GOOD
+        closed.is_partial or closed.distortion.quantile(closed.distortion.stretches, 0.95) > GOOD_STRETCH
     ):
         return None
     k = 0 if holes[0] else 1
@@ -444,7 +447,7 @@ def check_sizes(fit: Fit, asked: float | str | None) -> None:
     for k, region in enumerate(fit.rigid):
         wanted = asked if isinstance(asked, float | int) else 1.0
         room = wanted / region.scale if region.of_target else region.scale / wanted
-        if asked == "free" or not region.is_rigid or room > 1 - SIZE_OFF:
+        if asked == "free" or not region.is_rigid or room > 1 - SIZE_OFF_SHARE:
             continue
         said, instead, rounded = (
             ("from", "larger", np.ceil) if region.of_target else ("up to", "smaller", np.floor)
@@ -486,12 +489,12 @@ def coverage_notes(fit: Fit) -> list[str]:
     counts = zip(("source", "target"), map(len, fit.passed_holes))
     many = [f"{count} hole{'s' * (count > 1)} of the {side}" for side, count in counts if count]
     said = [f"The map ignores {' and '.join(many)} (holes)."] if many else []
-    if fit.left_out >= SAID:
+    if fit.left_out >= NOTED_AREA_SHARE:
         said.append(
             f"{fit.left_out:.1%} of the source is hidden, since concavities or holes of the target leave "
             "no room for it (fit)."
         )
-    if fit.uncovered >= SAID:
+    if fit.uncovered >= NOTED_AREA_SHARE:
         shown = "; the texture inside these holes is shown there" if fit.passed_holes[0] else ""
         said.append(
             f"{fit.uncovered:.1%} of the target stays bare, where concavities or holes of the source "
@@ -525,7 +528,7 @@ def rotation_notes(found: float, asked: float | None) -> list[str]:
     if asked is None:
         return []
     away = np.degrees(np.angle(np.exp(1j * (found - asked))))
-    if abs(np.radians(away)) <= TURNED:
+    if abs(np.radians(away)) <= GOOD_ROTATION_RADIANS:
         return []
     turn = np.degrees(np.angle(np.exp(1j * found)))
     return [

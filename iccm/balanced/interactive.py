@@ -35,18 +35,18 @@ from .model.mesh_sizes import graded
 from .model.settings import Settings
 from .search.final_mesh import FINE_EXACTNESS, MOST_STIFFENED, final_level
 from .search.homotopy import satisfy_constraints
-from .search.levels import POWER, Level, refine
+from .search.levels import FINE_POWER, Level, refine
 from .search.multilevel import STEEPEST, energy_of, problem_of
 from .search.pin_continuation import move_on_new_meshes
 from .search.unit_problem import UnitProblem
-from .search.warm_start import AT_REST, on_its_mesh
+from .search.warm_start import AT_REST_DECREASE, on_its_mesh
 
-SIZE = 0.06
+COARSE_MESH_SIZE = 0.06
 """Mesh size h of coarse meshes of domains of area one, 1200 triangles: 25 ms carry a map there."""
 FORWARD, BACKWARD = 8, 3  # Newton steps on the map, then on its inverse
-BUDGET = 60_000
+BUDGET_TRIANGLE_STEPS = 60_000
 """Newton steps in a step of a drag, times triangles: some 35 ms of the 60 that an update may take."""
-SQUEEZED = 0.01
+SQUEEZED_AREA_RATIO = 0.01
 """Of the smallest area on the mesh when it was new: smaller triangles are between corners of source and target that
 want to pass each other on the outline, which they can on a new mesh only."""
 STEPS_A_MESH = 20
@@ -110,7 +110,7 @@ class _Pair:
         state = MeshMap.plain(state.z, state.u, state.faces, state.border, loops=state.loops)
         try:
             if coarse:
-                level = Level.of(problem, SIZE, *FINE_EXACTNESS, STEEPEST)
+                level = Level.of(problem, COARSE_MESH_SIZE, *FINE_EXACTNESS, STEEPEST)
             else:
                 level = final_level(problem, settings)
                 sizes = graded(state.z, state.u, state.faces, 0.5 * level.size**2)
@@ -241,7 +241,7 @@ class Live:
         others = self._changes_vertices(given)
         coarse = self.coarse or others
         waits = dragged and not others and self.age + 1 < STEPS_A_MESH
-        steps = max(2, BUDGET // len(self.state.faces)) if dragged else 2 * FORWARD
+        steps = max(2, BUDGET_TRIANGLE_STEPS // len(self.state.faces)) if dragged else 2 * FORWARD
         state, least, age = self._pulled(given, steps), self.least, self.age + 1
         behind = state is None or not _at_sources(state)
         if state is not None and (dragged or not behind):
@@ -259,12 +259,12 @@ class Live:
                 if not dragged or others:
                     raise
         area = _least_area(state or self.state)
-        if waits and area < SQUEEZED**2 * least:  # it would soon be flat
+        if waits and area < SQUEEZED_AREA_RATIO**2 * least:  # it would soon be flat
             state = None
         if state is None or behind:
             return replace(self, state=state or self.state, age=age, behind=True)
-        if not waits and not area >= SQUEEZED * least:
-            age, free = 0, state.forward(POWER, FORWARD, AT_REST, corners=False)
+        if not waits and not area >= SQUEEZED_AREA_RATIO * least:
+            age, free = 0, state.forward(FINE_POWER, FORWARD, AT_REST_DECREASE, corners=False)
             with suppress(NoMapError):
                 anew = self.pair.carried(free, given, self.settings, coarse=coarse)
                 state = min(anew, state, key=lambda each: each.miss)
@@ -312,7 +312,7 @@ class Live:
         if self.state.miss > 0 or not np.array_equal(goals, before.inner[:, 1]):
             return None
         pulled = replace(self.state, inside=inside._replace(z=sources))
-        near = pulled.backward(POWER, steps // 2, AT_REST)
+        near = pulled.backward(FINE_POWER, steps // 2, AT_REST_DECREASE)
         return replace(near, spared=steps - steps // 2 + near.spared)
 
     @property
@@ -356,19 +356,19 @@ def _at_sources(state: DiscreteMap) -> bool:
 
 
 def _towards(state: DiscreteMap) -> DiscreteMap:
-    """The map after some Newton steps, at POWER as the converged map; where that does not reach the goals, at 1."""
-    found = state.forward(POWER, FORWARD, AT_REST, corners=True)
-    return found if found.miss == 0 else state.forward(1.0, FORWARD, AT_REST, corners=True)
+    """The map after some Newton steps, at FINE_POWER as the converged map; at 1 where that does not reach the goals."""
+    found = state.forward(FINE_POWER, FORWARD, AT_REST_DECREASE, corners=True)
+    return found if found.miss == 0 else state.forward(1.0, FORWARD, AT_REST_DECREASE, corners=True)
 
 
 def _within(state: DiscreteMap) -> DiscreteMap:
-    """The same with the steps of a budget that are left, going on at 1 from where it came to at POWER."""
-    for power in (POWER, 1.0):
-        if state.spared > 0 and (power == POWER or state.miss > 0):
-            state = state.forward(power, state.spared, AT_REST, corners=True)
+    """The same with the steps of a budget that are left, going on at 1 from where it came to at FINE_POWER."""
+    for power in (FINE_POWER, 1.0):
+        if state.spared > 0 and (power == FINE_POWER or state.miss > 0):
+            state = state.forward(power, state.spared, AT_REST_DECREASE, corners=True)
     return state
 
 
 def _relax(state: DiscreteMap) -> DiscreteMap:
     """The map after some Newton steps on its inverse, if it has reached its goals."""
-    return state if state.miss > 0 else state.backward(POWER, BACKWARD, AT_REST)
+    return state if state.miss > 0 else state.backward(FINE_POWER, BACKWARD, AT_REST_DECREASE)

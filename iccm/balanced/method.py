@@ -32,7 +32,7 @@ from .rigid.solve import Rigid, keep_rigid
 from .search import multilevel
 from .search.final_mesh import excesses
 
-SAMPLES = 20_000  # of fields over the source, for their means
+FIELD_SAMPLES = 20_000  # of fields over the source, for their means
 
 
 def solve(
@@ -75,7 +75,7 @@ def solve(
     frames = frames_of(source, target, settings.turn, holes.sides)
     if any(fields):
         metric = FieldMetric.of(
-            frames[0], interior_grid(source, SAMPLES, [hole.z for hole in holes.source]), *fields
+            frames[0], interior_grid(source, FIELD_SAMPLES, [hole.z for hole in holes.source]), *fields
         )
         settings = replace(settings, metric=metric)
     journal = SolveLog()

@@ -12,19 +12,19 @@ import numpy as np
 
 from ..arrays import Complex, Index, Real
 from ..curve import Curve
-from ..maps.triangulated.map import NEAR, TriangulatedMap
+from ..maps.triangulated.map import NEAR_SHARE, TriangulatedMap
 from .errors import NoMapError
 from .minimise.energy import geometry
 from .minimise.untangle import springs
-from .search.initial_matches import SMOOTH, best_path, best_scores, step_gains
+from .search.initial_matches import TANGENT_CHORD_SHARE, best_path, best_scores, step_gains
 
-SAMPLES = 256  # of each outline, four times as many as of two different shapes
-POSITION = 20.0
+OUTLINE_SAMPLES = 256  # of each outline, four times as many as of two different shapes
+POSITION_WEIGHT = 20.0
 """Weight of the difference of positions: what is a quarter of the radius of gyration away counts as much as a tangent
 that turns over."""
-TURNS = 2  # matches: the second with the outline turned as the first one says
-SMOOTHED = 0.02  # of the length, over which the steps of a match are evened: five samples
-FARTHER = 2.0
+MATCH_ROUNDS = 2  # matches: the second with the outline turned as the first one says
+SMOOTHED_LENGTH_SHARE = 0.02  # of the length, over which the steps of a match are evened: five samples
+FARTHER_FACTOR = 2.0
 """Times as far as outlines are from each other that their match goes where protrusions merge or part: a crotch that
 drops to the feet goes a leg's length, though the outlines are a gap's width apart."""
 HOLES = "start: belongs to shapes with other holes; use a map of these shapes"
@@ -72,7 +72,7 @@ def move_vertices(
 
 
 def _is_on(z: Complex, curve: Curve) -> bool:
-    return bool(curve.distances(z).max() <= NEAR * curve.diagonal)
+    return bool(curve.distances(z).max() <= NEAR_SHARE * curve.diagonal)
 
 
 def _partners(rims: Sequence[Curve], holes: Sequence[Curve]) -> list[Curve]:
@@ -89,21 +89,21 @@ def _partners(rims: Sequence[Curve], holes: Sequence[Curve]) -> list[Curve]:
 
 def match_outlines(before: Curve, now: Curve) -> Real:
     """(n,) arclengths of an outline where the vertices of the one before (n,) are now, ascending as these do."""
-    shares = np.arange(SAMPLES) / SAMPLES
+    shares = np.arange(OUTLINE_SAMPLES) / OUTLINE_SAMPLES
     here, there = (_samples(curve, shares * curve.length) for curve in (before, now))
     turn = 1.0 + 0j
-    for _ in range(TURNS):
+    for _ in range(MATCH_ROUNDS):
         i, j, rows, columns = _path(turn * here, there)
-        pairs = (rows[:-1] + i) % SAMPLES, (columns[:-1] + j) % SAMPLES
+        pairs = (rows[:-1] + i) % OUTLINE_SAMPLES, (columns[:-1] + j) % OUTLINE_SAMPLES
         turn = np.exp(1j * np.angle(np.sum(here[1, pairs[0]].conj() * there[1, pairs[1]])))
-    grid = np.arange(4 * SAMPLES) / (4 * SAMPLES)
-    off = np.interp(grid, rows / SAMPLES, columns / SAMPLES) - grid
-    width = int(SMOOTHED * grid.size)
+    grid = np.arange(4 * OUTLINE_SAMPLES) / (4 * OUTLINE_SAMPLES)
+    off = np.interp(grid, rows / OUTLINE_SAMPLES, columns / OUTLINE_SAMPLES) - grid
+    width = int(SMOOTHED_LENGTH_SHARE * grid.size)
     window = np.hanning(2 * width + 1)
     off = np.convolve(np.concatenate([off[-width:], off, off[:width]]), window / window.sum(), "valid")
-    s = np.mod(before.knots[:-1] / before.length - i / SAMPLES, 1)
+    s = np.mod(before.knots[:-1] / before.length - i / OUTLINE_SAMPLES, 1)
     share = s + np.interp(s, np.append(grid, 1), np.append(off, off[0]))
-    return (share + j / SAMPLES) * now.length
+    return (share + j / OUTLINE_SAMPLES) * now.length
 
 
 def is_reshaped(before: Curve, now: Curve) -> bool:
@@ -113,20 +113,22 @@ def is_reshaped(before: Curve, now: Curve) -> bool:
     ways = ((before, now), (now, before))
     apart = max(b.distances(a.z).max() for a, b in ways)
     along = max(np.abs(b.at(match_outlines(a, b)) - a.z).max() for a, b in ways)
-    return bool(along > FARTHER * max(apart, NEAR * now.diagonal))
+    return bool(along > FARTHER_FACTOR * max(apart, NEAR_SHARE * now.diagonal))
 
 
 def _path(here: Complex, there: Complex) -> tuple[int, int, Index, Index]:
-    """Where a match of samples (2, SAMPLES) begins in both, and its rows and columns from there."""
-    score = (here[0, :, None] * there[0].conj()).real - POSITION * np.abs(here[1, :, None] - there[1]) ** 2
-    i, j = divmod(int(score.argmax()), SAMPLES)  # where they are most alike
-    gains = step_gains(np.roll(score, (-i, -j), (0, 1)))[:, :, None, : SAMPLES + 1]
+    """Where a match of samples (2, OUTLINE_SAMPLES) begins in both, and its rows and columns from there."""
+    score = (here[0, :, None] * there[0].conj()).real - POSITION_WEIGHT * np.abs(
+        here[1, :, None] - there[1]
+    ) ** 2
+    i, j = divmod(int(score.argmax()), OUTLINE_SAMPLES)  # where they are most alike
+    gains = step_gains(np.roll(score, (-i, -j), (0, 1)))[:, :, None, : OUTLINE_SAMPLES + 1]
     return i, j, *best_path(best_scores(gains)[:, 0], gains[:, :, 0])
 
 
 def _samples(curve: Curve, s: Real) -> Complex:
     """(2, n) unit tangents, and middles from their mean in radii of gyration, of equal pieces that begin at s."""
-    step, reach = curve.length / s.size, SMOOTH * curve.length
+    step, reach = curve.length / s.size, TANGENT_CHORD_SHARE * curve.length
     chord = curve.at(s + step + reach) - curve.at(s - reach)
     middles = 0.5 * (curve.at(s) + curve.at(s + step))
     middles -= middles.mean()

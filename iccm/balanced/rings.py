@@ -22,13 +22,13 @@ from .model.settings import Settings, SolveLog
 from .search import multilevel
 from .search.partial import cost
 
-THIN = 1e-6  # of the diagonal, the width of a seam: a thousandth of a pixel of 1024
-OVERLAP = 10  # widths by which it is longer than the ring is wide, so that it cuts slanting outlines
-SEAMS, HALVINGS = 4, 3
+SEAM_WIDTH_SHARE = 1e-6  # of the diagonal, the width of a seam: a thousandth of a pixel of 1024
+OVERLAP_WIDTHS = 10  # widths by which it is longer than the ring is wide, so that it cuts slanting outlines
+SEAMS_TRIED, HALVINGS = 4, 3
 """Places tried all around, and how often the two halfway to the neighbours of the best are."""
-SAVED = 0.2
-"""Of a seam's cost, the most that the best place can save beside the best of SEAMS ones: 16 % on 34 rings. Half of it
-beside one twice as close."""
+MOST_SAVED_SHARE = 0.2
+"""Of a seam's cost, the most that the best place can save beside the best of SEAMS_TRIED ones: 16 % on 34 rings. Half
+of it beside one twice as close."""
 
 
 def open_ring(outer: Curve, hole: Curve, s: float) -> Curve | None:
@@ -37,10 +37,10 @@ def open_ring(outer: Curve, hole: Curve, s: float) -> Curve | None:
     start = complex(outer.at(np.array([s]))[0])
     line = shapely.shortest_line(shapely.Point(start.real, start.imag), ring.interiors[0])
     a, b = complex_of(shapely.get_coordinates(line))
-    width = THIN * outer.diagonal
-    if not abs(b - a) > OVERLAP * width or not ring.buffer(width).contains(line):
+    width = SEAM_WIDTH_SHARE * outer.diagonal
+    if not abs(b - a) > OVERLAP_WIDTHS * width or not ring.buffer(width).contains(line):
         return None
-    more = OVERLAP * width * (b - a) / abs(b - a)
+    more = OVERLAP_WIDTHS * width * (b - a) / abs(b - a)
     cut = shapely.LineString(xy_of(np.array([a - more, b + more]))).buffer(0.5 * width, cap_style="flat")
     left = ring.difference(cut)
     if left.geom_type != "Polygon" or left.interiors:
@@ -60,14 +60,14 @@ def best_seam(
         if opened is not None:
             found[share] = price(opened), opened
 
-    for k in range(SEAMS):
-        attempt(k / SEAMS)
+    for k in range(SEAMS_TRIED):
+        attempt(k / SEAMS_TRIED)
     for halving in range(1, HALVINGS + 1):
         best = min(found, key=lambda share: found[share][0], default=0.0)
-        if not found or not (1 - SAVED / 2 ** (halving - 1)) * found[best][0] < most:
+        if not found or not (1 - MOST_SAVED_SHARE / 2 ** (halving - 1)) * found[best][0] < most:
             return None
         for step in (-1, 1):
-            attempt((best + step / (SEAMS * 2**halving)) % 1.0)
+            attempt((best + step / (SEAMS_TRIED * 2**halving)) % 1.0)
     least, ring = min(found.values(), key=lambda each: each[0])
     return ring if least < most else None
 

@@ -41,25 +41,25 @@ from .triangulation import TooThinError
 from .vertices import Allowance, around_corners, clean, radius_along
 
 # Chosen by hand, and nobody knows better, where a line does not say how a number was found.
-PANEL = 0.05  # longest panel of the harmonic measure, in radii, at COARSEST
-AT_CORNERS = 1e-3  # panel length at corners, in radii, at COARSEST
+LONGEST_PANEL_RADII = 0.05  # longest panel of the harmonic measure, in radii, at COARSEST
+CORNER_PANEL_RADII = 1e-3  # panel length at corners, in radii, at COARSEST
 COARSEST, FINEST = 1e-3, 1e-6
 """Tolerances: between them panels shrink with the fourth root, at corners with the power 2/3."""
 LEAST_AT_CORNERS = 1e-6
 LARGEST_IMAGE = 0.01  # of a panel at a corner, relative to the diagonal of the other shape
 DEEPENINGS = 3
-MANY = 1000  # vertices of an outline before it is simplified
+SIMPLIFIED_FROM_VERTICES = 1000  # vertices of an outline before it is simplified
 HAIR, HAIRS_AREA = 1e-7, 1e-4
 """Half the width of a hair, by the diagonal; what leaving hairs out may change, of the area."""
-SIMPLIFY = 0.2  # by this share of the tolerance
+SIMPLIFIED_TOLERANCE_SHARE = 0.2  # by this share of the tolerance
 FIRST_ERROR = 0.6
 """Of the interpolation between vertices, as a share of the tolerance; halved from round to round."""
 LEAST_ERROR = 1e-7  # relative to the diagonal
-ROUNDS = 4
+POLYGON_ROUNDS = 4
 RELAXATIONS = 8  # steps of a round
 SLIDES = 3
-GAIN = 0.8  # a round that leaves more than this share of the gap is the last
-FOLDS = 0.25
+WORTHWHILE_GAP_RATIO = 0.8  # a round that leaves more than this share of the gap is the last
+FOLD_POWER = 0.25
 """A residual above the error allowed hints at folds: such maps count as worse, by this power of it."""
 MOST_VERTICES = 1500  # of the polygon
 MOST_PANELS = 20_000  # of a boundary: 1.5 GB and half a minute, where usual are hundreds
@@ -128,10 +128,10 @@ def distinct_vertices(z: Complex) -> list[int]:
 
 def simplify(curve: Curve, tolerance: float, name: str) -> tuple[Curve, list[str]]:
     """A long outline without the detail far below the tolerance, and a note that says so."""
-    if curve.z.size <= MANY:
+    if curve.z.size <= SIMPLIFIED_FROM_VERTICES:
         return curve, []
     for share in (
-        SIMPLIFY * tolerance * 2.0 ** np.arange(24)
+        SIMPLIFIED_TOLERANCE_SHARE * tolerance * 2.0 ** np.arange(24)
     ):  # to the end: more would take hours and all memory
         ring = curve.polygon.simplify(share * curve.diameter)
         z = complex_of(shapely.get_coordinates(ring.exterior)[:-1])
@@ -177,11 +177,11 @@ def normalise(problem: NormalisedProblem, source: Curve, target: Curve, fineness
         source, target: the boundaries, perhaps simplified.
         fineness: the tolerance relative to COARSEST, at most one.
     """
-    spacing = PANEL * fineness**0.25
+    spacing = LONGEST_PANEL_RADII * fineness**0.25
     inside, wanted = constraint_points(problem)
     near = target.nearest(wanted)
     pins = np.column_stack([source.pulled_in(inside), np.where(target.contains(wanted), wanted, near)])
-    sharp = [at_corners(curve, AT_CORNERS * fineness ** (2 / 3)) for curve in (source, target)]
+    sharp = [at_corners(curve, CORNER_PANEL_RADII * fineness ** (2 / 3)) for curve in (source, target)]
     c = search(measure(source, sharp[0], spacing), measure(target, sharp[1], spacing), pins, problem.upright)
     for _ in range(DEEPENINGS):
         deeper = [
@@ -247,11 +247,11 @@ def correspond(c: Correspondence, settings: Options) -> tuple[State, list[dict[s
     source, target = c.source.measure.curve, c.target.measure.curve
     error = FIRST_ERROR * settings.tolerance * target.diameter
     own = source.z.size if settings.vertices == "source" else settings.vertices
-    radius, most = radius_along(source, PANEL), int(own or MOST_VERTICES)
+    radius, most = radius_along(source, LONGEST_PANEL_RADII), int(own or MOST_VERTICES)
     c = replace(c, between=CircleMap.of(c))
     energies: list[dict[str, float]] = []
     best: tuple[float, float, State] | None = None  # score, gap, state
-    for _ in progress.counted("rounds", range(ROUNDS)):
+    for _ in progress.counted("rounds", range(POLYGON_ROUNDS)):
         allowed = Allowance(radius, error, LEAST_ERROR * target.diameter)
         c, states = relax(c, pairs, allowed, most, RELAXATIONS)
         state = states[-1]
@@ -261,13 +261,13 @@ def correspond(c: Correspondence, settings: Options) -> tuple[State, list[dict[s
         before = best[1] if best else np.inf
         for candidate in (states[-1], states[-2], states[0]):
             gap = gap_of(candidate)
-            score = gap * max(1.0, candidate.norm) ** FOLDS
+            score = gap * max(1.0, candidate.norm) ** FOLD_POWER
             if best is None or score < best[0]:
                 best = (score, gap, candidate)
             if score <= settings.tolerance:
                 break
         assert best is not None
-        if best[0] <= settings.tolerance or settings.vertices or best[1] > GAIN * before:
+        if best[0] <= settings.tolerance or settings.vertices or best[1] > WORTHWHILE_GAP_RATIO * before:
             break
         c, error = follow(c, states[-1]), error / 2
     assert best is not None

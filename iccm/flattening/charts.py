@@ -16,13 +16,15 @@ from ..meshes.rasterise import rasterise
 from ..meshes.topology import Triangles, labels
 from ..plane import cross, diagonal, polygon_area, triangle_areas
 
-COARSE = 512  # cells of a grid on which overlaps are counted (by hand)
-LITTLE = 0.01  # of a chart: what others share of it that is not reported (by hand)
-FOLD = 1e-5  # of a chart's area: what is folded back by no more is a slip, and is turned (by hand)
-SLIPS, ROUNDS = 1000, 100  # triangles that are turned at most, and ignores them (by hand)
-THIN = 1e-5  # of the layout's diagonal: height that these get
-MOVED = 1e-3  # of that: vertices are moved no farther for it, a texel of a picture of 1024 (by hand)
-APART = 1e-5
+OVERLAP_GRID_CELLS = 512  # cells of a grid on which overlaps are counted (by hand)
+UNREPORTED_SHARE = 0.01  # of a chart: what others share of it that is not reported (by hand)
+SLIP_AREA_SHARE = 1e-5  # of a chart's area: what is folded back by no more is a slip, and is turned (by hand)
+MOST_SLIPS, SLIP_ROUNDS = 1000, 100  # triangles that are turned at most, and ignores them (by hand)
+SLIP_HEIGHT_SHARE = 1e-5  # of the layout's diagonal: height that these get
+MOST_MOVED_SHARE = (
+    1e-3  # of that: vertices are moved no farther for it, a texel of a picture of 1024 (by hand)
+)
+DRAWN_IN_SHARE = 1e-5
 """Of a chart's diagonal, by which vertices that its outline passes twice are drawn into it (by hand)."""
 
 
@@ -161,10 +163,12 @@ class Atlas:
         own[self.triangles(number)] = True
         at = self.uv[self.shape.faces]
         low = at[own].min(axis=(0, 1))
-        cells = (at - low) * COARSE / max(np.ptp(at[own].reshape(-1, 2), axis=0))
-        here, there = (rasterise(cells[which], COARSE, COARSE).centre for which in (own, ~own))
+        cells = (at - low) * OVERLAP_GRID_CELLS / max(np.ptp(at[own].reshape(-1, 2), axis=0))
+        here, there = (
+            rasterise(cells[which], OVERLAP_GRID_CELLS, OVERLAP_GRID_CELLS).centre for which in (own, ~own)
+        )
         share = float((here & there).sum() / max(here.sum(), 1))
-        return share if share >= LITTLE else 0.0
+        return share if share >= UNREPORTED_SHARE else 0.0
 
     def chart(self, number: int, aspect: float = 1.0) -> LaidOut:
         """A chart as a flattening, as it is seen from the faces' front.
@@ -231,17 +235,19 @@ def _turn_slips(shape: Triangles, uv: Real) -> tuple[Real, int]:
     piece = labels(one, two, len(shape.faces))
     area = np.bincount(piece, np.abs(turn))
     both = np.concatenate([folds, folds[:, ::-1]])
-    small = both[area[piece[both[:, 0]]] < FOLD * area[piece[both[:, 1]]]]
+    small = both[area[piece[both[:, 0]]] < SLIP_AREA_SHARE * area[piece[both[:, 1]]]]
     wanted = np.sign(turn)
     for here, there in small:
         wanted[piece == piece[here]] = np.sign(turn[there])
     slips = np.flatnonzero(wanted != np.sign(turn))
-    if not 0 < slips.size <= SLIPS:
+    if not 0 < slips.size <= MOST_SLIPS:
         return uv, 0
     near = np.flatnonzero(np.isin(shape.faces, shape.faces[slips]).any(axis=1))
     moved = _kaczmarz(shape.faces[near], wanted[near], uv)
     far = np.linalg.norm(np.ptp(uv, axis=0))
-    good = (np.sign(turns(moved[shape.faces])) == wanted).all() and np.abs(moved - uv).max() < MOVED * far
+    good = (np.sign(turns(moved[shape.faces])) == wanted).all() and np.abs(
+        moved - uv
+    ).max() < MOST_MOVED_SHARE * far
     return (moved, int(slips.size)) if good else (uv, 0)
 
 
@@ -250,9 +256,9 @@ def _kaczmarz(faces: Index, wanted: Real, uv: Real) -> Real:
     z, far = complex_of(uv), np.linalg.norm(np.ptp(uv, axis=0))
     corner = z[faces]
     longest = np.abs(corner - np.roll(corner, 1, axis=1)).max(axis=1)
-    least = THIN * far * longest
+    least = SLIP_HEIGHT_SHARE * far * longest
     least = np.where(wanted * turns(uv[faces]) > 0, np.minimum(least, wanted * turns(uv[faces]) / 2), least)
-    for _ in range(ROUNDS):
+    for _ in range(SLIP_ROUNDS):
         short = False
         for face, sign, goal in zip(faces, wanted, least):
             a, b, c = z[face]
@@ -283,7 +289,7 @@ def _separate_boundaries(shape: Triangles, flat: Complex) -> Complex:
     np.add.at(into, shape.faces[own].ravel(), way / np.abs(way))
     np.minimum.at(room, shape.faces[own].ravel(), np.repeat(height, 3))
     moved = flat.copy()
-    length = np.minimum(APART * diagonal(flat), room[twice] / 10)
+    length = np.minimum(DRAWN_IN_SHARE * diagonal(flat), room[twice] / 10)
     moved[twice] += length * into[twice] / np.maximum(np.abs(into[twice]), 1e-300)
     return moved
 

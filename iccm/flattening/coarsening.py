@@ -19,10 +19,10 @@ from ..meshes.mesh import Mesh, face_areas
 from ..meshes.patch import Patch
 from ..meshes.topology import Triangles
 from ..native import function
-from .free import LARGE, SMALL, Elastic, surface
+from .free import LARGE_VERTEX_COUNT, SMALL_GAIN_SHARE, Elastic, surface
 
-FEWER = 8  # times the vertices of the next coarser triangulation, on which a step costs as much less
-FEWEST_REMOVED = 0.1
+COARSER_FACTOR = 8  # times the vertices of the next coarser triangulation, on which a step costs as much less
+LEAST_REMOVED_SHARE = 0.1
 """Share of the vertices left that a round must take out to be worth another: what is left then is as coarse as its
 shapes allow."""
 NONE = np.empty(0, np.int64)
@@ -142,7 +142,7 @@ def by_coarser(
         solve: positions (k,) without folds of the coarser surface, given that and the numbers (k,) of its vertices.
         stay: vertices that are not taken out.
     """
-    small = _much_coarser(points, sheet.faces, u, LARGE, stay)
+    small = _much_coarser(points, sheet.faces, u, LARGE_VERTEX_COUNT, stay)
     if small is None:
         return u
     kept, faces, removed = small
@@ -179,7 +179,7 @@ def _much_coarser(
     """The vertices (k,) that are left of many, the triangles (m, 3) of these, and what was taken out."""
     if z.size < large:
         return None
-    coarse, removed = coarser(points, faces, z, z.size // FEWER, stay)
+    coarse, removed = coarser(points, faces, z, z.size // COARSER_FACTOR, stay)
     kept = np.unique(coarse)
     return None if 2 * kept.size > z.size else (kept, np.searchsorted(kept, coarse), removed)
 
@@ -197,7 +197,7 @@ def coarser(points: Real, faces: Index, z: Complex, goal: int, stay: Index = NON
         removed, faces = _remove_round(points, faces, z, most, stay)
         rounds.append(removed)
         left -= removed.vertex.size
-        if removed.vertex.size < FEWEST_REMOVED * left:
+        if removed.vertex.size < LEAST_REMOVED_SHARE * left:
             break
     return faces, Removed.joined(rounds)
 
@@ -242,4 +242,4 @@ def put_back(removed: Removed, points: Real, theta: float, u: Complex) -> bool:
         u: (n,) positions, written for those that were taken out.
     """
     points = np.ascontiguousarray(points, np.float64)
-    return bool(_put_back(*removed, removed.vertex.size, points, theta, SMALL, u))
+    return bool(_put_back(*removed, removed.vertex.size, points, theta, SMALL_GAIN_SHARE, u))

@@ -17,9 +17,14 @@ from ..linalg.cholesky import BlockPattern, system_of
 from ..meshes.stretch import laid_flat
 from ..plane import triangle_areas
 
-FEW, LARGE = 8, 20_000  # steps at a time, and vertices from which there is one, which takes seconds then
+STEPS_AT_ONCE, LARGE_VERTEX_COUNT = (
+    8,
+    20_000,
+)  # steps at a time, and vertices from which there is one, which takes seconds then
 
-SMALL = 0.01  # of the energy: gain of a step after which second derivatives have hardly changed (by hand)
+SMALL_GAIN_SHARE = (
+    0.01  # of the energy: gain of a step after which second derivatives have hardly changed (by hand)
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,13 +69,13 @@ class Elastic:
         `newton.descend`.
 
         A few steps at a time, so that a signal is heard in between. A large surface's factor serves for the steps after
-        one of SMALL gain, too, as long as each gains at most half of what the one before did.
+        one of SMALL_GAIN_SHARE gain, too, as long as each gains at most half of what the one before did.
         """
         u, tau, energy, before = u.copy(), np.zeros(self.held), self.energy(u, theta), 0.0
         system = System.of(
             self.pattern, self.faces, self.rest, Constraints.held(u, np.arange(u.size) < self.held)
         )
-        at_once = min(FEW if u.size < LARGE else 1, steps)
+        at_once = min(STEPS_AT_ONCE if u.size < LARGE_VERTEX_COUNT else 1, steps)
         for _ in range(-(-steps // at_once)):
             below, made, _ = descend(system, _objective(theta), None, u, tau, at_once, tolerance)
             gain = energy - below
@@ -79,7 +84,7 @@ class Elastic:
             again, short = system.factorised, made < at_once
             if not (short and again) and (short or left < at_once * tolerance * below):
                 break
-            settled = not short and gain < SMALL * energy and not (again and gain > 0.5 * before)
+            settled = not short and gain < SMALL_GAIN_SHARE * energy and not (again and gain > 0.5 * before)
             system = replace(system, factorised=at_once == 1 and settled)
             energy, before = below, gain
         return u

@@ -24,8 +24,8 @@ from ..result import Fit
 from .free import Elastic
 from .scaffold import relax_with_scaffold
 
-STEPS, TOLERANCE = 60, 1e-6  # of Newton's method, and the relative decrease that ends it
-SCAFFOLDED = 100  # steps where a shape would come to overlap itself
+NEWTON_STEPS, LEAST_DECREASE = 60, 1e-6  # of Newton's method, and the relative decrease that ends it
+SCAFFOLD_STEPS = 100  # steps where a shape would come to overlap itself
 
 
 def morph(
@@ -77,9 +77,11 @@ def _between(map: TriangulatedMap, begin: Complex, shares: Sequence[float]) -> I
         size = np.sqrt(triangle_areas(shapes).sum())
         sheet = sheet.with_shapes(shapes / size)
         start = u / np.sqrt(triangle_areas(u[map.faces]).sum())
-        laid = sheet.relaxed(start, 1.0, STEPS, TOLERANCE)
+        laid = sheet.relaxed(start, 1.0, NEWTON_STEPS, LEAST_DECREASE)
         if fault([laid[loop] for loop in map.loops]):
-            laid = relax_with_scaffold(sheet, start, list(map.loops), 1.0, range(SCAFFOLDED), TOLERANCE)
+            laid = relax_with_scaffold(
+                sheet, start, list(map.loops), 1.0, range(SCAFFOLD_STEPS), LEAST_DECREASE
+            )
         goal = _blend(begin, map.image, share, turn)
         laid = (laid - laid.mean()) * size * np.exp(1j * turn_of(laid, goal, map.faces))
         u = laid + (1 - share) * begin.mean() + share * map.image.mean()

@@ -12,27 +12,31 @@ from ..meshes.flatten import Flattening, lscm, overlap, upright
 from ..meshes.patch import Patch
 from . import seams, tutte
 from .coarsening import by_coarser, coarser_layout, relaxed
-from .free import LARGE, Elastic, surface
+from .free import LARGE_VERTEX_COUNT, Elastic, surface
 from .opening import open_up
 from .scaffold import relax_with_scaffold
 
 METHODS = ("conformal", "lscm", "balanced")
 
 # Chosen by hand, and nobody knows better, where a line does not say how a number was found.
-ROUNDS = 12  # of lengthening the seam of a surface that had to be cut
-MANY = 10_000
+SEAM_ROUNDS = 12  # of lengthening the seam of a surface that had to be cut
+COARSE_SEAM_VERTICES = 10_000
 """Vertices from which a seam grows on a coarser triangulation, which has over a thousand then; with 800 of 50,000 seams
 were up to a fifth longer."""
-EVEN = 2.0  # spread of log10 area (p05 to p95) at which a seam is long enough for least squares
-STRETCHED = 1.5
+EVEN_AREA_SPREAD = 2.0  # spread of log10 area (p05 to p95) at which a seam is long enough for least squares
+STRETCHED_P95 = 1.5
 """P95 of the stretch of an even layout from which the seam is too short: 1.6 left some less even."""
-STEPS = 150  # of Newton's method; 7 to 69 were needed on 15 meshes
-FEW = 30  # of them where only the place of the stretch is wanted
-APART = 300  # with a scaffold, for one layout, and for all those of a seam that is lengthened for the sake of angles
-KEPT = 1.3  # p95 of the dilatation at which angles count as kept
-SHARPER = 8  # rounds of lengthening a seam for it: most meshes that need some need 1 to 4
-TOLERANCE, ROUGH = 1e-5, 1e-4  # relative decrease that counts as none; while the seam grows
-SOFTER = 0.1, 0.01
+NEWTON_STEPS = 150  # of Newton's method; 7 to 69 were needed on 15 meshes
+PLACING_STEPS = 30  # of them where only the place of the stretch is wanted
+SCAFFOLD_STEPS = 300
+"""With a scaffold, for one layout, and for all those of a seam that is lengthened for the sake of angles."""
+KEPT_DILATATION_P95 = 1.3  # p95 of the dilatation at which angles count as kept
+ANGLE_ROUNDS = 8  # rounds of lengthening a seam for it: most meshes that need some need 1 to 4
+LEAST_DECREASE, LEAST_DECREASE_OF_SEAMS = (
+    1e-5,
+    1e-4,
+)  # relative decrease that counts as none; while the seam grows
+THETAS_TO_CONFORMAL = 0.1, 0.01
 """Θ on the way from even to conformal: Newton's method does not find the way from 0 alone."""
 
 
@@ -77,7 +81,7 @@ def flatten(
     plain = _least_squares(patch, loop, False)
     fault = overlap(plain)
     # a cut leaves a choice of many layouts without distortion of angles: one is taken whose areas are even
-    growing = grow and (len(patch.seam) > 0 or fault is not None or _spread(plain) > EVEN)
+    growing = grow and (len(patch.seam) > 0 or fault is not None or _spread(plain) > EVEN_AREA_SPREAD)
     joins = growing and (chart or joins)
     sound = plain if fault is None else None
     if method == "balanced":
@@ -111,10 +115,10 @@ def even_layout(layout: Flattening) -> Flattening:
 
 def _least_squares(patch: Patch, loop: int, growing: bool) -> Flattening:
     """LSCM, the seam lengthened to the most shrunk vertex until areas are even enough."""
-    for _ in range(ROUNDS + 1):
+    for _ in range(SEAM_ROUNDS + 1):
         outline = patch.loops[loop - 1]
         result = Flattening(patch, upright(patch, lscm(patch, outline)), outline, "lscm")
-        if not growing or _spread(result) <= EVEN:
+        if not growing or _spread(result) <= EVEN_AREA_SPREAD:
             break
         patch, before, loop = extend_cut(patch, _most_shrunk(result)), patch, 1
         if patch is before:
@@ -134,8 +138,8 @@ def _even_with_seam(
         sound: a layout of this patch without folds or overlaps, from which it is sought where that is near.
     """
     patch = layout.patch
-    coarsely = len(patch.points) >= LARGE and not growing  # where the way from afar is short
-    near = sound is not None and (coarsely or sound.strained(95) < STRETCHED)
+    coarsely = len(patch.points) >= LARGE_VERTEX_COUNT and not growing  # where the way from afar is short
+    near = sound is not None and (coarsely or sound.strained(95) < STRETCHED_P95)
     start = replace(sound, method="balanced") if sound and near else _start(patch, layout.loop)
     if not growing:
         sheet = surface(patch.points, patch.faces)
@@ -148,10 +152,10 @@ def _with_seam(start: Flattening, joins: bool) -> tuple[Flattening, Elastic, lis
     """A layout that is nearly even, its seam long enough, from one without folds; its surface, and the vertices to
     which the seam was extended, of large surfaces on a coarser triangulation first. Of the ways to these, such are left
     out as are not needed with those that came later."""
-    small = coarser_layout(start, MANY)
+    small = coarser_layout(start, COARSE_SEAM_VERTICES)
     ends = [] if small is None else small[1][_with_seam(small[0], joins)[2]].tolist()
     result, sheet, _ = _roughly(_cut_to(start, ends, joins))
-    while len(ends) < ROUNDS and result.strained(95) >= STRETCHED:
+    while len(ends) < SEAM_ROUNDS and result.strained(95) >= STRETCHED_P95:
         tried = []
         for end in seams.ends(result, joins):
             further = result.cut_further(seams.lengthened(result, [end], joins))
@@ -164,7 +168,7 @@ def _with_seam(start: Flattening, joins: bool) -> tuple[Flattening, Elastic, lis
     for end in ends[:-1] if small is None else []:
         left = [other for other in ends if other != end]
         other, its_sheet, _ = _roughly(_cut_to(start, left, joins))
-        if other.strained(95) <= max(STRETCHED, result.strained(95)):
+        if other.strained(95) <= max(STRETCHED_P95, result.strained(95)):
             result, sheet, ends = other, its_sheet, left
     return result, sheet, ends
 
@@ -181,23 +185,23 @@ def _roughly(start: Flattening) -> tuple[Flattening, Elastic, float]:
     """A layout that is nearly even, from one without folds; its surface, and its energy."""
     points = start.patch.points
     sheet = surface(points, start.patch.faces)
-    flat = relaxed(sheet, points, _unit(start), 1, FEW, ROUGH)
+    flat = relaxed(sheet, points, _unit(start), 1, PLACING_STEPS, LEAST_DECREASE_OF_SEAMS)
     return _place(start, flat), sheet, sheet.energy(flat, 1)
 
 
-def _conformal(even: Flattening, sheet: Elastic, steps: Iterable[int] = range(APART)) -> Flattening:
+def _conformal(even: Flattening, sheet: Elastic, steps: Iterable[int] = range(SCAFFOLD_STEPS)) -> Flattening:
     """From an even layout to a conformal one."""
     found = even
-    for theta in SOFTER:
+    for theta in THETAS_TO_CONFORMAL:
         found = _relax(found, sheet, theta, steps)
     return replace(found, method="conformal", even=even)
 
 
 def _lengthen_seam(found: Flattening) -> Flattening:
     """The conformal layout that keeps angles best as the seam continues, at most until it does, or has taken long."""
-    best, fewest, steps = found, _angle_loss(found), iter(range(APART))
-    for _ in range(SHARPER):
-        if fewest <= KEPT or next(steps, None) is None:
+    best, fewest, steps = found, _angle_loss(found), iter(range(SCAFFOLD_STEPS))
+    for _ in range(ANGLE_ROUNDS):
+        if fewest <= KEPT_DILATATION_P95 or next(steps, None) is None:
             break
         patch = seams.sharper(found)
         if patch is found.patch:
@@ -214,12 +218,12 @@ def _angle_loss(result: Flattening) -> float:
 
 
 def _relax(
-    start: Flattening, sheet: Elastic, theta: float, steps: Iterable[int] = range(APART)
+    start: Flattening, sheet: Elastic, theta: float, steps: Iterable[int] = range(SCAFFOLD_STEPS)
 ) -> Flattening:
     """A layout without folds relaxed to the end; where it overlaps itself then, from one that does not, with a
     scaffold."""
     points = start.patch.points
-    result = _place(start, relaxed(sheet, points, _unit(start), theta, STEPS, TOLERANCE))
+    result = _place(start, relaxed(sheet, points, _unit(start), theta, NEWTON_STEPS, LEAST_DECREASE))
     if overlap(result) is None:
         return result
     if overlap(start) is not None:
@@ -229,11 +233,11 @@ def _relax(
 
     def apart(own: Elastic, kept: Index) -> Complex:
         rings = [np.searchsorted(kept, loop) for loop in loops]
-        return relax_with_scaffold(own, u[kept], rings, theta, steps, TOLERANCE)
+        return relax_with_scaffold(own, u[kept], rings, theta, steps, LEAST_DECREASE)
 
     # with the whole boundary kept, what does not overlap itself on the coarser triangulation does not anywhere
     u = by_coarser(sheet, points, u, theta, apart, np.concatenate(loops))
-    return _place(start, relax_with_scaffold(sheet, u, loops, theta, steps, TOLERANCE))
+    return _place(start, relax_with_scaffold(sheet, u, loops, theta, steps, LEAST_DECREASE))
 
 
 def _start(patch: Patch, outline: Index) -> Flattening:

@@ -8,8 +8,8 @@ from ..meshes.topology import Triangles, labels
 from ..plane import cross, orientation, triangle_areas, triangle_heights
 from .tutte import settled
 
-HEIGHTS = (0.1, 0.01, 1e-4)  # of triangles, of their bases, as high as there is room for (by hand)
-STEPS = 1000  # of looking for that room: acute rooms are approached slowly
+HEIGHT_SHARES = (0.1, 0.01, 1e-4)  # of triangles, of their bases, as high as there is room for (by hand)
+ROOM_STEPS = 1000  # of looking for that room: acute rooms are approached slowly
 
 
 def open_up(flat: Complex, patch: Patch, held: Index) -> Complex:
@@ -40,7 +40,7 @@ def open_up(flat: Complex, patch: Patch, held: Index) -> Complex:
         for vertex in corners[free[corners]]:
             face, first = np.divmod(order[starts[vertex] : starts[vertex + 1]], 3)
             heads, tails = (moved[faces[face, (first + k) % 3]] for k in (1, 2))
-            places = (_room(moved[vertex], heads, tails, height) for height in HEIGHTS)
+            places = (_room(moved[vertex], heads, tails, height) for height in HEIGHT_SHARES)
             rooms += [(abs(z - moved[vertex]), vertex, z) for z in places if z is not None][:1]
         if rooms:
             _, vertex, moved[vertex] = min(rooms)
@@ -91,7 +91,7 @@ def _tuck(
     place = (z - moved[tail]) / base
     arc = rim[vertices] & (vertices != tail) & (vertices != head)
     inner = np.flatnonzero(~rim[vertices])
-    for height in (0.0, *reversed(HEIGHTS)):
+    for height in (0.0, *reversed(HEIGHT_SHARES)):
         new = z.copy()
         if height:
             above = 4 * height * place.real * (1 - place.real)
@@ -125,7 +125,7 @@ def _room(z: complex, heads: Complex, tails: Complex, height: float) -> complex 
     """A point height times their length or more to the left of all edges from heads to tails; None if none is found."""
     base = tails - heads
     length = np.maximum(np.abs(base), 1e-300)
-    for _ in range(STEPS):
+    for _ in range(ROOM_STEPS):
         short = height * length - cross(base, z - heads) / length
         most = int(np.argmax(short))
         if short[most] <= 0:

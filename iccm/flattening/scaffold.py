@@ -14,11 +14,11 @@ from ..arrays import Complex, Index, xy_of
 from ..plane import triangle_areas
 from .free import Elastic
 
-FRAME = 24  # corners of the frame, whose radius is FAR times that of the layout
-FAR = 2.0
-LIGHT = 1e-3  # of the surface's energy: what all triangles of the scaffold weigh together
-THIN = 1e-14  # of the frame's radius squared: triangles of less area are left out
-SETTLED = 3  # steps that gain little, one after the other, before the layout counts as done
+FRAME_CORNERS = 24  # corners of the frame, whose radius is FRAME_RADIUS_FACTOR times that of the layout
+FRAME_RADIUS_FACTOR = 2.0
+SCAFFOLD_WEIGHT = 1e-3  # of the surface's energy: what all triangles of the scaffold weigh together
+THIN_AREA_SHARE = 1e-14  # of the frame's radius squared: triangles of less area are left out
+SETTLED_STEPS = 3  # steps that gain little, one after the other, before the layout counts as done
 
 
 def relax_with_scaffold(
@@ -41,17 +41,17 @@ def relax_with_scaffold(
         at = np.concatenate([around, u])
         if not len(faces):  # the outline is too thin for them: without them it might come to overlap itself
             break
-        light = np.full(len(faces), LIGHT * energy / len(faces))
+        light = np.full(len(faces), SCAFFOLD_WEIGHT * energy / len(faces))
         both = Elastic.of(
-            np.concatenate([sheet.faces + FRAME, faces]),
+            np.concatenate([sheet.faces + FRAME_CORNERS, faces]),
             np.concatenate([sheet.shapes, at[faces]]),
             np.concatenate([sheet.rest.weights, light]),
-            FRAME,
+            FRAME_CORNERS,
         )
-        u = both.relaxed(at, theta, 1, tolerance)[FRAME:]
+        u = both.relaxed(at, theta, 1, tolerance)[FRAME_CORNERS:]
         before, energy = energy, sheet.energy(u, theta)
         small = small + 1 if before - energy < tolerance * before else 0
-        if small == SETTLED:
+        if small == SETTLED_STEPS:
             break
     return u
 
@@ -59,8 +59,8 @@ def relax_with_scaffold(
 def frame(outline: Complex) -> Complex:
     """Corners around an outline."""
     middle = outline.mean()
-    radius = FAR * np.abs(outline - middle).max()
-    return middle + radius * np.exp(2j * np.pi * np.arange(FRAME) / FRAME)
+    radius = FRAME_RADIUS_FACTOR * np.abs(outline - middle).max()
+    return middle + radius * np.exp(2j * np.pi * np.arange(FRAME_CORNERS) / FRAME_CORNERS)
 
 
 def outside(u: Complex, around: Complex, loops: list[Index]) -> Index:
@@ -74,7 +74,7 @@ def outside(u: Complex, around: Complex, loops: list[Index]) -> Index:
         shapely.Polygon(xy_of(around), [xy_of(u[loops[0]])]),
         *(shapely.Polygon(xy_of(u[loop])) for loop in loops[1:]),
     ]
-    return _numbered(at, rings, polygons, THIN * float(np.abs(around[0] - around.mean()) ** 2))
+    return _numbered(at, rings, polygons, THIN_AREA_SHARE * float(np.abs(around[0] - around.mean()) ** 2))
 
 
 def filling(u: Complex, hole: Index) -> Index:

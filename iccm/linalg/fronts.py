@@ -13,8 +13,9 @@ from ..arrays import Index
 from ..native import function
 from .ordering import Elimination
 
-FEW = 4  # vertices that a front has at least, if it has a child next to it to take up (by hand; 2 to 8 take as long)
-ZEROS = 0.2  # share of a front that may be zeros; .1 to .4 take as long within 5 %
+LEAST_FRONT_VERTICES = 4
+"""Vertices that a front has at least, if it has a child next to it to take up; 2 to 8 take as long."""
+MOST_ZEROS_SHARE = 0.2  # share of a front that may be zeros; .1 to .4 take as long within 5 %
 
 _supernodes = function(
     """int64_t iccm_linalg_supernodes(
@@ -54,7 +55,20 @@ def fronts_of(found: Elimination) -> tuple[Index, Fronts]:
     place, starts, last = np.empty(n, np.int64), np.empty(n + 1, np.int64), np.empty(n, np.int64)
     size, free = np.ones(n + 1, np.int64), np.full(n + 1, n)
     old, zeros = np.empty(n, np.int64), np.empty(n, np.int64)
-    number = _supernodes(parents, counts, size, free, old, zeros, place, starts, last, n, FEW, ZEROS)
+    number = _supernodes(
+        parents,
+        counts,
+        size,
+        free,
+        old,
+        zeros,
+        place,
+        starts,
+        last,
+        n,
+        LEAST_FRONT_VERTICES,
+        MOST_ZEROS_SHARE,
+    )
     starts, last = starts[: number + 1], last[:number]
     wide = counts[last]
     beyond_starts = np.append(0, np.cumsum(wide))

@@ -21,7 +21,7 @@ from ..arrays import Complex, Index, Real
 from ..blas import on_one_thread
 from .nested_dissection import Node, Numbers, nested_dissection
 
-STRIP = 64  # columns that are added at once, so that they stay in the processor's memory (by hand)
+STRIP_COLUMNS = 64  # columns that are added at once, so that they stay in the processor's memory (by hand)
 
 
 class Hermitian(NamedTuple):
@@ -105,8 +105,8 @@ def _eliminate(diagonal: Real, above: csr_matrix, nodes: list[Node]) -> Iterator
         panel[_place(columns, start, end, beyond), rows] = values.conj()
         for at, update in added:
             place, inside = _place(at, start, end, beyond), int(np.searchsorted(at, end))
-            _extend_add(update, panel, place, range(0, inside, STRIP), inside)
-            _extend_add(update, rest, place - own, range(inside, at.size, STRIP), at.size)
+            _extend_add(update, panel, place, range(0, inside, STRIP_COLUMNS), inside)
+            _extend_add(update, rest, place - own, range(inside, at.size, STRIP_COLUMNS), at.size)
         inner, fault = lapack.zpotrf(panel[:own], lower=1)
         if fault:
             raise np.linalg.LinAlgError("the matrix is not positive definite")
@@ -121,7 +121,7 @@ def _eliminate(diagonal: Real, above: csr_matrix, nodes: list[Node]) -> Iterator
 def _extend_add(update: Complex, to: Complex, place: Index, firsts: range, end: int) -> None:
     """Adds the columns up to `end` of a lower half, in strips that begin at `firsts`, at their places in another's."""
     for first in firsts:
-        last = min(first + STRIP, end)
+        last = min(first + STRIP_COLUMNS, end)
         to.T[np.ix_(place[first:last], place[first:])] += update.T[first:last, first:]  # row by row
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Index, Real
 
-LEAF = 96  # vertices that are not divided further (by hand)
+LEAF_VERTICES = 96  # vertices that are not divided further (by hand)
 ONE, OTHER, BETWEEN = 0, 1, 2  # sides of a division
 Numbers = NDArray[np.integer]  # of 32 bits where that saves memory
 Node = tuple[int, int, list[int]]
@@ -28,7 +28,9 @@ def nested_dissection(ends: Numbers, points: Real) -> tuple[Index, list[Node]]:
     side, xyz = np.zeros(len(points), np.int8), np.ascontiguousarray(points.T)
 
     def divide(vertices: Numbers, ends: Numbers, start: int) -> int:
-        *parts, last = _bisect(ends, xyz, vertices, side) if vertices.size > LEAF else [(vertices, ends)]
+        *parts, last = (
+            _bisect(ends, xyz, vertices, side) if vertices.size > LEAF_VERTICES else [(vertices, ends)]
+        )
         children = []
         for part, inner in parts:
             if part.size:

@@ -12,10 +12,10 @@ import numpy as np
 from ..arrays import Index
 from ..native import function
 
-LARGE = 8000
+LARGE_VERTEX_COUNT = 8000
 """Vertices beyond which SuperLU's ordering pays. Measured: SciPy takes 0.2 CPU-seconds to import; at 4,000 vertices its
 ordering saves 15 ms and a tenth of the factor, at 12,000 60 ms, at 50,000 half a second and a third of the work."""
-ROOM = 16  # entries of the factor per vertex that are made room for at first
+FIRST_ENTRIES_PER_VERTEX = 16  # entries of the factor per vertex that are made room for at first
 
 _minimum_degree = function(
     """int64_t iccm_linalg_minimum_degree(
@@ -46,7 +46,7 @@ class Elimination(NamedTuple):
 
 def minimum_degree(faces: Index, count: int) -> Elimination:
     """A minimum degree ordering of triangles (m, 3) of `count` vertices, each of which has one."""
-    return _by_superlu(faces, count) if count > LARGE else _by_quotient_graph(faces, count)
+    return _by_superlu(faces, count) if count > LARGE_VERTEX_COUNT else _by_quotient_graph(faces, count)
 
 
 def _by_superlu(faces: Index, count: int) -> Elimination:
@@ -66,7 +66,7 @@ def _by_superlu(faces: Index, count: int) -> Elimination:
     )
     order = np.argsort(lu.perm_c)
     starts = np.append(0, np.cumsum(np.bincount(corners, minlength=count)))
-    around, room = np.argsort(corners, kind="stable") // 3, 4 * ROOM * count
+    around, room = np.argsort(corners, kind="stable") // 3, 4 * FIRST_ENTRIES_PER_VERTEX * count
     ends, work = np.zeros(count + 1, np.int64), np.empty(4 * count, np.int64)
     while True:
         members = np.empty(room, np.int64)
@@ -79,7 +79,7 @@ def _by_quotient_graph(faces: Index, count: int) -> Elimination:
     m, corners = len(faces), faces.ravel()
     degree = np.bincount(corners, minlength=count)
     starts, around = np.append(0, np.cumsum(degree)), np.argsort(corners, kind="stable") // 3
-    rings, room = np.arange(2 * count + 1), ROOM * count
+    rings, room = np.arange(2 * count + 1), FIRST_ENTRIES_PER_VERTEX * count
     first, size = np.append(3 * np.arange(m + 1), np.zeros(count, np.int64)), np.repeat([3, 0], [m, count])
     while True:
         order, marked = np.zeros((2, count), np.int64)

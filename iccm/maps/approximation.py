@@ -15,7 +15,7 @@ from ..arrays import Complex, Flags, Index, Real
 from ..buckets import nearest_segments
 from ..curve import polygon_of
 from .folds import by_sheets
-from .harmonic import ROUNDING, HarmonicMap
+from .harmonic import ROUNDING_SHARE, HarmonicMap
 from .refinement import Triangulation
 from .triangulated.adjacency import Edges, edges_of
 from .triangulated.map import TriangulatedMap, inverted
@@ -23,15 +23,18 @@ from .triangulated.patches import cross, shrunk, tangential
 
 AnyMap = HarmonicMap | TriangulatedMap
 
-TEXELS = 1024  # to the longer side of a box
-ERROR = 0.02  # texels of 1024², at which refinement ends
-ALIKE = 0.9  # of ERROR: an error asked that is hardly smaller, as of a picture a little larger than its shape, is ERROR
+TEXELS_ACROSS = 1024  # to the longer side of a box
+ERROR_TEXELS = 0.02  # texels of 1024², at which refinement ends
+ALIKE_ERROR_SHARE = 0.9
+"""Of ERROR_TEXELS: that is also taken where an error is asked for that is hardly smaller, as of a picture a little
+larger than its shape."""
 CUBIC = 3**0.5 / 36  # the largest of |t (t - 1/2) (t - 1)|
 LOGARITHM = 3  # how much larger errors are beside z log z than beside a cubic with the same tangent
-ROUNDS = 40  # of refinement (by hand)
-MOST = 400_000  # triangles (by hand): a wild map may ask for more than any use of it
-DIGITS = 1e-13  # of the coordinates: shorter edges have too few of them to be cut (by hand)
-FOLDED = 1e-6  # of the image's area: so little that is turned over is rounding, or between two vertices at a corner
+REFINEMENT_ROUNDS = 40  # of refinement (by hand)
+MOST_TRIANGLES = 400_000  # triangles (by hand): a wild map may ask for more than any use of it
+DIGITS_SHARE = 1e-13  # of the coordinates: shorter edges have too few of them to be cut (by hand)
+FOLDED_AREA_SHARE = 1e-6
+"""Of the image's area: so little that is turned over is rounding, or between two vertices at a corner."""
 
 _made: WeakKeyDictionary[HarmonicMap, dict[tuple[float, float], TriangulatedMap]] = WeakKeyDictionary()
 
@@ -43,8 +46,8 @@ def triangulated(
 
     Args:
         map: source → target; a triangulated one is its own.
-        source_error: of the inverse, in the source's units; at most ERROR texels, as many as 1024 to the longer side
-            of the source, which is the default.
+        source_error: of the inverse, in the source's units; at most ERROR_TEXELS texels, as many as 1024 to the longer
+            side of the source, which is the default.
         image_error: of the map, in the same way in the image.
 
     Returns:
@@ -53,7 +56,7 @@ def triangulated(
     if isinstance(map, TriangulatedMap):
         return map
     texels = _texels(map)
-    asked = _asked(source_error, ERROR * texels[0]), _asked(image_error, ERROR * texels[1])
+    asked = _asked(source_error, ERROR_TEXELS * texels[0]), _asked(image_error, ERROR_TEXELS * texels[1])
     known = _made.setdefault(map, {})
     if asked not in known:  # never a finer one: what is drawn must not depend on what was asked before
         known[asked] = _centred(map, *asked)
@@ -61,13 +64,13 @@ def triangulated(
 
 
 def _asked(error: float | None, usual: float) -> float:
-    return error if error and error < ALIKE * usual else usual
+    return error if error and error < ALIKE_ERROR_SHARE * usual else usual
 
 
 def _texels(map: HarmonicMap) -> tuple[float, float]:
     """A texel of the source and one of the image."""
     planes = map.polygon, map.jet_inside(map.polygon)[0]
-    return tuple(float(max(np.ptp(z.real), np.ptp(z.imag))) / TEXELS for z in planes)  # type: ignore[return-value]
+    return tuple(float(max(np.ptp(z.real), np.ptp(z.imag))) / TEXELS_ACROSS for z in planes)  # type: ignore[return-value]
 
 
 def _centred(map: HarmonicMap, source_error: float, image_error: float) -> TriangulatedMap:
@@ -81,11 +84,11 @@ def _centred(map: HarmonicMap, source_error: float, image_error: float) -> Trian
 def _approximation(map: HarmonicMap, source_error: float, image_error: float) -> TriangulatedMap:
     mesh = Triangulation.of(map.polygon)
     samples = Samples(map, source_error, image_error)
-    for left in reversed(range(ROUNDS)):
+    for left in reversed(range(REFINEMENT_ROUNDS)):
         samples.extend(mesh.z)
         bulge, marked = samples.edges(mesh.z, mesh.edges)
         marked |= samples.triangles(mesh, bulge, marked)
-        if not marked.any() or len(mesh.faces) > MOST or not left:
+        if not marked.any() or len(mesh.faces) > MOST_TRIANGLES or not left:
             break
         mesh = mesh.refined(marked)
     faces, image = mesh.faces, samples.w[: mesh.z.size]
@@ -97,7 +100,7 @@ def _approximation(map: HarmonicMap, source_error: float, image_error: float) ->
         faces, seen = by_sheets(image, faces, mesh.across, away)
     edges = edges_of(faces)
     bulge = shrunk(faces, image, mesh.z, edges, samples.edges(mesh.z, edges)[0])
-    near = max(map.slack / map.diagonal, ROUNDING)
+    near = max(map.slack / map.diagonal, ROUNDING_SHARE)
     return TriangulatedMap(mesh.z, image, faces, (mesh.loop,), near, bulge, seen)
 
 
@@ -182,7 +185,7 @@ class Samples:
     def _known(self, along: Complex | Real, step: Complex | Real) -> Flags:
         """Whether edges are long enough to be cut, in the image to be seen, and in the source for their ends to be
         distinguished. NaN is not."""
-        digits = DIGITS * float(np.abs(self.map.polygon).max())
+        digits = DIGITS_SHARE * float(np.abs(self.map.polygon).max())
         return (np.abs(step) > self.errors[1]) & (np.abs(along) > digits)
 
 
@@ -190,7 +193,7 @@ def _folds(image: Complex, faces: Index, loop: Index) -> bool:
     """Whether the image of a mesh covers some places twice, or the wrong way round."""
     a, b, c = image[faces].T
     area = cross(b - a, c - a)
-    if -area[area < 0].sum() > FOLDED * np.abs(area).sum():
+    if -area[area < 0].sum() > FOLDED_AREA_SHARE * np.abs(area).sum():
         return True
     return not polygon_of(image[loop]).is_valid
 

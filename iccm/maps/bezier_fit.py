@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from ..arrays import Complex
 
 # Chosen by hand, and nobody knows better, where a line does not say how a number was found.
-ROUNDS = 14  # of halving intervals
-STEP = 1e-3  # of an interval, for the one-sided differences that give its end tangents
+HALVING_ROUNDS = 14  # of halving intervals
+DIFFERENCE_STEP = 1e-3  # of an interval, for the one-sided differences that give its end tangents
 # Of a chord: no shorter control arm than that shows where the curve goes; a straight line's is a third.
 STILL = 0.15
 INNER = np.array([0.15, 0.35, 0.5, 0.65, 0.85])  # where a fit is held against the curve
@@ -34,9 +34,9 @@ def refit(image: Image, curves: int, tolerance: float) -> list[Complex]:
     which = np.arange(curves)
     lo, hi = np.zeros(curves), np.ones(curves)
     done: list[tuple[NDArray, NDArray, Complex]] = []
-    for turn in range(ROUNDS):
+    for turn in range(HALVING_ROUNDS):
         control, error = _cubics(image, which, lo, hi, tolerance)
-        keep = (error <= tolerance) | (turn == ROUNDS - 1)
+        keep = (error <= tolerance) | (turn == HALVING_ROUNDS - 1)
         done.append((which[keep], lo[keep], control[keep]))
         if keep.all():
             break
@@ -60,11 +60,13 @@ def _cubics(
     Where the curve all but stands still at an end, as at a corner that the map smooths, its tangent says nothing: the
     inner control point is the end then, and the cubic's direction that from the other one.
     """
-    u = np.concatenate([[0, STEP, 2 * STEP], INNER, [1 - 2 * STEP, 1 - STEP, 1]])
+    u = np.concatenate(
+        [[0, DIFFERENCE_STEP, 2 * DIFFERENCE_STEP], INNER, [1 - 2 * DIFFERENCE_STEP, 1 - DIFFERENCE_STEP, 1]]
+    )
     t = lo[:, None] + (hi - lo)[:, None] * u
     w = image(np.repeat(which, u.size), t.ravel()).reshape(t.shape)
-    start = (-3 * w[:, 0] + 4 * w[:, 1] - w[:, 2]) / (2 * STEP)
-    end = (3 * w[:, -1] - 4 * w[:, -2] + w[:, -3]) / (2 * STEP)
+    start = (-3 * w[:, 0] + 4 * w[:, 1] - w[:, 2]) / (2 * DIFFERENCE_STEP)
+    end = (3 * w[:, -1] - 4 * w[:, -2] + w[:, -3]) / (2 * DIFFERENCE_STEP)
     least = 3 * np.minimum(tolerance, STILL * np.abs(w[:, -1] - w[:, 0]))
     start[np.abs(start) < least], end[np.abs(end) < least] = 0, 0
     control = np.stack([w[:, 0], w[:, 0] + start / 3, w[:, -1] - end / 3, w[:, -1]], axis=1)

@@ -5,25 +5,25 @@ import numpy as np
 from ..arrays import Complex
 from .harmonic import HarmonicMap
 
-ROUNDS = 40  # of halving: 2 ** -40 of an edge is as short as rounding
-PARTS = 3  # of each edge to begin with
-MOST = 400_000  # points (by hand): a wild map's image may be longer than any use of it
+HALVING_ROUNDS = 40  # of halving: 2 ** -40 of an edge is as short as rounding
+FIRST_PARTS = 3  # of each edge to begin with
+MOST_POINTS = 400_000  # points (by hand): a wild map's image may be longer than any use of it
 
 
 def outline(map: HarmonicMap, flatness: float) -> Complex:
     """(k,) the image of the polygon: a closed polyline, straight to `flatness` (target units) between its points."""
     map, _, shift = map.centred()
     z = map.polygon
-    steps = np.repeat((np.roll(z, -1) - z) / PARTS, PARTS)
+    steps = np.repeat((np.roll(z, -1) - z) / FIRST_PARTS, FIRST_PARTS)
     places = np.arange(steps.size, dtype=float)  # along the polygon, in steps
-    starts = np.repeat(z, PARTS) + places % PARTS * steps
+    starts = np.repeat(z, FIRST_PARTS) + places % FIRST_PARTS * steps
     first = map.jet_inside(starts)[0]
     last, found = np.roll(first, -1), [(places, first)]
-    for k in range(1, ROUNDS):
+    for k in range(1, HALVING_ROUNDS):
         middle = map.jet_inside(starts + 0.5 * steps)[0]
         found.append((places + 0.5**k, middle))
         rough = np.abs(middle - 0.5 * (first + last)) > flatness
-        if not rough.any() or sum(w.size for _, w in found) + 2 * rough.sum() > MOST:
+        if not rough.any() or sum(w.size for _, w in found) + 2 * rough.sum() > MOST_POINTS:
             break
         steps = np.tile(0.5 * steps[rough], 2)
         starts = np.append(starts[rough], starts[rough] + steps[: rough.sum()])

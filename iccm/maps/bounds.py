@@ -9,15 +9,17 @@ from . import distortion
 from .triangulated.map import TriangulatedMap
 from .triangulated.patches import shrunk
 
-ROUNDING = 1e-9  # relative: a bound exceeded by less is met
-ROUNDS = 20  # of straightening; a straightened edge may take its neighbour over a bound, in one round or two
+ROUNDING_SHARE = 1e-9  # relative: a bound exceeded by less is met
+STRAIGHTENING_ROUNDS = (
+    20  # of straightening; a straightened edge may take its neighbour over a bound, in one round or two
+)
 
 
 def straighten_beyond_bounds(
     map: TriangulatedMap, max_dilatation: float | None, max_stretch: float | None
 ) -> TriangulatedMap:
     """The map with triangles left straight where their patches exceed a bound asked for."""
-    for _ in range(ROUNDS):
+    for _ in range(STRAIGHTENING_ROUNDS):
         sides = np.unique(map.edges.sides[_excess(map, max_dilatation, max_stretch) > 1])
         bent = sides[map.bulges[sides] != 0]
         if not bent.size:
@@ -30,7 +32,7 @@ def straighten_beyond_bounds(
 
 def meets_bounds(map: TriangulatedMap, max_dilatation: float | None, max_stretch: float | None) -> bool:
     """Whether what is drawn meets the bounds asked for, but for rounding."""
-    return bool(_excess(map, max_dilatation, max_stretch).max() <= 1 + ROUNDING)
+    return bool(_excess(map, max_dilatation, max_stretch).max() <= 1 + ROUNDING_SHARE)
 
 
 def bound_notes(map: TriangulatedMap, max_dilatation: float | None, max_stretch: float | None) -> list[str]:
@@ -45,13 +47,13 @@ def bound_notes(map: TriangulatedMap, max_dilatation: float | None, max_stretch:
     for name, bound, values, least in asked:
         if bound is None:
             continue
-        share = found.area @ (values > bound * (1 + ROUNDING)) / found.area.sum()
+        share = found.area @ (values > bound * (1 + ROUNDING_SHARE)) / found.area.sum()
         over = f"is up to {values.max():.3g}, more than {bound:g} on {share:.2%} of the target"
         met = f"is at most {bound:g}"
         allowed = (
             f"the angles of the outlines at matching corners do not allow less than {least:.3g} (max_{name})."
         )
-        said.append(f"The {name} {met if values.max() <= bound * (1 + ROUNDING) else over}; {allowed}")
+        said.append(f"The {name} {met if values.max() <= bound * (1 + ROUNDING_SHARE) else over}; {allowed}")
     return said
 
 

@@ -11,7 +11,7 @@ half its length r < |z_j - m| for all j, with D_j = |z_j - m| - r,
     R = 1/(2π) Σ_j |ρ_j| (D_j + D_{j+1}) / (D_j D_{j+1})²,
 
 and the same for conj Ψ. So nothing is left to chance between samples; pieces are halved until the bounds are sharp
-enough. Rounding is allowed for by bounds of its size (`ROUNDING`), which are estimates.
+enough. Rounding is allowed for by bounds of its size (`ROUNDING_SHARE`), which are estimates.
 """
 
 from dataclasses import dataclass, fields
@@ -24,12 +24,14 @@ from ..native import function
 from ..parallel import over_slices
 from .harmonic import HarmonicMap
 
-NEAR = 0.5  # half of a piece, relative to its distance to the nearest vertex, at most
-SPREAD = 0.5  # radius of the disc that holds the tangents of a piece's image, relative to its centre, at most
-ROUNDING = 1e-13  # of what is added up in a value of the map or its derivatives
-MOST = 30_000  # pieces; a map that takes more is not proven
-ROUNDS = 50  # of halving pieces (by hand)
-SLICE = 256  # pieces that a thread takes at a time (by hand)
+MOST_DISTANCE_RATIO = 0.5  # half of a piece, relative to its distance to the nearest vertex, at most
+MOST_TANGENT_RADIUS = (
+    0.5  # radius of the disc that holds the tangents of a piece's image, relative to its centre, at most
+)
+ROUNDING_SHARE = 1e-13  # of what is added up in a value of the map or its derivatives
+MOST_PIECES = 30_000  # pieces; a map that takes more is not proven
+HALVING_ROUNDS = 50  # of halving pieces (by hand)
+SLICE_PIECES = 256  # pieces that a thread takes at a time (by hand)
 
 _bounds = function(
     """int64_t iccm_maps_enclosure(
@@ -74,7 +76,7 @@ class Pieces:
     def loose(self) -> np.ndarray:
         """(k,) whether the bounds do not yet tell that the map keeps its orientation along a piece and that no two
         points of it have one image."""
-        return ~(self.spread <= SPREAD * self.jacobian)
+        return ~(self.spread <= MOST_TANGENT_RADIUS * self.jacobian)
 
     @property
     def half_angle(self) -> Real:
@@ -105,16 +107,16 @@ class Encloser:
         self.edge = np.roll(f.polygon, -1) - f.polygon
         densities = f.phi[None] if f.conformal else np.stack([f.phi, f.psi.conj()])
         self.rise = np.roll(densities, -1, axis=1) - densities
-        self.rounding = ROUNDING * float(np.abs(image - image[0]).max())
+        self.rounding = ROUNDING_SHARE * float(np.abs(image - image[0]).max())
 
     def pieces(self, rings: list[Complex]) -> Pieces:
         """Rings (first point not repeated) in pieces that are short beside their distance to the vertices."""
         start, ring = np.concatenate(rings), np.repeat(np.arange(len(rings)), [z.size for z in rings])
-        for _ in range(ROUNDS):
+        for _ in range(HALVING_ROUNDS):
             middle, half = _middles(start, ring)
             distance = self.vertices.query(xy_of(middle))[0]
-            far = half > NEAR * distance
-            if not far.any() or start.size > MOST:
+            far = half > MOST_DISTANCE_RATIO * distance
+            if not far.any() or start.size > MOST_PIECES:
                 break
             start, ring = _halved(start, middle, far), np.repeat(ring, 1 + far)
         return self._bounded(start, ring)
@@ -146,9 +148,11 @@ class Encloser:
         polygon, edge, rise = self.f.polygon, self.edge, self.rise
         given = polygon, edge, polygon.size, rise, len(rise), middle, half, at
         over_slices(
-            lambda part: _bounds(*given, part.start, part.stop, middle.size, out), middle.size, step=SLICE
+            lambda part: _bounds(*given, part.start, part.stop, middle.size, out),
+            middle.size,
+            step=SLICE_PIECES,
         )
-        first, rest, noise, error = out[0], out[1], ROUNDING * out[2], out[3]
+        first, rest, noise, error = out[0], out[1], ROUNDING_SHARE * out[2], out[3]
         along = (b - a) / np.maximum(2 * half, 1e-300)
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
             spread = half * first + 0.5 * half**2 * rest + 2 * noise

@@ -12,7 +12,7 @@ from ..parallel import over_slices
 from .approximation import AnyMap, triangulated
 from .triangulated.map import inverted
 
-SLICE = 1 << 15  # triangles that a thread takes at a time (by hand)
+SLICE_TRIANGLES = 1 << 15  # triangles that a thread takes at a time (by hand)
 
 _bends = function(
     """int64_t iccm_maps_bends(
@@ -83,5 +83,5 @@ def bends(faces: NDArray, w: Complex, z_w: Complex, z_wbar: Complex, threads: in
     def estimate(part: slice) -> None:
         _bends(faces[part], len(faces[part]), w, z_w, z_wbar, out[part])
 
-    over_slices(estimate, len(out), threads, SLICE)
+    over_slices(estimate, len(out), threads, SLICE_TRIANGLES)
     return out

@@ -11,9 +11,10 @@ from ..curve import Curve
 from ..plane import bounding_box
 from . import cauchy_green
 
-ROUNDING = 1e-9  # of the polygon's diagonal, and
-VERTEX = 1e-12  # of the diagonal: points so close to a vertex see its edges under no certain angle, and are taken to it
-DIGITS = 1e-15  # of the coordinates: points that lie outside by less are on the boundary
+ROUNDING_SHARE = 1e-9  # of the polygon's diagonal, and
+AT_VERTEX_SHARE = 1e-12
+"""Of the diagonal: points so close to a vertex see its edges under no certain angle, and are taken to it."""
+ON_BOUNDARY_SHARE = 1e-15  # of the coordinates: points that lie outside by less are on the boundary
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,11 +100,13 @@ class HarmonicMap:
             edge, t = self.outline.locate(self.outline.closest(z[known]))
             end = np.roll(self.polygon, -1)[edge]
             corner, foot = np.where(t < 0.5, self.polygon[edge], end), self.polygon[edge] * (1 - t) + end * t
-            gap, digits = np.abs(foot - z[known]), DIGITS * float(np.abs(self.polygon).max())
-            reach = max(self.slack, ROUNDING * self.outline.diagonal, digits)
+            gap, digits = np.abs(foot - z[known]), ON_BOUNDARY_SHARE * float(np.abs(self.polygon).max())
+            reach = max(self.slack, ROUNDING_SHARE * self.outline.diagonal, digits)
             near = np.where(gap <= digits, z[known], foot)
             near = np.where(
-                np.abs(near - corner) <= max(VERTEX * self.outline.diagonal, 4 * digits), corner, near
+                np.abs(near - corner) <= max(AT_VERTEX_SHARE * self.outline.diagonal, 4 * digits),
+                corner,
+                near,
             )
             out[known] = np.where(gap <= reach, near, complex(np.nan, np.nan))
         return out

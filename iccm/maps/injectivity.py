@@ -7,15 +7,15 @@ import shapely
 
 from ..arrays import Complex, Real, complex_of
 from ..curve import Curve, polygon_of
-from .enclosure import MOST, ROUNDS, Encloser, Pieces, too_close
+from .enclosure import HALVING_ROUNDS, MOST_PIECES, Encloser, Pieces, too_close
 from .harmonic import HarmonicMap
 
 DEPTHS = np.concatenate([10 ** np.arange(-4.0, -1.0, 0.25), 10 ** np.arange(-1.0, -0.04, 0.05)])
 """Relative to the inradius of the source."""
 BISECTIONS = 3  # between two depths (by hand)
-TINIEST = 8  # image of a piece, in units of rounding
-CLOSER = 12  # rounds of halving pieces whose images come close
-SHORTEST = 1e-12  # edge of a ring moved inwards, relative to its length
+TINIEST_ROUNDINGS = 8  # image of a piece, in units of rounding
+CLOSER_ROUNDS = 12  # rounds of halving pieces whose images come close
+SHORTEST_EDGE_SHARE = 1e-12  # edge of a ring moved inwards, relative to its length
 
 
 @dataclass(frozen=True)
@@ -119,14 +119,14 @@ class InsetDomain:
         pieces = self.encloser.pieces([ring_of(part) for part in parts])
         if obstacle := _fold_between(pieces):
             return _failed(depth, obstacle, pieces)
-        for _ in range(ROUNDS):
+        for _ in range(HALVING_ROUNDS):
             loose = pieces.loose
             if not loose.any():
                 break
             pieces = self.encloser.split(pieces, loose)
             if obstacle := _fold_between(pieces):
                 return _failed(depth, obstacle, pieces)
-            if pieces.start.size > MOST:
+            if pieces.start.size > MOST_PIECES:
                 return _failed(depth, "no proof between samples was possible", pieces)
         zeros = int(np.abs(pieces.zeros).sum())
         if zeros:
@@ -142,9 +142,9 @@ class InsetDomain:
         if not _apart(pieces.rings()):
             return pieces, "the image of the boundary crosses itself"
         fresh = None
-        for _ in range(CLOSER):
+        for _ in range(CLOSER_ROUNDS):
             chord = np.abs(pieces.image[pieces.following] - pieces.image)
-            if chord.min() < TINIEST * self.encloser.rounding:
+            if chord.min() < TINIEST_ROUNDINGS * self.encloser.rounding:
                 break  # thousands of pieces in one place: which of them cross is noise
             i, j = too_close(pieces, fresh)
             if not i.size:
@@ -153,7 +153,7 @@ class InsetDomain:
             split[i] = split[j] = True
             fresh = np.repeat(split, 1 + split)
             pieces = self.encloser.split(pieces, split)
-            if pieces.loose.any() or pieces.start.size > MOST:
+            if pieces.loose.any() or pieces.start.size > MOST_PIECES:
                 break
         return pieces, "the image of the boundary crosses itself, or nearly does, within rounding"
 
@@ -161,7 +161,7 @@ class InsetDomain:
 def ring_of(part: shapely.Polygon) -> Complex:
     """(k,) vertices of a polygon's boundary, counter-clockwise, without those that rounding hardly distinguishes."""
     z = complex_of(shapely.get_coordinates(part.exterior)[:-1])
-    kept = z[np.abs(z - np.roll(z, 1)) > SHORTEST * part.exterior.length]
+    kept = z[np.abs(z - np.roll(z, 1)) > SHORTEST_EDGE_SHARE * part.exterior.length]
     return kept if Curve(kept).area > 0 else kept[::-1]
 
 

@@ -10,14 +10,16 @@ steps that leave the source or do not lower |r| are halved.
 import numpy as np
 
 from ..arrays import Complex, Real, as_points
-from .approximation import TEXELS, triangulated
+from .approximation import TEXELS_ACROSS, triangulated
 from .harmonic import HarmonicMap
 from .triangulated.map import inverted
 
-STEPS, HALVINGS = 60, 30  # at most, of Newton's method and of a step (by hand)
-EXACT = 1e-9  # of the image's size: what is left of |r| where a point counts as found, if
-CLOSE = 1e-8  # of the source's size is the most that Newton's step, |r| by the slope, would still change
-ROUNDING = 1e-14  # of the image's size: |r| where there is no slope, at vertices and where it vanishes
+MOST_NEWTON_STEPS, MOST_HALVINGS = 60, 30  # at most, of Newton's method and of a step (by hand)
+EXACT_RESIDUAL_SHARE = 1e-9  # of the image's size: what is left of |r| where a point counts as found, if
+CLOSE_STEP_SHARE = (
+    1e-8  # of the source's size is the most that Newton's step, |r| by the slope, would still change
+)
+ROUNDING_SHARE = 1e-14  # of the image's size: |r| where there is no slope, at vertices and where it vanishes
 
 
 def inverse(map: HarmonicMap, w: Complex) -> Complex:
@@ -39,7 +41,7 @@ def extended_inverse(map: HarmonicMap, w: Complex) -> tuple[Complex, Real]:
     if known.size:
         about = triangulated(map)
         start, far = about.extended_inverse(flat[known])
-        found, near = np.full(far.size, complex(np.nan, np.nan)), far <= about.image_diagonal / TEXELS
+        found, near = np.full(far.size, complex(np.nan, np.nan)), far <= about.image_diagonal / TEXELS_ACROSS
         found[near] = _solved(map, flat[known[near]], start[near], about.image_diagonal)
         lost = np.isnan(found)
         z[known], away[known] = np.where(lost, start, found), 0
@@ -52,19 +54,19 @@ def _solved(map: HarmonicMap, w: Complex, z: Complex, size: float) -> Complex:
     out = np.full(w.size, complex(np.nan, np.nan))
     image, f_z, f_zbar = map.jet(z)
     todo = np.arange(w.size)
-    for _ in range(STEPS):
+    for _ in range(MOST_NEWTON_STEPS):
         left = w[todo] - image[todo]
         p, q = inverted(f_z[todo], f_zbar[todo])
         step = p * left + q * left.conj()
         sloped, rest = np.isfinite(step), np.abs(left)
-        small = (np.abs(step) <= 1e-10 * map.diagonal) & (rest <= EXACT * size)
-        there = np.where(sloped, small, rest <= ROUNDING * size)
+        small = (np.abs(step) <= 1e-10 * map.diagonal) & (rest <= EXACT_RESIDUAL_SHARE * size)
+        there = np.where(sloped, small, rest <= ROUNDING_SHARE * size)
         out[todo[there]] = z[todo[there]]
         go = ~there & (np.abs(f_z[todo]) > np.abs(f_zbar[todo])) & sloped
         todo, step, left = todo[go], step[go], np.abs(left[go])
-        settled = (left <= EXACT * size) & (np.abs(step) <= CLOSE * map.diagonal)
+        settled = (left <= EXACT_RESIDUAL_SHARE * size) & (np.abs(step) <= CLOSE_STEP_SHARE * map.diagonal)
         moved = np.zeros(todo.size, bool)
-        for _ in range(HALVINGS):
+        for _ in range(MOST_HALVINGS):
             k = np.flatnonzero(~moved)
             if not k.size:
                 break

@@ -20,8 +20,10 @@ from ..flips import neighbours
 from ..native import function
 from .triangulated.adjacency import Edges, edges_across
 
-THIN = 0.15  # twice the area by the square of the longest side: about 9 degrees (by hand)
-TINIEST = 1e-14  # of the polygon's diagonal: rounding decides the shape of triangles with shorter sides
+THIN_RATIO = 0.15  # twice the area by the square of the longest side: about 9 degrees (by hand)
+TINIEST_SIDE_SHARE = (
+    1e-14  # of the polygon's diagonal: rounding decides the shape of triangles with shorter sides
+)
 
 _refine = function(
     """int64_t iccm_maps_refine(
@@ -95,10 +97,10 @@ def shaped(z: Complex, faces: Index) -> Triangulation:
     points[:n], triangles[:m], across[:m] = z, faces, neighbours(faces, n)
     stack = np.zeros(8 * room, np.int64)
     stack[0], stack[1 : m + 1] = m, np.arange(m)
-    tiniest = TINIEST * float(np.hypot(np.ptp(z.real), np.ptp(z.imag)))
+    tiniest = TINIEST_SIDE_SHARE * float(np.hypot(np.ptp(z.real), np.ptp(z.imag)))
     count = np.array([m])
     n = _refine(
-        points, n, room, triangles, across, count, len(triangles), stack, stack.size, THIN, tiniest**2
+        points, n, room, triangles, across, count, len(triangles), stack, stack.size, THIN_RATIO, tiniest**2
     )
     m = int(count[0])
     return Triangulation(points[:n].copy(), triangles[:m].copy(), across[:m].copy())

@@ -14,8 +14,8 @@ from .distortion import weighted_quantile
 from .triangulated.map import TriangulatedMap, inverted
 from .triangulated.patches import gradients
 
-BENT = 1.02  # dilatation on 5 % of a region's area from which it is not rigid
-SIZE_OFF = (
+BENT_DILATATION = 1.02  # dilatation on 5 % of a region's area from which it is not rigid
+SIZE_OFF_SHARE = (
     0.02  # of its scale: how far sizes in a rigid region may be from each other, and from what was asked
 )
 
@@ -82,7 +82,10 @@ class Region:
     def is_rigid(self) -> bool:
         """Whether no eye can tell it from a similar one."""
         least, middle, most = self.sizes
-        return self.dilatation <= BENT and max(most - middle, middle - least) <= SIZE_OFF * middle
+        return (
+            self.dilatation <= BENT_DILATATION
+            and max(most - middle, middle - least) <= SIZE_OFF_SHARE * middle
+        )
 
     def report(self) -> dict[str, Any]:
         """The figures."""

@@ -26,8 +26,8 @@ from .rasterise import affine
 _evaluate = function("""int64_t iccm_meshes_evaluate(
     const Complex *coefficients, const double *corners, const int32_t *owner, const int64_t *at, int64_t count,
     int64_t first, int64_t height, int64_t width, Complex *z, Complex *zx, Complex *zy)""")
-ROWS, ACROSS = 64, 512  # texels of the layout that are filtered at a time (by hand)
-TEXEL = 48  # bytes that a texel of the layout takes on the way: arrays counted
+ROWS_AT_ONCE, TEXELS_AT_ONCE = 64, 512  # texels of the layout that are filtered at a time (by hand)
+BYTES_PER_TEXEL = 48  # bytes that a texel of the layout takes on the way: arrays counted
 
 Origins = tuple[Complex, Complex, Complex]
 """(p,) points of the source's plane, their derivatives by the output's x and y."""
@@ -35,7 +35,7 @@ Origins = tuple[Complex, Complex, Complex]
 
 def whole_bytes(height: int, width: int, channels: int, itemsize: int) -> int:
     """Bytes that `layout` and `bake` take for a picture, which is in memory as a whole."""
-    return height * width * (2 * channels * itemsize + TEXEL)
+    return height * width * (2 * channels * itemsize + BYTES_PER_TEXEL)
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +133,7 @@ def _filled(
             at, origins = source.rows(rows)
             put(out[rows].reshape(-1, out.shape[2]), at, shade(part, origins, at.size))
 
-    over_slices(fill, grid.shape[0], threads, ROWS)
+    over_slices(fill, grid.shape[0], threads, ROWS_AT_ONCE)
     reach = max(4, max(grid.shape) // 32) if padding is None else padding
     pad(out, grid.owners.owner >= 0, reach, "nearest")
     return grid.report | {
@@ -164,7 +164,7 @@ class _Source:
         """The covered texels of some rows, numbered from their first, and where a slice of them comes from."""
         owner = self.owner[rows].ravel() - self.first
         at = np.flatnonzero((owner >= 0) & (owner < len(self.faces)))
-        block = (at % self.owner.shape[1] // ACROSS).astype(np.int16)
+        block = (at % self.owner.shape[1] // TEXELS_AT_ONCE).astype(np.int16)
         at = at[np.argsort(block, kind="stable")]  # little of the texture is read at a time, however it turns
         if self.partial:  # all of its texels are solved
             z, reached = self.inverse.reached(self._flat_places(owner[at], at, rows.start))

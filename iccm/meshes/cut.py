@@ -15,9 +15,15 @@ from .patch import Patch
 from .topology import Triangles, walk
 
 MOST_GEODESIC = 100_000  # triangles: with more, ways along edges do (by hand)
-CORRIDOR = 2.0  # mean edges beside a way that is nearly shortest, in which it is looked for again (by hand)
-FINER = 32  # parts of an edge beside a geodesic: maps of four models by landmarks are then as with exact ones
-KEPT = 64  # ways that are remembered: orders of up to six landmarks share 30 on each of two surfaces
+CORRIDOR_EDGES = (
+    2.0  # mean edges beside a way that is nearly shortest, in which it is looked for again (by hand)
+)
+PARTS_OF_EDGE = (
+    32  # parts of an edge beside a geodesic: maps of four models by landmarks are then as with exact ones
+)
+MOST_KEPT_PATHS = (
+    64  # ways that are remembered: orders of up to six landmarks share 30 on each of two surfaces
+)
 
 
 def open_to_disk(whole: Patch) -> Patch:
@@ -85,7 +91,7 @@ def way_through(whole: Patch, stops: Sequence[int], dear: Sequence[Real] | None 
     return found
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=MOST_KEPT_PATHS)
 def _beside_geodesic(whole: Patch, start: int, end: int) -> Real:
     """(n,) factors of lengths that are 1 on the geodesic between two vertices, and large an edge beside it.
 
@@ -97,8 +103,8 @@ def _beside_geodesic(whole: Patch, start: int, end: int) -> Real:
     edge = np.linalg.norm(ends[0] - ends[1], axis=1).mean()
     graph = GeodesicGraph.of(whole.points, whole.triangles)
     away = cKDTree(graph.way(start, end)).query(whole.points)[0] / edge
-    beside = whole.faces[(away < CORRIDOR)[whole.faces].any(axis=1)]
-    narrow = GeodesicGraph.of(whole.points, Triangles(beside, whole.triangles.count), FINER)
+    beside = whole.faces[(away < CORRIDOR_EDGES)[whole.faces].any(axis=1)]
+    narrow = GeodesicGraph.of(whole.points, Triangles(beside, whole.triangles.count), PARTS_OF_EDGE)
     here, there = narrow.distances(np.array([start, end]))[:, : whole.triangles.count]
     detour = np.maximum(here + there - here[end], 0) * here[end] / edge**2
     return 1 + np.where(np.isfinite(detour), detour, 2 * away**2)

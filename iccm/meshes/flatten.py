@@ -17,7 +17,9 @@ from ..plane import cross, rotation, triangle_areas
 from .patch import Patch
 from .stretch import laid_flat, stretches
 
-LARGE = 20_000  # vertices from which libigl takes longer: it does at 35,000, and does not at 9,000 (measured)
+LARGE_VERTEX_COUNT = (
+    20_000  # vertices from which libigl takes longer: it does at 35,000, and does not at 9,000 (measured)
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,7 +133,7 @@ def lscm(patch: Patch, outline: Index) -> Complex:
     a, b = farthest(patch.points[outline])
     pins = np.array([outline[a], outline[b]])
     length = np.linalg.norm(patch.points[pins[1]] - patch.points[pins[0]])
-    if len(patch.points) >= LARGE:
+    if len(patch.points) >= LARGE_VERTEX_COUNT:
         found = _lscm_large(patch, pins, np.array([0.0, length], complex))
         if found is not None:
             return found

@@ -14,12 +14,12 @@ from scipy.sparse.csgraph import dijkstra
 from ..arrays import Index, Real
 from .topology import Triangles, walk
 
-FINEST = 8
+MOST_PARTS_OF_EDGE = 8
 """Parts of an edge: geodesics are 0.2 to 0.4 % too long in the mean (capsules and protrusions of 320 to 18,000
 triangles).
 """
-ARCS = 2_000_000  # straight lines within triangles: Dijkstra's algorithm takes about two seconds then
-SAMPLES = 8  # of each straight part of a way
+MOST_ARCS = 2_000_000  # straight lines within triangles: Dijkstra's algorithm takes about two seconds then
+SAMPLES_PER_PART = 8  # of each straight part of a way
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,7 @@ class GeodesicGraph:
     heads: Index
 
     @classmethod
-    def of(cls, points: Real, shape: Triangles, finest: int = FINEST) -> "GeodesicGraph":
+    def of(cls, points: Real, shape: Triangles, finest: int = MOST_PARTS_OF_EDGE) -> "GeodesicGraph":
         """The vertices and points on the edges, as many on each as keep the graph small.
 
         Args:
@@ -45,7 +45,7 @@ class GeodesicGraph:
             shape: the triangles.
             finest: parts of an edge, at most.
         """
-        few = (k for k in range(finest, 1, -1) if 3 * k * (k - 1) * len(shape.faces) <= ARCS)
+        few = (k for k in range(finest, 1, -1) if 3 * k * (k - 1) * len(shape.faces) <= MOST_ARCS)
         parts = next(few, 1)
         low, high = np.minimum(shape.tail, shape.head), np.maximum(shape.tail, shape.head)
         _, first, edge = np.unique(low * len(points) + high, return_index=True, return_inverse=True)
@@ -87,6 +87,6 @@ class GeodesicGraph:
         """(p, 3) points along the shortest way between two vertices, close to each other."""
         before = dijkstra(self._graph, directed=False, indices=start, return_predecessors=True)[1]
         ends = self.points[walk(before, end)]
-        share = np.arange(SAMPLES)[:, None, None] / SAMPLES
+        share = np.arange(SAMPLES_PER_PART)[:, None, None] / SAMPLES_PER_PART
         along = (ends[:-1] * (1 - share) + ends[1:] * share).reshape(-1, 3)
         return np.concatenate([along, ends[-1:]])

@@ -12,7 +12,7 @@ from .rasterise import Ownership, open_edges, rasterise
 from .topology import labels
 
 MOST_TILES = 64  # a triangle larger than so many pictures is a mistake in the file (by hand)
-FARTHEST = 1e6
+MOST_COORDINATE = 1e6
 """The largest texture coordinate: beyond, single precision reports fewer than 16 places of a picture apart."""
 
 
@@ -97,9 +97,9 @@ def check_layout(name: str, uv: Real, uv_faces: Index, most: float = MOST_TILES)
             f"{name}: texture coordinates of a triangle are not finite or span {span:.3g} pictures; "
             "repair the layout"
         )
-    if max(np.abs(low).max(initial=0.0), np.abs(high).max(initial=0.0)) > FARTHEST:
+    if max(np.abs(low).max(initial=0.0), np.abs(high).max(initial=0.0)) > MOST_COORDINATE:
         raise InputError(
-            f"{name}: texture coordinates of a triangle are larger than {FARTHEST:g}; move "
+            f"{name}: texture coordinates of a triangle are larger than {MOST_COORDINATE:g}; move "
             "the layout closer to the unit square"
         )
     return at

@@ -15,7 +15,7 @@ from .rasterise import rasterise
 _walk = function("""int64_t iccm_meshes_walk(
     const Complex *flat, const int64_t *faces, const int64_t *twin, const Complex *z, const int32_t *start,
     int64_t count, int64_t *triangle, double *weights)""")
-GRID = 1024  # cells of the longer side of the grid of starting triangles (by hand)
+GRID_CELLS_ACROSS = 1024  # cells of the longer side of the grid of starting triangles (by hand)
 
 
 class Places(NamedTuple):
@@ -25,7 +25,7 @@ class Places(NamedTuple):
         flat: (n,) vertices.
         faces: (m, 3) triangles.
         twin: (3m,) half-edges.
-        grid: (GRID, GRID) triangles to start from.
+        grid: (GRID_CELLS_ACROSS, GRID_CELLS_ACROSS) triangles to start from.
         low: corner of the grid.
         scale: cells to the unit.
     """
@@ -51,9 +51,13 @@ class Locator:
         self.twin = np.ascontiguousarray(flattening.patch.triangles.twin, np.int64)
         low, high = bounding_box(self.flat)
         size = longer_side(low, high)
-        self.low, self.scale = low - size * (1 + 1j) / GRID, (GRID - 2) / size
+        self.low, self.scale = low - size * (1 + 1j) / GRID_CELLS_ACROSS, (GRID_CELLS_ACROSS - 2) / size
         corners = xy_of((self.flat - self.low) * self.scale)[self.faces]
-        self.grid = self._filled(rasterise(corners, GRID, GRID, border=np.ones(len(self.faces), bool)).owner)
+        self.grid = self._filled(
+            rasterise(
+                corners, GRID_CELLS_ACROSS, GRID_CELLS_ACROSS, border=np.ones(len(self.faces), bool)
+            ).owner
+        )
 
     @property
     def places(self) -> Places:
@@ -75,7 +79,7 @@ class Locator:
         """
         z = np.ascontiguousarray(z, np.complex128)
         at = (z - self.low) * self.scale
-        column, row = (np.clip(c.astype(np.int64), 0, GRID - 1) for c in (at.real, at.imag))
+        column, row = (np.clip(c.astype(np.int64), 0, GRID_CELLS_ACROSS - 1) for c in (at.real, at.imag))
         start = self.grid[row, column]
         triangle, weights = np.empty(z.size, np.int64), np.empty((z.size, 3))
 

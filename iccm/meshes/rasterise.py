@@ -24,8 +24,8 @@ _touch = function("""int64_t iccm_meshes_touch(
 _affine = function("""int64_t iccm_meshes_affine(
     const double *corners, const double *values, int64_t m, int64_t parts, double *out)""")
 NONE = -1
-SLICE = 1 << 15  # triangles that a thread takes at a time (by hand)
-ROWS = 1024  # (by hand) of the grid that a thread fills at a time, looking at every triangle
+SLICE_TRIANGLES = 1 << 15  # triangles that a thread takes at a time (by hand)
+ROWS_AT_ONCE = 1024  # (by hand) of the grid that a thread fills at a time, looking at every triangle
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +83,7 @@ def _filled(corners: Real, owner: NDArray[np.int32], wrap: bool, threads: int | 
     def fill(rows: slice) -> None:
         again.append(_fill(corners, len(corners), owner, *owner.shape, rows.start, rows.stop, wrap))
 
-    over_slices(fill, len(owner), threads, ROWS)
+    over_slices(fill, len(owner), threads, ROWS_AT_ONCE)
     return sum(again)
 
 
@@ -98,7 +98,7 @@ def affine(corners: Real, values: NDArray, threads: int | None = None) -> NDArra
         some = values[part].view(np.float64)
         _affine(corners[part], some, len(some), numbers, out[part].view(np.float64))
 
-    over_slices(fit, len(out), threads, SLICE)
+    over_slices(fit, len(out), threads, SLICE_TRIANGLES)
     return out
 
 

@@ -13,9 +13,9 @@ _nearest = function("""int64_t iccm_meshes_nearest(
     const double *corners, const double *slopes, int64_t m, int32_t *owner, float *depth, int64_t height,
     int64_t width)""")
 # Chosen by hand, and nobody knows better, where a line does not say how a number was found.
-SAMPLES = 2  # a pixel and axis
-AMBIENT = 0.35  # share of the light that comes from everywhere
-CREASE = 0.7  # cosine of 45 degrees
+SAMPLES_PER_AXIS = 2  # a pixel and axis
+AMBIENT_SHARE = 0.35  # share of the light that comes from everywhere
+CREASE_COSINE = 0.7  # cosine of 45 degrees
 
 
 def view(points: Real, faces: Index) -> Real:
@@ -51,12 +51,12 @@ def render(
     axes = view(points, faces) if axes is None else axes
     seen = points @ axes.T
     low, high = seen[:, :2].min(axis=0), seen[:, :2].max(axis=0)
-    scale = SAMPLES * (size - 2) / max(*(high - low), 1e-300)
+    scale = SAMPLES_PER_AXIS * (size - 2) / max(*(high - low), 1e-300)
     # rounded first: the longer side is a whole number but for rounding
-    width, height = (int(np.ceil(round(e, 6))) for e in (high - low) * scale + 2 * SAMPLES)
-    screen = (seen[:, :2] - low) * scale + SAMPLES
+    width, height = (int(np.ceil(round(e, 6))) for e in (high - low) * scale + 2 * SAMPLES_PER_AXIS)
+    screen = (seen[:, :2] - low) * scale + SAMPLES_PER_AXIS
     screen[:, 1] = height - screen[:, 1]
-    width, height = width + width % SAMPLES, height + height % SAMPLES
+    width, height = width + width % SAMPLES_PER_AXIS, height + height % SAMPLES_PER_AXIS
     corners = np.ascontiguousarray(screen[faces], np.float64)
     owner, depth = np.full((height, width), -1, np.int32), np.full((height, width), -np.inf, np.float32)
     slopes = affine(corners, seen[:, 2][faces])
@@ -69,7 +69,9 @@ def render(
     picture = np.zeros((height * width, 4), np.float32)
     picture[at, :3] = colour * light[:, None]
     picture[at, 3] = 1.0
-    small = picture.reshape(height // SAMPLES, SAMPLES, width // SAMPLES, SAMPLES, 4).mean(axis=(1, 3))
+    small = picture.reshape(
+        height // SAMPLES_PER_AXIS, SAMPLES_PER_AXIS, width // SAMPLES_PER_AXIS, SAMPLES_PER_AXIS, 4
+    ).mean(axis=(1, 3))
     small[..., :3] /= np.maximum(small[..., 3:], 1e-6)
     return np.rint(np.clip(small, 0, 1) * 255).astype(np.uint8)
 
@@ -84,7 +86,7 @@ def _frame(toward: Real, up: Real) -> Real:
 def _light(points: Real, faces: Index, axes: Real) -> Real:
     """(m, 3) brightness at each triangle's corners: a lamp over the viewer's left shoulder, both sides lit.
 
-    A corner takes the normal of its vertex, but that of its triangle across an edge sharper than CREASE.
+    A corner takes the normal of its vertex, but that of its triangle across an edge sharper than CREASE_COSINE.
     """
     a, b, c = (points[faces[:, k]] for k in range(3))
     across = np.cross(b - a, c - a)
@@ -92,10 +94,10 @@ def _light(points: Real, faces: Index, axes: Real) -> Real:
     for k in range(3):
         np.add.at(mean, faces[:, k], across)
     flat, smooth = _unit(across)[:, None], _unit(mean)[faces]
-    alike = np.einsum("mij,mkj->mk", flat, smooth) > CREASE
+    alike = np.einsum("mij,mkj->mk", flat, smooth) > CREASE_COSINE
     normal = np.where(alike[..., None], smooth, flat)
     lamp = axes.T @ np.array([-0.35, 0.5, 0.8])
-    return AMBIENT + (1 - AMBIENT) * np.abs(normal @ (lamp / np.linalg.norm(lamp)))
+    return AMBIENT_SHARE + (1 - AMBIENT_SHARE) * np.abs(normal @ (lamp / np.linalg.norm(lamp)))
 
 
 def _unit(vectors: Real) -> Real:

@@ -7,7 +7,7 @@ import numpy as np
 from ..arrays import Complex, Real
 from ..parallel import over_slices
 
-SLIVER = 1e-4
+SLIVER_HEIGHT_SHARE = 1e-4
 """Of the longest side: triangles lower than this count as so high, those without area too (by hand)."""
 
 
@@ -52,7 +52,7 @@ def laid_flat(space: Real) -> Complex:
     over_slices(work, len(space))
     point = length == 0
     if point.any():
-        small = SLIVER * length.mean() + 1e-300
+        small = SLIVER_HEIGHT_SHARE * length.mean() + 1e-300
         flat[point] = small * np.array([0, 1, np.exp(1j * np.pi / 3)])
     return flat
 
@@ -65,7 +65,7 @@ def _laid_flat(space: Real) -> tuple[Complex, Real]:
     length = sides.max(axis=1)
     by = np.where(length == 0, 1.0, length)
     x = np.einsum("ij,ij->i", b - a, c - a) / by
-    y = np.maximum(np.linalg.norm(np.cross(b - a, c - a), axis=1) / by, SLIVER * length)
+    y = np.maximum(np.linalg.norm(np.cross(b - a, c - a), axis=1) / by, SLIVER_HEIGHT_SHARE * length)
     flat = np.empty(space.shape[:2], complex)
     np.put_along_axis(flat, order, np.stack([0j * x, length + 0j, x + 1j * y], axis=1), axis=1)
     return flat, length

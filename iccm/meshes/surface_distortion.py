@@ -11,7 +11,7 @@ from .flatten import Flattening, weighted_percentiles
 from .locate import Locator
 from .stretch import Linear, laid_flat, linear
 
-NEAR = 1e-3  # as far as outlines may be apart, the default tolerance
+NEAR_SHARE = 1e-3  # as far as outlines may be apart, the default tolerance
 
 
 def on_surfaces(flat: Distortion, layouts: tuple[Flattening | None, Flattening | None]) -> Distortion:
@@ -65,10 +65,10 @@ def _in_space(layout: Flattening, z: Complex) -> Real:
 
 
 def _on_surface(layout: Flattening, z: Complex) -> Flags:
-    """(p,) which points are on the surface, and not in its holes, but for NEAR of its diagonal."""
+    """(p,) which points are on the surface, and not in its holes, but for NEAR_SHARE of its diagonal."""
     face, place = Locator(layout)(z, 1)
     found = np.einsum("pk,pk->p", place, layout.flat[layout.patch.faces[face]])
-    return np.abs(found - z) <= NEAR * diagonal(layout.flat)
+    return np.abs(found - z) <= NEAR_SHARE * diagonal(layout.flat)
 
 
 def _to_surface(layout: Flattening, z: Complex) -> Linear:

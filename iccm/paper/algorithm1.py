@@ -21,14 +21,14 @@ from .least_squares import System
 from .normalised import NormalisedProblem, measure_of
 
 PAPER_VERTICES = 200  # evenly spaced (by hand)
-DECREASE = 1e-4  # relative, of an iteration that ends the run (by hand)
-SAMPLES = 4  # of each edge (by hand)
+LEAST_DECREASE = 1e-4  # relative, of an iteration that ends the run (by hand)
+SAMPLES_PER_EDGE = 4  # of each edge (by hand)
 STROKE_SAMPLES = 50  # of each stroke (by hand)
 UNITS = {
     "quasiconformal": -2,
     "smoothness": -4,
 }  # powers of the source's length in an energy over its target's²
-HALVINGS = 6  # of a first-order step that does not lower the energy
+STEP_HALVINGS = 6  # of a first-order step that does not lower the energy
 
 
 @on_one_thread
@@ -111,7 +111,7 @@ def samples_of_edge(settings: Options) -> Real:
     if settings.literal:
         count = settings.samples_per_edge or 1
         return np.arange(count) / count
-    count = settings.samples_per_edge or SAMPLES
+    count = settings.samples_per_edge or SAMPLES_PER_EDGE
     return (np.arange(count) + 0.5) / count
 
 
@@ -145,7 +145,7 @@ def iterate(system: System, x: Complex, settings: Options) -> tuple[Complex, lis
     """
     targets = system.targets(x)
     energies = [system.energies(x, targets)]
-    decrease = DECREASE if settings.decrease is None else settings.decrease
+    decrease = LEAST_DECREASE if settings.decrease is None else settings.decrease
     for _ in progress.counted("steps", range(settings.max_iterations)):
         if energies[-1]["total"] <= settings.threshold:
             return x, energies, Status.THRESHOLD
@@ -162,7 +162,7 @@ def iterate(system: System, x: Complex, settings: Options) -> tuple[Complex, lis
 def _descend(system: System, x: Complex, targets: list[Target], most: float):
     """One global step and the local step after it; the old state where no part of the step has at most this energy."""
     step = system.solve(targets, x) - x
-    for halving in range(HALVINGS):
+    for halving in range(STEP_HALVINGS):
         trial = x + step * 0.5**halving
         found = system.targets(trial)
         energy = system.energies(trial, found)

@@ -12,8 +12,8 @@ from .energies import Basis, Target, Term, fixed, points, smoothness
 from .least_squares import System
 from .normalised import NormalisedProblem, measure_of
 
-PARALLEL = 0.05  # a fitted similarity that shrinks the shape below this share of its size says nothing
-PIN_RANK = 1e-6
+LEAST_SHRINKAGE = 0.05  # a fitted similarity that shrinks the shape below this share of its size says nothing
+PIN_RANK_SHARE = 1e-6
 """Singular values of the pins' coordinates below this share of the largest: as good as one place."""
 
 
@@ -53,7 +53,7 @@ def least_norm(matrix: Complex, right: Complex) -> tuple[Complex, Complex]:
     if not right.size:
         return np.zeros(matrix.shape[1], complex), np.eye(matrix.shape[1], dtype=complex)
     u, s, vh = scipy.linalg.svd(matrix, lapack_driver="gesvd")
-    rank = int(np.count_nonzero(s > PIN_RANK * s[0]))
+    rank = int(np.count_nonzero(s > PIN_RANK_SHARE * s[0]))
     x = vh[:rank].conj().T @ ((u[:, :rank].conj().T @ right) / s[:rank])
     return x, vh[rank:].conj().T
 
@@ -72,6 +72,6 @@ def similarity(source: Complex, target: Complex, least: complex) -> tuple[comple
         return least, 0j
     apart = float(np.sum(np.abs(source - source.mean()) ** 2)) > 1e-12
     scale = Similarity.fit(source, target).factor if apart else 0j
-    if abs(scale) < PARALLEL:
+    if abs(scale) < LEAST_SHRINKAGE:
         scale = least
     return scale, complex(target.mean() - scale * source.mean())

@@ -14,7 +14,7 @@ from ..maps.harmonic import HarmonicMap
 from ..plane import Similarity
 from ..problem import Problem, from_known
 
-SYMMETRIC = 1e-6  # third moment of a boundary of radius one below which its sign is rounding
+SYMMETRIC_MOMENT = 1e-6  # third moment of a boundary of radius one below which its sign is rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +75,7 @@ class NormalisedProblem:
         moments = [
             float(c.lengths @ (c.z + 0.5 * c.edges).imag ** 3) for c in (self.source, self.target) if c
         ]
-        return next((moment for moment in moments if abs(moment) > SYMMETRIC), 1.0)
+        return next((moment for moment in moments if abs(moment) > SYMMETRIC_MOMENT), 1.0)
 
     @property
     def upright(self) -> complex:

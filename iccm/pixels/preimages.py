@@ -3,16 +3,14 @@
 from collections.abc import Callable
 from typing import Protocol
 
-from ..maps.approximation import ERROR, triangulated
+from ..maps.approximation import ERROR_TEXELS, triangulated
 from ..maps.boundary_image import outline
 from ..maps.harmonic import HarmonicMap
 from ..maps.triangulated.map import TriangulatedMap
 from .canvas import Band, Canvas
 from .triangulated_preimages import TriangulatedPreimages
 
-USUAL = (
-    0.05  # the error of source points asked for that the ERROR of a triangulated map keeps, in the same units
-)
+USUAL = 0.05  # the error of source points asked for that ERROR_TEXELS of a triangulated map keeps, in the same units
 OUTLINE = 0.01  # pixels, that the outline may be off: less than one of 255 levels of coverage takes
 
 
@@ -41,7 +39,7 @@ def of(map: AnyMap, canvas: Canvas, tolerance: float, slopes: bool = True) -> Ba
     """
     if isinstance(map, HarmonicMap):
         edge = outline(map, OUTLINE * min(canvas.step))
-        drawn = triangulated(map, ERROR / USUAL * tolerance)
+        drawn = triangulated(map, ERROR_TEXELS / USUAL * tolerance)
         return TriangulatedPreimages(drawn, canvas, slopes, edge).band
     if isinstance(map, TriangulatedMap):
         return TriangulatedPreimages(map, canvas, slopes).band

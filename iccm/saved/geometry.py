@@ -15,10 +15,10 @@ import shapely
 from ..arrays import Complex, Real, complex_of, xy_of
 from ..curve import polygon_of
 
-DEPTH = 30  # halvings of a segment: to the 1e-9th of it
-PIECE = 1 / 16  # of the domain's size: longer pieces of a segment are looked at on their own
-FINER = 8  # times the tolerance is halved for polygons whose images are not simple
-SAMPLES = np.array([0.25, 0.5, 0.75])  # of a piece: where its image is held against its chord
+MOST_HALVINGS = 30  # halvings of a segment: to the 1e-9th of it
+LONGEST_PIECE_SHARE = 1 / 16  # of the domain's size: longer pieces of a segment are looked at on their own
+FINER_ROUNDS = 8  # times the tolerance is halved for polygons whose images are not simple
+CHORD_SAMPLES = np.array([0.25, 0.5, 0.75])  # of a piece: where its image is held against its chord
 
 Rings = list[Complex]
 Item = TypeVar("Item")
@@ -45,7 +45,7 @@ class Carrier:
     def __post_init__(self) -> None:
         self._domain = polygon_of(*self.rims)
         self._reach = self._domain.buffer(self.near)
-        self._piece = PIECE * abs(complex(np.ptp(self.rims[0].real), np.ptp(self.rims[0].imag)))
+        self._piece = LONGEST_PIECE_SHARE * abs(complex(np.ptp(self.rims[0].real), np.ptp(self.rims[0].imag)))
         shapely.prepare(self._reach)
 
     def points(self, z: Complex) -> Complex:
@@ -82,7 +82,7 @@ class Carrier:
         """The image of each polygon inside, refined further where it is not simple; what still is not falls apart."""
         found: dict[int, Any] = {}
         tolerance, todo = self.tolerance, list(range(len(polygons)))
-        for _ in range(FINER):
+        for _ in range(FINER_ROUNDS):
             rings = [[np.append(ring, ring[0]) for ring in polygons[k]] for k in todo]
             images = map(_polygon, _grouped(self._images(_flat(rings), tolerance), rings))
             found |= dict(zip(todo, images))
@@ -124,10 +124,10 @@ class Carrier:
         a[inner] = self.map((begin[owner] + low * step[owner])[inner])
         b = np.where(np.append(inner[1:], False), np.roll(a, -1), w[heads[owner] + 1])
         done = []
-        for depth in range(DEPTH):
-            t = low[:, None] + (high - low)[:, None] * SAMPLES
+        for depth in range(MOST_HALVINGS):
+            t = low[:, None] + (high - low)[:, None] * CHORD_SAMPLES
             between = self.map((begin[owner, None] + t * step[owner, None]).ravel()).reshape(t.shape)
-            bent = (_off(between, a, b) > tolerance) & (depth < DEPTH - 1)
+            bent = (_off(between, a, b) > tolerance) & (depth < MOST_HALVINGS - 1)
             done.append((owner[~bent], low[~bent], a[~bent]))
             if not bent.any():
                 break

@@ -14,7 +14,7 @@ from ..meshes.mesh import face_areas
 from ..meshes.stretch import laid_flat, linear
 from ..plane import triangle_areas
 
-PER_EDGE = 8  # places of a chord whose distances are taken (by hand)
+SAMPLES_PER_EDGE = 8  # places of a chord whose distances are taken (by hand)
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,8 +66,8 @@ def _distortion(corners: Complex, space: Real, scale: float) -> Distortion:
 
 def _boundary(z: Complex, outline: Curve) -> dict[str, float]:
     chords = Curve(z)
-    away = outline.distances(boundary_samples(z, PER_EDGE))
-    rms = np.sqrt(np.average(away**2, weights=np.repeat(chords.lengths, PER_EDGE)))
+    away = outline.distances(boundary_samples(z, SAMPLES_PER_EDGE))
+    rms = np.sqrt(np.average(away**2, weights=np.repeat(chords.lengths, SAMPLES_PER_EDGE)))
     return {
         "rms": float(rms) / outline.diagonal,
         "hausdorff": hausdorff(chords, outline) / outline.diagonal,

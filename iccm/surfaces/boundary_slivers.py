@@ -8,10 +8,12 @@ from ..flattening.opening import open_up, tuck_in
 from ..meshes.flatten import Flattening
 from ..plane import cross
 
-ROUNDS = 20  # of lifting; one does unless such triangles lie behind one another
-RIM = 1e-3  # of the outline's diagonal, the default tolerance: how far a vertex may be moved out of it
-HEIGHT = 1e-4  # of a triangle that is lifted, of its base: far above what files round to
-LEAST = 2e-7  # and of the diagonal: single precision's ulp at 1 is 1.2e-7
+LIFTING_ROUNDS = 20  # of lifting; one does unless such triangles lie behind one another
+MOST_MOVED_SHARE = (
+    1e-3  # of the outline's diagonal, the default tolerance: how far a vertex may be moved out of it
+)
+HEIGHT_SHARE = 1e-4  # of a triangle that is lifted, of its base: far above what files round to
+LEAST_HEIGHT_SHARE = 2e-7  # and of the diagonal: single precision's ulp at 1 is 1.2e-7
 
 
 def with_room(image: Complex, layout: Flattening, diagonal: float) -> Complex:
@@ -22,8 +24,8 @@ def with_room(image: Complex, layout: Flattening, diagonal: float) -> Complex:
     patch = layout.patch
     every = np.concatenate([patch.faces, patch.fans[0]])
     lifted = lift(image, every, layout.loop, diagonal)
-    least, rim = LEAST * diagonal, np.concatenate(patch.loops)
-    opened = tuck_in(open_up(lifted, patch, rim), patch, RIM * diagonal, least)
+    least, rim = LEAST_HEIGHT_SHARE * diagonal, np.concatenate(patch.loops)
+    opened = tuck_in(open_up(lifted, patch, rim), patch, MOST_MOVED_SHARE * diagonal, least)
     held = np.zeros(image.size, bool)
     held[rim] = True
     for faces in (every, patch.faces):
@@ -38,7 +40,7 @@ def lift(flat: Complex, faces: Index, loop: Index, diagonal: float) -> Complex:
         flat: positions, those of the loop on an outline.
         faces: (m, 3) triangles.
         loop: vertices of the outline, counter-clockwise.
-        diagonal: of the outline; triangles that need more than RIM of it stay as they are.
+        diagonal: of the outline; triangles that need more than MOST_MOVED_SHARE of it stay as they are.
     """
     place = np.full(flat.size, -1)
     place[loop] = np.arange(loop.size)
@@ -47,15 +49,15 @@ def lift(flat: Complex, faces: Index, loop: Index, diagonal: float) -> Complex:
     tip = np.argmax(ways, axis=1)  # opposite to the side beyond which most of the surface lies
     tips, heads, tails = (np.take_along_axis(faces, ((tip + k) % 3)[:, None], 1)[:, 0] for k in range(3))
     moved = flat.copy()
-    for _ in range(ROUNDS):
+    for _ in range(LIFTING_ROUNDS):
         base = moved[tails] - moved[heads]
         height = cross(base, moved[tips] - moved[heads]) / np.maximum(np.abs(base), 1e-300)
-        short = np.maximum(HEIGHT * np.abs(base), LEAST * diagonal) - height
+        short = np.maximum(HEIGHT_SHARE * np.abs(base), LEAST_HEIGHT_SHARE * diagonal) - height
         low = np.flatnonzero(short > 0)
         if not low.size:
             break
         moved[tips[low]] += 1j * (base / np.abs(base))[low] * (1.01 * short[low])
-    far = np.abs(moved - flat) > RIM * diagonal
+    far = np.abs(moved - flat) > MOST_MOVED_SHARE * diagonal
     return np.where(far, flat, moved)
 
 

@@ -14,12 +14,12 @@ from ..balanced.search.unit_problem import UnitProblem
 from ..curve import Curve
 from ..plane import Similarity
 
-SAMPLES = 256  # of an outline
-SHARES = np.arange(SAMPLES) / SAMPLES
-FARTHEST = 100.0  # in unit coordinates
-FAR = FARTHEST * np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j])
-ROUNDS = 30  # of closest points
-CLOSE = 0.15  # root mean square distance of outlines and pins, of areas of one, up to which it is tried
+OUTLINE_SAMPLES = 256  # of an outline
+SHARES = np.arange(OUTLINE_SAMPLES) / OUTLINE_SAMPLES
+FARTHEST_UNITS = 100.0  # in unit coordinates
+FAR = FARTHEST_UNITS * np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j])
+CLOSEST_POINT_ROUNDS = 30  # of closest points
+CLOSE_RMS = 0.15  # root mean square distance of outlines and pins, of areas of one, up to which it is tried
 
 
 def similarity_sketch(problem: UnitProblem) -> MeshMap | None:
@@ -32,9 +32,9 @@ def similarity_sketch(problem: UnitProblem) -> MeshMap | None:
         return None
     pairs = _partners(problem, near)
     outlines = [problem.source, *(problem.holes[0][i] for i, _ in pairs)]
-    loops = loops_of([(i, j, SAMPLES) for i, j in pairs], SAMPLES)
+    loops = loops_of([(i, j, OUTLINE_SAMPLES) for i, j in pairs], OUTLINE_SAMPLES)
     z = np.concatenate([*(curve.at(curve.length * SHARES) for curve in outlines), FAR])
-    first = SAMPLES * len(outlines)
+    first = OUTLINE_SAMPLES * len(outlines)
     faces = first + np.array([[0, 1, 2], [0, 2, 3]])
     return MeshMap.plain(z, near(z), faces, first, loops=loops, metrics=problem.metrics)
 
@@ -46,7 +46,7 @@ def _partners(problem: UnitProblem, near: Similarity) -> list[tuple[int, int]]:
     here, there = (np.array([curve.z.mean() for curve in side], complex) for side in problem.holes)
     away = np.abs(near(here)[:, None] - there)
     for i, j in problem.partners:
-        away[i, j] = -FARTHEST
+        away[i, j] = -FARTHEST_UNITS
     return [(int(i), int(j)) for i, j in zip(*linear_sum_assignment(away))]
 
 
@@ -54,7 +54,7 @@ def similarity(problem: UnitProblem) -> Similarity | None:
     """The similarity that takes the source closest to the target; None if that is not close."""
     found = [_icp(problem, match) for match in _matches(problem)]
     away, near = min(found, key=lambda each: each[0])
-    return near if away < CLOSE else None
+    return near if away < CLOSE_RMS else None
 
 
 def unlikeness(source: Curve, target: Curve, here: Complex, there: Complex) -> float:
@@ -95,8 +95,8 @@ def _icp(problem: UnitProblem, match: Match) -> tuple[float, Similarity]:
     pins, goals = problem.all_pins.T
     s = problem.source.length * SHARES
     z, w = problem.source.at(s), problem.target.at(match.at(s))
-    weight = np.append(np.ones(SAMPLES), np.full(pins.size, SAMPLES / max(pins.size, 1)))
-    for _ in range(ROUNDS):
+    weight = np.append(np.ones(OUTLINE_SAMPLES), np.full(pins.size, OUTLINE_SAMPLES / max(pins.size, 1)))
+    for _ in range(CLOSEST_POINT_ROUNDS):
         near = Similarity.fit(np.append(z, pins), np.append(w, goals), weight)
         if problem.anchors[0]:
             break

@@ -11,8 +11,9 @@ from ..meshes.mesh import Mesh
 from ..meshes.patch import Patch
 from .refined import RefinedSurface
 
-NEAR = 0.03  # barycentric coordinate under which a point is taken to the edge opposite, by hand: no thin triangles
-MOST_CROSSED = 1000  # triangles between two points of a way, by hand: far more than any should
+NEAR_BARYCENTRIC = 0.03
+"""Barycentric coordinate under which a point is taken to the edge opposite, by hand: no thin triangles."""
+MOST_CROSSED_TRIANGLES = 1000  # triangles between two points of a way, by hand: far more than any should
 
 
 class Opening(NamedTuple):
@@ -69,7 +70,7 @@ def _insert_line(
         end: where it ends.
     """
     way: list[int] = []
-    for _ in range(MOST_CROSSED):
+    for _ in range(MOST_CROSSED_TRIANGLES):
         fan = np.flatnonzero((refined.faces == here).any(axis=1))
         corners = refined.faces[fan]
         if (corners == end).any():
@@ -105,7 +106,7 @@ def _crossing(fan: Real, end: Real) -> tuple[int, float] | None:
     t = int(np.argmax(far))
     if far[t] <= 0:
         return None
-    near = np.array([0.0, 1.0])[np.abs(share[t] - [0, 1]) < NEAR]
+    near = np.array([0.0, 1.0])[np.abs(share[t] - [0, 1]) < NEAR_BARYCENTRIC]
     return t, float(near[0] if near.size else share[t])
 
 
@@ -135,5 +136,5 @@ def _nearest(points: Real, faces: Index, point: Real) -> tuple[int, Real]:
     _, face, foot = igl.point_mesh_squared_distance(point[None], np.ascontiguousarray(points), faces)
     face = int(np.ravel(face)[0])
     weights = barycentric(points[faces[face]][None], np.reshape(foot, (1, 3)))[0]
-    weights = np.where(weights < NEAR, 0, weights)
+    weights = np.where(weights < NEAR_BARYCENTRIC, 0, weights)
     return face, weights / weights.sum()

@@ -15,13 +15,16 @@ from numpy.typing import NDArray
 from ..arrays import Flags, Index, Real, distinct_rows
 from ..meshes.topology import labels
 
-ROUNDS = 32  # steps along the surface up to which surroundings are compared (by hand)
-SEEDS = (
+SURROUNDING_STEPS = 32  # steps along the surface up to which surroundings are compared (by hand)
+SEEDS_TRIED = (
     64  # partners that are tried for a half-edge; of more pieces of one connectivity the nearest (by hand)
 )
-PIECES = 1000  # meshes of more are soups, in which looking for each piece's partner takes too long (by hand)
-ALIKE = 2.0  # times the least residual: partners that fit so well are distinguished by how little they turn (by hand)
-EXACT = 1e-12  # residual that is nothing but rounding
+MOST_PIECES = (
+    1000  # meshes of more are soups, in which looking for each piece's partner takes too long (by hand)
+)
+ALIKE_RESIDUAL_RATIO = 2.0
+"""Times the least residual: partners that fit so well are distinguished by how little they turn (by hand)."""
+EXACT_RESIDUAL = 1e-12  # residual that is nothing but rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +84,7 @@ class Polygons:
         """(c,) numbers that are the same for half-edges with the same connectivity around them."""
         found = np.bincount(self.places)[self.places].astype(np.uint64)
         found += np.repeat(np.diff(self.starts), np.diff(self.starts)).astype(np.uint64) << np.uint64(32)
-        for _ in range(ROUNDS):
+        for _ in range(SURROUNDING_STEPS):
             found = _mixed(
                 found + np.uint64(3) * found[self.following] + np.uint64(7) * _mixed(found[self.twin])
             )
@@ -117,7 +120,7 @@ def isomorphism(old: Polygons, new: Polygons) -> Index | None:
     by_kind, begins = np.argsort(kind_new, kind="stable"), np.concatenate([[0], np.cumsum(count)])
     rarest = np.lexsort([count[kind], old.component])
     seeds = rarest[np.flatnonzero(np.diff(old.component[rarest], prepend=-1))]
-    if seeds.size > PIECES:
+    if seeds.size > MOST_PIECES:
         return None
     sizes = np.bincount(old.component)
     there, fit = np.full(old.corners.size, -1), _Fit()
@@ -125,11 +128,11 @@ def isomorphism(old: Polygons, new: Polygons) -> Index | None:
     for seed in seeds[np.lexsort([-sizes, count[kind[seeds]]])]:
         tried = by_kind[begins[kind[seed]] : begins[kind[seed] + 1]]
         tried = tried[there[tried] < 0]
-        if tried.size > SEEDS:
+        if tried.size > SEEDS_TRIED:
             if not fit.count:
                 return None
             away = fit.of(old.points[old.corners[seed]]) - new.points[new.corners[tried]]
-            tried = tried[np.argpartition(np.sum(away * away, axis=1), SEEDS)[:SEEDS]]
+            tried = tried[np.argpartition(np.sum(away * away, axis=1), SEEDS_TRIED)[:SEEDS_TRIED]]
         steps, fits = _steps(old, int(seed), known), list[tuple[_Fit, Index, Index]]()
         for other in tried:
             if (found := _followed(old, new, steps, int(seed), int(other), trial)) is None:
@@ -141,7 +144,7 @@ def isomorphism(old: Polygons, new: Polygons) -> Index | None:
         if not fits:
             return None
         least = min(fitted.turned for fitted, _, _ in fits)
-        alike = [each for each in fits if each[0].turned <= ALIKE * least + EXACT]
+        alike = [each for each in fits if each[0].turned <= ALIKE_RESIDUAL_RATIO * least + EXACT_RESIDUAL]
         fit, own, partner = min(alike, key=lambda each: each[0].upright)
         there[partner] = own
     return there

@@ -29,8 +29,10 @@ from .ground import ground_of
 from .problem import Layouts, SurfaceProblem
 from .target_mesh_map import OwnMap, on_own_mesh
 
-SURE = 1.3  # energy of a map of surfaces that are alike from which down no other is looked for, by hand
-STEPS, DECREASE = 40, 1e-3  # of Newton's method in space, and the relative decrease that ends it
+SURE_ENERGY = (
+    1.3  # energy of a map of surfaces that are alike from which down no other is looked for, by hand
+)
+NEWTON_STEPS, LEAST_DECREASE = 40, 1e-3  # of Newton's method in space, and the relative decrease that ends it
 
 
 def solve(problem: Problem, options: Options, layouts: Layouts, start: TriangulatedMap | None = None) -> Fit:
@@ -83,7 +85,7 @@ def _gone_on(asked: SurfaceProblem, start: TriangulatedMap) -> DiscreteMap:
 def _solve(asked: SurfaceProblem, start: TriangulatedMap | None) -> tuple[Solution, bool]:
     """The map in the user's planes, and whether it is on a surface's own triangles."""
     alike = None if start is not None else _from_similarity(asked)
-    if alike is not None and alike.energy < SURE:
+    if alike is not None and alike.energy < SURE_ENERGY:
         return _of_own(asked, alike), True
     try:
         if start is None:
@@ -191,9 +193,11 @@ def _descended(asked: SurfaceProblem, own: OwnMap) -> OwnMap:
         begun = own.state.relaxed()
         return replace(own, state=final_mesh.meet_bounds(begun, settings, journal))
     begun = replace(own.state, ground=ground_of(other, asked.frames[not asked.onto]))
-    first = begun.forward(1.0, STEPS, DECREASE)
+    first = begun.forward(1.0, NEWTON_STEPS, LEAST_DECREASE)
     journal.energies.append(first.value)
-    state = final_mesh.meet_bounds_by(lambda state, q: state.forward(q, STEPS, DECREASE), first, settings)
+    state = final_mesh.meet_bounds_by(
+        lambda state, q: state.forward(q, NEWTON_STEPS, LEAST_DECREASE), first, settings
+    )
     return replace(own, state=state, energy=first.value)
 
 

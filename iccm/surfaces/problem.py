@@ -20,7 +20,7 @@ from ..plane import Similarity
 from ..problem import Problem
 from .side import Side
 
-ROUNDED = 0.2  # of the tolerance: for outlines between two surfaces, by hand
+ROUNDED_TOLERANCE_SHARE = 0.2  # of the tolerance: for outlines between two surfaces, by hand
 Layouts = tuple[Flattening | None, Flattening | None]
 
 
@@ -105,7 +105,7 @@ class SurfaceProblem:
         """The problem in unit coordinates."""
         settings, frames = self.settings, self.frames
         if all(side.layout for side in self.sides):  # what one plane rounds off another may magnify
-            settings = replace(settings, tolerance=ROUNDED * settings.tolerance)
+            settings = replace(settings, tolerance=ROUNDED_TOLERANCE_SHARE * settings.tolerance)
         source, target = (unit_curve(frame, side.solved[0]) for side, frame in zip(self.sides, frames))
         holes, pins = self.inner_holes.unit(frames), self.inner_pins.unit(frames)
         unit = multilevel.problem_of(source, target, holes, pins, settings)

@@ -9,7 +9,7 @@ import numpy as np
 from ..arrays import Flags, Index, Real
 from ..meshes.topology import Triangles
 
-ON_EDGE = 1e-6
+ON_EDGE_BARYCENTRIC = 1e-6
 """Barycentric coordinate under which a place is on the edge opposite, by hand: far above rounding."""
 
 
@@ -52,7 +52,7 @@ class RefinedSurface:
     def with_point(self, face: int, place: Real) -> tuple["RefinedSurface", int]:
         """With a vertex in a triangle, at barycentric coordinates (3,), and its number: one that is there already, if
         the place is on it."""
-        corners, on = self.faces[face], place > ON_EDGE
+        corners, on = self.faces[face], place > ON_EDGE_BARYCENTRIC
         if on.sum() == 1:
             return self, int(corners[np.argmax(place)])
         weights = np.where(on, place, 0) / place[on].sum()

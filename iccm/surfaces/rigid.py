@@ -7,12 +7,12 @@ import numpy as np
 
 from ..arrays import Complex, Flags, Index
 from ..balanced.model.settings import Settings, SolveLog
-from ..balanced.rigid.given import MOST, aims_by
+from ..balanced.rigid.given import MOST_REGIONS, aims_by
 from ..balanced.rigid.solve import Rigid, keep_on_mesh
 from ..curve import Curve, inside_any
 from ..errors import InputError
 from ..flattening.free import Elastic
-from ..flattening.method import STEPS, TOLERANCE
+from ..flattening.method import LEAST_DECREASE, NEWTON_STEPS
 from ..maps.regions import Rings, rings_of
 from ..maps.triangulated.map import TriangulatedMap
 from ..meshes import topology
@@ -56,8 +56,10 @@ def keep_rigid(
         raise InputError(
             "rigid: contains no triangle of the surface that is away from the outline; enlarge the region"
         )
-    if count > MOST:
-        raise InputError(f"rigid: {count} regions are given, at most {MOST} are possible; remove some")
+    if count > MOST_REGIONS:
+        raise InputError(
+            f"rigid: {count} regions are given, at most {MOST_REGIONS} are possible; remove some"
+        )
     if touching:
         journal.notes.append(OUTLINE.format(touching))
     metric = state.metrics[0]
@@ -125,7 +127,7 @@ def flat_by_itself(z: Complex, faces: Index, shapes: Complex, labels: Index) -> 
         size = np.sqrt(triangle_areas(shapes[own]).sum())
         begun = here / np.sqrt(np.abs(triangle_areas(here[corners])).sum())
         sheet = Elastic.of(corners, shapes[own] / size)
-        laid = size * sheet.relaxed(begun, 1.0, STEPS, TOLERANCE)
+        laid = size * sheet.relaxed(begun, 1.0, NEWTON_STEPS, LEAST_DECREASE)
         turn = Similarity.fit(laid, here).factor
         flat[vertices] = turn / abs(turn) * laid
     return flat

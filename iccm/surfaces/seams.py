@@ -25,15 +25,16 @@ from .inserted import Opening, with_way
 from .trilateration import same_way
 
 MOST_TRIANGLES = 20_000  # beyond, the order is left as it is: it would take over ten seconds
-BEAM = 50_000  # beginnings of orders that are continued from, the cheapest: all that there are of up to eight landmarks
+BEAM_WIDTH = 50_000
+"""Beginnings of orders that are continued from, the cheapest: all that there are of up to eight landmarks."""
 ASTRAY, LONGER = (
     0.5,
     0.2,
 )  # radians, and the logarithm of lengths' ratio, that make a way twice as dear; by hand
-TRIED = 8  # orders whose layouts are compared
+ORDERS_TRIED = 8  # orders whose layouts are compared
 FEWEST_STOPS = 4  # of a seam that is looked for by distances: from three points two places are as far
-COARSE = 3000  # triangles, by hand: with more an edge beside a geodesic is close to it
-CLEAR = 0.03  # unlikeness of layouts from which down no more are
+COARSE_TRIANGLES = 3000  # triangles, by hand: with more an edge beside a geodesic is close to it
+CLEAR_UNLIKENESS = 0.03  # unlikeness of layouts from which down no more are
 
 
 class Opened(NamedTuple):
@@ -97,7 +98,7 @@ def agreed_orders(source: Patch, target: Patch, stops: Index) -> list[Index]:
     found = []
     for order in _orders(_cost(source, target, stops)):
         found.append((_unlikeness(source, target, stops[order]), order))
-        if found[-1][0] < CLEAR:
+        if found[-1][0] < CLEAR_UNLIKENESS:
             return [order]
     found.sort(key=lambda pair: pair[0])
     return [order for unlike, order in found if unlike < np.inf] or [given]
@@ -112,7 +113,7 @@ def same_seam(source: Patch, target: Patch, stops: Index) -> Opening | None:
         target: as above.
         stops: (k, 2) vertices of both, in the order of the seam.
     """
-    if len(stops) < FEWEST_STOPS or len(target.faces) > COARSE:
+    if len(stops) < FEWEST_STOPS or len(target.faces) > COARSE_TRIANGLES:
         return None
     try:
         way = way_through(target, stops[:, 1].tolist())
@@ -131,11 +132,11 @@ def _orders(cost: Real) -> Iterator[Index]:
     while ways.shape[1] < len(cost):
         further = total[:, None] + cost[ways[:, -1]]
         np.put_along_axis(further, ways, np.inf, axis=1)
-        cheapest = np.argsort(further, axis=None, kind="stable")[:BEAM]
+        cheapest = np.argsort(further, axis=None, kind="stable")[:BEAM_WIDTH]
         cheapest = cheapest[further.ravel()[cheapest] < np.inf]
         before, last = np.divmod(cheapest, len(cost))
         ways, total = np.column_stack([ways[before], last]), further.ravel()[cheapest]
-    yield from ways[ways[:, 0] < ways[:, -1]][:TRIED]
+    yield from ways[ways[:, 0] < ways[:, -1]][:ORDERS_TRIED]
 
 
 def _unlikeness(source: Patch, target: Patch, stops: Index) -> float:

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from ..arrays import Complex, Flags, Index
-from ..balanced.constraints.validate import ON_OUTLINE
+from ..balanced.constraints.validate import ON_OUTLINE_SHARE
 from ..curve import Curve
 from ..flattening import even_layout
 from ..meshes.flatten import Flattening
@@ -110,7 +110,7 @@ class Side:
 
 
 def _is_near(outline: Curve, z: Complex) -> Flags:
-    return outline.distances(z) < ON_OUTLINE * outline.diagonal
+    return outline.distances(z) < ON_OUTLINE_SHARE * outline.diagonal
 
 
 def _transfer(here: Flattening, there: Flattening, loop: Index, z: Complex, on: Flags) -> Complex:

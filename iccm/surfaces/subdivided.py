@@ -11,9 +11,9 @@ from ..buckets import nearest_segments
 from ..maps.approximation import AnyMap, triangulated
 from ..meshes.flatten import Flattening
 from ..plane import triangle_heights
-from .refined import ON_EDGE, RefinedSurface
+from .refined import ON_EDGE_BARYCENTRIC, RefinedSurface
 
-OWN = 0.5
+OWN_TOLERANCE_SHARE = 0.5
 """Of the tolerance: what chords may be off the map's outline, which may itself be off the one that was drawn."""
 
 
@@ -205,11 +205,11 @@ def _places(layout: Flattening, image: Complex, map: AnyMap, tolerance: float) -
     start, end = layout.flat[tails], layout.flat[heads]
     edge, part = nearest_segments(here, start, end)
     near = np.abs(start[edge] + part * (end - start)[edge] - here) <= tolerance * made.image_diagonal
-    inner = near & (part > ON_EDGE) & (part < 1 - ON_EDGE)
+    inner = near & (part > ON_EDGE_BARYCENTRIC) & (part < 1 - ON_EDGE_BARYCENTRIC)
     order = np.lexsort((part[inner], edge[inner]))
     edge, part, there = edge[inner][order], part[inner][order], there[inner][order]
     begins = np.flatnonzero(np.diff(edge, prepend=-1))
-    allowed, found = OWN * tolerance * made.diagonal, []
+    allowed, found = OWN_TOLERANCE_SHARE * tolerance * made.diagonal, []
     for first, last in zip(begins, np.append(begins[1:], edge.size)):
         k = edge[first]
         chain = np.concatenate([[image[tails[k]]], there[first:last], [image[heads[k]]]])
@@ -247,7 +247,7 @@ def _shares(kinds: Index, shares: Real) -> dict[int, Real]:
     """The shares at which edges of each kind are split, ascending; of those that are next to equal, one."""
     order = np.lexsort((shares, kinds))
     kinds, shares = kinds[order], shares[order]
-    far = (np.diff(kinds, prepend=-1) != 0) | (np.diff(shares, prepend=-1.0) > ON_EDGE)
+    far = (np.diff(kinds, prepend=-1) != 0) | (np.diff(shares, prepend=-1.0) > ON_EDGE_BARYCENTRIC)
     kinds, shares = kinds[far], shares[far]
     begins = np.flatnonzero(np.diff(kinds, prepend=-1))
     return dict(zip(kinds[begins].tolist(), np.split(shares, begins[1:])))

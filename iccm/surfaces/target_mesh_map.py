@@ -27,11 +27,15 @@ from ..plane import Similarity, cross, triangle_areas
 from .refined import RefinedSurface
 from .side import Side
 
-UNFOLDING, POLISHING = 200, 30  # steps: a bunny with holes takes over 40
-ROOM = 4  # times that triangles around folds are halved, by hand
-THIN = 0.1  # of the mean: ratio of areas from which down a triangle beside the boundary is moved, too
-COARSE = 4000  # triangles from which down edges are halved between surfaces: median errors fall by 20 to 40 %
-SAME = 1e-9  # of the length: arclengths this close are one place
+UNFOLDING_STEPS, POLISHING_STEPS = 200, 30  # steps: a bunny with holes takes over 40
+ROOM_HALVINGS = 4  # times that triangles around folds are halved, by hand
+THIN_AREA_RATIO = (
+    0.1  # of the mean: ratio of areas from which down a triangle beside the boundary is moved, too
+)
+COARSE_TRIANGLES = (
+    4000  # triangles from which down edges are halved between surfaces: median errors fall by 20 to 40 %
+)
+SAME_PLACE_SHARE = 1e-9  # of the length: arclengths this close are one place
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +131,7 @@ def _outline_of(z: Complex, simple: Curve) -> _ExactOutline:
     first = int(np.argmin(np.abs(z - simple.z[0])))
     z = np.roll(z, -first)
     kept = [int(np.argmin(np.abs(z - w))) for w in simple.z]
-    on = np.abs(z[kept] - simple.z) < SAME * simple.length
+    on = np.abs(z[kept] - simple.z) < SAME_PLACE_SHARE * simple.length
     kept_on = np.array(kept)[on]
     if (np.diff(kept_on) <= 0).any():
         raise Stuck("the outline of the surface touches itself")
@@ -184,10 +188,10 @@ def _mesh(
     still = np.zeros(mesh.count, bool)
     still[np.concatenate([*loops, pinned])] = True
     mesh, rim = _with_boundary(mesh.without_chords(still), loops, boundary)
-    if problem.metrics[1] is not None and len(mesh.faces) < COARSE:
+    if problem.metrics[1] is not None and len(mesh.faces) < COARSE_TRIANGLES:
         mesh = mesh.without_chords(np.ones(mesh.count, bool))
     on = _On(side, frame, problem, boundary, [rim, pinned, *closing])
-    for rounds in reversed(range(ROOM)):
+    for rounds in reversed(range(ROOM_HALVINGS)):
         own = on.map(mesh, given[mesh.own], state)
         try:
             return replace(own, state=_relax_slivers(_unfold(own.state, harmonic=not rounds)))
@@ -256,12 +260,17 @@ def _unfold(map: DiscreteMap, *, harmonic: bool) -> DiscreteMap:
     map = map.moved_to_border(map.u)
     try:
         return map.unfolded(
-            harmonic=False, polish=POLISHING, steps=UNFOLDING, weighed=True, thin=THIN, most=1.0
+            harmonic=False,
+            polish=POLISHING_STEPS,
+            steps=UNFOLDING_STEPS,
+            weighed=True,
+            thin=THIN_AREA_RATIO,
+            most=1.0,
         )
     except Tangled:
         if not harmonic:
             raise
-        return map.unfolded(polish=POLISHING, steps=UNFOLDING, weighed=True)
+        return map.unfolded(polish=POLISHING_STEPS, steps=UNFOLDING_STEPS, weighed=True)
 
 
 def _relax_slivers(map: DiscreteMap) -> DiscreteMap:
@@ -308,9 +317,9 @@ def _with_boundary(
     for loop, (outline, _, part) in zip(loops, boundary.loops):
         edge, share = outline.curve.locate(s[part])
         length = outline.curve.lengths[edge]
-        at_head = (1 - share) * length < SAME * outline.length
+        at_head = (1 - share) * length < SAME_PLACE_SHARE * outline.length
         edge, share = np.where(at_head, edge + 1, edge) % loop.size, np.where(at_head, 0, share)
-        on = share * length < SAME * outline.length
+        on = share * length < SAME_PLACE_SHARE * outline.length
         rim[part][on] = loop[edge[on]]
         between = np.flatnonzero(~on)
         new.append(part.start + between)

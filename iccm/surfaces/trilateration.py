@@ -12,19 +12,21 @@ from ..meshes.locate import barycentric
 from ..meshes.mesh import Mesh, face_areas
 from ..meshes.patch import Patch
 from ..meshes.topology import Triangles
-from .refined import ON_EDGE, RefinedSurface
+from .refined import ON_EDGE_BARYCENTRIC, RefinedSurface
 
-FINE, HALVINGS = 10_000, 3
+FINE_TRIANGLES, MOST_HALVINGS = 10_000, 3
 """Triangles on which ways are looked for, and how often edges are halved at most (by hand)."""
-SAMPLES = 8  # of each edge of a seam
-ASTRAY = 0.01  # of the root of the area: difference of distances that makes a way twice as long, by hand
+SAMPLES_PER_EDGE = 8  # of each edge of a seam
+ASTRAY_DISTANCE_SHARE = (
+    0.01  # of the root of the area: difference of distances that makes a way twice as long, by hand
+)
 
 
 def subdivide(points: Real, faces: Index) -> RefinedSurface:
     """Triangles of a closed surface with all edges halved, and again, until they are fine."""
     fine = RefinedSurface.of(faces, len(points))
-    for _ in range(HALVINGS):
-        if len(fine.faces) < FINE:
+    for _ in range(MOST_HALVINGS):
+        if len(fine.faces) < FINE_TRIANGLES:
             fine = fine.without_chords(np.ones(fine.count, bool))
     return fine
 
@@ -75,7 +77,7 @@ def same_way(source: Patch, target: Patch, stops: Index, way: list[int]) -> Real
         np.arange(3 * len(fine.faces)).reshape(-1, 3),
     )
     ends = [way.index(stop) for stop in stops[:, 1]]
-    dear = [1 + (_off(here, there[way[i : j + 1]]) / ASTRAY) ** 2 for i, j in pairwise(ends)]
+    dear = [1 + (_off(here, there[way[i : j + 1]]) / ASTRAY_DISTANCE_SHARE) ** 2 for i, j in pairwise(ends)]
     found = points[way_through(whole, stops[:, 0].tolist(), dear)]
     return found[_on_edges(source, found)]
 
@@ -90,7 +92,7 @@ def _off(values: Real, goals: Real) -> Real:
     """(n,) distances of values (n, k) to the polyline of goals (p, k)."""
     from scipy.spatial import cKDTree
 
-    share = np.arange(SAMPLES)[:, None, None] / SAMPLES
+    share = np.arange(SAMPLES_PER_EDGE)[:, None, None] / SAMPLES_PER_EDGE
     samples = (goals[:-1] * (1 - share) + goals[1:] * share).reshape(-1, goals.shape[1])
     return cKDTree(np.concatenate([samples, goals[-1:]])).query(values)[0]
 
@@ -102,4 +104,4 @@ def _on_edges(whole: Patch, points: Real) -> Flags:
     faces = np.ascontiguousarray(whole.faces)
     _, face, foot = igl.point_mesh_squared_distance(points, np.ascontiguousarray(whole.points), faces)
     weights = barycentric(whole.points[faces[face]], foot)
-    return np.asarray((weights < ON_EDGE).any(axis=1))
+    return np.asarray((weights < ON_EDGE_BARYCENTRIC).any(axis=1))

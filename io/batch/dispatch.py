@@ -51,7 +51,7 @@ class Policy:
         """The time limit of a job."""
         if self.time_limit is not None:
             return self.time_limit
-        return deadline.DEFAULT if self.timeout is None else EARLY * self.timeout
+        return deadline.DEFAULT_SECONDS if self.timeout is None else EARLY * self.timeout
 
 
 @dataclass

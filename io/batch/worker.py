@@ -86,7 +86,7 @@ def _run(payload: dict[str, Any]) -> dict[str, Any]:
     from .. import files
     from . import commands
 
-    with deadline.limited(payload.get("seconds", deadline.DEFAULT)):
+    with deadline.limited(payload.get("seconds", deadline.DEFAULT_SECONDS)):
         outcome = commands.run(commands.job_of(payload["job"]), payload["threads"])
     return {
         "status": "done" if outcome.ok else "poor",

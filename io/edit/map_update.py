@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...balanced.fit import MOST_TOLERANCES
-from ...balanced.search.partial import GOOD
+from ...balanced.search.partial import GOOD_STRETCH
 from ...errors import InputError
 from ...maps.summary import WELL_SEEN
 from ...maps.triangulated.map import TriangulatedMap
@@ -108,10 +108,12 @@ def verdict(status: Status, report: dict[str, Any], *, deformed: bool) -> str:
         if report.get(name, 1) < WELL_SEEN
     ]
     if lost:
-        return f"The shapes fit, {folds}, but {' and '.join([*lost, *([even] if most > GOOD else [])])}."
+        return (
+            f"The shapes fit, {folds}, but {' and '.join([*lost, *([even] if most > GOOD_STRETCH else [])])}."
+        )
     return (
         f"Good fit: the scale is nearly uniform, {folds}."
-        if most <= GOOD
+        if most <= GOOD_STRETCH
         else (f"The shapes fit, {folds}, but {even}.")
     )
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...arrays import Complex, Real
 from ...balanced.model.outline import kept_vertices
-from ...balanced.search.symmetry import SYMMETRIC, asymmetry
+from ...balanced.search.symmetry import MOST_ASYMMETRY_SHARE, asymmetry
 from ...curve import Curve
 from ...maps.triangulated.map import TriangulatedMap
 from ..shapes import parts
@@ -32,7 +32,7 @@ def axis(curve: Curve) -> float | None:
     """The abscissa of the vertical line about which a shape is its own mirror image; None where it is not."""
     low, high = curve.box
     middle = 0.5 * (low.real + high.real)
-    return middle if asymmetry(curve, middle) <= SYMMETRIC else None
+    return middle if asymmetry(curve, middle) <= MOST_ASYMMETRY_SHARE else None
 
 
 def suggested(map: TriangulatedMap, source: Shape, target: Shape, taken: Complex) -> list[Pin]:

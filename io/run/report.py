@@ -14,7 +14,7 @@ import numpy as np
 
 from ... import __version__
 from ...maps.summary import CERTAIN_SHARE, SEEN_FOLDS
-from ...result import FAR_OFF
+from ...result import FAR_OFF_TOLERANCES
 from ...status import Status
 from .. import files
 from .parts import label
@@ -120,7 +120,7 @@ def doubts(found: dict[str, Any], tolerance: float, quasi: bool, *, weighed: boo
     said: list[str] = []
     gap, injective = (found["boundary"] or {}).get("hausdorff", 0.0), found["injective"]
     pulled = weighed and bool(found["pins"] or found["strokes"])
-    if gap > FAR_OFF * tolerance and (pulled or found["status"] not in ("gap", "crowded")):
+    if gap > FAR_OFF_TOLERANCES * tolerance and (pulled or found["status"] not in ("gap", "crowded")):
         said.append(Doubt("the mapped outline is far from the target's outline (boundary)"))
     if not injective["certified"]:
         said.append(Doubt("the map is not one-to-one, so the picture overlaps itself (injective)"))

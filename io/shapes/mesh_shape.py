@@ -251,14 +251,14 @@ class MeshShape(Shape):
         mesh, uv = self.file.mesh, self.uv
         assert mesh.uv_corners is not None
         faces = mesh.uv_corners[self.flattening.patch.corner]
-        missing, broken = faces < 0, ~(np.abs(uv[faces]) <= layout.FARTHEST).all(axis=-1)
+        missing, broken = faces < 0, ~(np.abs(uv[faces]) <= layout.MOST_COORDINATE).all(axis=-1)
         if (missing | broken).any():
             triangle, corner = np.argwhere(missing | broken)[0]
             face = np.searchsorted(mesh.starts, self.flattening.patch.corner[triangle, 0], side="right") - 1
             what = (
                 "has no texture coordinates"
                 if missing[triangle, corner]
-                else f"its texture coordinates are not finite, or larger than {layout.FARTHEST:g}"
+                else f"its texture coordinates are not finite, or larger than {layout.MOST_COORDINATE:g}"
             )
             raise InputError(f"{self.spec}: {mesh.face_name(int(face))}: {what}")
         return faces

@@ -14,7 +14,7 @@ from ...meshes.geodesics import GeodesicGraph
 from ...meshes.patch import Patch
 from ...surfaces.inserted import Opening
 from ...surfaces.isomorphism import Polygons, isomorphism
-from ...surfaces.seams import COARSE, Opened, agreed_orders, same_seam
+from ...surfaces.seams import COARSE_TRIANGLES, Opened, agreed_orders, same_seam
 from ..meshes import mesh_files
 from ..meshes.mesh_format import MeshFormat
 from ..point_syntax import Place
@@ -86,7 +86,7 @@ def seam_order(
     orders = agreed_orders(source, target, stops)
     tried = ((order, same_seam(source, target, stops[order])) for order in orders[:MAPS])
     best = next(tried)
-    if len(orders) > 1 and max(len(source.faces), len(target.faces)) <= COARSE:
+    if len(orders) > 1 and max(len(source.faces), len(target.faces)) <= COARSE_TRIANGLES:
         fine = (seam for seam in chain([best], tried) if not _twists(source, target, stops[seam[0]], seam[1]))
         best = next(fine, best)
     return best[0].tolist(), best[1]

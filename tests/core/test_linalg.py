@@ -45,7 +45,7 @@ def test_minimum_degree(monkeypatch, count, seed):
 def test_minimum_degree_with_too_little_room_is_repeated(monkeypatch):
     faces = mesh(200, 5)
     enough = ordering._by_quotient_graph(faces, 200)
-    monkeypatch.setattr(ordering, "ROOM", 1)
+    monkeypatch.setattr(ordering, "FIRST_ENTRIES_PER_VERTEX", 1)
     assert all(
         np.array_equal(one, other) for one, other in zip(enough, ordering._by_quotient_graph(faces, 200))
     )
@@ -68,8 +68,8 @@ def test_columns_of_a_given_order(monkeypatch, count, seed):
 def test_supernodes(monkeypatch, few, zeros):
     found = ordering.minimum_degree(mesh(300, 3), 300)
     for module in (fronts, reference):
-        monkeypatch.setattr(module, "FEW", few)
-        monkeypatch.setattr(module, "ZEROS", zeros)
+        monkeypatch.setattr(module, "LEAST_FRONT_VERTICES", few)
+        monkeypatch.setattr(module, "MOST_ZEROS_SHARE", zeros)
 
     def plain(parents, counts, size, free, old, room, place, starts, last, n, least, share):
         assert (n, least, share) == (300, few, zeros)

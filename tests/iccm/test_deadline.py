@@ -51,7 +51,7 @@ def test_a_search_that_is_ended_gives_the_best_map_so_far_with_a_note(clock, met
     asked, found = clock.asked, 0
     for share in (0.1, 0.3, 0.5, 0.7, 0.9):
         clock.now, clock.step = 0.0, 1 / (share * asked)
-        with deadline.limited(deadline.SEARCH * 1.4):
+        with deadline.limited(deadline.SEARCH_TIME_SHARE * 1.4):
             try:
                 fit = iccm.fit(SQUARE, FLOWER, **options)
             except deadline.TimeUp as error:

@@ -679,8 +679,8 @@ FILES: list[Mutant] = [
     ),
     Mutant(
         "io/batch/dispatch.py",
-        "return deadline.DEFAULT if self.timeout is None else EARLY * self.timeout",
-        "return deadline.DEFAULT",
+        "return deadline.DEFAULT_SECONDS if self.timeout is None else EARLY * self.timeout",
+        "return deadline.DEFAULT_SECONDS",
         BATCH,
         "jobs are killed at --timeout instead of ending with their best map before",
     ),
@@ -799,7 +799,7 @@ FILES: list[Mutant] = [
     ),
     Mutant(
         "io/run/report.py",
-        "if gap > FAR_OFF * tolerance and",
+        "if gap > FAR_OFF_TOLERANCES * tolerance and",
         "if gap < FAR_OFF * tolerance and",
         "tests/io/run/test_framing.py",
         "good maps are doubted",

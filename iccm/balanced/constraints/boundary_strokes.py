@@ -13,11 +13,11 @@ import shapely
 from ...arrays import Complex, Flags, Index, complex_of, xy_of
 from ...curve import Curve
 from ...errors import ConstraintError
-from ...problem import ON_OUTLINE
+from ...problem import ON_OUTLINE_SHARE
 
 BESIDE_END = 20.0  # times that: how far a stroke may keep so close to the outline from its end there on
-SAMPLES = 2.0  # of a stroke, for that length
-SAME = 1e-9  # of the diagonal: rounding
+SAMPLES_PER_LENGTH = 2.0  # of a stroke, for that length
+SAME_POINT_SHARE = 1e-9  # of the diagonal: rounding
 NAMES = ("source", "target")
 
 
@@ -69,7 +69,7 @@ def separate(
 
 def _is_along(curve: Curve, stroke: Curve) -> bool:
     z = stroke.at(_samples(curve, stroke))
-    return bool(np.all(curve.distances(z) <= ON_OUTLINE * curve.diagonal))
+    return bool(np.all(curve.distances(z) <= ON_OUTLINE_SHARE * curve.diagonal))
 
 
 def _along(domains: tuple[Curve, ...], drawn: DrawnStroke, beside: Sequence[bool]) -> DrawnStroke:
@@ -119,7 +119,7 @@ def _snap_ends(domains: tuple[Curve, ...], drawn: DrawnStroke) -> DrawnStroke:
     """
     k, curves = drawn.number, list(drawn.curves)
     at_ends = np.array(
-        [c.distances(s.z[[0, -1]]) <= ON_OUTLINE * c.diagonal for c, s in zip(domains, curves)]
+        [c.distances(s.z[[0, -1]]) <= ON_OUTLINE_SHARE * c.diagonal for c, s in zip(domains, curves)]
     )
     for end in (0, 1):
         here, there = at_ends[0, end], at_ends[-1, end]
@@ -148,7 +148,7 @@ def _snap_ends(domains: tuple[Curve, ...], drawn: DrawnStroke) -> DrawnStroke:
 def _refuse_touching(curve: Curve, stroke: Curve, on_outline: tuple[bool, bool], k: int, side: int) -> None:
     s = _samples(curve, stroke)
     z = stroke.at(s)
-    unit = ON_OUTLINE * curve.diagonal
+    unit = ON_OUTLINE_SHARE * curve.diagonal
     bad = (curve.distances(z) < unit) | ~curve.contains(z)
     for end, from_end in ((0, s), (1, stroke.length - s)):
         if on_outline[end]:
@@ -165,7 +165,7 @@ def _on_outline(curve: Curve, stroke: Curve, end: int) -> Curve:
     """The stroke led to the outline at an end that is close to it: cut there where it leaves the shape."""
     z = stroke.z[::-1] if end else stroke.z
     foot = curve.nearest(z[:1])
-    if abs(foot[0] - z[0]) <= SAME * curve.diagonal:
+    if abs(foot[0] - z[0]) <= SAME_POINT_SHARE * curve.diagonal:
         z = np.append(foot, z[1:])
     elif curve.contains(z[:1])[0]:
         z = np.append(foot, z)
@@ -183,7 +183,7 @@ def _cut_off(curve: Curve, stroke: Curve, end: int) -> Curve:
     turned = Curve(stroke.z[::-1], closed=False) if end else stroke
     s = _samples(curve, turned)
     z = turned.at(s)
-    clear = (curve.distances(z) > SAMPLES * ON_OUTLINE * curve.diagonal) & curve.contains(z)
+    clear = (curve.distances(z) > SAMPLES_PER_LENGTH * ON_OUTLINE_SHARE * curve.diagonal) & curve.contains(z)
     first = s[np.argmax(clear)] if clear.any() else 0.0
     z = np.append(turned.at(np.array([first])), turned.z[turned.knots > first + 1e-12 * turned.length])
     return Curve(z[::-1] if end else z, closed=False)
@@ -233,7 +233,7 @@ def _left_of(curve: Curve, stroke: Curve, points: Complex) -> Flags:
 
 def _samples(curve: Curve, stroke: Curve) -> np.ndarray:
     """Arclengths along a stroke, its vertices among them, close enough to see it touch the outline of a shape."""
-    count = int(np.ceil(SAMPLES * stroke.length / (ON_OUTLINE * curve.diagonal)))
+    count = int(np.ceil(SAMPLES_PER_LENGTH * stroke.length / (ON_OUTLINE_SHARE * curve.diagonal)))
     return np.union1d(np.linspace(0, stroke.length, min(count, 20_000) + 2), stroke.knots)
 
 

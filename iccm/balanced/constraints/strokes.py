@@ -9,12 +9,14 @@ import shapely
 from ...arrays import Complex, complex_of, xy_of
 from ...curve import Curve
 from ..minimise.sliding import Rail
-from ..model.boundary_pairs import MERGED, Match, subdivide
+from ..model.boundary_pairs import MERGED_SPACING_SHARE, Match, subdivide
 from ..model.inner_constraints import Foot, InnerConstraints
-from ..model.outline import SHARP
+from ..model.outline import SHARP_CORNER_RADIANS
 
-LEAST_PARTS = 4  # of a stroke from the outline
-FINENESS = 1e-4  # of the diagonal: how closely the strokes that are solved for follow those given
+LEAST_PARTS_OF_STROKE = 4  # of a stroke from the outline
+STROKE_FINENESS_SHARE = (
+    1e-4  # of the diagonal: how closely the strokes that are solved for follow those given
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +62,7 @@ def rail_of(curve: Curve) -> Rail:
     """The stroke there and back again, its sharp corners and ends where sliding vertices stop."""
     loop = Curve(np.append(curve.z, curve.z[-2:0:-1]))
     edges = loop.edges
-    sharp = np.abs(np.angle(edges / np.roll(edges, 1))) > SHARP
+    sharp = np.abs(np.angle(edges / np.roll(edges, 1))) > SHARP_CORNER_RADIANS
     sharp[[0, curve.z.size - 1]] = True
     return Rail(loop.knots, loop.z, loop.knots[:-1][sharp])
 
@@ -131,7 +133,7 @@ def _chain(stroke: StrokePair, match: Match, spacing: float) -> tuple[Any, ...]:
     """(s, τ, whether a source corner, whether a target corner, whether stuck) of the vertices of a stroke, in order,
     without those on the outlines."""
     if any(stroke.on_outline):  # two vertices at least are inside
-        spacing = min(spacing, max(stroke.source.length, stroke.target.length) / LEAST_PARTS)
+        spacing = min(spacing, max(stroke.source.length, stroke.target.length) / LEAST_PARTS_OF_STROKE)
     s0, t0 = stroke.source.knots, stroke.target.knots
     ends, goals = match.s[[0, -1]], match.tau[[0, -1]]
     s0, t0 = (x[(x > low) & (x < high)] for x, (low, high) in ((s0, ends), (t0, goals)))
@@ -139,7 +141,7 @@ def _chain(stroke: StrokePair, match: Match, spacing: float) -> tuple[Any, ...]:
     tau = np.concatenate([goals, np.interp(s0, match.s, match.tau), t0])
     kind = np.repeat([3, 1, 2], [2, s0.size, t0.size])
     order = np.lexsort((tau, s))
-    places = _merge_corners(list(zip(s[order], tau[order], kind[order])), MERGED * spacing)
+    places = _merge_corners(list(zip(s[order], tau[order], kind[order])), MERGED_SPACING_SHARE * spacing)
     s, tau, kind = (
         np.array([p[0] for p in places]),
         np.array([p[1] for p in places]),

@@ -10,15 +10,15 @@ from ...arrays import Complex, Flags, Index, Real, xy_of
 from ...curve import Curve
 from ...errors import ConstraintError
 from ...plane import Similarity, bounding_box, longer_side
-from ...problem import ON_OUTLINE
+from ...problem import ON_OUTLINE_SHARE
 from ..model.frames import on_grid
 from .boundary_strokes import NAMES, DrawnStroke, refuse_other_sides, separate
-from .strokes import FINENESS, StrokePair, simplify
+from .strokes import STROKE_FINENESS_SHARE, StrokePair, simplify
 
-NEAR_OUTLINE = 0.02  # of the diagonal: a pin inside but closer than this stretches what lies between
-AT_OUTLINE = 1e-6
+NEAR_OUTLINE_SHARE = 0.02  # of the diagonal: a pin inside but closer than this stretches what lies between
+AT_OUTLINE_SHARE = 1e-6
 """Of the diagonal: the same where the outline is free, and nothing is lost by pins close to it."""
-SAME_POINT = 1e-9  # of the diagonal
+SAME_POINT_SHARE = 1e-9  # of the diagonal
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +92,7 @@ def check(
     domains = source, target
     pins, numbers, ends = _apart_from_ends(pins, strokes, source.diagonal, target.diagonal, numbers)
     distances = np.column_stack([_inside(c, pins[:, k], numbers, k) for k, c in enumerate(domains)])
-    outer = distances < ON_OUTLINE
+    outer = distances < ON_OUTLINE_SHARE
     for k in np.flatnonzero(outer[:, 0] != outer[:, 1]):
         there, here = ("source", "target") if outer[k, 0] else ("target", "source")
         raise ConstraintError(
@@ -101,7 +101,7 @@ def check(
             [numbers[k]],
         )
     outer = outer[:, 0]
-    near = np.flatnonzero(~outer & (distances.min(axis=1) < NEAR_OUTLINE))
+    near = np.flatnonzero(~outer & (distances.min(axis=1) < NEAR_OUTLINE_SHARE))
     notes = tuple(
         f"Pin {numbers[k] + 1} is very close to the outline: the picture is stretched in between. Move "
         "the pin away from the outline or onto it."
@@ -131,7 +131,7 @@ def check_free(
     for hole in holes:
         away = hole.distances(pins[:, 0]) / source.diagonal
         distances = np.minimum(distances, away)
-    outer = distances < AT_OUTLINE
+    outer = distances < AT_OUTLINE_SHARE
     inner, _ = separate((source,), strokes, ends)
     drawn = check_strokes((source,), inner, pins, numbers)
     rim = OutlinePoints.of(pins[outer], numbers[outer], inner).points
@@ -159,8 +159,8 @@ def _at_ends(pins: Complex, strokes: Sequence[tuple[Curve, Curve]], unit: float,
     found = np.zeros((len(strokes), 2, len(pins)), bool)
     for k, (a, b) in enumerate(strokes):
         for end in (0, -1):
-            here = np.abs(pins[:, 0] - a.z[end]) <= SAME_POINT * unit
-            found[k, end] = here & (np.abs(pins[:, 1] - b.z[end]) <= SAME_POINT * image_unit)
+            here = np.abs(pins[:, 0] - a.z[end]) <= SAME_POINT_SHARE * unit
+            found[k, end] = here & (np.abs(pins[:, 1] - b.z[end]) <= SAME_POINT_SHARE * image_unit)
     return found
 
 
@@ -184,7 +184,7 @@ def check_strokes(
         for line, stroke in zip(lines, strokes):
             k = stroke.number
             ends = stroke.curves[side].z[[0, -1]]
-            if abs(ends[1] - ends[0]) < ON_OUTLINE * unit:
+            if abs(ends[1] - ends[0]) < ON_OUTLINE_SHARE * unit:
                 raise ConstraintError(
                     f"stroke {k + 1}: is closed in the {name}; open it, or draw two strokes with a gap between them",
                     strokes=[k],
@@ -197,14 +197,14 @@ def check_strokes(
             for other, before in zip(lines, strokes):
                 if before is stroke:
                     break
-                if line.distance(other) < ON_OUTLINE * unit:
+                if line.distance(other) < ON_OUTLINE_SHARE * unit:
                     j = before.number
                     raise ConstraintError(
                         f"strokes {j + 1} and {k + 1}: cross or touch in the {name}; leave a gap between them",
                         strokes=[j, k],
                     )
             for z, number in zip(pins[:, side], numbers):
-                if line.distance(shapely.Point(z.real, z.imag)) < ON_OUTLINE * unit:
+                if line.distance(shapely.Point(z.real, z.imag)) < ON_OUTLINE_SHARE * unit:
                     raise ConstraintError(
                         f"pin {number + 1} and stroke {k + 1}: touch in the {name}; move or remove one of them",
                         [number],
@@ -215,7 +215,7 @@ def check_strokes(
 
 
 def _simplified(stroke: DrawnStroke, units: Sequence[float]) -> StrokePair:
-    a, b = (simplify(c, FINENESS * unit) for c, unit in zip(stroke.curves, units))
+    a, b = (simplify(c, STROKE_FINENESS_SHARE * unit) for c, unit in zip(stroke.curves, units))
     return StrokePair(a, b, stroke.sticks, on_outline=stroke.on_outline)
 
 
@@ -228,8 +228,8 @@ def _without_repeats(pins: Complex, unit: float, image_unit: float | None) -> tu
     one place."""
     keep: list[int] = []
     for k, (z, w) in enumerate(pins):
-        same = [j for j in keep if abs(pins[j, 0] - z) <= SAME_POINT * unit]
-        same_goal = [j for j in keep if abs(pins[j, 1] - w) <= SAME_POINT * (image_unit or unit)]
+        same = [j for j in keep if abs(pins[j, 0] - z) <= SAME_POINT_SHARE * unit]
+        same_goal = [j for j in keep if abs(pins[j, 1] - w) <= SAME_POINT_SHARE * (image_unit or unit)]
         if any(j in same_goal for j in same):
             continue
         if same:
@@ -252,7 +252,7 @@ def _inside(curve: Curve, z: Complex, numbers: Index, side: int) -> Real:
     if not z.size:
         return np.empty(0)
     distances = curve.distances(z)
-    outside = np.flatnonzero(~curve.contains(z) & (distances > ON_OUTLINE * curve.diagonal))
+    outside = np.flatnonzero(~curve.contains(z) & (distances > ON_OUTLINE_SHARE * curve.diagonal))
     if outside.size:
         k, name = outside[0], ("source", "target")[side]
         raise ConstraintError(
@@ -324,7 +324,7 @@ class OutlinePoints:
         keep: list[int] = []
         for k in order:
             for j in keep[-1:] + keep[:1]:
-                same, same_goal = (_round_gap(x[k], x[j]) < SAME_POINT for x in (s, tau))
+                same, same_goal = (_round_gap(x[k], x[j]) < SAME_POINT_SHARE for x in (s, tau))
                 if same and same_goal:
                     break
                 if same or same_goal:
@@ -387,7 +387,7 @@ def with_points(curve: Curve, points: Complex) -> Curve:
         return curve
     s = np.mod(curve.closest(points), curve.length)
     near = np.abs(points[:, None] - curve.z[None, :])
-    new = near.min(axis=1) > SAME_POINT * curve.diagonal
+    new = near.min(axis=1) > SAME_POINT_SHARE * curve.diagonal
     z = curve.z.copy()
     z[near.argmin(axis=1)[~new]] = points[~new]
     knots = np.append(curve.knots[:-1], s[new])

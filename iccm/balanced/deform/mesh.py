@@ -9,7 +9,7 @@ from ...curve import Curve
 from ...linalg.cholesky import system_of
 from ..constraints.strokes import inside
 from ..constraints.validate import Pins
-from ..holes.outlines import FEWEST
+from ..holes.outlines import FEWEST_RIM_VERTICES
 from ..meshing.mesh import Sizes, triangulate
 from ..model.boundary import FreeBoundary
 from ..model.boundary_mesh import kept_by, regions_of
@@ -47,7 +47,9 @@ def mesh_of(
     """
     drawn = drawn or [stroke.even for stroke in pins.strokes]
     kept = inside(pins.strokes, drawn, SPACING * size, pins.inner)
-    spaced = [_spaced(each, min(SPACING * size, each.length / FEWEST), kept.z) for each in outlines]
+    spaced = [
+        _spaced(each, min(SPACING * size, each.length / FEWEST_RIM_VERTICES), kept.z) for each in outlines
+    ]
     # The triangles are those of outlines on a coarse grid, so that noise far below it does not choose them.
     outer, *holes = [rounded for rounded, _ in spaced]
     bones = subdivide_rings(regions, SPACING * size)

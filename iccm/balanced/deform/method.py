@@ -31,15 +31,15 @@ from ..rigid.given import NO_REGIONS, Regions, aims_of
 from ..rigid.solve import Rigid, harden
 from ..search.final_mesh import excesses, meet_bounds_by
 from ..search.homotopy import satisfy_constraints
-from ..search.levels import EVENED
+from ..search.levels import EVENED_SHARE
 from ..search.pin_continuation import BESIDE, aim_feet
 from .mesh import mesh_of
 
-COARSE = 0.08  # mesh size h, of a domain of area one
+COARSE_MESH_SIZE = 0.08  # mesh size h, of a domain of area one
 TRIANGLES_PER_AREA = 4.0  # number of triangles times h²
 MOVING_STEPS, SETTLING_STEPS, SETTLED = 60, 40, 1e-7
 UNTURNED = 1e-3  # of the constraints' spread: a best turn that turns less is none, as of points in a mirror
-SAME = 1e-9  # of the root of the area
+SAME_PLACE_SHARE = 1e-9  # of the root of the area
 ROUNDS, FORWARD, BACKWARD, ROUND_DECREASE = 4, 8, 3, 1e-4
 """Of steps on the map and its inverse, where strokes slide."""
 RELEASES = 3  # meshes on which ends of strokes find their places
@@ -103,12 +103,12 @@ def refine(
     size, energy = np.sqrt(TRIANGLES_PER_AREA / settings.triangles), settings.energy.without_rotation()
     levels = []
     if start is None:
-        levels = [roughly(outlines, pins, energy, max(COARSE, size))]
+        levels = [roughly(outlines, pins, energy, max(COARSE_MESH_SIZE, size))]
         rough = levels[0].forward(1.0, FORWARD, SETTLED, corners=False) if pins.strokes else levels[0]
         start, drawn = rough, rough.inside.matches
     else:
         drawn = aim_feet(
-            pins.strokes, start_from(mesh_of(outlines, pins, energy, size), start), EVENED
+            pins.strokes, start_from(mesh_of(outlines, pins, energy, size), start), EVENED_SHARE
         ).inside.matches
     fine = start_from(mesh_of(outlines, pins, energy, size, drawn, bones.polygons), start)
     levels.append(relax(satisfy_constraints(fine, MOVING_STEPS, SETTLED), 1.0))
@@ -183,7 +183,7 @@ def transfer(state: DiscreteMap, start: MeshMap) -> DiscreteMap:
         Stuck: folds remain.
     """
     same = start.z.size == state.z.size and len(start.faces) == len(state.faces)
-    same = same and np.abs(start.z - state.z).max() < SAME
+    same = same and np.abs(start.z - state.z).max() < SAME_PLACE_SHARE
     same = same and np.array_equal(_sorted(start.faces), _sorted(state.faces))
     u = start.u.copy() if same else interpolate(start.z, start.faces, start.u, state.z)
     new = replace(state, u=u)

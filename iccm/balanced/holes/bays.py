@@ -17,9 +17,9 @@ from ...plane import cross, polygon_area
 from ..model.boundary_pairs import subdivide
 from ..model.outline import Outline
 
-SHALLOW = 0.02  # of the root of the area: vertices this close to the hull are on it
-ROUNDED = 1e-9  # of a mouth's length, at its ends, where it meets the outline
-LEAST = 0.01  # of the shape's area, which is one: smaller concavities stay part of the outline
+SHALLOW_DEPTH_SHARE = 0.02  # of the root of the area: vertices this close to the hull are on it
+ROUNDING_OF_MOUTH = 1e-9  # of a mouth's length, at its ends, where it meets the outline
+LEAST_BAY_AREA_SHARE = 0.01  # of the shape's area, which is one: smaller concavities stay part of the outline
 
 
 class Filled(NamedTuple):
@@ -66,7 +66,7 @@ def _on_hull(z: Complex) -> Flags:
     """Which vertices of a polygon are on its convex hull, or close to it."""
     polygon = polygon_of(z)
     away = shapely.distance(shapely.points(xy_of(z)), polygon.convex_hull.exterior)
-    return away <= SHALLOW * np.sqrt(polygon.area)
+    return away <= SHALLOW_DEPTH_SHARE * np.sqrt(polygon.area)
 
 
 def _mouths(
@@ -85,7 +85,7 @@ def _mouths(
             continue
         if (
             bay.size > 2
-            and -polygon_area(bay) > LEAST
+            and -polygon_area(bay) > LEAST_BAY_AREA_SHARE
             and not np.isin(bay[1:-1], kept).any()
             and not shape.intersects(_within(bay[0], bay[-1]))
         ):
@@ -97,7 +97,9 @@ def _mouths(
 
 def _within(start: complex, end: complex) -> shapely.LineString:
     """A segment without its ends."""
-    return shapely.LineString(xy_of(start + (end - start) * np.array([ROUNDED, 1 - ROUNDED])))
+    return shapely.LineString(
+        xy_of(start + (end - start) * np.array([ROUNDING_OF_MOUTH, 1 - ROUNDING_OF_MOUTH]))
+    )
 
 
 def bays_within(

@@ -10,7 +10,7 @@ from ...arrays import Complex, Index, xy_of
 from ...curve import Curve
 from ...errors import InputError
 from ...plane import Similarity
-from ..constraints.validate import AT_OUTLINE
+from ..constraints.validate import AT_OUTLINE_SHARE
 from ..model.frames import unit_curve
 
 
@@ -63,8 +63,8 @@ class Holes:
 
 
 NONE = Holes()
-ON_RIM = 1e-3  # of the diagonal: what is this close to a hole touches its outline
-FOLLOWED = 0.05
+ON_RIM_SHARE = 1e-3  # of the diagonal: what is this close to a hole touches its outline
+FOLLOWED_SHARE = 0.05
 """Of its diagonal: so close to a hole is its outline in a map, which follows small ones less closely."""
 
 
@@ -114,7 +114,7 @@ def _which(holes: Sequence[Curve], z: Complex) -> Index:
 def hole_at(z: Complex, holes: Sequence[Curve]) -> int:
     """The hole on whose outline points lie, -1 for none."""
     for number, hole in enumerate(holes):
-        if hole.distances(z).max() < FOLLOWED * hole.diagonal:
+        if hole.distances(z).max() < FOLLOWED_SHARE * hole.diagonal:
             return number
     return -1
 
@@ -123,7 +123,7 @@ def _refuse_touching(
     name: str, outer: Curve, holes: Sequence[Curve], z: Complex, rest: Index, strokes: Sequence[Curve]
 ) -> None:
     """Raises InputError where one of the pins z[rest], or a stroke, touches a hole."""
-    near = ON_RIM * outer.diagonal
+    near = ON_RIM_SHARE * outer.diagonal
     for hole in holes:
         ring = hole.polygon
         for k in rest:
@@ -143,12 +143,12 @@ def open_holes(
 ) -> tuple[tuple[Curve, ...], list[str]]:
     """The holes of a shape that is deformed which no pin (k,) and no stroke moves, and what to say of the others: they
     are moved along as if there were none."""
-    near = ON_RIM * outer.diagonal
+    near = ON_RIM_SHARE * outer.diagonal
     lines = [shapely.LineString(xy_of(stroke.z)) for stroke in strokes]
     kept = []
     for hole in holes:
         ring = hole.polygon
-        on_rim = hole.distances(z) <= AT_OUTLINE * outer.diagonal
+        on_rim = hole.distances(z) <= AT_OUTLINE_SHARE * outer.diagonal
         moved = bool(np.any(hole.contains(z) & ~on_rim)) or any(ring.distance(line) < near for line in lines)
         if not moved:
             kept.append(hole)

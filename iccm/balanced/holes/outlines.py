@@ -8,11 +8,11 @@ import shapely
 from ...arrays import Complex, xy_of
 from ...curve import Curve
 from ..model.boundary_pairs import subdivide
-from ..model.outline import FINENESS, Outline, simplify
+from ..model.outline import FINENESS_OF_TOLERANCE, Outline, simplify
 
-COARSEST = 0.08  # of a hole's own diagonal: of a disc at least seven corners stay
-FEWEST = 8  # vertices of a rim
-FINER, ROUNDS = 0.5, 8  # factor of the fineness, and how often, until no outline crosses another
+COARSEST_SHARE_OF_HOLE = 0.08  # of a hole's own diagonal: of a disc at least seven corners stay
+FEWEST_RIM_VERTICES = 8  # vertices of a rim
+FINER_FACTOR, FINER_ROUNDS = 0.5, 8  # factor of the fineness, and how often, until no outline crosses another
 
 
 def outlines_of(
@@ -35,13 +35,13 @@ def outlines_of(
     """
     if not holes:
         return [Outline.of(curve, fineness, corner_fineness, always, spacing)]
-    for _ in range(ROUNDS):
+    for _ in range(FINER_ROUNDS):
         outer = Outline.of(curve, fineness, corner_fineness, always, spacing)
         shares = fineness, corner_fineness, spacing
         found = [outer, *(_of_hole(hole, curve.diagonal, *shares) for hole in holes)]
         if spacing < np.inf or are_disjoint([_polygon(outline) for outline in found]):
             return found
-        fineness, corner_fineness = FINER * fineness, FINER * corner_fineness
+        fineness, corner_fineness = FINER_FACTOR * fineness, FINER_FACTOR * corner_fineness
     return [Outline.of(each, 0.0, 0.0, always * (each is curve)) for each in (curve, *holes)]
 
 
@@ -54,8 +54,11 @@ def _of_hole(
     hole: Curve, diagonal: float, fineness: float, corner_fineness: float, spacing: float
 ) -> Outline:
     scale = diagonal / hole.diagonal
-    shares = min(scale * fineness, COARSEST), min(scale * corner_fineness, COARSEST)
-    return Outline.of(hole, *shares, spacing=min(spacing, hole.length / FEWEST))
+    shares = (
+        min(scale * fineness, COARSEST_SHARE_OF_HOLE),
+        min(scale * corner_fineness, COARSEST_SHARE_OF_HOLE),
+    )
+    return Outline.of(hole, *shares, spacing=min(spacing, hole.length / FEWEST_RIM_VERTICES))
 
 
 def manageable_holes(
@@ -63,9 +66,9 @@ def manageable_holes(
 ) -> list[Curve]:
     """The outlines of holes within a share of the tolerance, relative to the outer one; as given where they would
     touch it or each other. Vertices `always` of each are kept."""
-    fineness = FINENESS * tolerance * outer.diagonal
+    fineness = FINENESS_OF_TOLERANCE * tolerance * outer.diagonal
     found = [
-        simplify(hole, min(fineness / hole.diagonal, FINENESS * COARSEST), kept)
+        simplify(hole, min(fineness / hole.diagonal, FINENESS_OF_TOLERANCE * COARSEST_SHARE_OF_HOLE), kept)
         for hole, kept in zip(holes, always or [()] * len(holes))
     ]
     return found if are_disjoint([outer.z, *(hole.z for hole in found)]) else list(holes)
@@ -78,7 +81,9 @@ def are_disjoint(loops: Sequence[Complex]) -> bool:
     return bool(domain.is_valid) and shapely.get_num_interior_rings(domain.normalize()) == len(holes)
 
 
-def rim_spacing(outlines: tuple[Outline, Outline], spacing: float, fewest: int = FEWEST) -> float:
+def rim_spacing(
+    outlines: tuple[Outline, Outline], spacing: float, fewest: int = FEWEST_RIM_VERTICES
+) -> float:
     """The longest edge of a hole's rim."""
     return min(spacing, *(outline.length / fewest for outline in outlines))
 
@@ -88,5 +93,5 @@ def space_out(outline: Outline, spacing: float, *, kinks: bool = False) -> Compl
     corners = outline.curve.knots[:-1] if kinks else outline.corners
     corners = corners if corners.size else np.zeros(1)
     gaps = np.diff(corners, append=corners[0] + outline.length)
-    own, share = subdivide(gaps, min(spacing, outline.length / FEWEST))
+    own, share = subdivide(gaps, min(spacing, outline.length / FEWEST_RIM_VERTICES))
     return outline.curve.at(corners[own] + share * gaps[own])

@@ -9,7 +9,7 @@ from ...arrays import Flags, Index, Real
 from ..errors import Stuck
 from .outline import Outline
 
-MERGED = 0.35  # of both spacings: a source and a target corner closer than this become one pair
+MERGED_SPACING_SHARE = 0.35  # of both spacings: a source and a target corner closer than this become one pair
 SOURCE, TARGET, BOTH = 1, 2, 3  # whose corner a pair holds
 
 
@@ -160,7 +160,7 @@ def boundary_pairs(
         s, tau, kind = match.s[:1], match.tau[:1], np.zeros(1, int)
     if anchors is None:
         s, tau, kind = _begun_after_widest_gap(s, tau, kind, source.length, target.length)
-    s, tau, kind = _merge_corners(s, tau, kind, source.length, target.length, MERGED * spacing)
+    s, tau, kind = _merge_corners(s, tau, kind, source.length, target.length, MERGED_SPACING_SHARE * spacing)
     ds, dt = _gaps(s, source.length), _gaps(tau, target.length)
     if min(ds.min() / source.length, dt.min() / target.length) < 1e-10:
         raise Stuck("two corners of the outlines coincide")

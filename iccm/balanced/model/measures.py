@@ -7,7 +7,10 @@ from ...maps.distortion import weighted_quantile
 from ...plane import triangle_areas
 from .metric import PLANES, Metrics, rest_geometry
 
-MOST_DILATED, HALVINGS = 1e6, 30  # where the least dilatation is looked for, on a logarithmic scale
+MOST_DILATED, DILATATION_HALVINGS = (
+    1e6,
+    30,
+)  # where the least dilatation is looked for, on a logarithmic scale
 
 
 def derivatives(
@@ -49,7 +52,7 @@ def least_dilatations(z: Complex, u: Complex, faces: Index, border: int) -> Real
 
     half, found = np.tan(0.5 * angles(z)), around(angles(u))
     low, high = np.zeros(border), np.full(border, np.log(MOST_DILATED))
-    for _ in range(HALVINGS):
+    for _ in range(DILATATION_HALVINGS):
         middle = 0.5 * (low + high)
         k = np.append(np.exp(middle), np.ones(z.size - border))[near]
         can = (found <= around(2 * np.arctan(k * half))) & (found >= around(2 * np.arctan(half / k)))

@@ -12,13 +12,13 @@ from .measures import stretches
 
 MOST_MAGNIFIED = 6.0
 """Ratio of areas up to which triangles shrink in proportion: energy -0.6 % for 17 % more triangles."""
-IN_BAYS = 4.0  # times the area: triangles of twice the size
+AREA_FACTOR_IN_BAYS = 4.0  # times the area: triangles of twice the size
 TRIANGLES_A_RADIUS = (
     5.0  # of the patch of a soft pin: with 3, maps whose meshes differ are twice as far apart
 )
 MOST_FINER_AT_PINS = 9.0  # ratio of areas: around small patches, triangles of a third of the size
 MOST_MORE_AT_PINS = 0.5  # relative to the number of triangles without pins
-CELLS = 40  # of the grid along the longer side
+GRID_CELLS_ACROSS = 40  # of the grid along the longer side
 
 
 def graded(z: Complex, u: Complex, faces: Index, area: float) -> Sizes:
@@ -26,7 +26,7 @@ def graded(z: Complex, u: Complex, faces: Index, area: float) -> Sizes:
     _, _, magnified = stretches(z, u, faces)
     middle = z[faces].mean(1)
     low, high = bounding_box(z)
-    side = longer_side(low, high) / CELLS
+    side = longer_side(low, high) / GRID_CELLS_ACROSS
     cell = ((middle - low).real // side).astype(int), ((middle - low).imag // side).astype(int)
     grid = np.ones((max(cell[0]) + 1, max(cell[1]) + 1))
     np.maximum.at(grid, cell, np.clip(magnified, 1, MOST_MAGNIFIED))
@@ -58,8 +58,8 @@ def _on_cells(sizes: Sizes, outline: Complex) -> Sizes:
     if sizes.areas.size > 1:
         return sizes
     low, high = bounding_box(outline)
-    side = longer_side(low, high) / CELLS
-    return Sizes(low, side, np.full((CELLS, CELLS), sizes.areas[0, 0]))
+    side = longer_side(low, high) / GRID_CELLS_ACROSS
+    return Sizes(low, side, np.full((GRID_CELLS_ACROSS, GRID_CELLS_ACROSS), sizes.areas[0, 0]))
 
 
 def _middles(sizes: Sizes) -> Complex:
@@ -68,8 +68,9 @@ def _middles(sizes: Sizes) -> Complex:
 
 
 def coarser_in_bays(sizes: Sizes, outline: Complex, bays: Sequence[Complex]) -> Sizes:
-    """The limits for a mesh of an outline (n,), IN_BAYS times as large in concavities, which shrink in the image."""
+    """The limits for a mesh of an outline (n,): areas are AREA_FACTOR_IN_BAYS times as large in concavities, which
+    shrink in the image."""
     sizes = _on_cells(sizes, outline)
     middles = _middles(sizes)
     inside = inside_any(map(Curve, bays), middles.ravel()).reshape(middles.shape)
-    return sizes._replace(areas=np.where(inside, IN_BAYS, 1.0) * sizes.areas)
+    return sizes._replace(areas=np.where(inside, AREA_FACTOR_IN_BAYS, 1.0) * sizes.areas)

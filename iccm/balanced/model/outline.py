@@ -10,10 +10,14 @@ from ...arrays import Index, Real, complex_of
 from ...curve import Curve
 from ..minimise.sliding import Rail
 
-SHARP = np.radians(20)  # turn from which sliding vertices stop at a corner; smaller corners are passed
+SHARP_CORNER_RADIANS = np.radians(
+    20
+)  # turn from which sliding vertices stop at a corner; smaller corners are passed
 
-FINENESS = 0.2  # of the tolerance: how far the outlines that are solved for may be from those given
-MOST_VERTICES = 3000  # of an outline; one with more is simplified further
+FINENESS_OF_TOLERANCE = (
+    0.2  # of the tolerance: how far the outlines that are solved for may be from those given
+)
+MOST_OUTLINE_VERTICES = 3000  # of an outline; one with more is simplified further
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,14 +46,14 @@ class Outline:
         """Simplified to `fineness`, the vertices kept at `corner_fineness` being corners; both shares of the diagonal.
 
         The vertices `always` are kept by both. With a spacing of the mesh's vertices, corners are only those where the
-        outline turns by more than SHARP within it.
+        outline turns by more than SHARP_CORNER_RADIANS within it.
         """
         kept = kept_vertices(curve, fineness, always)
         fine = Curve(curve.z[kept])
         origins = np.append(curve.knots[kept], curve.knots[kept[0]] + curve.length)
         corners = kept_vertices(fine, corner_fineness, always)
         if spacing < np.inf:
-            turning = _turns_within(Curve(fine.z[corners]), spacing) > SHARP
+            turning = _turns_within(Curve(fine.z[corners]), spacing) > SHARP_CORNER_RADIANS
             corners = corners[turning | np.isin(fine.z[corners], always)]
         return cls(fine, fine.knots[corners], origins)
 
@@ -89,7 +93,7 @@ class Outline:
     def rail(self) -> Rail:
         """The polyline that vertices slide on."""
         edges = self.curve.edges
-        sharp = np.abs(np.angle(edges / np.roll(edges, 1))) > SHARP
+        sharp = np.abs(np.angle(edges / np.roll(edges, 1))) > SHARP_CORNER_RADIANS
         return Rail(self.curve.knots, self.curve.z, self.curve.knots[:-1][sharp])
 
 
@@ -120,9 +124,9 @@ def kept_vertices(curve: Curve, fineness: float, always: tuple[complex, ...] = (
 
 def manageable(curve: Curve, tolerance: float, always: tuple[complex, ...] = ()) -> Curve:
     """The outline within a share of the tolerance, coarser where it would have too many vertices."""
-    fineness = FINENESS * tolerance
+    fineness = FINENESS_OF_TOLERANCE * tolerance
     fine = simplify(curve, fineness, always)
-    while fine.z.size > MOST_VERTICES:
+    while fine.z.size > MOST_OUTLINE_VERTICES:
         fineness *= 1.5
         fine = simplify(curve, fineness, always)
     return fine

@@ -17,8 +17,10 @@ from .boundary_pairs import Match, Pairs, loops_of
 from .discrete_map import DiscreteMap, folds
 from .outline import Outline
 
-SAME = 1e-7  # of an outline's length: vertices this close are one
-SNAPPED = 0.35  # of the shorter edge beside a vertex of the mesh: a corner this close becomes its place
+SAME_PLACE_SHARE = 1e-7  # of an outline's length: vertices this close are one
+SNAPPED_EDGE_SHARE = (
+    0.35  # of the shorter edge beside a vertex of the mesh: a corner this close becomes its place
+)
 
 
 def split_at_vertices(state: DiscreteMap) -> DiscreteMap:
@@ -105,7 +107,7 @@ def _missing(own: Real, outline: Outline) -> tuple[Real, Flags]:
     ends = np.append(own, own[0] + length)
     after = np.clip(np.searchsorted(ends, knots), 1, own.size)
     nearest = np.where(knots - ends[after - 1] < ends[after] - knots, after - 1, after)
-    there = np.abs(ends[nearest] - knots) < SAME * length
+    there = np.abs(ends[nearest] - knots) < SAME_PLACE_SHARE * length
     at = np.zeros(own.size, bool)
     at[nearest[there] % own.size] = True
     return knots[~there], at
@@ -121,7 +123,7 @@ def _snap(pairs: Pairs, number: Index, anchored: Flags) -> tuple[Pairs, Index]:
         v = old[k]
         beside = [w for w in (v - 1, v + 1) if number[w] < 0]
         gaps = [abs(pairs.s[w] - pairs.s[v]) for w in beside]
-        if gaps and min(gaps) < SNAPPED * min(widths[k - 1 : k + 1]):
+        if gaps and min(gaps) < SNAPPED_EDGE_SHARE * min(widths[k - 1 : k + 1]):
             number[beside[int(np.argmin(gaps))]], kept[v] = number[v], False
     return pairs.of(kept), number[kept]
 
@@ -133,7 +135,7 @@ def _merge(pairs: Pairs, number: Index, loop: MatchedLoop) -> tuple[Pairs, Index
         Stuck: others coincide.
     """
     (length, goal), (s, tau, at_source, at_target) = loop.lengths, pairs.of(np.arange(pairs.s.size))
-    close = (np.diff(s) < SAME * length) & (np.diff(tau) < SAME * goal)
+    close = (np.diff(s) < SAME_PLACE_SHARE * length) & (np.diff(tau) < SAME_PLACE_SHARE * goal)
     close &= (number[:-1] < 0) & (number[1:] < 0) & (at_source[:-1] != at_source[1:])
     first = np.flatnonzero(close)
     s[first] = np.where(at_source[first], s[first], s[first + 1])

@@ -13,12 +13,14 @@ from ...plane import Similarity
 from ..constraints.validate import NO_PINS, Pins
 
 # Of the root of the area, of which an edge of the last mesh is 0.02 long.
-MARGIN = 0.01  # how far regions keep off the outlines, which slide
-DETAIL = 3e-3  # how far their own outlines may be off those given, and half the gap over which they join
-LEAST = 1e-5  # area of a region
-LOST = 0.02  # of a region's area: less that is too close to an outline is not worth a word
-SAME = 0.01  # of a region's scale: how far pins in it may be off a similarity
-MOST = 200  # regions: what is drawn by hand has fewer, noise in a mask more
+OUTLINE_MARGIN = 0.01  # how far regions keep off the outlines, which slide
+REGION_DETAIL = (
+    3e-3  # how far their own outlines may be off those given, and half the gap over which they join
+)
+LEAST_REGION_AREA = 1e-5  # area of a region
+LOST_AREA_SHARE = 0.02  # of a region's area: less that is too close to an outline is not worth a word
+SIMILARITY_ERROR_SHARE = 0.01  # of a region's scale: how far pins in it may be off a similarity
+MOST_REGIONS = 200  # regions: what is drawn by hand has fewer, noise in a mask more
 
 
 Rings = tuple[Complex, ...]
@@ -68,7 +70,7 @@ def regions_of(
     """
     domain = shapely.Polygon(xy_of(source.z), [xy_of(hole.z) for hole in holes])
     unit = np.sqrt(domain.area)
-    room, detail = domain.buffer(-MARGIN * unit), DETAIL * unit
+    room, detail = domain.buffer(-OUTLINE_MARGIN * unit), REGION_DETAIL * unit
     shapes = [shapely.Polygon(xy_of(z)) for z in given]
     for k, shape in enumerate(shapes):
         if not shape.intersects(domain):
@@ -85,19 +87,23 @@ def regions_of(
     joined = joined.buffer(detail, join_style="mitre").buffer(-detail, join_style="mitre").simplify(detail)
     parts = [_without_small_holes(part, holes) for part in _parts(joined)]
     kept = [
-        part for part in _parts(shapely.union_all(parts).intersection(room)) if part.area > LEAST * unit**2
+        part
+        for part in _parts(shapely.union_all(parts).intersection(room))
+        if part.area > LEAST_REGION_AREA * unit**2
     ]
     if not kept:
         raise InputError(
             "rigid: no part of the region lies inside the source shape and is large enough; "
             "draw it larger, inside the shape"
         )
-    if len(kept) > MOST:
-        raise InputError(f"rigid: {len(kept)} regions are given, at most {MOST} are possible; remove some")
+    if len(kept) > MOST_REGIONS:
+        raise InputError(
+            f"rigid: {len(kept)} regions are given, at most {MOST_REGIONS} are possible; remove some"
+        )
     notes = []
     inside = whole.intersection(domain).area
     share = shapely.union_all(kept).intersection(whole).area / inside
-    if 1 - share > LOST:
+    if 1 - share > LOST_AREA_SHARE:
         notes.append(
             "A rigid region touches the outline, which slides: the region is rigid only beyond 1 % of "
             f"the shape's size from the outline, on {share:.0%} of its area."
@@ -134,7 +140,7 @@ def aims_by(count: int, own: Index, pins: Complex, size: float) -> tuple[Complex
             continue
         found = Similarity.fit(here, there)
         off = np.abs(found(here) - there).max() / (abs(found.factor) * np.abs(here - here.mean()).max())
-        if off > SAME:
+        if off > SIMILARITY_ERROR_SHARE:
             raise InputError(
                 f"rigid region {k + 1}: no similarity moves its {here.size} pins to their targets; keep "
                 "at most two of them"

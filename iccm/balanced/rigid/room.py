@@ -6,10 +6,10 @@ import shapely
 from ...arrays import Complex, complex_of, xy_of
 from ...plane import bounding_box, longer_side
 
-CELLS = 200  # of the grid along the target's longer side
-CLEAR = 1.1  # of a region's size, that has to fit: what surrounds it needs room, too
-SNUG = 0.97  # of the largest size that fits, where that is less
-HALVINGS = 8  # of the interval of sizes
+GRID_CELLS_ACROSS = 200  # of the grid along the target's longer side
+CLEARANCE_FACTOR = 1.1  # of a region's size, that has to fit: what surrounds it needs room, too
+SNUG_SIZE_SHARE = 0.97  # of the largest size that fits, where that is less
+SIZE_HALVINGS = 8  # of the interval of sizes
 
 
 def room_for(shape: Complex, domain: shapely.Polygon, near: complex) -> tuple[float, complex]:
@@ -22,18 +22,18 @@ def room_for(shape: Complex, domain: shapely.Polygon, near: complex) -> tuple[fl
         near: where 0 should come to be.
     """
     low, high = bounding_box(complex_of(shapely.get_coordinates(domain.exterior)))
-    cell = longer_side(low, high) / CELLS
+    cell = longer_side(low, high) / GRID_CELLS_ACROSS
     x, y = (np.arange(int(size / cell) + 2) * cell for size in ((high - low).real, (high - low).imag))
     places = low + x[None, :] + 1j * y[:, None]
     shapely.prepare(domain)
-    outside = np.ones((places.shape[0] + CELLS, places.shape[1] + CELLS))
+    outside = np.ones((places.shape[0] + GRID_CELLS_ACROSS, places.shape[1] + GRID_CELLS_ACROSS))
     outside[: y.size, : x.size] = ~shapely.contains_xy(domain, places.real, places.imag)
     waves = np.fft.rfft2(outside)
 
     def where(size: float) -> Complex:
         """The places at which it fits."""
         reach = int(np.ceil(size * np.abs(shape).max() / cell)) + 1
-        if 2 * reach + 1 > CELLS:  # it is larger than the domain
+        if 2 * reach + 1 > GRID_CELLS_ACROSS:  # it is larger than the domain
             return places[:0, 0]
         steps = cell * np.arange(-reach, reach + 1)
         grown = shapely.Polygon(xy_of(size * shape)).buffer(0.5 * cell)
@@ -43,17 +43,17 @@ def room_for(shape: Complex, domain: shapely.Polygon, near: complex) -> tuple[fl
         covered = np.fft.irfft2(waves * np.fft.rfft2(mask), outside.shape)
         return places[np.roll(covered, (-reach, -reach), (0, 1))[: y.size, : x.size] < 0.5]
 
-    size, found, least, most = CLEAR, where(CLEAR), 0.0, CLEAR
-    for _ in range(0 if found.size else HALVINGS):
+    size, found, least, most = CLEARANCE_FACTOR, where(CLEARANCE_FACTOR), 0.0, CLEARANCE_FACTOR
+    for _ in range(0 if found.size else SIZE_HALVINGS):
         size = 0.5 * (least + most)
         fitting = where(size)
         least, most = (size, most) if fitting.size else (least, size)
         found = fitting if fitting.size else found
-    share = 1.0 if least == 0 else min(1.0, SNUG * least)
+    share = 1.0 if least == 0 else min(1.0, SNUG_SIZE_SHARE * least)
     found = found[np.argsort(np.abs(found - near), kind="stable")]
-    for _ in range(HALVINGS):
+    for _ in range(SIZE_HALVINGS):
         for place in found:  # at the points of the grid it is inside, between them it may not be
             if domain.contains(shapely.Polygon(xy_of(place + share * shape))):
                 return share, complex(place)
-        share *= SNUG
+        share *= SNUG_SIZE_SHARE
     return 0.0, near

@@ -37,26 +37,26 @@ from ..model.outline_split import split_at_vertices
 from ..model.settings import Settings, SolveLog
 from ..search import multilevel, warm_start
 from ..search.final_mesh import LAST_DECREASE, LAST_STEPS, final_level, meet_bounds_by
-from ..search.levels import POWER, Level, match_on
+from ..search.levels import FINE_POWER, Level, match_on
 from ..search.unit_problem import UnitProblem
 from .room import room_for
 
-KEPT = 5e-3  # strain of a region that no eye sees: a pixel in 200
+UNSEEN_STRAIN = 5e-3  # strain of a region that no eye sees: a pixel in 200
 STIFF, STIFFER, SOFTEST = 10.0, 10.0, 1e4
 """Weights of regions, times the energy without them: the first one, the factor to the next, and the one from which a
 region that gives way no more is stuck."""
-STUCK = 0.8  # of the strain, that is left for ten times the weight
-STEPS, DECREASE = 12, 1e-3  # of Newton for a weight, and the relative decrease that ends them
+STUCK_STRAIN_RATIO = 0.8  # of the strain, that is left for ten times the weight
+WEIGHT_STEPS, WEIGHT_DECREASE = 12, 1e-3  # of Newton for a weight, and the relative decrease that ends them
 NEXT, LEAST = 1.5, 0.02  # shares of growing: as in `homotopy`
-SMALLEST = 0.01  # of its size, at which a region begins that has no room anywhere
+SMALLEST_SIZE_SHARE = 0.01  # of its size, at which a region begins that has no room anywhere
 BEGUN = (
     0.0,
     0.5,
     0.25,
     0.125,
 )  # shares of their sizes from which regions grow, in turn; 0 in the map without them
-ROUNDS = 6  # of steps for what surrounds regions, between which their weight falls with its energy
-LARGE = 0.98  # of what was asked: a region that large is not sent elsewhere
+WEIGHT_ROUNDS = 6  # of steps for what surrounds regions, between which their weight falls with its energy
+LARGE_SIZE_SHARE = 0.98  # of what was asked: a region that large is not sent elsewhere
 VARIANTS = ((True, False), (True, True), (False, False))
 """Whether the outlines' corners come last, and if so, whether before the regions are rigid."""
 
@@ -120,7 +120,7 @@ def keep_rigid(
             else:
                 beginning = Growing.of(problem, sketch, rigid, float(attempt))
             found += kept_by(problem, rigid, beginning, settings, again=attempt == "around")
-        if found and shortfall(found[-1], np.abs(places.factors)) <= 1 - LARGE:
+        if found and shortfall(found[-1], np.abs(places.factors)) <= 1 - LARGE_SIZE_SHARE:
             break
         if attempt in BEGUN and any(is_rigid(state) for state in found):
             break
@@ -182,7 +182,7 @@ def keep_on_mesh(state: DiscreteMap, rigid: Rigid, settings: Settings) -> Discre
     for way in ways:
         with suppress(Stuck):
             found.append(settle(way(), settings))
-            if shortfall(found[-1], np.abs(goal.factors)) <= 1 - LARGE:
+            if shortfall(found[-1], np.abs(goal.factors)) <= 1 - LARGE_SIZE_SHARE:
                 return found[-1]
     if not found:
         raise NoMapError("rigid: no map without folds keeps the regions")
@@ -329,7 +329,7 @@ def carry_over(level: Level, sketch: MeshMap, *, split: bool) -> DiscreteMap:
     `split`.
     """
     state = warm_start.continue_from(level, sketch)
-    state = state.forward(POWER, STEPS, DECREASE)
+    state = state.forward(FINE_POWER, WEIGHT_STEPS, WEIGHT_DECREASE)
     return split_at_vertices(state) if split else state
 
 
@@ -351,7 +351,7 @@ def places_of(
         if np.isnan(there):
             share, image = room_for(shape, domain, complex(near))
             away |= abs(image - near) > share * np.abs(shape).max()
-        share = max(share, SMALLEST)
+        share = max(share, SMALLEST_SIZE_SHARE)
         middles.append(middle)
         images.append(image)
         factors.append(share * aim)
@@ -421,9 +421,11 @@ def grow_regions(state: DiscreteMap, places: Callable[[Real], Placing], begun: f
 
 def relax_regions(state: DiscreteMap) -> DiscreteMap:
     """The converged map with its regions, which are rigid and stay so."""
-    state = state.with_firm_regions(1.0, KEPT).relaxed()
-    for _ in range(ROUNDS):
-        state = state.with_firm_regions(POWER, KEPT).forward(POWER, STEPS, DECREASE)
+    state = state.with_firm_regions(1.0, UNSEEN_STRAIN).relaxed()
+    for _ in range(WEIGHT_ROUNDS):
+        state = state.with_firm_regions(FINE_POWER, UNSEEN_STRAIN).forward(
+            FINE_POWER, WEIGHT_STEPS, WEIGHT_DECREASE
+        )
         if state.settled:
             break
     return state
@@ -441,9 +443,9 @@ def harden(state: DiscreteMap, rigid: Rigid, energy: float) -> DiscreteMap:
     weight, before = STIFF * energy, np.inf
     while True:
         aims = rigid.aims_beside(mean_derivatives(state))
-        state = replace(state, aims=aims, stiffness=weight).forward(POWER, STEPS, DECREASE)
+        state = replace(state, aims=aims, stiffness=weight).forward(FINE_POWER, WEIGHT_STEPS, WEIGHT_DECREASE)
         strain = strains(state).max()
-        if strain <= KEPT or (weight >= SOFTEST * energy and strain > STUCK * before):
+        if strain <= UNSEEN_STRAIN or (weight >= SOFTEST * energy and strain > STUCK_STRAIN_RATIO * before):
             return state
         weight, before = STIFFER * weight, strain
 
@@ -452,14 +454,14 @@ def settle(state: DiscreteMap, settings: Settings) -> DiscreteMap:
     """The converged map with its regions rigid, and bounds met."""
 
     def descent(state: DiscreteMap, q: float) -> DiscreteMap:
-        return state.with_firm_regions(q, KEPT).forward(q, LAST_STEPS, LAST_DECREASE)
+        return state.with_firm_regions(q, UNSEEN_STRAIN).forward(q, LAST_STEPS, LAST_DECREASE)
 
     return meet_bounds_by(descent, state, settings)
 
 
 def is_rigid(state: DiscreteMap) -> bool:
     """Whether all regions keep to their aims."""
-    return bool((strains(state) <= KEPT).all())
+    return bool((strains(state) <= UNSEEN_STRAIN).all())
 
 
 def mean_derivatives(state: DiscreteMap) -> Complex:

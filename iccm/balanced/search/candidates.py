@@ -9,12 +9,12 @@ from ... import deadline, progress
 from ..errors import OutOfTime, Stuck
 from ..model import mesh_sizes
 from ..model.discrete_map import GOOD_ENOUGH, DiscreteMap
-from .levels import BACKWARD, RELEASED_STEPS, Level, refine
+from .levels import BACKWARD_STEPS, RELEASED_STEPS, Level, refine
 
 SCREENING = ((3, 9), (5, 5))
 """Newton steps, then how many maps continue: within 2 % of settling all nine on 78 pairs. More steps, (5, 9), (12,
 5), are within 1 %, and turn pictures on: 24 % of 45 pairs by more than 20° instead of 20 %."""
-PROMISING = 1.5
+PROMISING_ENERGY_RATIO = 1.5
 """Times the least energy, up to which a map does: 0.2 % more energy in the mean of 78 pairs, and a third less time for
 the slowest tenth; with 1.2 it is 0.9 % more."""
 HOPELESS = 5
@@ -26,8 +26,8 @@ SETTLING, ROUNDS = 2, 4
 CLOSE, FINALISTS = 1.1, 2
 """Times the least energy up to which corners are released, and of how many maps at most: on 16 pairs, with all maps
 released to the end, the winner was among these, or another within 0.5 %."""
-RELEASES = 3  # rounds of released corners
-GAIN = 3e-3  # of the energy, for which there is another round
+RELEASE_ROUNDS = 3  # rounds of released corners
+RELEASE_GAIN_SHARE = 3e-3  # of the energy, for which there is another round
 
 
 def screen(states: list[DiscreteMap], starts: int) -> list[DiscreteMap]:
@@ -37,7 +37,7 @@ def screen(states: list[DiscreteMap], starts: int) -> list[DiscreteMap]:
         with suppress(OutOfTime):
             states = [s.forward(1.0, steps, GOOD_ENOUGH, corners=False) for s in tried]
         states = sorted(states, key=lambda s: s.value)[: keep * starts]
-    return [s for s in states if s.value <= PROMISING * states[0].value]
+    return [s for s in states if s.value <= PROMISING_ENERGY_RATIO * states[0].value]
 
 
 def without_duplicates(states: list[DiscreteMap]) -> list[DiscreteMap]:
@@ -84,7 +84,7 @@ def settle(level: Level, state: DiscreteMap, rounds: int) -> DiscreteMap:
     """
     with suppress(Stuck):
         state = remesh(level, state)
-    state = state.alternated(1.0, rounds, BACKWARD)
+    state = state.alternated(1.0, rounds, BACKWARD_STEPS)
     if not np.isfinite(state.value):
         raise Stuck("found no map without folds for this correspondence of the outlines")
     return state
@@ -93,7 +93,7 @@ def settle(level: Level, state: DiscreteMap, rounds: int) -> DiscreteMap:
 def release_corners(level: Level, state: DiscreteMap) -> DiscreteMap:
     """The best map of a few rounds: corners released, pinned again on a new mesh, settled."""
     best = state
-    for _ in range(RELEASES):
+    for _ in range(RELEASE_ROUNDS):
         try:
             state = state.forward(1.0, RELEASED_STEPS, GOOD_ENOUGH, corners=False)
         except OutOfTime:
@@ -103,11 +103,11 @@ def release_corners(level: Level, state: DiscreteMap) -> DiscreteMap:
         except Stuck:
             break
         try:
-            state = state.alternated(1.0, ROUNDS, BACKWARD)
+            state = state.alternated(1.0, ROUNDS, BACKWARD_STEPS)
         except OutOfTime:
             break
         before, best = best.value, min(best, state, key=lambda s: s.value)
-        if not best.value < (1 - GAIN) * before:
+        if not best.value < (1 - RELEASE_GAIN_SHARE) * before:
             break
     return best
 

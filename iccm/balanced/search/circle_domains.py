@@ -29,24 +29,26 @@ from . import initial_matches
 from .hole_partners import Partners, middle_of
 from .levels import Level, refine
 from .unit_problem import UnitProblem
-from .via_disc import CORNER_FINENESS, CORNERS, STEPS, disc, through
+from .via_disc import CORNER_FINENESS, DISC_CORNERS, DISC_STEPS, disc, through
 
-ROOM = 0.4  # radius of the holes of a circle domain, of the disc's and over the root of their number and one
-APART = 3.0  # radii from centre to centre of neighbours, and two from the circle outside
-PUSHES = 200  # rounds of moving holes apart
-TRIED = 4  # correspondences of the outer outline with the disc
+HOLE_RADIUS_FACTOR = (
+    0.4  # radius of the holes of a circle domain, of the disc's and over the root of their number and one
+)
+LEAST_DISTANCE_RADII = 3.0  # radii from centre to centre of neighbours, and two from the circle outside
+PUSH_ROUNDS = 200  # rounds of moving holes apart
+MATCHES_TRIED = 4  # correspondences of the outer outline with the disc
 SMALLER = 1.0, 0.5  # factors of the mesh size, where triangles of the level's own size fold
-PAIRINGS = 2  # of holes that are tried
-UNFOLDING = 200  # steps for what is composed: 40 leave folds on 3 of 24 pairs
+PAIRINGS_TRIED = 2  # of holes that are tried
+UNFOLDING_STEPS = 200  # steps for what is composed: 40 leave folds on 3 of 24 pairs
 
 
 def circle_domain(middles: Complex) -> tuple[Curve, tuple[Curve, ...]]:
     """The outlines of a disc with round holes at (n,) places in the unit disc, moved apart if need be; of area one."""
-    radius = ROOM / np.sqrt(middles.size + 1)
+    radius = HOLE_RADIUS_FACTOR / np.sqrt(middles.size + 1)
     centres = _separate(middles, radius)
     between = np.abs(centres[:, None] - centres) + np.diag(np.full(centres.size, np.inf))
-    radius = min(radius, between.min(initial=np.inf) / APART, (1 - np.abs(centres).max()) / 2)
-    corners = np.exp(2j * np.pi * np.arange(CORNERS) / CORNERS)
+    radius = min(radius, between.min(initial=np.inf) / LEAST_DISTANCE_RADII, (1 - np.abs(centres).max()) / 2)
+    corners = np.exp(2j * np.pi * np.arange(DISC_CORNERS) / DISC_CORNERS)
     outer, holes = Curve(corners), [Curve(c + radius * corners[::-3]) for c in centres]
     root = np.sqrt(outer.area + sum(hole.area for hole in holes))
     return Curve(outer.z / root), tuple(Curve(hole.z / root) for hole in holes)
@@ -55,10 +57,12 @@ def circle_domain(middles: Complex) -> tuple[Curve, tuple[Curve, ...]]:
 def _separate(centres: Complex, radius: float) -> Complex:
     """Centres of discs of a radius moved apart, and off the unit circle."""
     centres = centres + 1e-6 * np.exp(2j * np.arange(centres.size))  # two at one place
-    for _ in range(PUSHES):
+    for _ in range(PUSH_ROUNDS):
         away = centres[:, None] - centres
         distance = np.maximum(np.abs(away), 1e-12)
-        centres = centres + 0.25 * (np.clip(APART * radius - distance, 0, None) * away / distance).sum(axis=1)
+        centres = centres + 0.25 * (
+            np.clip(LEAST_DISTANCE_RADII * radius - distance, 0, None) * away / distance
+        ).sum(axis=1)
         size = np.maximum(np.abs(centres), 1e-12)
         centres = centres * np.minimum(1, (1 - 2 * radius) / size)
     return centres
@@ -95,7 +99,7 @@ class FilledMap:
         own = Level.of(problem, level.size, 0.0, CORNER_FINENESS, level.steepest)
         plain = own.mapped(initial_matches.arclength_matches(own.source.curve, own.target.curve)[0])
         state = replace(plain, weights=None).unfolded()
-        return cls(state.forward(1.0, STEPS, GOOD_ENOUGH, corners=False), plain.material)
+        return cls(state.forward(1.0, DISC_STEPS, GOOD_ENOUGH, corners=False), plain.material)
 
     @property
     def u(self) -> Complex:
@@ -165,7 +169,7 @@ def circle_starts(level: Level, matches: Sequence[Match]) -> list[DiscreteMap]:
         return []
     counts = Counter(frozenset((hole.source, hole.target) for hole in match.holes) for match in matches)
     found = []
-    for pairs, _ in counts.most_common(PAIRINGS):
+    for pairs, _ in counts.most_common(PAIRINGS_TRIED):
         with suppress(Stuck):
             found.append(through_circles(level, sorted(pairs)))
     return found
@@ -196,7 +200,7 @@ def onto_circles(
         start = remesh(own, filled.onto(goal, level))
     except Stuck:
         start = harmonic_map(own)
-    return start.forward(1.0, STEPS, GOOD_ENOUGH, corners=False)
+    return start.forward(1.0, DISC_STEPS, GOOD_ENOUGH, corners=False)
 
 
 def remesh(level: Level, sketch: MeshMap) -> DiscreteMap:
@@ -228,7 +232,7 @@ def harmonic_map(level: Level) -> DiscreteMap:
     curves = level.source.curve, level.target.curve
     matches = [
         next(initial_matches.elastic_matches(*curves, 0.0)),
-        *initial_matches.arclength_matches(*curves)[: TRIED - 1],
+        *initial_matches.arclength_matches(*curves)[: MATCHES_TRIED - 1],
     ]
     for match in matches:
         with suppress(Stuck):
@@ -254,5 +258,5 @@ def _compose(
         new = level.mapped(match, sizes)
         state = new.moved_to_border(images(interpolate(there.z, there.faces, there.u, new.z)))
         with suppress(Stuck):
-            return state.unfolded(harmonic=False, steps=UNFOLDING)
+            return state.unfolded(harmonic=False, steps=UNFOLDING_STEPS)
     raise Stuck("no map without folds was found by way of a circle domain")

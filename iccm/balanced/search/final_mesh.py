@@ -19,7 +19,7 @@ from ..model.outline_split import split_at_vertices
 from ..model.retriangulation import flip_edges
 from ..model.settings import Settings, SolveLog
 from . import pin_continuation
-from .levels import FINE_BACKWARD, FINE_ROUNDS, POWER, Level, refine
+from .levels import FINE_BACKWARD, FINE_POWER, FINE_ROUNDS, Level, refine
 from .unit_problem import UnitProblem
 
 FINE_EXACTNESS = (2e-4, 6e-4)  # with 1e-3 protrusions fold on the last mesh, with 3e-4 no map is better
@@ -35,7 +35,9 @@ UNSETTLED = (
 )
 BOUND_ROUNDS = 40  # of weighing what exceeds bounds
 BOUND_AIM = 0.99  # of a bound, that is aimed at: it is approached from above
-KNOTTED = 1.1  # times the energy on the mesh before: a finer one, with all corners, changes a few per cent
+KNOTTED_ENERGY_RATIO = (
+    1.1  # times the energy on the mesh before: a finer one, with all corners, changes a few per cent
+)
 LAST_STEPS, LAST_DECREASE = 50, 2e-4  # of Newton on the last mesh, and the relative decrease that ends them
 LAST_DECREASE_WITH_PINS = 1e-5
 """The same with soft pins, whose springs are weak: maps on different meshes then agree better."""
@@ -65,7 +67,7 @@ def fine_map(problem: UnitProblem, state: DiscreteMap, size: float, journal: Sol
     state = on_finer(level, state)
     if problem.constrained and not meets_constraints(problem, state):
         state = pin_continuation.again(level, state)
-    state = state.alternated(POWER, FINE_ROUNDS, FINE_BACKWARD)
+    state = state.alternated(FINE_POWER, FINE_ROUNDS, FINE_BACKWARD)
     journal.energies.append(state.value)
     return state
 
@@ -108,29 +110,29 @@ def on_final_mesh(
     for smooth in (True, False):
         with suppress(Stuck):
             last = on_finer(final_level(problem, settings, share, smooth=smooth), state)
-            last = descend(last, POWER, journal, decrease)
+            last = descend(last, FINE_POWER, journal, decrease)
             found.append((eased(split_at_vertices(last) if smooth else last), last))
-            if energy(found[-1][0]) <= KNOTTED * energy(state):
+            if energy(found[-1][0]) <= KNOTTED_ENERGY_RATIO * energy(state):
                 break
     if not found:
         raise Stuck("the last mesh folds")
     best, sliding = min(found, key=lambda pair: energy(pair[0]))
-    followed = follow_pins(sliding, lambda state: descend(state, POWER, journal, decrease))
+    followed = follow_pins(sliding, lambda state: descend(state, FINE_POWER, journal, decrease))
     if followed is not sliding:
         best, sliding = eased(split_at_vertices(followed)), followed
     if not settings.bounded:
         return best
     with suppress(Stuck):  # once all vertices are in, the outlines hardly slide
-        best = flip_edges(split_at_vertices(meet_bounds(sliding, settings, journal)), POWER)
+        best = flip_edges(split_at_vertices(meet_bounds(sliding, settings, journal)), FINE_POWER)
     return meet_bounds(best, settings, journal)
 
 
 def eased(state: DiscreteMap) -> DiscreteMap:
     """A map with its triangulation fitted to it, above all beside new vertices on its outlines, and a few steps."""
     if state.metrics != PLANES:  # steps begin with the metric of where vertices are: the outline's stay there
-        return state.inside_moved(POWER, EASING_STEPS, EASED)
-    state = flip_edges(state, POWER).forward(POWER, EASING_STEPS, EASED, corners=True)
-    return flip_edges(state, POWER).backward(POWER, EASING_STEPS, EASED)
+        return state.inside_moved(FINE_POWER, EASING_STEPS, EASED)
+    state = flip_edges(state, FINE_POWER).forward(FINE_POWER, EASING_STEPS, EASED, corners=True)
+    return flip_edges(state, FINE_POWER).backward(FINE_POWER, EASING_STEPS, EASED)
 
 
 def final_level(
@@ -160,7 +162,7 @@ def meet_bounds_by(
     cost (multipliers, found as by Lawson's algorithm), and elsewhere the map hardly changes. Corners that allow no less
     are left as they are. Where the bounds cannot be met it is the map of the least excess.
     """
-    state = follow_pins(descent(state, POWER), lambda state: descent(state, POWER))
+    state = follow_pins(descent(state, FINE_POWER), lambda state: descent(state, FINE_POWER))
     found, nearest, weights = state, np.inf, np.ones(len(state.faces))
     bound = min(settings.max_dilatation or np.inf, (settings.max_stretch or np.inf) ** 2)
     for _ in progress.counted("last map, bounds", range(BOUND_ROUNDS if settings.bounded else 0)):
@@ -170,8 +172,8 @@ def meet_bounds_by(
             return state
         if over.max() < nearest:
             found, nearest = state, over.max()
-        weights = np.maximum(1, weights * (movable / BOUND_AIM) ** POWER)
-        state = replace(descent(replace(state, multipliers=weights), POWER), multipliers=None)
+        weights = np.maximum(1, weights * (movable / BOUND_AIM) ** FINE_POWER)
+        state = replace(descent(replace(state, multipliers=weights), FINE_POWER), multipliers=None)
     return found
 
 

@@ -13,9 +13,9 @@ from ...plane import longer_side
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-CELLS = 160  # of the grid along the longer side
-NARROW = 0.04  # of the diagonal: a cell with this clearance costs twice as much as one in the open
-LEAST_CLEARANCE = 0.2  # of a cell
+GRID_CELLS_ACROSS = 160  # of the grid along the longer side
+NARROW_SHARE = 0.04  # of the diagonal: a cell with this clearance costs twice as much as one in the open
+LEAST_CLEARANCE_CELLS = 0.2  # of a cell
 STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))
 
 
@@ -31,13 +31,13 @@ def route(domain: Curve, here: complex, there: complex, others: Complex) -> Comp
     from scipy.sparse.csgraph import dijkstra  # slow to import, and seldom needed
 
     low, high = domain.box
-    cell = longer_side(low, high) / CELLS
+    cell = longer_side(low, high) / GRID_CELLS_ACROSS
     x, y = (np.arange(int(size / cell) + 2) * cell for size in ((high - low).real, (high - low).imag))
     w = (low + x[None, :] + 1j * y[:, None]).ravel()
     inside = domain.contains(w)
     clearance = domain.distances(w)
     clearance = np.min([clearance, *(np.abs(w - other) for other in others)], axis=0)
-    cost = 1 + (NARROW * domain.diagonal / np.maximum(clearance, LEAST_CLEARANCE * cell)) ** 2
+    cost = 1 + (NARROW_SHARE * domain.diagonal / np.maximum(clearance, LEAST_CLEARANCE_CELLS * cell)) ** 2
     graph = _graph(cost.reshape(y.size, x.size), inside.reshape(y.size, x.size))
     start, end = (int(np.argmin(np.where(inside, np.abs(w - place), np.inf))) for place in (here, there))
     _, before = dijkstra(graph, directed=False, indices=end, return_predecessors=True)

@@ -14,7 +14,7 @@ from . import initial_matches
 # Costs of a pair: the square of the distance of the centroids in radii of gyration is 1 each, the square of the natural
 # logarithm of the ratio of areas SIZE, and a wish outweighs both.
 SIZE, WISHED = 0.1, 1e6
-STEP = np.radians(15)  # turns closer than this share the correspondences of holes
+ROTATION_STEP_RADIANS = np.radians(15)  # turns closer than this share the correspondences of holes
 
 
 class Partners:
@@ -56,11 +56,11 @@ class Partners:
         return match._replace(holes=tuple(holes))
 
     def _match(self, i: int, j: int, turn: float) -> Match:
-        key = int(i), int(j), round(turn / STEP)
+        key = int(i), int(j), round(turn / ROTATION_STEP_RADIANS)
         if key not in self._matches:
             source, target = self.holes[0][i], self.holes[1][j]
             here, there = (Curve(frame_of(curve)(curve.z)) for curve in (source, target))
-            best = next(initial_matches.elastic_matches(here, there, key[2] * STEP))
+            best = next(initial_matches.elastic_matches(here, there, key[2] * ROTATION_STEP_RADIANS))
             self._matches[key] = _scale(best, source.length, target.length)
         return self._matches[key]
 
@@ -78,6 +78,8 @@ def middle_of(curve: Curve) -> complex:
 
 def gyration(curve: Curve) -> float:
     """Radius of gyration of an outline about 0."""
-    z: Complex = curve.at(curve.length * np.arange(initial_matches.SAMPLES) / initial_matches.SAMPLES)
+    z: Complex = curve.at(
+        curve.length * np.arange(initial_matches.OUTLINE_SAMPLES) / initial_matches.OUTLINE_SAMPLES
+    )
     squares: Real = np.abs(z) ** 2
     return float(np.sqrt(squares.mean()))

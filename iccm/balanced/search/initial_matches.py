@@ -14,14 +14,14 @@ from ...arrays import Complex, Index, Real
 from ...curve import Curve
 from ..model.boundary_pairs import Match
 
-SAMPLES = 64  # of each outline; 120 found the same matches on 15 pairs
-SHIFTS = 16  # cyclic shifts of the target tried for each turn
-POSITION = 0.5  # weight of the difference of positions
-SMOOTH = 0.01  # of the length: the chord beyond a sample's ends over which its tangent is taken
-DIFFERENT = 0.12  # mean distance on the unit circle from which two matches count as two
+OUTLINE_SAMPLES = 64  # of each outline; 120 found the same matches on 15 pairs
+CYCLIC_SHIFTS = 16  # cyclic shifts of the target tried for each turn
+POSITION_WEIGHT = 0.5  # weight of the difference of positions
+TANGENT_CHORD_SHARE = 0.01  # of the length: the chord beyond a sample's ends over which its tangent is taken
+DIFFERENT_MATCH_DISTANCE = 0.12  # mean distance on the unit circle from which two matches count as two
 STEPS = np.array([(1, 1), (1, 2), (2, 1), (1, 3), (3, 1), (2, 3), (3, 2), (1, 4), (4, 1), (3, 4), (4, 3)])
 LONGEST = 4  # of their rows or columns
-ARCLENGTHS = 8  # shifts of the arclength correspondence
+ARCLENGTH_SHIFTS = 8  # shifts of the arclength correspondence
 MOST_TURNED = np.radians(100)
 """Of the similarity that fits a match best: of 16 pairs, no map that turned by more than 60° went on as upright."""
 TURNS = ((0.0, 5), (0.6, 2), (-0.6, 2))  # of elastic starts, and how many of each
@@ -83,11 +83,11 @@ def best_path(best: Real, gains: Real) -> tuple[Index, Index]:
 
 
 def _samples(curve: Curve, offset: float = 0.0) -> tuple[Complex, Complex]:
-    """(SAMPLES,) unit tangents and centred middles, in radii of gyration, of equal pieces of a closed curve."""
-    s = offset + curve.length * np.arange(SAMPLES) / SAMPLES
-    start, end = curve.at(s), curve.at(s + curve.length / SAMPLES)
-    reach = SMOOTH * curve.length
-    chord = curve.at(s + curve.length / SAMPLES + reach) - curve.at(s - reach)
+    """(OUTLINE_SAMPLES,) unit tangents and centred middles, in radii of gyration, of equal pieces of a closed curve."""
+    s = offset + curve.length * np.arange(OUTLINE_SAMPLES) / OUTLINE_SAMPLES
+    start, end = curve.at(s), curve.at(s + curve.length / OUTLINE_SAMPLES)
+    reach = TANGENT_CHORD_SHARE * curve.length
+    chord = curve.at(s + curve.length / OUTLINE_SAMPLES + reach) - curve.at(s - reach)
     middle = 0.5 * (start + end)
     return chord / np.maximum(np.abs(chord), 1e-12), middle / np.sqrt(np.mean(np.abs(middle) ** 2))
 
@@ -97,16 +97,20 @@ def elastic_matches(source: Curve, target: Curve, turn: float) -> Iterator[Match
     tangents, middles = (np.exp(1j * turn) * w for w in _samples(source))
     goals, places = _samples(target)
     angles = (tangents[:, None] * goals.conj()).real
-    score = angles - POSITION * np.abs(middles[:, None] - places) ** 2
-    gains = sliding_window_view(step_gains(score), SAMPLES + 1, axis=2)[:, :, : SAMPLES : SAMPLES // SHIFTS]
+    score = angles - POSITION_WEIGHT * np.abs(middles[:, None] - places) ** 2
+    gains = sliding_window_view(step_gains(score), OUTLINE_SAMPLES + 1, axis=2)[
+        :, :, : OUTLINE_SAMPLES : OUTLINE_SAMPLES // CYCLIC_SHIFTS
+    ]
     best = best_scores(gains)
     for k in np.argsort(-best[-1, :, -1], kind="stable"):
         rows, columns = best_path(best[:, k], gains[:, :, k])
-        shift = k * SAMPLES // SHIFTS
-        yield Match(rows / SAMPLES * source.length, (columns + shift) / SAMPLES * target.length)
+        shift = k * OUTLINE_SAMPLES // CYCLIC_SHIFTS
+        yield Match(
+            rows / OUTLINE_SAMPLES * source.length, (columns + shift) / OUTLINE_SAMPLES * target.length
+        )
 
 
-def arclength_matches(source: Curve, target: Curve, count: int = ARCLENGTHS) -> list[Match]:
+def arclength_matches(source: Curve, target: Curve, count: int = ARCLENGTH_SHIFTS) -> list[Match]:
     """Equal shares of the arclength, with evenly spaced shifts."""
     shifts = target.length * np.arange(count) / count
     ends = np.array([0.0, 1.0])
@@ -124,7 +128,7 @@ class Different:
     def add(self, match: Match) -> bool:
         """Whether the match was new."""
         places = np.exp(2j * np.pi / self._length * match.at(self._samples))
-        if any(np.mean(np.abs(places - other)) < DIFFERENT for other in self._kept):
+        if any(np.mean(np.abs(places - other)) < DIFFERENT_MATCH_DISTANCE for other in self._kept):
             return False
         self._kept.append(places)
         self.matches.append(match)
@@ -138,7 +142,7 @@ def candidates(
     found = Different(source, target)
     for turn, count in turns:
         first_new(found, elastic_matches(source, target, turn), times * count)
-    return found.matches + arclength_matches(source, target, times * ARCLENGTHS)
+    return found.matches + arclength_matches(source, target, times * ARCLENGTH_SHIFTS)
 
 
 def first_new(found: Different, matches: Iterator[Match], count: int) -> None:
@@ -152,7 +156,7 @@ def first_new(found: Different, matches: Iterator[Match], count: int) -> None:
 
 def implied_turn(match: Match, source: Curve, target: Curve) -> float:
     """Radians of the similarity that fits a match best."""
-    s = source.length * np.arange(SAMPLES) / SAMPLES
+    s = source.length * np.arange(OUTLINE_SAMPLES) / OUTLINE_SAMPLES
     return float(np.angle(np.sum(source.at(s).conj() * target.at(match.at(s)))))
 
 

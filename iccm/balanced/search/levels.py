@@ -12,7 +12,7 @@ from ...curve import Curve
 from ..constraints.strokes import inside
 from ..errors import Stuck, Tangled, check_time
 from ..holes.bays import bays_within
-from ..holes.outlines import FEWEST, outlines_of, rim_spacing, space_out
+from ..holes.outlines import FEWEST_RIM_VERTICES, outlines_of, rim_spacing, space_out
 from ..meshing.mesh import Sizes
 from ..meshing.transfer import interpolate
 from ..minimise.untangle import STEPS
@@ -35,16 +35,18 @@ from ..model.mesh_sizes import coarser_in_bays, finer_at_pins
 from ..model.outline import Outline
 from .unit_problem import UnitProblem
 
-SPACING = 0.75  # of the outline's vertices, in mesh sizes
-BACKWARD = 3  # Newton steps on the inverse of a coarse map, after those on the map
+SPACING_MESH_SIZES = 0.75  # of the outline's vertices, in mesh sizes
+BACKWARD_STEPS = 3  # Newton steps on the inverse of a coarse map, after those on the map
 RELEASED_STEPS = 8  # of Newton after each release (by hand)
-POWER = 3.0
+FINE_POWER = 3.0
 """q on fine meshes: at 1 a pin pulls out a spike; largest K of a square, its centre moved, 7.4, at 3 3.4."""
 FINE_ROUNDS, FINE_BACKWARD = 8, 4  # rounds of steps on the map and its inverse; 2 or 3 do for most pairs
-EVENED = 0.02  # share of even spacing mixed into closest points, which bunch up at corners
-SPREAD = 0.02  # share of even spacing mixed in between outline pins, which may squeeze a match to nothing
+EVENED_SHARE = 0.02  # share of even spacing mixed into closest points, which bunch up at corners
+SPREAD_SHARE = (
+    0.02  # share of even spacing mixed in between outline pins, which may squeeze a match to nothing
+)
 MOST_PAIRS = 3000  # of outline vertices: a bar of 4000 : 1 at the fine mesh size
-PATIENT = 200  # steps of unfolding, where fewer leave folds: 7 of 10 meshes that 40 leave folded
+PATIENT_STEPS = 200  # steps of unfolding, where fewer leave folds: 7 of 10 meshes that 40 leave folded
 MOST_START_VERTICES = 12_000
 """Of the meshes of all starts together. Usual outlines take about 200 vertices a start, and 13 starts; outlines that
 all but touch themselves take 5,000, and the best of three starts differs little from that of nine."""
@@ -81,7 +83,7 @@ class Level:
     ) -> "Level":
         """The level of mesh size h; fineness of outlines and corners as shares of their diagonals. With `smooth` ones
         corners are only where the outlines turn sharply for the mesh size."""
-        spacing = SPACING * size if smooth else np.inf
+        spacing = SPACING_MESH_SIZES * size if smooth else np.inf
         (source, *rims), (target, *goals) = (
             outlines_of(curve, holes, fineness, corner_fineness, always, spacing)
             for curve, holes, always in zip((problem.source, problem.target), problem.holes, problem.kept)
@@ -95,20 +97,22 @@ class Level:
         return cls(
             *(problem, source, target, size, anchors, steepest),
             holes=(tuple(rims), tuple(goals)),
-            bays=bays_within(source, problem.bays, fineness if smooth else corner_fineness, SPACING * size),
+            bays=bays_within(
+                source, problem.bays, fineness if smooth else corner_fineness, SPACING_MESH_SIZES * size
+            ),
             smooth=smooth,
         )
 
     @property
     def is_too_long(self) -> bool:
         """Whether an outline would have more vertices than a mesh may have on its boundary: there is none then."""
-        return max(self.source.length, self.target.length) > MOST_PAIRS * SPACING * self.size
+        return max(self.source.length, self.target.length) > MOST_PAIRS * SPACING_MESH_SIZES * self.size
 
     def mapped(
         self, match: Match, sizes: Sizes | None = None, drawn: list[Match] | None = None
     ) -> DiscreteMap:
         """A mesh for a match of the outlines, and of each stroke, without an inside yet."""
-        boundary, spacing, problem = self.boundary(match), SPACING * self.size, self.problem
+        boundary, spacing, problem = self.boundary(match), SPACING_MESH_SIZES * self.size, self.problem
         sizes = sizes or Sizes.even(0.5 * self.size**2)
         if self.bays:
             sizes = coarser_in_bays(sizes, self.source.curve.z, self.bays)
@@ -127,12 +131,12 @@ class Level:
         )
         return replace(state, metrics=problem.metrics).with_energy(problem.energy)
 
-    def boundary(self, match: Match, fewest: int = FEWEST) -> MatchedBoundary:
+    def boundary(self, match: Match, fewest: int = FEWEST_RIM_VERTICES) -> MatchedBoundary:
         """The boundary of a mesh for a match of the outlines, with at least `fewest` vertices on each hole."""
         outer = through(
-            limit_slope(match, self.steepest), self.anchors, 0.0 if self.problem.halved else SPREAD
+            limit_slope(match, self.steepest), self.anchors, 0.0 if self.problem.halved else SPREAD_SHARE
         )
-        spacing = SPACING * self.size
+        spacing = SPACING_MESH_SIZES * self.size
         if self.is_too_long:
             raise Stuck("an outline is too long for its area")
         outlines = tuple((self.holes[0][hole.source], self.holes[1][hole.target]) for hole in match.holes)
@@ -261,7 +265,7 @@ def project(curve: Curve, points: Complex) -> Real:
 
         s = isotonic_regression(s).x
     even = s[0] + curve.length * np.arange(s.size) / s.size
-    return (1 - EVENED) * s + EVENED * even  # strictly ascending
+    return (1 - EVENED_SHARE) * s + EVENED_SHARE * even  # strictly ascending
 
 
 def match_on(level: Level, state: MeshMap) -> Match:
@@ -304,7 +308,7 @@ def refine(level: Level, state: MeshMap, sizes: Sizes | None = None, *, only: in
     try:
         return fine.unfolded()
     except Stuck:
-        return fine.unfolded(harmonic=False, steps=PATIENT, weighed=bool(level.bays))
+        return fine.unfolded(harmonic=False, steps=PATIENT_STEPS, weighed=bool(level.bays))
 
 
 def interpolate_on(level: Level, state: MeshMap, sizes: Sizes | None = None) -> DiscreteMap:

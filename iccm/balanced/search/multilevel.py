@@ -46,11 +46,11 @@ from .symmetry import Half, half_of, mirror
 from .unit_problem import Numbers, UnitProblem
 from .via_disc import through_disc
 
-COARSE, FINE, FINER = 0.1, 0.05, 0.04
-"""Mesh sizes h, of domains of area one; .08 and .03 found maps within 1 % of .1 and .04. Plain shapes do with FINE; a
-surface's metric, which triangles average, holes and pins get FINER."""
-LIMBS = 0.55
-"""Over the outline's length, of area one: the coarse h of shapes with protrusions, at least 0.6 of COARSE."""
+COARSE_MESH_SIZE, FINE_MESH_SIZE, FINER_MESH_SIZE = 0.1, 0.05, 0.04
+"""Mesh sizes h, of domains of area one; .08 and .03 found maps within 1 % of .1 and .04. Plain shapes do with
+FINE_MESH_SIZE; a surface's metric, which triangles average, holes and pins get FINER_MESH_SIZE."""
+COARSE_SIZE_BY_LENGTH = 0.55
+"""Over the outline's length, of area one: the coarse h of shapes with protrusions, at least 0.6 of COARSE_MESH_SIZE."""
 SMALLER = (1.0, 0.5)  # factors of the mesh sizes, where larger ones fail
 COARSE_EXACTNESS = (5e-4, 6e-3)  # fineness of the outlines and of the corners, of the diagonal
 STEEPEST = 8.0  # slope of a match, relative to the mean, that a coarse mesh follows
@@ -165,7 +165,7 @@ def solve_from(
     kept = warm_start.met_on_its_mesh(level, start)
     # where other sizes are asked for, or pins may have moved, it has to move
     resting = kept is not None and settings.metric is None and settings.energy.pins is None
-    decrease = warm_start.AT_REST if resting else LAST_DECREASE
+    decrease = warm_start.AT_REST_DECREASE if resting else LAST_DECREASE
     try:
         state = kept or warm_start.continue_from(level, start)
     except Stuck:
@@ -371,13 +371,13 @@ def coarse_to_fine(
 def coarse_size(problem: UnitProblem) -> float:
     """The coarse mesh size: smaller where an outline is long for its area."""
     length = max(problem.source.length, problem.target.length)
-    return COARSE * float(np.clip(LIMBS / (COARSE * length), 0.6, 1.0))
+    return COARSE_MESH_SIZE * float(np.clip(COARSE_SIZE_BY_LENGTH / (COARSE_MESH_SIZE * length), 0.6, 1.0))
 
 
 def fine_size(problem: UnitProblem) -> float:
     """The fine mesh size."""
     plain = problem.metrics == PLANES and not (problem.holed or problem.constrained)
-    return FINE if plain else FINER
+    return FINE_MESH_SIZE if plain else FINER_MESH_SIZE
 
 
 def directions(problem: UnitProblem) -> tuple[UnitProblem, ...]:
@@ -491,9 +491,9 @@ def correspondences(level: Level, *, elastic: bool = False) -> list[Match]:
     if problem.holed:
         return with_partners(level, matches)
     if problem.halved:  # whose ends leave arclengths no shift
-        return matches[: 1 - problem.starts * initial_matches.ARCLENGTHS]
+        return matches[: 1 - problem.starts * initial_matches.ARCLENGTH_SHIFTS]
     if elastic:
-        matches = matches[: -problem.starts * initial_matches.ARCLENGTHS]
+        matches = matches[: -problem.starts * initial_matches.ARCLENGTH_SHIFTS]
     if problem.energy.upright > 0 and not problem.constrained:
         return initial_matches.without_upside_down(matches, *curves) or matches
     return matches

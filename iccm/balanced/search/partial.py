@@ -19,9 +19,9 @@ from ..model.settings import Settings
 from .hole_partners import Partners
 from .unit_problem import Numbers, UnitProblem
 
-GOOD = 2.2  # stretch on 95 % of the area up to which a map of the whole outlines does,
-TURNED = np.radians(20)  # and its turn
-LARGEST_FILLED = 16.0
+GOOD_STRETCH = 2.2  # stretch on 95 % of the area up to which a map of the whole outlines does,
+GOOD_ROTATION_RADIANS = np.radians(20)  # and its turn
+LARGEST_FILLED_AREA = 16.0
 """Area, of the shape's own, up to which it is filled: an arrowhead of wire would be meshed with 500 times as many
 triangles as it has itself, and leave nearly all of the target bare."""
 
@@ -55,7 +55,7 @@ def bay_choices(problem: UnitProblem, settings: Settings) -> list[UnitProblem]:
     found: list[UnitProblem] = []
     for side in FITS[settings.fit].fills:
         given = with_bays(problem if side == "source" else problem.inverse())
-        if given.bays and can_fill(given) and given.source.area <= LARGEST_FILLED:
+        if given.bays and can_fill(given) and given.source.area <= LARGEST_FILLED_AREA:
             found.append(given)
     return found
 
@@ -104,8 +104,8 @@ def lost_shares(problem: UnitProblem, state: DiscreteMap) -> tuple[float, float]
 
 def is_good(problem: UnitProblem, state: DiscreteMap) -> bool:
     """Whether a map of the whole outlines does: one that is stretched little, and as upright as is asked."""
-    upright = problem.energy.upright == 0 or abs(state.turn) <= TURNED
-    return upright and stretch_quantile(state.z, state.u, state.material, 0.95) <= GOOD
+    upright = problem.energy.upright == 0 or abs(state.turn) <= GOOD_ROTATION_RADIANS
+    return upright and stretch_quantile(state.z, state.u, state.material, 0.95) <= GOOD_STRETCH
 
 
 def cost(problem: UnitProblem, state: DiscreteMap) -> float:

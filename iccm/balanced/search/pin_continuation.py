@@ -19,7 +19,7 @@ from . import initial_matches
 from .grid_paths import route
 from .homotopy import MOVING_DECREASE, move_straight, satisfy_constraints
 from .levels import (
-    BACKWARD,
+    BACKWARD_STEPS,
     RELEASED_STEPS,
     Level,
     interpolate_on,
@@ -119,13 +119,13 @@ def screen(level: Level, matches: list[Match]) -> tuple[list[DiscreteMap], float
 def settle_pinned(level: Level, state: DiscreteMap) -> DiscreteMap:
     """The best of a few rounds with pins held: corners released, a new mesh, settled."""
     try:
-        best = state = state.alternated(1.0, 4, BACKWARD)
+        best = state = state.alternated(1.0, 4, BACKWARD_STEPS)
     except OutOfTime:
         return state
     for _ in range(RELEASES):
         try:
             state = state.forward(1.0, RELEASED_STEPS, GOOD_ENOUGH, corners=False)
-            state = refine_pinned(level, state).alternated(1.0, 4, BACKWARD)
+            state = refine_pinned(level, state).alternated(1.0, 4, BACKWARD_STEPS)
         except Stuck:
             break
         if state.value >= best.value:

@@ -16,8 +16,8 @@ from ..model.discrete_map import folds
 from ..model.frames import begun_farthest
 from ..model.mesh_map import MeshMap
 
-GRID = 2.0**-13  # of the root of the area: 1.2e-4, less than the outlines may be off
-ON_GRID = 1e-9  # of the root of the area: vertices this close to the grid were put there
+GRID_SPACING = 2.0**-13  # of the root of the area: 1.2e-4, less than the outlines may be off
+ON_GRID_SHARE = 1e-9  # of the root of the area: vertices this close to the grid were put there
 
 
 def rounded(source: Curve, target: Curve, holes: Holes) -> tuple[Curve, Curve, Holes]:
@@ -51,7 +51,7 @@ def rounded_with_pins(
 
 def on_grid(z: Complex) -> Complex:
     """The closest points of the grid."""
-    return np.asarray(np.round(z / GRID) * GRID)
+    return np.asarray(np.round(z / GRID_SPACING) * GRID_SPACING)
 
 
 def _loop_on_grid(z: Complex) -> Complex:
@@ -68,7 +68,7 @@ def restore_outline(state: MeshMap, source: Sequence[Complex], target: Sequence[
         z, at = z.copy(), np.concatenate(points)
         place = dict(zip(on_grid(at).tolist(), at.tolist()))
         grid = on_grid(z)
-        known = np.abs(grid - z) < ON_GRID
+        known = np.abs(grid - z) < ON_GRID_SHARE
         known[known] = [key in place for key in grid[known].tolist()]
         shift = np.zeros(z.size, np.complex128)
         shift[known] = [place[key] for key in grid[known].tolist()] - z[known]

@@ -9,9 +9,9 @@ from ...arrays import Complex, complex_of
 from ...curve import Curve
 from ..model.mesh_map import MeshMap
 
-SYMMETRIC = 5e-3
+MOST_ASYMMETRY_SHARE = 5e-3
 """Of the diagonal: how far a mirrored outline may lie from the outline; 115 of 250 icons are closer."""
-SAMPLES = 1000  # of an outline, at which that is measured
+ASYMMETRY_SAMPLES = 1000  # of an outline, at which that is measured
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,7 @@ def half_of(curve: Curve) -> Half | None:
     middle = 0.5 * (low.real + high.real)
     axis = min((middle, 0.0), key=lambda x: asymmetry(curve, x))  # the centroid is at 0
     worst = asymmetry(curve, axis)
-    if worst > SYMMETRIC:
+    if worst > MOST_ASYMMETRY_SHARE:
         return None
     polygon = shapely.Polygon(np.column_stack([curve.z.real - axis, curve.z.imag]))
     right = polygon.intersection(shapely.box(0, low.imag - 1, high.real - low.real + 1, high.imag + 1))
@@ -61,7 +61,7 @@ def _begun_at_axis(ring: Complex, axis: float, worst: float) -> Half | None:
 
 def asymmetry(curve: Curve, axis: float) -> float:
     """The largest distance of the outline, mirrored at the vertical line, from itself, of the diagonal."""
-    z = curve.at(curve.length * np.arange(SAMPLES) / SAMPLES)
+    z = curve.at(curve.length * np.arange(ASYMMETRY_SAMPLES) / ASYMMETRY_SAMPLES)
     mirrored = 2 * axis - z.conj()
     return float(curve.distances(mirrored).max()) / curve.diagonal
 

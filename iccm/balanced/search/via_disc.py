@@ -20,15 +20,15 @@ from . import initial_matches
 from .levels import Level
 from .unit_problem import UnitProblem
 
-CORNERS = 96  # of the disc's outline
-TURNS = 8  # of the disc that are tried
+DISC_CORNERS = 96  # of the disc's outline
+DISC_ROTATIONS = 8  # of the disc that are tried
 CORNER_FINENESS = 6e-3  # relative to the diagonal, as for other coarse meshes
-STEPS = 40  # of Newton on the way to it
+DISC_STEPS = 40  # of Newton on the way to it
 
 
 def disc() -> Curve:
     """The outline of a disc of area one."""
-    outline = Curve(np.exp(2j * np.pi * np.arange(CORNERS) / CORNERS))
+    outline = Curve(np.exp(2j * np.pi * np.arange(DISC_CORNERS) / DISC_CORNERS))
     return Curve(outline.z / np.sqrt(outline.area))
 
 
@@ -41,7 +41,7 @@ def onto_disc(curve: Curve, level: Level) -> DiscreteMap:
     problem = UnitProblem(curve, disc(), level.problem.energy.without_rotation().without_pins())
     own = Level.of(problem, level.size, 0.0, CORNER_FINENESS, level.steepest)
     match = initial_matches.arclength_matches(own.source.curve, own.target.curve)[0]
-    return own.started(match).forward(1.0, STEPS, GOOD_ENOUGH, corners=False)
+    return own.started(match).forward(1.0, DISC_STEPS, GOOD_ENOUGH, corners=False)
 
 
 def through_disc(level: Level) -> list[DiscreteMap]:
@@ -54,9 +54,9 @@ def through_disc(level: Level) -> list[DiscreteMap]:
     except Stuck:
         return []
     found = []
-    for k in range(TURNS):
+    for k in range(DISC_ROTATIONS):
         with suppress(Stuck):
-            found.append(_compose(level, there, back, k / TURNS))
+            found.append(_compose(level, there, back, k / DISC_ROTATIONS))
     return found
 
 

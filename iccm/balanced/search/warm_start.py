@@ -22,22 +22,26 @@ from ..model.outline_split import split_at_vertices
 from .final_mesh import TRIANGLES_PER_AREA, on_finer
 from .homotopy import satisfy_constraints
 from .levels import (
-    EVENED,
+    EVENED_SHARE,
     FINE_BACKWARD,
+    FINE_POWER,
     FINE_ROUNDS,
-    POWER,
     RELEASED_STEPS,
     Level,
     refine,
 )
 from .pin_continuation import aim_feet, lead_one_by_one
 
-SAME = 1e-8  # of the root of the area: a vertex this close to a pin, or to an outline, is on it
-CLOSE = 0.5  # of the tolerance: an earlier map's outlines that are so close to those given are continued
-AT_REST = 1e-3
+SAME_PLACE_SHARE = 1e-8  # of the root of the area: a vertex this close to a pin, or to an outline, is on it
+CLOSE_TOLERANCES = (
+    0.5  # of the tolerance: an earlier map's outlines that are so close to those given are continued
+)
+AT_REST_DECREASE = 1e-3
 """Relative decrease of a Newton step below which a map that meets its constraints has converged while these are
 dragged, and when it is continued from: it stays where it was seen."""
-FEWER = 0.5  # of the triangles that the last mesh is to have: an earlier map's mesh with fewer is made anew
+LEAST_TRIANGLE_SHARE = (
+    0.5  # of the triangles that the last mesh is to have: an earlier map's mesh with fewer is made anew
+)
 
 
 def continue_from(level: Level, start: MeshMap) -> DiscreteMap:
@@ -69,8 +73,8 @@ def slide_anew(level: Level, start: MeshMap) -> DiscreteMap:
         Stuck: it folds.
     """
     state = continue_from(level, start)
-    state = state.forward(POWER, RELEASED_STEPS, GOOD_ENOUGH, corners=False)
-    state = on_finer(level, state).alternated(POWER, FINE_ROUNDS, FINE_BACKWARD)
+    state = state.forward(FINE_POWER, RELEASED_STEPS, GOOD_ENOUGH, corners=False)
+    state = on_finer(level, state).alternated(FINE_POWER, FINE_ROUNDS, FINE_BACKWARD)
     return split_at_vertices(state)
 
 
@@ -79,7 +83,7 @@ def _constrained(level: Level, state: DiscreteMap) -> DiscreteMap:
     if not state.inside.z.size:
         return state
     if strokes:  # corners of theirs get vertices where the earlier map has them
-        state = refine(level, aim_feet(strokes, state, EVENED))
+        state = refine(level, aim_feet(strokes, state, EVENED_SHARE))
     new = satisfy_constraints(replace(state, bound=False))
     new = new if new.miss == 0 or strokes else lead_one_by_one(level, new)
     if new.miss == 0:
@@ -96,7 +100,7 @@ def outlines_followed(
     found: list[list[Curve]] = []
     for side, (w, outer, inner) in enumerate(sides):
         own = {(loop.source, loop.target)[side]: w[loop.vertices] for loop in start.loops}
-        near = CLOSE * tolerance * outer.diagonal
+        near = CLOSE_TOLERANCES * tolerance * outer.diagonal
         curves = [
             _followed(w[start.outer], outer, near),
             *(_followed(own[k], rim, near) for k, rim in enumerate(inner) if k in own),
@@ -112,7 +116,7 @@ def outlines_followed(
 def _followed(rim: Complex, given: Curve, near: float) -> Curve | None:
     """The polygon of vertices on an outline; None where it is not close to the one given."""
     curve = Curve(rim)
-    curve = simplify(curve, SAME / curve.diagonal)
+    curve = simplify(curve, SAME_PLACE_SHARE / curve.diagonal)
     away = max(one.distances(other.z).max() for one, other in permutations((curve, given)))
     return curve if away <= near else None
 
@@ -121,7 +125,7 @@ def on_its_mesh(level: Level, start: MeshMap) -> DiscreteMap | None:
     """The earlier map itself, if its outlines are the level's, all pins are among its vertices, and it has enough
     triangles; None if not."""
     problem = level.problem
-    if len(start.faces) < FEWER * TRIANGLES_PER_AREA / level.size**2:
+    if len(start.faces) < LEAST_TRIANGLE_SHARE * TRIANGLES_PER_AREA / level.size**2:
         return None
     if folds(start.faces, start.u) or folds(start.faces, start.z):  # as outlines that move may leave it
         return None
@@ -186,7 +190,7 @@ def _kept_first(start: MeshMap, pins: Complex, filled: list[Index]) -> Index | N
     has none."""
     away = np.abs(start.z[start.border :] - pins[:, None])
     kept = np.concatenate([start.border + away.argmin(axis=1), *filled])
-    if np.any(away.min(axis=1) > SAME) or np.unique(kept).size < kept.size:
+    if np.any(away.min(axis=1) > SAME_PLACE_SHARE) or np.unique(kept).size < kept.size:
         return None
     rest = np.setdiff1d(np.arange(start.border, start.z.size), kept)
     return np.concatenate([np.arange(start.border), kept, rest])
@@ -195,7 +199,7 @@ def _kept_first(start: MeshMap, pins: Complex, filled: list[Index]) -> Index | N
 def _vertices_on(outline: Outline, z: Complex) -> Index | None:
     """Those on a closed outline, in its order; None if they miss a corner."""
     s = outline.curve.closest(z)
-    on = np.flatnonzero(np.abs(outline.curve.at(s) - z) <= SAME)
+    on = np.flatnonzero(np.abs(outline.curve.at(s) - z) <= SAME_PLACE_SHARE)
     on = on[np.argsort(s[on])]
     return on if _at(s[on], outline.corners, outline.length).all() else None
 
@@ -203,7 +207,7 @@ def _vertices_on(outline: Outline, z: Complex) -> Index | None:
 def _along(curve: Curve, w: Complex) -> Real | None:
     """Ascending arclengths of points in order on a closed curve; None if they are not on it, or not in order."""
     s = curve.closest(w)
-    if np.abs(curve.at(s) - w).max() > SAME:
+    if np.abs(curve.at(s) - w).max() > SAME_PLACE_SHARE:
         return None
     steps = np.mod(np.diff(s, append=s[0]), curve.length)
     if abs(steps.sum() - curve.length) > 0.5 * curve.length or steps.min() <= 0:
@@ -214,4 +218,4 @@ def _along(curve: Curve, w: Complex) -> Real | None:
 def _at(places: Real, s: Real, length: float) -> np.ndarray:
     """Which arclengths are among the places."""
     gap = np.mod(s[:, None] - places + 0.5 * length, length) - 0.5 * length
-    return np.any(np.abs(gap) < SAME, axis=1)
+    return np.any(np.abs(gap) < SAME_PLACE_SHARE, axis=1)

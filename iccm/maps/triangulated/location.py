@@ -15,7 +15,7 @@ from ...parallel import over_slices
 from ...plane import diagonal
 from .adjacency import Index
 
-ROUNDING = 1e-12  # of the diagonal: this little outside a patch counts as on it
+ROUNDING_SHARE = 1e-12  # of the diagonal: this little outside a patch counts as on it
 
 _locate = function(
     """int64_t iccm_maps_locate(
@@ -49,7 +49,7 @@ class PatchLocator:
     @cached_property
     def rounding(self) -> float:
         """How far outside its patch a point may lie."""
-        return ROUNDING * diagonal(self.control[:, :3])
+        return ROUNDING_SHARE * diagonal(self.control[:, :3])
 
     @cached_property
     def grid(self) -> BucketGrid:

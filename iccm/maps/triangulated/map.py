@@ -15,7 +15,7 @@ from .location import PatchLocator
 from .patches import bulges, slides
 from .rim import Rim, unslid
 
-NEAR = 1e-3  # of the diagonal; outlines are simplified to 1e-4 and met to 6e-4 of it
+NEAR_SHARE = 1e-3  # of the diagonal; outlines are simplified to 1e-4 and met to 6e-4 of it
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +41,7 @@ class TriangulatedMap:
     image: Complex
     faces: Index
     loops: tuple[Index, ...]
-    near: float = NEAR
+    near: float = NEAR_SHARE
     bulge: Complex | None = None
     seen: int | None = None
     axes: tuple[str, str] = UP

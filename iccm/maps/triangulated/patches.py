@@ -20,9 +20,12 @@ from ...native import function
 from ...plane import cross
 from .adjacency import Edges, Index
 
-DEVIATION = 0.5  # of a patch's derivative from that of its triangle, relative: at most half, so that slivers beside an
-# outline's corners stretch no more than their neighbours, and every patch has one solution
-SLIVER = 1e-9  # of the squared sides: a smaller area leaves too few digits for the Bernstein coefficients
+MOST_DEVIATION = 0.5
+"""Of a patch's derivative from that of its triangle, relative: at most half, so that slivers beside an outline's
+corners stretch no more than their neighbours, and every patch has one solution."""
+SLIVER_AREA_RATIO = (
+    1e-9  # of the squared sides: a smaller area leaves too few digits for the Bernstein coefficients
+)
 
 _shrink = function(
     """int64_t iccm_maps_shrink_bulges(
@@ -69,7 +72,7 @@ def bulges(
     linear: Index = NO_FACES,
 ) -> Complex:
     """(e,) bulge of each edge, shrunk until no patch's derivative is farther from the linear one's than the means at
-    its corners are from each other, nor than DEVIATION.
+    its corners are from each other, nor than MOST_DEVIATION.
 
     Those between the pairs of vertices `straight` (l, 2) go straight, as those of the rim do; triangles `linear` (k,)
     have none.
@@ -120,10 +123,10 @@ def slides(bulge: Complex, source: Complex, edges: Edges) -> Real:
 def shrunk(
     faces: Index, image: Complex, source: Complex, edges: Edges, bulge: Complex, limits: Real | None = None
 ) -> Complex:
-    """The bulges shrunk until every patch's derivative is within its limit (m,), and DEVIATION, of the linear one's.
-    Triangles that are not clearly positive stay linear."""
+    """The bulges shrunk until every patch's derivative is within its limit (m,), and MOST_DEVIATION, of the linear
+    one's. Triangles that are not clearly positive stay linear."""
     bulge = np.array(bulge, np.complex128)
-    most = np.full(len(faces), DEVIATION) if limits is None else np.minimum(limits, DEVIATION)
+    most = np.full(len(faces), MOST_DEVIATION) if limits is None else np.minimum(limits, MOST_DEVIATION)
     corners = np.ascontiguousarray(source[faces], np.complex128)
     flat = _sliver(corners) | _sliver(image[faces])
     bulge[edges.sides[flat]] = 0
@@ -134,7 +137,7 @@ def shrunk(
 def _sliver(corners: Complex) -> np.ndarray:
     """Whether triangles (m, 3) have no area to speak of, or a negative one."""
     u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    return ~(cross(u, v) > SLIVER * (np.abs(u) ** 2 + np.abs(v) ** 2))
+    return ~(cross(u, v) > SLIVER_AREA_RATIO * (np.abs(u) ** 2 + np.abs(v) ** 2))
 
 
 def tangents(corners: Complex, bulge: Complex) -> tuple[list[Complex], list[Complex]]:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-FEW, ZEROS = 4, 0.2
+LEAST_FRONT_VERTICES, MOST_ZEROS_SHARE = 4, 0.2
 
 
 def fill(starts, around, corners, order, ends, members):
@@ -153,7 +153,7 @@ def supernodes(parents, counts, size, free, old, zeros, place, starts, last):
             fewer = starts[above] - starts[below]
             empty = zeros[above] + zeros[below] + fewer * (more + counts[c] - counts[last[below]])
             whole = (fewer + more) * (fewer + more + 2 * counts[c]) // 2
-            if fewer + more > FEW and empty > ZEROS * whole:
+            if fewer + more > LEAST_FRONT_VERTICES and empty > MOST_ZEROS_SHARE * whole:
                 break
             last[below], zeros[below] = c, empty
             number -= 1

@@ -60,7 +60,7 @@ def test_without_maps_there_is_no_winner():
 def test_more_starts_are_tried_where_asked():
     level, problem = LEVEL, PROBLEM._replace(starts=3)
     few, many = (multilevel.correspondences(replace(level, problem=given)) for given in (PROBLEM, problem))
-    assert len(many) >= len(few) + 2 * initial_matches.ARCLENGTHS
+    assert len(many) >= len(few) + 2 * initial_matches.ARCLENGTH_SHIFTS
     found = [multilevel.coarse_map(given, 0.15, SolveLog()).value for given in (PROBLEM, problem)]
     assert found[1] <= found[0]
 

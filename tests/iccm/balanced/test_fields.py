@@ -75,7 +75,7 @@ def test_parts_of_a_field_are_connected_and_of_one_size():
     assert parts.max() == 3 and parts[0, 0] == parts[1, 0] and parts[0, 2] == parts[1, 1]
     assert len({parts[0, 0], parts[0, 2], parts[2, 0], parts[2, 1]}) == 4
     ramp = Field.of(np.geomspace(1, 4, 1000)[None], (0j, 3 + 3j), 0.0, "field")
-    assert (np.unique(cartogram.parts_of(ramp)) == np.arange(cartogram.LEVELS)).all()
+    assert (np.unique(cartogram.parts_of(ramp)) == np.arange(cartogram.SIZE_LEVELS)).all()
 
 
 def test_a_region_is_rigid_in_the_plane_beside_sizes():

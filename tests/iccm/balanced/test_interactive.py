@@ -6,7 +6,7 @@ from scipy.spatial import cKDTree
 
 import iccm
 from iccm.arrays import xy_of
-from iccm.balanced.interactive import BUDGET, STEPS_A_MESH, Live
+from iccm.balanced.interactive import BUDGET_TRIANGLE_STEPS, STEPS_A_MESH, Live
 from iccm.balanced.minimise import newton
 from iccm.balanced.model.settings import Settings
 from iccm.curve import Curve
@@ -160,7 +160,7 @@ def test_a_step_of_a_drag_keeps_to_its_budget_and_goes_on_with_the_next(side, mo
         made.clear()
         meshes.append(live.state.faces)
         live = live.moved(pins, dragged=True)
-        assert live.state.faces is not meshes[-1] or 0 < sum(made) * len(meshes[-1]) <= BUDGET
+        assert live.state.faces is not meshes[-1] or 0 < sum(made) * len(meshes[-1]) <= BUDGET_TRIANGLE_STEPS
     assert len({id(faces) for faces in meshes}) <= 2
     sound(live, pins)
 

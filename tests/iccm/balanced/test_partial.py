@@ -9,7 +9,7 @@ import shapely
 import iccm
 from iccm import InputError
 from iccm.arrays import complex_of, xy_of
-from iccm.balanced.holes.bays import SHALLOW, fill_half_hull, fill_hull
+from iccm.balanced.holes.bays import SHALLOW_DEPTH_SHARE, fill_half_hull, fill_hull
 from iccm.balanced.minimise.energy import (
     NO_SLOTS,
     Objective,
@@ -17,7 +17,7 @@ from iccm.balanced.minimise.energy import (
     geometry,
 )
 from iccm.balanced.search import multilevel
-from iccm.balanced.search.partial import GOOD
+from iccm.balanced.search.partial import GOOD_STRETCH
 from iccm.balanced.search.symmetry import half_of
 from iccm.coverage import rings_within
 from iccm.curve import Curve
@@ -45,7 +45,7 @@ def test_a_shape_with_its_bays_is_its_hull_but_for_shallow_ones(curve):
     filled = fill_hull(unit(curve))
     hull = polygon(unit(curve)).convex_hull
     assert hull.contains(polygon(filled.outline).buffer(-1e-12))
-    assert hull.difference(polygon(filled.outline)).area < 2 * SHALLOW * hull.length
+    assert hull.difference(polygon(filled.outline)).area < 2 * SHALLOW_DEPTH_SHARE * hull.length
     bays = [shapely.Polygon(xy_of(bay)) for bay in filled.bays]
     parts = shapely.unary_union([polygon(unit(curve)), *bays])
     assert parts.symmetric_difference(polygon(filled.outline)).area < 1e-12
@@ -125,7 +125,7 @@ def test_auto_takes_what_costs_the_least_and_whole_is_as_it_was():
     plain = iccm.fit(SQUARE, DISC)
     assert not plain.is_partial and "left_out" not in plain.report()
     assert np.array_equal(plain.map.image, iccm.fit(SQUARE, DISC, fit="whole").map.image)
-    assert plain.report()["stretch"]["p95"] < GOOD
+    assert plain.report()["stretch"]["p95"] < GOOD_STRETCH
 
 
 @pytest.mark.slow
@@ -191,7 +191,7 @@ def test_bays_are_filled_but_for_those_where_the_outline_is_pinned(pins, partial
     here, there = np.array(pins, complex).T
     assert fit.is_partial == partial and fit.status.ok and fit.certificate.certified
     assert np.abs(fit.map(here) - there).max() < 1e-9
-    assert (fit.report()["stretch"]["p95"] < GOOD) == partial
+    assert (fit.report()["stretch"]["p95"] < GOOD_STRETCH) == partial
 
 
 def test_holes_are_passed_over_where_that_costs_less():

@@ -9,7 +9,7 @@ from iccm.arrays import xy_of
 from iccm.balanced.fit import price_of
 from iccm.balanced.model.energy import Energy
 from iccm.balanced.model.settings import Settings
-from iccm.balanced.rings import THIN, best_seam, open_ring
+from iccm.balanced.rings import SEAM_WIDTH_SHARE, best_seam, open_ring
 from iccm.curve import Curve
 
 ANGLES = 2 * np.pi * np.arange(72) / 72
@@ -23,7 +23,7 @@ def test_a_cut_takes_next_to_nothing_of_the_ring():
     opened = open_ring(OUTER, HOLE, 0.3)
     assert shapely.Polygon(xy_of(opened.z)).is_valid
     ring = OUTER.area + HOLE.area
-    assert 0 < 1 - opened.area / ring < 2 * THIN
+    assert 0 < 1 - opened.area / ring < 2 * SEAM_WIDTH_SHARE
 
 
 def test_a_cut_does_not_leave_the_ring():

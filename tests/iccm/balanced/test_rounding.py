@@ -6,7 +6,7 @@ import pytest
 import iccm
 from iccm.balanced.holes.given import NONE, Holes
 from iccm.balanced.model.mesh_map import MeshMap
-from iccm.balanced.search.rounding import GRID, on_grid, restore_outline, rounded
+from iccm.balanced.search.rounding import GRID_SPACING, on_grid, restore_outline, rounded
 from iccm.curve import Curve
 from tests.shapes import arrow, ell
 
@@ -34,7 +34,7 @@ def test_noise_is_rounded_away():
 
 def test_outlines_that_would_touch_stay_as_they_are():
     square = unit(SQUARE)
-    holes = [Curve(0.5 + 0.5j + d + 0.2 * SQUARE[::-1]) for d in (0, 0.2 + 0.05 * GRID)]
+    holes = [Curve(0.5 + 0.5j + d + 0.2 * SQUARE[::-1]) for d in (0, 0.2 + 0.05 * GRID_SPACING)]
     given = square, square, Holes(tuple(holes), ())
     assert rounded(*given) == given
 
@@ -61,7 +61,7 @@ def strip(width):
 def test_a_boundary_is_put_back_vertex_by_vertex():
     z, faces = strip(0.25)
     corners = z[[0, 2, 3, 5]]
-    given = corners + 0.4 * GRID * np.array([1, 1j, -1, -1j])
+    given = corners + 0.4 * GRID_SPACING * np.array([1, 1j, -1, -1j])
     state = restore_outline(MeshMap.plain(z, z, faces, 6), [given], [corners])
     assert np.array_equal(state.z[[0, 2, 3, 5]], given) and np.array_equal(state.u, z)
     assert state.z[1] == pytest.approx(0.5 * (given[0] + given[1]), abs=1e-12)
@@ -71,9 +71,9 @@ def test_a_boundary_is_put_back_vertex_by_vertex():
 @pytest.mark.parametrize(("height", "stay"), [(0.5, []), (0.3, [0, 1])])
 def test_outlines_stay_where_they_would_fold_and_pins_are_put_back(height, stay):
     """A vertex inside is closer to the boundary than this moves; a pin is in the way of nothing."""
-    z = np.append(SQUARE, [0.5 + height * GRID * 1j, 0.5 + 0.5j])
+    z = np.append(SQUARE, [0.5 + height * GRID_SPACING * 1j, 0.5 + 0.5j])
     faces = np.array([[0, 1, 4], [1, 5, 4], [0, 4, 5], [1, 2, 5], [2, 3, 5], [3, 0, 5]])
-    given, pin = SQUARE + 0.4 * GRID * 1j, 0.5 + 0.5j + 0.3 * GRID
+    given, pin = SQUARE + 0.4 * GRID_SPACING * 1j, 0.5 + 0.5j + 0.3 * GRID_SPACING
     state = restore_outline(MeshMap.plain(z, z, faces, 4), [given, [pin]], [SQUARE, [pin]])
     expected = given.copy()
     expected[stay] = SQUARE[stay]

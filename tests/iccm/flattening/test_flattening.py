@@ -10,7 +10,7 @@ import shapely
 from iccm.errors import InputError
 from iccm.flattening import METHODS, coarsening, flatten, method, scaffold, seams, tutte
 from iccm.flattening.free import surface
-from iccm.flattening.scaffold import FRAME, frame, outside, relax_with_scaffold
+from iccm.flattening.scaffold import FRAME_CORNERS, frame, outside, relax_with_scaffold
 from iccm.flattening.seams import Ways, turns
 from iccm.io.options import of_command
 from iccm.meshes.disk_patch import disk_patch
@@ -215,7 +215,7 @@ def test_a_scaffold_fills_what_the_layout_leaves_of_its_frame():
     assert (area > 0).all()
     whole = shapely.Polygon(np.column_stack([around.real, around.imag])).area
     assert area.sum() == pytest.approx(whole - (1 - 0.02))
-    assert faces.min() == 0 and faces.max() < FRAME + flat.size
+    assert faces.min() == 0 and faces.max() < FRAME_CORNERS + flat.size
 
 
 def test_a_scaffold_holds_what_free_newton_would_let_overlap():
@@ -269,7 +269,7 @@ def test_lengthening_a_seam_takes_no_more_scaffolds_than_a_layout(monkeypatch):
     monkeypatch.setattr(method, "_relax", slow)
     monkeypatch.setattr(method, "_conformal", lambda even, sheet, steps: even)
     assert method._lengthen_seam(layout) is layout
-    assert len(taken) <= method.APART and len(taken) > 0.9 * method.APART
+    assert len(taken) <= method.SCAFFOLD_STEPS and len(taken) > 0.9 * method.SCAFFOLD_STEPS
 
 
 def annulus_cut_open():
@@ -347,8 +347,8 @@ def test_the_way_by_coarser_triangulations_leads_where_newton_leads(monkeypatch)
     patch, z = annulus_cut_open()
     sheet = surface(patch.points, patch.faces)
     exact = sheet.energy(sheet.relaxed(z, 1.0, 60, 1e-12), 1.0)
-    monkeypatch.setattr(coarsening, "LARGE", 100)
-    monkeypatch.setattr("iccm.flattening.free.LARGE", 100)
+    monkeypatch.setattr(coarsening, "LARGE_VERTEX_COUNT", 100)
+    monkeypatch.setattr("iccm.flattening.free.LARGE_VERTEX_COUNT", 100)
     found = sheet.energy(coarsening.relaxed(sheet, patch.points, z, 1.0, 60, 1e-5), 1.0)
     assert exact - 1e-12 <= found < exact * (1 + 2e-5)
 
@@ -365,11 +365,11 @@ def test_a_coarser_layout_is_the_same_at_the_vertices_that_are_left():
 
 def test_the_seam_of_a_large_surface_grows_on_a_coarser_triangulation(monkeypatch):
     patch = disk_patch(sphere(40, 30), cut=True)
-    monkeypatch.setattr(method, "MANY", 300)
+    monkeypatch.setattr(method, "COARSE_SEAM_VERTICES", 300)
     sizes, roughly = [], method._roughly
     monkeypatch.setattr(method, "_roughly", lambda start: sizes.append(len(start.flat)) or roughly(start))
     layout = flatten(patch, grow=True, method="balanced")
-    assert len(layout.patch.seam) > len(patch.seam) and layout.strained(95) < method.STRETCHED
+    assert len(layout.patch.seam) > len(patch.seam) and layout.strained(95) < method.STRETCHED_P95
     assert min(sizes) < 300 and sum(size >= len(patch.points) for size in sizes) == 1
 
 
@@ -388,4 +388,4 @@ def test_ways_of_a_seam_that_it_does_without_are_left_out(monkeypatch):
     monkeypatch.setattr(seams, "ends", first_the_short_one)
     layout, _, found = method._with_seam(start, True)
     assert len(asked) > 1 and short not in found and len(found) <= len(alone) + 1
-    assert layout.strained(95) < method.STRETCHED and overlap(layout) is None
+    assert layout.strained(95) < method.STRETCHED_P95 and overlap(layout) is None

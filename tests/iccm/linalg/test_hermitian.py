@@ -85,7 +85,7 @@ def test_least_squares_of_large_patches_are_libigls(monkeypatch):
     points = made.vertices * (1 + 0.2 * np.sin(5 * made.vertices[:, :1]))
     patch = disk_patch(Mesh.triangles("m", points, made.faces))
     theirs = flatten.lscm(patch, patch.loops[0])
-    monkeypatch.setattr(flatten, "LARGE", 0)
+    monkeypatch.setattr(flatten, "LARGE_VERTEX_COUNT", 0)
     monkeypatch.setattr("igl.lscm", lambda *words: pytest.fail("libigl was asked"))
     ours = flatten.lscm(patch, patch.loops[0])
     assert ours == pytest.approx(theirs, abs=1e-9 * np.abs(theirs).max())

@@ -63,7 +63,7 @@ def test_the_factor_is_about_as_small_as_with_superlu():
 def test_a_long_factor_gets_more_room(monkeypatch):
     faces = mesh(400)
     found = ordering._by_quotient_graph(faces, 400)
-    monkeypatch.setattr(ordering, "ROOM", 1)
+    monkeypatch.setattr(ordering, "FIRST_ENTRIES_PER_VERTEX", 1)
     again = ordering._by_quotient_graph(faces, 400)
     assert all(np.array_equal(a, b) for a, b in zip(found, again))
 

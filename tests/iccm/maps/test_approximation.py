@@ -7,7 +7,7 @@ import iccm
 from iccm.maps.approximation import triangulated
 from iccm.maps.harmonic import HarmonicMap
 from iccm.maps.inverse import inverse
-from iccm.maps.refinement import THIN, Triangulation
+from iccm.maps.refinement import THIN_RATIO, Triangulation
 from tests.shapes import blob, circle, ell, inside, pear, random_polygon, square, star
 
 MOST, USUAL = 0.05, 0.02  # texels of 1024², of all points and of 99 %
@@ -115,7 +115,7 @@ def test_triangles_have_good_shapes_and_cover_the_inside(polygon):
         a, b, c = mesh.z[mesh.faces].T
         area = ((b - a).conj() * (c - a)).imag
         longest = np.maximum.reduce([np.abs(b - a), np.abs(c - b), np.abs(a - c)])
-        assert (area / longest**2 >= THIN).all()
+        assert (area / longest**2 >= THIN_RATIO).all()
         assert 0.5 * area.sum() == pytest.approx(iccm.Curve(polygon).area)
         mesh = mesh.refined(np.arange(len(mesh.edges.ends)) % 3 == 0)
 

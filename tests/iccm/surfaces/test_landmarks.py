@@ -303,7 +303,7 @@ def test_the_cheapest_orders_come_first():
     every = [way for way in permutations(range(6)) if way[0] < way[-1]]
     totals = sorted(sum(cost[a, b] for a, b in pairwise(way)) for way in every)
     found = [sum(cost[a, b] for a, b in pairwise(way.tolist())) for way in seams._orders(cost)]
-    assert found == pytest.approx(totals[: seams.TRIED])
+    assert found == pytest.approx(totals[: seams.ORDERS_TRIED])
 
 
 def test_many_landmarks_are_put_in_order_too():

@@ -11,7 +11,7 @@ import scipy.spatial
 import iccm
 from iccm.balanced.model.frames import frame_of
 from iccm.balanced.model.metric import LaidMetric, rest_geometry
-from iccm.balanced.search.levels import POWER
+from iccm.balanced.search.levels import FINE_POWER
 from iccm.curve import Curve
 from iccm.errors import InputError
 from iccm.flattening import even_layout, flatten
@@ -188,7 +188,7 @@ def radial(angle, theta, q, n=400):
 def test_a_cap_of_a_sphere_goes_onto_a_disc_as_the_best_radial_map_does():
     angle = 2.2
     fit = iccm.fit(flatten(disk_patch(cap(angle, 28, 96))), circle(), turn="any")
-    stretch, weight = radial(angle, 1.0, POWER, 120)
+    stretch, weight = radial(angle, 1.0, FINE_POWER, 120)
     order = np.argsort(stretch)
     expected = stretch[order][np.searchsorted(np.cumsum(weight[order]), 0.95 * weight.sum())]
     conformal = iccm.fit(flatten(disk_patch(cap(angle))), circle(), method="conformal")

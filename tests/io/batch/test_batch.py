@@ -98,7 +98,7 @@ def test_a_job_ends_by_itself_before_it_is_killed():
     """A map that has been found by then is the result; a worker that is killed leaves nothing."""
     assert dispatch.Policy(timeout=10).seconds == pytest.approx(8)
     assert dispatch.Policy(timeout=10, time_limit=3).seconds == 3
-    assert dispatch.Policy().seconds == deadline.DEFAULT
+    assert dispatch.Policy().seconds == deadline.DEFAULT_SECONDS
 
 
 def test_a_failed_job_does_not_stop_the_others(play):

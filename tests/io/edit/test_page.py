@@ -326,7 +326,7 @@ def test_a_mesh_is_turned_pinned_on_its_surface_and_written_as_it_is_shown(
     height, width = image.pixels.shape[:2]
     patch, uv = written.flattening.patch, written.uv[written.uv_faces]
     texels = np.stack([uv[..., 0] * width, (1 - uv[..., 1]) * height], axis=-1)
-    monkeypatch.setattr(render, "AMBIENT", 1.0)
+    monkeypatch.setattr(render, "AMBIENT_SHARE", 1.0)
     seen = np.array(axes)
     seen[1] *= -1  # up
     sampler = Sampler(image.texture((0j, complex(width, height))))

@@ -11,7 +11,7 @@ from iccm.maps.triangulated.evaluation import evaluate
 from iccm.maps.triangulated.location import solve
 from iccm.maps.triangulated.map import TriangulatedMap
 from iccm.maps.triangulated.patches import (
-    DEVIATION,
+    MOST_DEVIATION,
     bernstein,
     cross,
     shrunk,
@@ -154,10 +154,10 @@ def test_derivatives_jump_less_than_on_straight_triangles():
 
 def test_patches_keep_their_bounds(map):
     away = deviation(map.patches[:, :3], map.patches[:, 3:])
-    assert away.max() <= DEVIATION * (1 + 1e-9)
+    assert away.max() <= MOST_DEVIATION * (1 + 1e-9)
     ratio = ratios(map)
-    assert ratio.min() >= (1 - DEVIATION) ** 2 * (1 - 1e-9)
-    assert ratio.max() <= (1 + DEVIATION) ** 2 * (1 + 1e-9)
+    assert ratio.min() >= (1 - MOST_DEVIATION) ** 2 * (1 - 1e-9)
+    assert ratio.max() <= (1 + MOST_DEVIATION) ** 2 * (1 + 1e-9)
 
 
 def deviation(corners, bulge):
@@ -185,7 +185,7 @@ def test_bulges_are_shrunk_where_they_would_fold_a_patch():
     whole = 0.25 * ((p[i] - p[j]) * (w[j] - w[i]) + (q[i] - q[j]) * (w[j] - w[i]).conj())
     rough = replace(map, bulge=tangential(whole, z, map.edges, map.edges.rim))
     assert ratios(rough).min() < 0
-    assert deviation(map.patches[:, :3], map.patches[:, 3:]).max() <= DEVIATION * (1 + 1e-9)
+    assert deviation(map.patches[:, :3], map.patches[:, 3:]).max() <= MOST_DEVIATION * (1 + 1e-9)
     assert map.injectivity.certified
     kept = np.abs(map.bulges - rough.bulges) < 1e-15
     assert 0.2 < kept.mean() < 1
@@ -261,7 +261,7 @@ def test_turning_a_plane_over_is_refused():
 
 
 def test_the_most_bent_patches_are_inverted():
-    """Needles whose derivative deviates by up to DEVIATION."""
+    """Needles whose derivative deviates by up to MOST_DEVIATION."""
     rng = np.random.default_rng(1)
     n = 60_000
     height = 10 ** rng.uniform(-6, 0, n)
