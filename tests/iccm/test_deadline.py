@@ -6,6 +6,9 @@ import pytest
 import iccm
 from iccm import deadline, parallel, progress
 from iccm.balanced.errors import OutOfTime, check_time, until_time_is_over
+from iccm.flattening import even_layout, flatten
+from iccm.meshes.disk_patch import disk_patch
+from iccm.meshes.mesh import Mesh
 from iccm.status import Status
 
 SQUARE = np.array([0, 1, 1 + 1j, 1j])
@@ -63,6 +66,62 @@ def test_a_search_that_is_ended_gives_the_best_map_so_far_with_a_note(clock, met
         if method == "balanced":
             assert fit.certificate.share == 1  # an unfinished map does not fold either
     assert found >= 2
+
+
+def layout_of(height, n):
+    """The layout of a sheet of n × n points of the unit square, lifted by `height(x, y)`."""
+    x, y = (w.ravel() for w in np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, n)))
+    k = np.arange(n * n).reshape(n, n)
+    a, b, c, d = (w.ravel() for w in (k[:-1, :-1], k[:-1, 1:], k[1:, 1:], k[1:, :-1]))
+    faces = np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])])
+    mesh = Mesh.triangles("sheet", np.column_stack([x, y, height(x, y)]), faces)
+    return even_layout(flatten(disk_patch(mesh)))
+
+
+def hill(x, y):
+    return 0.9 * np.exp(-9 * ((x - 0.6) ** 2 + (y - 0.45) ** 2))
+
+
+def slope(x, y):
+    return 0.4 * x * x - 0.2 * y
+
+
+MOVED = [(0.3 + 0.4j, 0.5 + 0.6j), (0.7 + 0.6j, -0.5 - 0.3j)]
+CORNER = 0.35 + 0.3j + np.array([0, 0.2, 0.2 + 0.16j, 0.12j])
+PROBLEMS = {
+    "a surface onto an outline": lambda: (layout_of(hill, 11), FLOWER, {}),
+    "an outline onto a surface": lambda: (SQUARE, layout_of(hill, 11), {}),
+    "a surface onto a surface": lambda: (layout_of(hill, 11), layout_of(slope, 9), {}),
+    "a rigid region": lambda: (SQUARE, FLOWER, {"rigid": [CORNER]}),
+    "pins": lambda: (SQUARE, FLOWER, {"pins": MOVED}),
+    "exact pins": lambda: (SQUARE, FLOWER, {"pins": MOVED, "exact_pins": True}),
+}
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_ended_searches_with_surfaces_or_constraints_give_a_map_or_a_line(clock, name):
+    """A map is the best one so far: it does not fold, and is not passed off as finished. A region is rigid, or there
+    is a line: maps from before it was are not results."""
+    source, target, options = PROBLEMS[name]()
+    with deadline.limited(1.0):
+        iccm.fit(source, target, **options)
+    asked, maps, lines = clock.asked, 0, 0
+    for share in (0.2, 0.6, 0.8, 0.95):
+        clock.now, clock.step = 0.0, 1 / (share * asked)
+        with deadline.limited(deadline.SEARCH * 1.4):
+            try:
+                fit = iccm.fit(source, target, **options)
+            except deadline.TimeUp as error:
+                assert "--time-limit" in str(error)
+                lines += 1
+                continue
+        maps += 1
+        assert fit.ended in (Status.LIMIT, Status.GAP) and not fit.status.ok
+        assert any("--time-limit" in note for note in fit.notes)
+        assert fit.certificate.share == 1
+    assert lines >= 1
+    if name not in ("a rigid region", "a surface onto a surface"):
+        assert maps >= 1
 
 
 def test_no_map_before_the_time_is_over_is_a_line(clock):
