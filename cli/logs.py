@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..errors import IccmError, printable
+from ..errors import IccmError, lacks_memory, printable
 
 if TYPE_CHECKING:
     from ..io.run.job import Outcome
@@ -234,27 +234,12 @@ def sentence(error: BaseException) -> tuple[str, int]:
     if isinstance(error, OSError) and error.strerror:
         where = f"{error.filename}: " if error.filename else ""
         return f"{where}{error.strerror}", INPUT
-    if isinstance(error, MemoryError) or _lacks_memory(error):
+    if lacks_memory(error):
         return "out of memory; choose a smaller --size or fewer --vertices", INTERNAL
     name = type(error).__name__
     return (
         f"internal error, please report it ({name}: {_one_line(str(error))}); --debug shows the traceback",
         INTERNAL,
-    )
-
-
-def _lacks_memory(error: BaseException) -> bool:
-    """Whether the error is a lack of memory: a library cannot be loaded, a thread cannot start, or an allocation
-    failed.
-    """
-    if (
-        not isinstance(error, ImportError | OSError | RuntimeError | SystemError)
-        and "GEOS" not in type(error).__name__
-    ):
-        return False
-    text = str(error)
-    return any(
-        sign in text for sign in ("failed to map", "annot allocate memory", "bad_alloc", "start new thread")
     )
 
 

@@ -71,3 +71,18 @@ class JobError(ValueError):
     def __init__(self, mistakes: list[tuple[str, str]]):
         super().__init__("; ".join(f"{key}: {text}" if key else text for key, text in mistakes))
         self.mistakes = mistakes
+
+
+def lacks_memory(error: BaseException) -> bool:
+    """Whether an error is a lack of memory: also of a library that cannot be loaded, or a thread that cannot start."""
+    if isinstance(error, MemoryError):
+        return True
+    if (
+        not isinstance(error, ImportError | OSError | RuntimeError | SystemError)
+        and "GEOS" not in type(error).__name__
+    ):
+        return False
+    text = str(error)
+    return any(
+        sign in text for sign in ("failed to map", "annot allocate memory", "bad_alloc", "start new thread")
+    )

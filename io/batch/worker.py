@@ -105,20 +105,20 @@ def _first_notes(notes: tuple[str, ...]) -> list[str]:
 def _failure(error: Exception) -> dict[str, Any]:
     """The same sentences as the command line's, without importing it."""
     from ...deadline import TimeUp
-    from ...errors import IccmError
+    from ...errors import IccmError, lacks_memory
 
     # a job ends on its own shortly before its worker would be stopped
     if isinstance(error, TimeUp):
         status, message = "timeout", str(error)
     elif isinstance(error, IccmError):
         status, message = "failed", str(error)
+    elif lacks_memory(error):
+        status, message = "failed", "out of memory; choose a smaller size or fewer vertices"
     elif isinstance(error, OSError) and error.strerror:
         status, message = (
             "failed",
             f"{error.filename}: {error.strerror}" if error.filename else error.strerror,
         )
-    elif isinstance(error, MemoryError):
-        status, message = "failed", "out of memory; choose a smaller size or fewer vertices"
     else:
         where = traceback.extract_tb(error.__traceback__)[-1]
         place = f"{os.path.basename(where.filename)}:{where.lineno}"

@@ -242,6 +242,29 @@ def test_a_read_only_folder_is_told_before_anything_runs(folder, start):
 
 
 @pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="limits of addresses")
+def test_a_worker_out_of_memory_fails_its_job_alone(folder, start):
+    """Under a real limit of the system: the equations of 4,000 vertices do not fit in it."""
+    import resource
+
+    rows = [json.loads(line) for line in manifest(size=48, output="{number}.png").splitlines()]
+    rows.insert(1, {"source": "blob.svg", "target": "d.svg", "vertices": 4000})
+    (folder / "jobs.jsonl").write_text("\n".join(map(json.dumps, rows)))
+    limit = 1500 << 20  # more than the command needs to begin, less than these equations
+    process = start("-j", "1", preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit)))
+    counts, out, err = ended(process)
+    assert process.returncode == 1 and counts == {"failed": 1, "done": 4}, err
+    (failed,) = [line for line in map(json.loads, out.splitlines()) if line["status"] == "failed"]
+    assert failed["job"] == 1 and "memory" in failed["message"] and "vertices" in failed["message"]
+    assert "Traceback" not in err and whole(folder / "out")
+    del rows[1]["vertices"]
+    (folder / "jobs.jsonl").write_text("\n".join(map(json.dumps, rows)))
+    counts, out, err = ended(start("--resume", "-j", "2"))
+    assert counts == {"done": 5}, err
+    assert sum(json.loads(line)["resumed"] for line in out.splitlines()) == 4
+
+
+@pytest.mark.slow
 def test_an_input_deleted_half_way(folder, start):
     process = start("-j", "1")
     until(lambda: writing(folder))
