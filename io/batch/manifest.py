@@ -426,7 +426,8 @@ def _task(number: int, entry: Entry, values: dict[str, Any], found: list[str]) -
         if key in values and key in kind.templated:
             values[key] = _fill(values[key], fields, f"{entry.at(key)}: {key}", wrong)
         fields |= _fields(key, values.get(key))
-    if not any(values.get(key) for key in ("output", *kind.written)):
+    named_by_inputs = not any(values.get(key) for key in ("output", *kind.written))
+    if named_by_inputs:
         values["output"] = _default_output(kind, values)
     for key, value in values.items():
         templated = key in kind.templated and key not in kind.globbed
@@ -441,6 +442,9 @@ def _task(number: int, entry: Entry, values: dict[str, Any], found: list[str]) -
         job = kind(**filled)
     except (JobError, TypeError) as error:
         listed = error.mistakes if isinstance(error, JobError) else [("", "keys must be text")]
+        if named_by_inputs:  # what is wrong with such a name is wrong with an input
+            of_inputs = [(key, text) for key, text in listed if not key.startswith("output")]
+            listed = of_inputs or listed
         wrong += [
             f"{entry.at(key)}: {key}: {text}" if key else f"{entry.place}: {text}" for key, text in listed
         ]
