@@ -10,6 +10,7 @@ from .errors import InputError
 from .fits import FITS
 
 MethodName = Literal["balanced", "conformal", "paper"]
+"""The methods; the first one is the default."""
 PlaceName = Literal["fill", "inside", "slice"]
 METHODS: tuple[str, ...] = get_args(MethodName)
 PLACES: tuple[str, ...] = get_args(PlaceName)

@@ -14,7 +14,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from ...capabilities import CAPABILITIES
 from ...errors import InputError, JobError, printable
+from ...options import METHODS
 from .. import files, formats, limits
 from ..options import many
 from ..pictures.tiles import MARK, files_of
@@ -382,7 +384,8 @@ def _frames(entry: Entry, choices: list[list[Any]], base: str, found: list[str])
 
 def _why_no_sequence(values: dict[str, Any]) -> str:
     """Why frames do not continue from each other with these values; empty where they do."""
-    if values.get("parts") in ("all", "each") or values.get("method") not in (None, "balanced"):
+    method = values.get("method") or METHODS[0]
+    if values.get("parts") in ("all", "each") or method not in CAPABILITIES["start"].methods:
         return (
             "frames continue from each other only with the balanced method and one part each; remove "
             "the other option"
