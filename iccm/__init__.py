@@ -99,6 +99,7 @@ _HOME = {
     "from_stmap": "texture_transfer",
     "load": "result",
     "Pin": "pins",
+    "Stroke": "pins",
     "Progress": "progress",
     "morph": "flattening.interpolation",
     "read_image": "io.read",

@@ -48,6 +48,7 @@ FIELD = Capability(
     partial=False,
 )
 PIN_SETTINGS = "radius, tolerance, turn and scale of a pin"
+STROKE_WIDTHS = "width of a stroke"
 ONE_SIDE = "rigid regions can be given on one side only; remove one of the two options"
 BETWEEN_SURFACES = "rigid regions are not supported between two surfaces; use pins instead"
 PINS_INSTEAD = "cannot be combined with strokes on surfaces; use pins instead of strokes"
@@ -93,6 +94,12 @@ CAPABILITIES: dict[str, Capability] = {
         "are for the balanced method",
         kinds=("plane",),
         elsewhere="are for pins of the plane; pins on meshes are exact",
+    ),
+    STROKE_WIDTHS: Capability(
+        BALANCED,
+        "is for the balanced method",
+        kinds=("plane",),
+        elsewhere="is for strokes of the plane, not on meshes",
     ),
     "importance": FIELD,
     "size_map": FIELD,

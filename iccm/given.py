@@ -5,7 +5,7 @@ GeoSeries), GeoJSON geometries, and trimesh's paths. `axes` says what pairs and 
 kind of shape would be added to `_polygon`.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Sized
 from dataclasses import dataclass
 from os import PathLike, fspath
 from typing import Any
@@ -22,7 +22,7 @@ from .drawings.drawing import Drawing
 from .drawings.frame import close_hairlines
 from .errors import InputError
 from .meshes.flatten import Flattening
-from .pins import Pin, Softness
+from .pins import Pin, Softness, Stroke
 
 
 @dataclass(frozen=True)
@@ -111,6 +111,27 @@ def pins_of(pins: Any, axes: str = "xy") -> tuple[Any, Softness | None]:
                 point if np.iscomplexobj(point) else as_points_of([point], f"pin {k + 1}", axes)[0]
             )
     return points, Softness.of(listed)
+
+
+def strokes_of(strokes: Any, axes: str = "xy") -> tuple[Any, list[float]]:
+    """The strokes as pairs of complex polylines, and the widths of the bands around them; `Problem.of`
+    refuses what is not a pair.
+
+    Args:
+        strokes: pairs of polylines as `iccm.fit` takes them, `Stroke` among them.
+        axes: what pairs of numbers mean.
+    """
+    if strokes is None:
+        return None, []
+    pairs: list[Any] = []
+    widths: list[float] = []
+    for k, stroke in enumerate(strokes):
+        pair: Any = (stroke.source, stroke.target) if isinstance(stroke, Stroke) else stroke
+        if isinstance(pair, Sized) and len(pair) == 2:
+            pair = [as_points_of(side, f"stroke {k + 1}", axes) for side in pair]
+        pairs.append(pair)
+        widths.append(stroke.width if isinstance(stroke, Stroke) else 0.0)
+    return pairs, widths
 
 
 def _vertices(ring: Any) -> Real:

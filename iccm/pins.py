@@ -16,6 +16,8 @@ from .errors import InputError
 
 RADIUS_SHARE = 0.15
 """Of the square root of the shape's area: the radius of a pin that has room, so that a mouth keeps its form."""
+MOST_TOLERANCES = 3.0
+"""By which a pin may miss its place whose tolerance was chosen: closer to it, faces would lose their form."""
 RADIUS_BETWEEN_PINS = 0.8
 """Of the distance to the closest other pin: the cores of patches, of half the radius, do not overlap."""
 RADIUS_TO_OUTLINE = 1.2
@@ -34,7 +36,8 @@ class Pin:
         target: its place, in the same form.
         radius: of the patch around it that keeps its form, in the source's units; 0 for an exact pin; None chooses.
         tolerance: how far the patch may miss its place where that saves a twentieth of the distortion, in the target's
-            units; None is 7 % of the target's size (the square root of its area), in `iccm.deform` 1 %.
+            units, and at most. None is 7 % of the target's size (the square root of its area), and at most three times
+            as much; in `iccm.deform` 1 %.
         turn: degrees, counter-clockwise, by which the patch is rotated; None leaves it free.
         scale: factor by which the patch is enlarged, relative to the mean scale of the map; None leaves it free.
 
@@ -68,6 +71,33 @@ class Pin:
             raise InputError(f"pin: turn {self.turn} is not an angle in degrees")
 
 
+@dataclass(frozen=True)
+class Stroke:
+    """A polyline of the source and the one that its image lies on.
+
+    Attributes:
+        source: the polyline: complex points x + iy with y up, or pairs by the `axes` of `iccm.fit`.
+        target: the other, in the same form.
+        width: of the band around it that keeps its form, in the source's units; 0 for none.
+
+    Examples:
+        >>> import numpy as np, iccm
+        >>> square = np.array([[0, 0], [2, 0], [2, 1], [0, 1]])
+        >>> mouth = iccm.Stroke([[0.5, 0.4], [1, 0.3], [1.5, 0.4]], [[0.6, 0.4], [1, 0.5], [1.4, 0.4]], width=0.2)
+        >>> iccm.fit(square, square, strokes=[mouth]).status.ok
+        True
+    """
+
+    source: Any
+    target: Any
+    width: float = 0.0
+
+    def __post_init__(self):
+        """Reject values out of range."""
+        if not (np.isfinite(self.width) and self.width >= 0):
+            raise InputError(f"stroke: width {self.width} is not a number of at least 0")
+
+
 @dataclass(frozen=True, eq=False)
 class Softness:
     """How pins (k,) hold what is around them; NaN where that is left to iccm.
@@ -77,12 +107,14 @@ class Softness:
         tolerances: (k,) in the target's units.
         rotations: (k,) radians.
         scales: (k,) factors relative to the mean scale.
+        limits: (k,) distances from their places, in the target's units, beyond which pins count as not met.
     """
 
     radii: Real
     tolerances: Real
     rotations: Real
     scales: Real
+    limits: Real
 
     @classmethod
     def of(cls, pins: Sequence[Pin]) -> "Softness":
@@ -92,7 +124,10 @@ class Softness:
             given = [getattr(pin, name) for pin in pins]
             return np.array([np.nan if value is None else value for value in given], float)
 
-        return cls(values("radius"), values("tolerance"), np.radians(values("turn")), values("scale"))
+        tolerances = values("tolerance")
+        return cls(
+            values("radius"), tolerances, np.radians(values("turn")), values("scale"), limits=tolerances
+        )
 
     @classmethod
     def free(cls, count: int) -> "Softness":
@@ -106,9 +141,7 @@ class Softness:
 
     def of_pins(self, which: Index | Flags) -> "Softness":
         """Return that of some of the pins."""
-        return Softness(
-            *(values[which] for values in (self.radii, self.tolerances, self.rotations, self.scales))
-        )
+        return Softness(**{name: values[which] for name, values in vars(self).items()})
 
     def with_pins(self, which: Index, other: "Softness") -> "Softness":
         """Return the same with some of the pins (j,) as in `other` (j,)."""
@@ -166,16 +199,16 @@ def choose_radii(
     if target is not None:
         sides.append((target, holes[1], pins[:, 1]))
     for curve, rims, points in sides:
-        size = _size(curve, rims)
+        size = size_of(curve, rims)
         if target is not None:
             for rim in (curve, *rims):
                 found = np.minimum(found, RADIUS_TO_OUTLINE * rim.distances(points) / size)
         apart = np.abs(points[:, None] - points) / size
         np.fill_diagonal(apart, np.inf)
         found = np.minimum(found, RADIUS_BETWEEN_PINS * apart.min(axis=1, initial=np.inf))
-    return found * _size(source, holes[0])
+    return found * size_of(source, holes[0])
 
 
-def _size(outline: Curve, rims: Sequence[Curve]) -> float:
+def size_of(outline: Curve, rims: Sequence[Curve]) -> float:
     """Return the square root of the area of a domain with holes."""
     return float(np.sqrt(abs(outline.area) - sum(abs(rim.area) for rim in rims)))

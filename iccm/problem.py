@@ -40,6 +40,7 @@ class Problem:
         importance: how much distortion hurts, over the source.
         size_map: how large the source's parts are to be, relative to each other.
         softness: how pins hold what is around them.
+        stroke_widths: of each stroke the width of the band around it that keeps its form; 0 for none.
     """
 
     source: Curve
@@ -54,6 +55,7 @@ class Problem:
     importance: Field | None = None
     size_map: Field | None = None
     softness: Softness = field(default_factory=lambda: Softness.free(0))
+    stroke_widths: Sequence[float] = ()
 
     @classmethod
     def of(
@@ -72,6 +74,7 @@ class Problem:
         size_map=None,
         pins_inside: bool = False,
         softness: Softness | None = None,
+        stroke_widths: Sequence[float] = (),
     ) -> "Problem":
         """Check what the user gave (see `iccm.fit`).
 
@@ -83,6 +86,7 @@ class Problem:
             rigid, rigid_target, importance, size_map: see `iccm.fit`.
             pins_inside: whether pins that lead out of the target are refused: methods that weigh them would not notice.
             softness: how pins hold what is around them; None leaves that to the method.
+            stroke_widths: of each stroke, as above; empty for none.
 
         Raises:
             InputError: an outline is not a simple polygon, or a constraint is not inside the shapes.
@@ -111,6 +115,7 @@ class Problem:
             importance=_field(importance, source.box, "importance", LEAST_IMPORTANCE),
             size_map=_field(size_map, source.box, "size_map", LEAST_SIZE),
             softness=Softness.free(len(pins)) if softness is None else softness,
+            stroke_widths=tuple(stroke_widths) or (0.0,) * len(pairs),
         )
 
     @property

@@ -647,10 +647,10 @@ class Fit:
 
     @property
     def _pin_tolerances(self) -> list[dict[str, float]]:
-        """How far each soft pin may miss its place, relative to `diagonal`; nothing of exact ones."""
+        """Up to which error each soft pin is met; nothing of exact ones."""
         if self.softness is None:
             return [{}] * len(self.pins)
-        pairs = zip(self.softness.is_soft, self.softness.tolerances / self.diagonal)
+        pairs = zip(self.softness.is_soft, self.softness.limits / self.diagonal)
         return [{"tolerance": float(tolerance)} if soft else {} for soft, tolerance in pairs]
 
     @property

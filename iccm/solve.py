@@ -19,11 +19,11 @@ from .curve import Curve, polygon_of
 from .deadline import TimeUp
 from .drawings.drawing import Drawing
 from .errors import InputError
-from .given import Outlines, as_points_of, drawing_of, flattening_of, outlines_of, pins_of
+from .given import Outlines, drawing_of, flattening_of, outlines_of, pins_of, strokes_of
 from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
 from .options import Options, OptionValues
-from .pins import Pin, Softness
+from .pins import Pin, Softness, Stroke
 from .problem import NEAR_SHARE, ON_OUTLINE_SHARE, Problem, as_domain, as_pins, as_strokes
 from .progress import Progress, listening
 from .result import Fit
@@ -78,7 +78,7 @@ def fit(
     target: Outline,
     *,
     pins: Points | Sequence[Pin | Points] | None = None,
-    strokes: Sequence[tuple[Points, Points]] | None = None,
+    strokes: Sequence[tuple[Points, Points] | Stroke] | None = None,
     source_holes: Sequence[Outline] = (),
     target_holes: Sequence[Outline] = (),
     hole_partners: Sequence[tuple[int, int]] = (),
@@ -181,10 +181,12 @@ def fit(
     """
     settings = _options(fit, options)
     points, softness = pins_of(pins, axes)
+    lines, widths = strokes_of(strokes, axes)
     constraints = _Constraints(
         pins=points,
         softness=softness,
-        strokes=_strokes(strokes, axes),
+        strokes=lines,
+        stroke_widths=widths,
         rigid=[_points(ring, f"rigid region {k + 1}", axes) for k, ring in enumerate(rigid)],
         rigid_target=[_points(ring, f"rigid region {k + 1}", axes) for k, ring in enumerate(rigid_target)],
         importance=importance,
@@ -221,6 +223,7 @@ class _Constraints:
     pins: Any
     softness: Softness | None
     strokes: Any
+    stroke_widths: Sequence[float]
     rigid: Sequence[Any]
     rigid_target: Sequence[Any]
     importance: Any
@@ -241,7 +244,11 @@ class _Constraints:
     @property
     def are_none(self) -> bool:
         """Whether nothing is asked."""
-        given = (getattr(self, each.name) for each in fields(self) if each.name != "softness")
+        given = (
+            getattr(self, each.name)
+            for each in fields(self)
+            if each.name not in ("softness", "stroke_widths")
+        )
         return all(value is None or (isinstance(value, Sized) and len(value) == 0) for value in given)
 
 
@@ -365,6 +372,7 @@ def _fit_outlines(
         importance=constraints.importance,
         size_map=constraints.size_map,
         softness=constraints.softness,
+        stroke_widths=constraints.stroke_widths,
         reach=ON_OUTLINE_SHARE if settings.is_balanced else NEAR_SHARE,
         pins_inside=not settings.is_balanced,
     )
@@ -424,6 +432,8 @@ def _given(problem: Problem, start: TriangulatedMap | None) -> set[str]:
     """The names of the constraints that a problem has, as in `capabilities`."""
     names = ("strokes", "source_holes", "target_holes", "rigid", "rigid_target", "importance", "size_map")
     given = {name for name in names if getattr(problem, name)}
+    if any(problem.stroke_widths):
+        given.add(capabilities.STROKE_WIDTHS)
     if problem.softness.is_given.any():  # exactness is what ends of strokes that stick have with every method
         given.add(capabilities.PIN_SETTINGS)
     return given if start is None else given | {"start"}
@@ -477,18 +487,6 @@ def _points(shape: Outline, name: str, axes: str) -> Any:
     return outlines_of(shape, name, axes).outline
 
 
-def _strokes(strokes: Sequence[tuple[Points, Points]] | None, axes: str) -> Any:
-    """Pairs of polylines as complex numbers; what is not a pair is left to who checks it."""
-    if strokes is None:
-        return None
-    return [
-        [as_points_of(side, f"stroke {k + 1}", axes) for side in pair]
-        if isinstance(pair, Sized) and len(pair) == 2
-        else pair
-        for k, pair in enumerate(strokes)
-    ]
-
-
 def _with_axes(found: Fit, axes: str, shapes: tuple[Outline, ...]) -> Fit:
     """The result with the axes of its sides."""
     sides = [_side(axes, shape) for shape in shapes]
@@ -509,7 +507,7 @@ def deform(
     source: Outline,
     *,
     pins: Points | Sequence[Pin | Points] | None = None,
-    strokes: Sequence[tuple[Points, Points]] | None = None,
+    strokes: Sequence[tuple[Points, Points] | Stroke] | None = None,
     source_holes: Sequence[Outline] = (),
     rigid: Sequence[Outline] = (),
     start: Fit | TriangulatedMap | None = None,
@@ -553,13 +551,15 @@ def deform(
     reach = ON_OUTLINE_SHARE if settings.is_balanced else NEAR_SHARE
     known = outlines_of(source, "source", axes)
     points, softness = pins_of(pins, axes)
+    lines, widths = strokes_of(strokes, axes)
     holes = [_points(hole, f"source hole {k + 1}", axes) for k, hole in enumerate(source_holes)]
     problem = Problem.of(
         known.outline,
         None,
         points,
-        _strokes(strokes, axes),
+        lines,
         softness=softness,
+        stroke_widths=widths,
         holes=(holes or (known.holes if settings.is_balanced else ()), ()),
         reach=reach,
         rigid=[_points(ring, f"rigid region {k + 1}", axes) for k, ring in enumerate(rigid)],

@@ -18,12 +18,13 @@ from ..maps.regions import SIZE_OFF_SHARE, Region, Rings, mean_scale, triangles_
 from ..maps.triangulated.map import TriangulatedMap
 from ..maps.triangulated.patches import NO_FACES, bulges
 from ..options import Options
+from ..pins import Softness
 from ..plane import diagonal
 from ..problem import Problem
 from ..result import Fit
 from ..status import Status
 from . import cartogram, rings
-from .constraints.soft import NO_PATCHES, patches_of, softness_of
+from .constraints.soft import bands_of, patches_of, softness_of
 from .constraints.validate import check, check_free
 from .errors import NoMapError
 from .holes.given import Holes, named_partners, open_holes, unequal
@@ -41,8 +42,8 @@ LAYERED = "Where the shape overlaps itself, pictures show the layer that is fart
 
 EVEN_BALANCE = 1.0  # the balance at which angles and areas count alike
 WORTHWHILE_DILATATION_SHARE = 0.5  # of the dilatation: a partial map that needs no more is worth a word
-MOST_TOLERANCES = 1.05
-"""Of the tolerance: how far a soft pin may miss its place, which the last steps move a little, and count as met."""
+MOST_LIMITS = 1.05
+"""Of its limit: how far a soft pin may miss its place, which the last steps move a little, and count as met."""
 NOTED_AREA_SHARE = 5e-4  # of the area: what is less is not worth a word
 
 
@@ -210,6 +211,7 @@ def _attempt(problem: Problem, options: Options, start: TriangulatedMap | None, 
             fields,
             moved=moved,
             softness=softness,
+            stroke_widths=problem.stroke_widths,
         )
     linear = in_regions(found.map, found.rigid, of_target=found.rigid_of_target)
     map = straighten_lines(found.map, found.lines, linear)
@@ -334,7 +336,7 @@ def result_of(
     flat, mean = laid or (None, mean_scale(source, target, holes.sides))
     of_target = found.rigid_of_target
     rigid = [Region.of(map, rings, mean, of_target=of_target, flat=flat) for rings in found.rigid]
-    if status.ok and not near_places(map, found.soft_pins, found.softness.tolerances):
+    if status.ok and not near_places(map, found.soft_pins, found.softness.limits):
         status = Status.PINS
     if status.ok and not all(region.is_rigid for region in rigid):
         status = Status.BENT
@@ -364,10 +366,12 @@ def deform(problem: Problem, options: Options, start: TriangulatedMap | None = N
     holes, notes = open_holes(problem.source_holes, source, pins[:, 0], [here for here, _ in strokes])
     given = check_free(source, pins, strokes, holes)
     settings, said = settings_of(options), [*notes, *given.notes]
-    patches = NO_PATCHES
-    if not options.exact_pins and not problem.rigid:  # a bone that holds pins moves by what they say
-        patches = patches_of(source, None, (holes, ()), pins, problem.softness, given)
-        given = given.without(patches.points[:, 0])
+    softness = problem.softness
+    if options.exact_pins or problem.rigid:  # a bone that holds pins moves by what they say
+        softness = Softness.exact(len(pins))
+    bands = bands_of(strokes, problem.stroke_widths)
+    patches = patches_of(source, None, (holes, ()), pins, softness, given, bands=bands)
+    given = given.without(patches.points[:, 0])
     regions = regions_of(problem.rigid, source, holes, pins, strokes) if problem.rigid else NO_REGIONS
     found = deforming.solve(source, given, settings, start, holes, regions, patches)
     map = found.map
@@ -379,7 +383,7 @@ def deform(problem: Problem, options: Options, start: TriangulatedMap | None = N
     map = bounds.straighten_beyond_bounds(map, settings.max_dilatation, settings.max_stretch)
     bounded = found.reached and bounds.meets_bounds(map, settings.max_dilatation, settings.max_stretch)
     ended = Status.BOUNDS if not bounded else Status.MET if found.simple else Status.OVERLAP
-    met = found.met and near_places(map, patches.points, patches.softness.tolerances)
+    met = found.met and near_places(map, patches.points, patches.softness.limits)
     rigid = [Region.of(map, rings) for rings in regions.polygons]
     status = Status.PINS if not met else ended if all(bone.is_rigid for bone in rigid) else Status.BENT
     said.extend(soft_pin_notes(map, patches.points))
@@ -503,12 +507,12 @@ def coverage_notes(fit: Fit) -> list[str]:
     return said
 
 
-def near_places(map: TriangulatedMap, pins: Complex, tolerances: Real) -> bool:
-    """Return whether soft pins (k, 2) come within their tolerances of their places."""
+def near_places(map: TriangulatedMap, pins: Complex, limits: Real) -> bool:
+    """Return whether soft pins (k, 2) come as close to their places as they must."""
     if not len(pins):
         return True
     here, there = pins.T
-    return bool((np.abs(map(here) - there) <= MOST_TOLERANCES * tolerances).all())
+    return bool((np.abs(map(here) - there) <= MOST_LIMITS * limits).all())
 
 
 def soft_pin_notes(map: TriangulatedMap, pins: Complex) -> list[str]:

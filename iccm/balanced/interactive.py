@@ -89,7 +89,7 @@ class _Pair:
 
     def with_patches(self, settings: Settings, patches: PinnedPatches) -> Settings:
         """The settings with soft pins in the energy of the map from source to target."""
-        soft = patches.unit(self.frames) if len(patches.points) else None
+        soft = None if patches.are_none else patches.unit(self.frames)
         return replace(settings, energy=replace(settings.energy, pins=soft))
 
     def problem(self, given: Pins, settings: Settings, start: MeshMap | None = None) -> UnitProblem:
@@ -153,7 +153,7 @@ class Live:
         age: steps since its mesh was new, or one was last tried for.
         behind: whether it is that of constraints before, since those in force were not reached.
         stiffening: (k,) times as stiff as usual are the springs of soft pins, which would miss their places by more
-            than their tolerances.
+            than they may.
     """
 
     pair: "_Pair"
@@ -290,7 +290,7 @@ class Live:
         pins = self.state.energy.pins
         if pins is None or self.stiffening.size != self.state.energy.pin_count:
             return self
-        missed = pins.misses(self.state.z, self.state.u, self.state.material) / pins.tolerances
+        missed = pins.misses(self.state.z, self.state.u, self.state.material) / pins.limits
         factors = self.stiffening * np.clip(missed, 1 / MOST_STIFFENED, MOST_STIFFENED)
         return replace(self, stiffening=np.maximum(factors, 1))
 

@@ -17,7 +17,7 @@ from ..maps.triangulated.map import TriangulatedMap
 from ..pins import Softness
 from ..plane import Similarity
 from . import injectivity
-from .constraints.soft import NO_PATCHES, patches_of
+from .constraints.soft import bands_of, patches_of
 from .constraints.validate import NO_PINS, UNPINNED, Pins, check, put_pins
 from .holes.filled import Cut, without_filled
 from .holes.given import NONE, Holes, hole_at, unequal
@@ -49,6 +49,7 @@ def solve(
     *,
     moved: bool = False,
     softness: Softness | None = None,
+    stroke_widths: Sequence[float] = (),
 ) -> Solution:
     """The balanced map of two domains.
 
@@ -65,6 +66,7 @@ def solve(
         rigid: polygons in the source that are to move as wholes.
         fields: how large the source's parts are to be, relative to each other, and how much distortion hurts there.
         softness: of the pins; None where all are exact.
+        stroke_widths: of the bands around strokes that keep their form; empty for none.
         moved: whether the start's outlines, or what was asked of it, were others, so that it needs a new mesh.
 
     Raises:
@@ -81,10 +83,10 @@ def solve(
     journal = SolveLog()
     curves = unit_curve(frames[0], source), unit_curve(frames[1], target), holes.unit(frames)
     given = check(source, target, pins, strokes, numbers) if len(pins) or len(strokes) else UNPINNED
-    patches = NO_PATCHES
-    if softness is not None:
-        patches = patches_of(source, target, holes.sides, pins, softness, given, numbers)
-    if len(patches.points):
+    softness = Softness.exact(len(pins)) if softness is None else softness
+    bands = bands_of(strokes, stroke_widths)
+    patches = patches_of(source, target, holes.sides, pins, softness, given, numbers, bands)
+    if not patches.are_none:
         settings = replace(settings, energy=replace(settings.energy, pins=patches.unit(frames)))
         given = given.without(patches.points[:, 0])
     regions = NO_REGIONS

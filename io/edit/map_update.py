@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...balanced.fit import MOST_TOLERANCES
+from ...balanced.fit import MOST_LIMITS
 from ...balanced.search.partial import GOOD_STRETCH
 from ...errors import InputError
 from ...maps.summary import WELL_SEEN
@@ -125,7 +125,7 @@ def missed_constraints(report: dict[str, Any], scene: Scene) -> dict[str, list[i
         "pins": [
             k
             for k, pin in enumerate(pins)
-            if not pin["error"] <= MOST_TOLERANCES * pin.get("tolerance", 0) + MISSED
+            if not pin["error"] <= MOST_LIMITS * pin.get("tolerance", 0) + MISSED
         ],
         "strokes": [k for k, stroke in enumerate(strokes) if not stroke["error"] <= MISSED_STROKE],
     }

@@ -33,7 +33,7 @@ from ...result import Fit
 from ...status import Status
 from ..point_syntax import Place
 from ..run import framing, texture
-from ..run.constraints import as_pins, check_inside
+from ..run.constraints import as_pins, as_strokes, check_inside
 from ..run.execute import solve_pairs
 from ..run.inputs import Inputs
 from ..run.job import Job
@@ -56,8 +56,8 @@ from .surface_view import SurfaceView, lay_out
 
 ON_OUTLINE = 2e-3
 """Of the diagonal: what is so close to an outline goes onto the other; twice what a pin's is."""
-FOLLOWED_TOLERANCES = 2.0
-"""Of its tolerance: how far a soft pin may be from its place while it is dragged, and the map lags behind."""
+FOLLOWED_LIMITS = 1.5
+"""Of its limit: how far a soft pin may be from its place while it is dragged, and the map lags behind."""
 LOST_ON_THE_WAY = (Status.PINS, Status.GAP, Status.SOURCE_GAP)  # what a map from scratch may not have
 DIGITS = 7  # to which places are rounded, of the shape's size: the page and the files say the same
 
@@ -69,11 +69,13 @@ class PlacedConstraints(NamedTuple):
         pins: (k, 2) points of the source, and their places.
         strokes: pairs of curves.
         settings: of each pin what is said of it beside its places.
+        stroke_widths: of the bands around strokes.
     """
 
     pins: Complex
     strokes: list[tuple[Curve, Curve]]
     settings: list[dict[str, float]]
+    stroke_widths: list[float]
 
 
 class Session:
@@ -333,7 +335,7 @@ class Session:
 
     def _fit_scene(self, scene: Scene, start: TriangulatedMap | None) -> Solved:
         """The maps of all parts, as `iccm map` makes them, and their report."""
-        pins, strokes, settings = self.core(scene)
+        pins, strokes, settings, widths = self.core(scene)
         asked: dict[str, Any] = {"balance": scene.balance, "pin": (), "constraints": None}
         if self.deforming and not (scene.pins or scene.strokes):
             pins = np.tile(self.source.curve.z[:1], (1, 2))  # one that stays where it is: so does everything
@@ -341,7 +343,7 @@ class Session:
         elif not self.deforming:
             asked |= {"turn": scene.turn or None, "fit": None if scene.fit == "auto" else scene.fit}
         settings = [] if self.job.exact_pins else settings
-        given: dict[str, Any] = {"pins": as_pins(pins, settings), "strokes": strokes or None}
+        given: dict[str, Any] = {"pins": as_pins(pins, settings), "strokes": as_strokes(strokes, widths)}
         given |= {} if start is None else {"start": start}
         if rigid := self._rigid(scene):
             given |= {"rigid": rigid, **regions.greys(self.source, scene.rigid)}
@@ -425,7 +427,7 @@ class Session:
         softness = softness_of(pins, live.patches.points, live.patches.softness)
         found = replace(found, patches=_patches(scene, pins, pins, softness))
         gap = np.abs(map(pins[:, 0]) - pins[:, 1])
-        far = gap > FOLLOWED_TOLERANCES * softness.tolerances
+        far = gap > FOLLOWED_LIMITS * softness.limits
         missed = np.where(softness.is_soft, far, ~live.met & (gap > MISSED * self.target.curve.diagonal))
         if live.met and not missed.any():
             return found
@@ -469,7 +471,7 @@ class Session:
         return [self.views[1].points(ring) for ring in rings]
 
     def _continue(self, scene: Scene, *, dragged: bool = False) -> Live:
-        pins, strokes, settings = self.core(scene)
+        pins, strokes, settings, _ = self.core(scene)
         softness = self._softness(settings)
         if self._live is not None:
             return self._live.moved(pins, strokes, softness, scene.balance, dragged=dragged)
@@ -537,7 +539,7 @@ class Session:
             check_inside(shape, "pin", list(pins[:, side]))
             for number, stroke in enumerate(strokes):
                 check_inside(shape, f"stroke {number + 1}: point", list(stroke[side].z))
-        return PlacedConstraints(pins, strokes, found.settings)
+        return PlacedConstraints(pins, strokes, found.settings, found.stroke_widths)
 
 
 def _patches(

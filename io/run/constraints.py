@@ -16,7 +16,7 @@ from ...balanced.motion import is_reshaped
 from ...curve import Curve
 from ...errors import ConstraintError, InputError
 from ...maps.triangulated.map import TriangulatedMap
-from ...pins import Pin
+from ...pins import Pin, Stroke
 from .. import files
 from ..shapes import parts
 from .job import Job
@@ -58,7 +58,10 @@ def constrain(
         check_inside(shape, "pin", list(pins[:, side]))
         if side == 0 or job.exact:  # weighed strokes may lead out of the target
             check_inside(shape, "vertex of a stroke", [z for stroke in found.strokes for z in stroke[side].z])
-    given: dict[str, Any] = {"pins": as_pins(pins, settings), "strokes": found.strokes or None}
+    given: dict[str, Any] = {
+        "pins": as_pins(pins, settings),
+        "strokes": as_strokes(found.strokes, found.stroke_widths),
+    }
     regions = job.rigid or (listed and listed.rigid) or (not job.rigid_target and source.rigid)
     if regions:
         from ..shapes.regions import greys, read
@@ -86,6 +89,14 @@ def as_pins(points: Complex, settings: Sequence[dict[str, float]]) -> Complex | 
     if not any(settings):
         return points
     return [Pin(start, end, **more) for (start, end), more in zip(points, settings)]
+
+
+def as_strokes(
+    pairs: list[tuple[Curve, Curve]], widths: Sequence[float]
+) -> list[tuple[Curve, Curve] | Stroke] | None:
+    """Return strokes, with the widths of the bands around them, as `iccm.fit` takes them; None for none."""
+    found = [Stroke(*pair, width) if width else pair for pair, width in zip(pairs, widths)]
+    return found or None
 
 
 @contextmanager

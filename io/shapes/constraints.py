@@ -41,6 +41,7 @@ class Constraints:
         stroke_weights: one positive number a stroke, relative to each other.
         names: of the pins and of the strokes, empty for those that have none.
         settings: of each pin what is said of it beside its places: see `iccm.Pin`.
+        stroke_widths: of each stroke the width of the band around it that keeps its form; 0 for none.
     """
 
     pins: Complex
@@ -49,6 +50,7 @@ class Constraints:
     stroke_weights: Real
     names: tuple[list[str], list[str]]
     settings: list[dict[str, float]]
+    stroke_widths: list[float]
 
     def check_weights(self) -> None:
         """Refuse weights that differ: solvers weigh all pins alike, and all strokes.
@@ -85,12 +87,12 @@ def collect(
         pairs = pairs_at(source, target, pin.source, pin.target)
         pins += [(*pair, pin.weight, pin.name, pin.settings) for pair in pairs]
     strokes: list[tuple] = [
-        (source.strokes[name], target.strokes[name], 1.0, name)
+        (source.strokes[name], target.strokes[name], 1.0, name, 0.0)
         for name in _common_names(source, target, "strokes")
     ]
     for number, stroke in enumerate(listed.strokes if listed else []):
         a, b = _curves(stroke, number, source, target)
-        strokes.append((a, b, stroke.weight, stroke.name))
+        strokes.append((a, b, stroke.weight, stroke.name, stroke.width))
         if stroke.ends == "stick":
             pins += [(a.z[end], b.z[end], stroke.weight, stroke.name, {"radius": 0.0}) for end in (0, -1)]
     if exact and listed and any(pin.turn is not None for pin in listed.all_pins):
@@ -102,6 +104,7 @@ def collect(
         np.array([stroke[2] for stroke in strokes], dtype=float),
         ([pin[3] for pin in pins], [stroke[3] for stroke in strokes]),
         [pin[4] for pin in pins],
+        [stroke[4] for stroke in strokes],
     )
 
 

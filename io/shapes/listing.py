@@ -16,11 +16,12 @@ Coordinates are in the units of the source and target files::
 them for each model.
 
 "files" may tell which shapes they are for, {"source": {"file": "a.svg", "size": [512, 512]}, "target": …}: those of
-another size are refused then. `name` (for messages), `weight` (relative to the other pins or strokes, 1) and `ends` are
-optional. A pin may have a `radius` (of the patch that keeps its form, in the source's units; 0 is exact), a `tolerance`
-(how far it may miss, in the target's units), a `turn` (degrees, counter-clockwise) and a `scale` (relative to the mean
-scale of the map), as `iccm.Pin` has them. A stroke with ends "free" slides along its target; with "stick" its first and
-last points also are pinned to those of the target.
+another size are refused then. `name` (for messages), `weight` (relative to the other pins or strokes, 1) and `ends`
+are optional. A pin may have a `radius` (of the patch that keeps its form, in the source's units; 0 is exact), a
+`tolerance` (how far it may miss, in the target's units), a `turn` (degrees, counter-clockwise) and a `scale`
+(relative to the mean scale of the map), as `iccm.Pin` has them. A stroke may have a `width`, in the source's units:
+the band around it keeps its form. A stroke with ends "free" slides along its target; with "stick" its first and last
+points also are pinned to those of the target.
 
 "rigid" may list regions of the source that keep their form: "#id" of an element, the name of a mask, or polygons.
 
@@ -86,6 +87,7 @@ class Stroke(_Entry):
     source: list[Place] = Field(min_length=2)
     target: list[Place] = Field(min_length=2)
     ends: Literal["free", "stick"] = "free"
+    width: Annotated[float, Field(ge=0, le=limits.COORDINATE, strict=True)] = 0.0
 
 
 class ConstrainedFile(StrictModel):

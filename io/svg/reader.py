@@ -394,6 +394,11 @@ def _circle(drawn: Node) -> tuple[complex, float]:
     if drawn.tag == "ellipse":
         sides = ("rx", "x"), ("ry", "y")
     first, second = (drawn.length(name, axis) for name, axis in sides)
+    if drawn.tag == "ellipse":  # a missing radius is as large as the other
+        first, second = (
+            first if "rx" in drawn.properties else second,
+            second if "ry" in drawn.properties else first,
+        )
     return centre, math.sqrt(abs(first * second * drawn.affine.determinant))
 
 

@@ -1,16 +1,16 @@
 """Soft pins as given, with radii and tolerances chosen, and in unit coordinates."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...arrays import Complex, Index
 from ...curve import Curve
 from ...errors import ConstraintError
-from ...pins import FREE_TOLERANCE_SHARE, TOLERANCE_SHARE, Softness, choose_radii
+from ...pins import FREE_TOLERANCE_SHARE, MOST_TOLERANCES, TOLERANCE_SHARE, Softness, choose_radii, size_of
 from ...plane import Similarity
-from ..minimise.soft_pins import SoftPins
+from ..minimise.soft_pins import Band, SoftPins
 from .validate import Pins
 
 COST_AT_TOLERANCE = 0.05
@@ -31,12 +31,19 @@ class PinnedPatches:
     Attributes:
         points: (k, 2) points of the source, and their places.
         softness: with all radii and tolerances.
+        bands: strokes of the source, and the widths of the bands around them that keep their form.
         derivative_tolerance: how far the derivatives of patches may be from the rotations and sizes asked for.
     """
 
     points: Complex
     softness: Softness
+    bands: tuple[tuple[Curve, float], ...] = ()
     derivative_tolerance: float = DERIVATIVE_TOLERANCE
+
+    @property
+    def are_none(self) -> bool:
+        """Whether there are neither soft pins nor bands."""
+        return not len(self.points) and not self.bands
 
     def unit(self, frames: tuple[Similarity, Similarity]) -> SoftPins:
         """Return the pins in unit coordinates."""
@@ -47,12 +54,16 @@ class PinnedPatches:
             frames[0](self.points[:, 0]),
             frames[1](self.points[:, 1]),
             sizes[0] * softness.radii,
-            sizes[1] * softness.tolerances,
+            sizes[1] * softness.limits,
             COST_AT_TOLERANCE / (sizes[1] * softness.tolerances) ** 2,
             COST_AT_TOLERANCE / self.derivative_tolerance**2,
             STIFFNESS,
             mirror * (softness.rotations + turned),
             softness.scales.copy(),
+            tuple(
+                Band(Curve(frames[0](line.z), closed=False), 0.5 * sizes[0] * width)
+                for line, width in self.bands
+            ),
         )
 
 
@@ -67,8 +78,10 @@ def patches_of(
     softness: Softness,
     given: Pins,
     numbers: Index | None = None,
+    bands: tuple[tuple[Curve, float], ...] = (),
 ) -> PinnedPatches:
-    """Return the soft ones among pins (k, 2), as checked in `given`; `numbers` (k,) are theirs among those given.
+    """Return the soft ones among pins (k, 2), as checked in `given`, with the bands around strokes; `numbers` (k,) are
+    those of the pins among all.
 
     Pins of radius 0 are exact, and so are those on the outlines and at the ends of strokes. Without a target the shape
     is deformed, and the size of the result is that of the source.
@@ -86,18 +99,27 @@ def patches_of(
             [k],
         )
     if not soft.any():
-        return NO_PATCHES
+        return replace(NO_PATCHES, bands=bands)
     chosen = choose_radii(source, target, holes, pins)[soft]
     kept = softness.of_pins(soft)
     radii = np.where(np.isnan(kept.radii), chosen, kept.radii)
     derivative_tolerance = DERIVATIVE_TOLERANCE if target else FREE_DERIVATIVE_TOLERANCE
     if target is None:
-        tolerance = FREE_TOLERANCE_SHARE * np.sqrt(abs(source.area))
+        tolerance = FREE_TOLERANCE_SHARE * size_of(source, holes[0])
     else:
-        tolerance = TOLERANCE_SHARE * np.sqrt(abs(target.area))
+        tolerance = TOLERANCE_SHARE * size_of(target, holes[1])
     tolerances = np.where(np.isnan(kept.tolerances), tolerance, kept.tolerances)
-    found = Softness(radii, tolerances, kept.rotations, kept.scales)
-    return PinnedPatches(pins[soft], found, derivative_tolerance)
+    most = 1.0 if target is None else MOST_TOLERANCES
+    limits = np.where(np.isnan(kept.tolerances), most * tolerance, kept.tolerances)
+    found = Softness(radii, tolerances, kept.rotations, kept.scales, limits)
+    return PinnedPatches(pins[soft], found, bands, derivative_tolerance)
+
+
+def bands_of(
+    strokes: Sequence[tuple[Curve, Curve]], widths: Sequence[float]
+) -> tuple[tuple[Curve, float], ...]:
+    """Return the source's strokes that have bands around them, with the widths of these; `widths` may be empty."""
+    return tuple((source, float(width)) for (source, _), width in zip(strokes, widths) if width > 0)
 
 
 def softness_of(pins: Complex, soft: Complex, softness: Softness) -> Softness:

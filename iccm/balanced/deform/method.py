@@ -71,7 +71,7 @@ def solve(
     """
     frame = frame_of(source, holes)
     given = pins.unit((frame, frame))
-    if len(patches.points):
+    if not patches.are_none:
         settings = replace(settings, energy=replace(settings.energy, pins=patches.unit((frame, frame))))
     outlines = _outlines([unit_curve(frame, each) for each in (source, *holes)], given.outer[:, 0], settings)
     try:

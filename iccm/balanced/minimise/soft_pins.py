@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...arrays import Complex, Index, Real
+from ...curve import Curve
 from ...plane import cross, triangle_areas
 from ..meshing.transfer import interpolate, nearest_triangles
 from .terms import TermOnMesh
@@ -42,6 +43,19 @@ WORST_CONDITION = 1e6  # of the moments of a core's vertices, above which these 
 
 
 @dataclass(frozen=True, eq=False)
+class Band:
+    """What is around a stroke of the source.
+
+    Attributes:
+        line: the stroke.
+        radius: half the band's width.
+    """
+
+    line: Curve
+    radius: float
+
+
+@dataclass(frozen=True, eq=False)
 class SoftPins:
     """Pins of a map between domains of area one.
 
@@ -49,24 +63,26 @@ class SoftPins:
         source: (k,) complex points of the source.
         target: (k,) complex places of the target that they are drawn to.
         radii: (k,) radii of the patches, in the source.
-        tolerances: (k,) distances from the places up to which pins count as met.
+        limits: (k,) distances from the places up to which pins count as met.
         springs: (k,) energy of a pin at distance one from its place; a map without distortion has the energy one.
         derivative_spring: energy of a patch whose derivative is off by one from what is asked.
         stiffness: how many times as much as elsewhere distortion costs at a pin.
         rotations: (k,) radians by which patches are to be rotated; NaN where the rotation is free.
         scales: (k,) factors by which patches are to be enlarged; NaN where the size is free.
+        bands: parts of the source along strokes that keep their form.
         inverted: whether the map takes the target to the source.
     """
 
     source: Complex
     target: Complex
     radii: Real
-    tolerances: Real
+    limits: Real
     springs: Real
     derivative_spring: float
     stiffness: float
     rotations: Real
     scales: Real
+    bands: tuple["Band", ...] = ()
     inverted: bool = False
 
     def inverse(self) -> "SoftPins":
@@ -118,6 +134,11 @@ class SoftPins:
             near = np.flatnonzero(np.abs(middles - pin) < radius + reach)
             points = corners[near] @ QUADRATURE.T
             found[near] = np.maximum(found[near], _kernel(np.abs(points - pin) / radius))
+        for band in self.bands:
+            near = np.flatnonzero(band.line.distances(middles) < band.radius + reach)
+            points = corners[near] @ QUADRATURE.T
+            away = band.line.distances(points.ravel()).reshape(points.shape)
+            found[near] = np.maximum(found[near], _kernel(away / band.radius))
         return 1 + (self.stiffness - 1) * found.mean(axis=1)
 
     def springs_on_mesh(

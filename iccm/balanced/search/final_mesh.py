@@ -44,8 +44,8 @@ LAST_DECREASE_WITH_PINS = 1e-5
 
 STIFFENINGS, MOST_STIFFENED = 8, 10.0
 """Rounds of stiffer springs for pins that miss, and the largest factor of a round."""
-AIMED_TOLERANCES = 0.95
-"""Of the tolerance: how far a soft pin is to miss its place that would miss it by more, so that rounds end."""
+AIMED_LIMITS = 0.95
+"""Of the limit: how far a soft pin is to miss its place that would miss it by more, so that rounds end."""
 
 
 def meets_constraints(problem: UnitProblem, state: DiscreteMap) -> bool:
@@ -178,19 +178,19 @@ def meet_bounds_by(
 
 
 def follow_pins(state: DiscreteMap, descent: Callable[[DiscreteMap], DiscreteMap]) -> DiscreteMap:
-    """The converged map with stiffer springs for soft pins that miss their places by more than their tolerance.
+    """The converged map with stiffer springs for soft pins that miss their places by more than they may.
 
     A spring whose pin is pulled by a constant force misses by the force over its stiffness: as many times stiffer as
-    the miss is too large, it misses by the tolerance.
+    the miss is too large, it misses by the limit.
     """
     for _ in range(STIFFENINGS):
         pins = state.energy.pins
-        if pins is None:
+        if pins is None or not pins.source.size:
             break
-        missed = pins.misses(state.z, state.u, state.faces) / pins.tolerances
+        missed = pins.misses(state.z, state.u, state.faces) / pins.limits
         if missed.max() <= 1:
             break
-        stiffer = pins.stiffer(np.clip(missed / AIMED_TOLERANCES, 1, MOST_STIFFENED))
+        stiffer = pins.stiffer(np.clip(missed / AIMED_LIMITS, 1, MOST_STIFFENED))
         state = descent(state.with_energy(replace(state.energy, pins=stiffer)))
     return state
 

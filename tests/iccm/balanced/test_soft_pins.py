@@ -11,6 +11,7 @@ from iccm.balanced import fit as balanced
 from iccm.balanced.minimise.soft_pins import QUADRATURE, SoftPins, Spring
 from iccm.balanced.model.energy import Energy
 from iccm.pins import RADIUS_BETWEEN_PINS, RADIUS_SHARE, choose_radii
+from tests import shapes
 
 TURNS = np.exp(2j * np.pi * np.arange(60) / 60)
 EGG = 60 * TURNS.real * (1 + 0.2 * TURNS.imag) + 80j * TURNS.imag
@@ -281,3 +282,80 @@ def test_a_huge_patch_makes_the_shape_stiff_and_no_more():
     z, u, faces = triangles(2000)
     large, small = pins.cores(z, u, faces)
     assert large.size < 0.1 * z.size and small.size < large.size
+
+
+LINE = np.array([-0.5 - 0.1j, 0, 0.5 + 0.05j])
+
+
+def dilatations_along(fit, line):
+    """Those of a map at points around a polyline."""
+    share = np.linspace(0, 1, 100)
+    z = np.interp(share, np.linspace(0, 1, line.size), line.real) + 1j * np.interp(
+        share, np.linspace(0, 1, line.size), line.imag
+    )
+    _, p, q = fit.map.jet(z + 0.04j)[:3]
+    return (np.abs(p) + np.abs(q)) / (np.abs(p) - np.abs(q))
+
+
+def test_what_is_around_a_wide_stroke_keeps_its_form():
+    source, target = shapes.pear(), shapes.blob()
+    goal = iccm.fit(source, target).map(LINE) + np.array([0, 0.12j, 0])
+    bare, wide = (
+        iccm.fit(source, target, strokes=[iccm.Stroke(LINE, goal, width=width)]) for width in (0, 0.3)
+    )
+    plain = iccm.fit(source, target, strokes=[(LINE, goal)])
+    assert np.array_equal(plain.map.image, bare.map.image)
+    assert wide.status.ok and wide.map.injectivity.certified
+    middle = [np.median(dilatations_along(fit, LINE)) for fit in (bare, wide)]
+    assert middle[1] - 1 < 0.5 * (middle[0] - 1)
+    error = [fit.report()["strokes"][0]["error"] for fit in (bare, wide)]
+    assert max(error) < 2e-3
+
+
+def test_wide_strokes_bend_a_shape_without_a_target():
+    bar = np.array([0, 4, 4 + 1j, 1j])
+    line, goal = np.array([0.5 + 0.5j, 2 + 0.5j, 3.5 + 0.5j]), np.array([0.5 + 0.5j, 2 + 1.2j, 3.5 + 0.5j])
+    bare, wide = (iccm.deform(bar, strokes=[iccm.Stroke(line, goal, width=width)]) for width in (0, 0.5))
+    assert wide.status.ok
+    assert np.median(dilatations_along(wide, line)) < np.median(dilatations_along(bare, line))
+
+
+@pytest.mark.parametrize(
+    ("width", "options", "said"),
+    [(-1.0, {}, "width"), (np.nan, {}, "width"), (0.3, {"method": "conformal"}, "balanced")],
+)
+def test_widths_that_cannot_be_are_refused(width, options, said):
+    with pytest.raises(iccm.InputError, match=said):
+        iccm.fit(shapes.pear(), shapes.pear(), strokes=[iccm.Stroke(LINE, LINE, width=width)], **options)
+
+
+def test_a_pin_on_the_outline_has_no_rotation():
+    square = np.array([0, 2, 2 + 1j, 1j])
+    with pytest.raises(iccm.InputError, match=r"pin 2.*turn"):
+        iccm.fit(square, square, pins=[iccm.Pin(1 + 0.5j, 1.1 + 0.5j), iccm.Pin(1, 1, turn=20)])
+
+
+def test_a_pin_that_is_pulled_far_comes_within_its_tolerance():
+    source, target = shapes.pear(), shapes.blob()
+    here = 0.2 + 0.1j
+    there = iccm.fit(source, target).map(np.array([here]))[0] - 0.7
+    fit = iccm.fit(source, target, pins=[iccm.Pin(here, there, tolerance=0.02)])
+    assert fit.status.ok and fit.softness.tolerances[0] == 0.02
+    assert abs(fit.map(np.array([here]))[0] - there) < 0.021
+    assert fit.report()["pins"][0]["tolerance"] == pytest.approx(0.02 / fit.diagonal)
+
+
+def test_a_saved_map_knows_how_its_pins_hold(tmp_path):
+    square = np.array([0, 2, 2 + 1j, 1j])
+    fit = iccm.fit(
+        square,
+        1.5 * square,
+        pins=[iccm.Pin(1 + 0.5j, 1.6 + 0.7j), iccm.Pin(0.4 + 0.5j, 0.6 + 0.75j, radius=0)],
+    )
+    fit.save(tmp_path / "m.npz")
+    again = iccm.load(tmp_path / "m.npz")
+    for name in ("radii", "tolerances", "rotations", "scales", "limits"):
+        assert np.array_equal(getattr(again.softness, name), getattr(fit.softness, name), equal_nan=True), (
+            name
+        )
+    assert again.report()["pins"] == fit.report()["pins"]
