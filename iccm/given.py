@@ -126,10 +126,9 @@ def strokes_of(strokes: Any, axes: str = "xy") -> tuple[Any, list[float]]:
     pairs: list[Any] = []
     widths: list[float] = []
     for k, stroke in enumerate(strokes):
-        pair: Any = (stroke.source, stroke.target) if isinstance(stroke, Stroke) else stroke
-        if isinstance(pair, Sized) and len(pair) == 2:
-            pair = [as_points_of(side, f"stroke {k + 1}", axes) for side in pair]
-        pairs.append(pair)
+        sides: Any = (stroke.source, stroke.target) if isinstance(stroke, Stroke) else stroke
+        is_pair = isinstance(sides, Sized) and len(sides) == 2
+        pairs.append([as_points_of(side, f"stroke {k + 1}", axes) for side in sides] if is_pair else sides)
         widths.append(stroke.width if isinstance(stroke, Stroke) else 0.0)
     return pairs, widths
 

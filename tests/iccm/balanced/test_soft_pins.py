@@ -45,7 +45,7 @@ def some_pins(**changed):
         "source": np.array([0.1 + 0.05j, -0.2 - 0.15j]),
         "target": np.array([0.2 + 0.15j, -0.25 - 0.1j]),
         "radii": np.array([0.3, 0.2]),
-        "tolerances": np.array([0.1, 0.2]),
+        "limits": np.array([0.1, 0.2]),
         "springs": np.array([7.0, 11.0]),
         "derivative_spring": 3.0,
         "stiffness": 8.0,
