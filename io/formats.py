@@ -77,7 +77,7 @@ class Format:
 
 _JPEG = Format(PictureFormat("display", (8,), alpha=False, hidden=False, encoder="jpeg:95"))
 _TIFF = Format(PictureFormat(), stmap=True)
-READ_ONLY = (".gif", ".jp2", ".j2k", ".ppm", ".pgm", ".pbm", ".pnm", ".dds", ".avif")
+READ_ONLY = (".gif", ".jp2", ".j2k", ".ppm", ".pgm", ".pbm", ".pnm", ".dds", ".avif", ".heic", ".heif")
 """Suffixes of pictures that are read, and not written."""
 # Every other picture format here gives back what it is said to hold; OpenImageIO knows more, which lose something.
 FORMATS = {

@@ -88,28 +88,34 @@ def read(
         if beginning == formats.PNG:
             several = _check_png(path, content)
         elif beginning[4:] == b"ftyp" and (form := UNREAD.get(content.read(4))):
-            if form == "AVIF" and not colorspace:
-                return _by_pillow(path, max_pixels)
+            if not colorspace:
+                return _by_pillow(path, max_pixels, form)
             raise InputError(
-                f"{path}: {form} is not supported; convert the picture first, for instance to .png or .jxl"
+                f"{path}: {form} is not supported with --colorspace; convert the picture first, for instance to .png "
+                "or .jxl"
             )
     with silence():
         return _read(path, max_pixels, colorspace, room or Memory(), several)
 
 
-def _by_pillow(path: str | Path, max_pixels: int) -> Image:
-    """An AVIF picture, which OpenImageIO reads only with a library that few installations have.
+def _by_pillow(path: str | Path, max_pixels: int, form: str) -> Image:
+    """An AVIF or HEIC picture, which OpenImageIO reads only with a library that few installations have.
 
     Raises:
-        InputError: it is damaged, too large, or Pillow lacks its decoder.
+        InputError: it is damaged, too large, or there is no decoder of it.
     """
     from PIL import features
 
-    if not features.check("avif"):
+    if form == "AVIF" and not features.check("avif"):
         raise InputError(
             f"{path}: AVIF is not read by this Pillow; convert it first, to .png or .jxl for instance"
         )
-    with pillow.opened(Path(path), path, ("AVIF",)) as picture:
+    if form != "AVIF" and not pillow.decodes_heif():
+        raise InputError(
+            f"{path}: reading {form} needs the package pi-heif: pip install 'iccm[heic]', or convert the picture "
+            "first, for instance to .png or .jxl"
+        )
+    with pillow.opened(Path(path), path, ("AVIF" if form == "AVIF" else "HEIF",)) as picture:
         width, height = picture.size
         if width * height > max_pixels:
             raise InputError(

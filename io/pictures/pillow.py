@@ -20,8 +20,20 @@ if TYPE_CHECKING:
 
 FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "GIF", "BMP", "AVIF")
 """Pillow's names of the formats that may be opened; their decoders start no programs and read no other files."""
+WITH_EXTRA = ("HEIF",)
+"""The same of formats that Pillow opens once `decodes_heif` has found their decoder."""
 EMBEDDED = FORMATS
 """Those that a drawing may hold."""
+
+
+def decodes_heif() -> bool:
+    """Whether the decoder of HEIC is installed, the extra `heic`; Pillow then opens such pictures where it may."""
+    try:
+        import pi_heif
+    except ImportError:
+        return False
+    pi_heif.register_heif_opener(thumbnails=False)
+    return True
 
 
 @contextmanager
@@ -31,7 +43,7 @@ def opened(picture: Path | bytes, where: object, formats: Sequence[str] = FORMAT
     Args:
         picture: a file, or the content of one.
         where: what messages call it.
-        formats: those of `FORMATS` that it may have.
+        formats: those of `FORMATS` and `WITH_EXTRA` that it may have.
 
     Raises:
         InputError: it is in none of the formats, damaged, or has more pixels than Pillow decodes, also where the block
@@ -39,7 +51,7 @@ def opened(picture: Path | bytes, where: object, formats: Sequence[str] = FORMAT
     """
     from PIL import Image as Pillow
 
-    if beyond := set(formats).difference(FORMATS):
+    if beyond := set(formats).difference(FORMATS, WITH_EXTRA):
         raise ValueError(f"{', '.join(beyond)}: formats that may not be opened")
     try:
         with warnings.catch_warnings():

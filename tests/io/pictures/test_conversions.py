@@ -1,11 +1,14 @@
 """What formats make of a picture, compared with numbers: depths, association of alpha, paper, orientation, windows."""
 
+from base64 import b64decode
+
 import numpy as np
 import OpenImageIO as oiio
 import pytest
 from PIL import Image as Pillow
 from PIL import ImageOps, JpegImagePlugin
 
+from iccm.errors import InputError
 from iccm.io import formats
 from iccm.io.pictures import image_files, png
 from iccm.io.pictures.image import prepare
@@ -184,3 +187,32 @@ def test_formats_that_are_only_read(tmp_path, suffix, iccm):
     if suffix != ".tga":
         typed = iccm("map", str(path), str(path), "-o", str(tmp_path / f"b{suffix}"))
         assert typed.code == 2 and ".png" in typed.err and not (tmp_path / f"b{suffix}").exists()
+
+
+HEIC = b64decode(
+    "AAAAHGZ0eXBoZWljAAAAAG1pZjFoZWljbWlhZgAAAX1tZXRhAAAAAAAAACFoZGxyAAAAAAAAAABwaWN0AAAAAAAAAAAAAAAA"
+    "AAAAACJpbG9jAAAAAERAAAEAAQAAAAABoQABAAAAAAAAAKAAAAAjaWluZgAAAAAAAQAAABVpbmZlAgAAAAABAABodmMxAAAA"
+    "AA5waXRtAAAAAAABAAAA/WlwcnAAAADdaXBjbwAAAHZodmNDAQNwAAAAkAAAAAAAHvAA/P34+AAADwNgAAEAGEABDAH//wNw"
+    "AAADAJAAAAMAAAMAHroCQGEAAQAqQgEBA3AAAAMAkAAAAwAAAwAeoCCBBZbq5Ka5uAhoMCAAAAMDIAAAAwAhYgABAAZEAcFz"
+    "wIkAAAATY29scm5jbHgAAQANAAaAAAAAFGlzcGUAAAAAAAAAQAAAAEAAAAAoY2xhcAAAADAAAAABAAAAIAAAAAH////wAAAA"
+    "Av///+AAAAACAAAAEHBpeGkAAAAAAwgICAAAABhpcG1hAAAAAAAAAAEAAQWBAgMFhAAAAKhtZGF0AAAAnCgBrwY44+e969eS"
+    "T///Pcf//0TKgh8Ek386j777+SLf8GgijhLKdkKZeYUOUCZ6Cq8yvHORYGruOIZAkT5eZgZkrh1EsOCH6mFME3vP8PHQlvDw"
+    "3ZE+FWApW5yZtid3aq7/1xWHSonAe3nKzk5rsliNOQlyMltUpq8YhfJ79CcnzecO6TjRjm5S+yVZ3+ldSklc2LxOOj/rHjvl"
+    "WA=="
+)
+"""48 by 32 pixels, the left half (20, 200, 90), the right half (128, 64, 200)."""
+
+
+def test_heic_is_read_with_its_extra(tmp_path, iccm):
+    pytest.importorskip("pi_heif", reason="the extra heic is not installed")
+    path = tmp_path / "a.heic"
+    path.write_bytes(HEIC)
+    image = image_files.read(path)
+    assert image.pixels.shape == (32, 48, 3) and image.pixels.dtype == np.uint8
+    assert image.pixels[16, 6].astype(int) == pytest.approx((20, 200, 90), abs=6)
+    assert image.pixels[16, 40].astype(int) == pytest.approx((128, 64, 200), abs=6)
+    with pytest.raises(InputError, match=r"exceeds the limit of 100 pixels"):
+        image_files.read(path, max_pixels=100)
+    path.write_bytes(HEIC[:500])
+    with pytest.raises(InputError, match=r"a\.heic: cannot read this picture"):
+        image_files.read(path)
