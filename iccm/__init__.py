@@ -65,6 +65,7 @@ if TYPE_CHECKING:
     from .maps.harmonic import HarmonicMap as HarmonicMap
     from .maps.triangulated.map import TriangulatedMap as TriangulatedMap
     from .pins import Pin as Pin
+    from .pins import Stroke as Stroke
     from .pixels.checkerboard import checkerboard as checkerboard
     from .progress import Progress as Progress
     from .result import Fit as Fit
