@@ -21,6 +21,7 @@ from lxml import etree
 KINDS = ("pin-", "stroke-")
 FLATNESS = 1e-4  # of a stroke's size: as far may its polyline be from it
 MARGIN = 0.02  # of the artwork's or target's size, around what pictures show
+MARK_SHARE = 0.025  # of the artwork's size: larger circles say how large the part is that keeps its form
 SIDE = 8192  # pixels: no artwork is rendered larger
 NOT_DRAWN = {"defs", "style", "metadata", "namedview", "title", "desc", "script"}
 OF_ROOT = {"id", "width", "height", "viewBox", "version", "preserveAspectRatio", "x", "y"}
@@ -165,8 +166,13 @@ class Texture(inkex.EffectExtension):
                     swapped = distance(start_box, b) + distance(end_box, a)
                     kind[name] = (b, a) if swapped < as_drawn else (a, b)
         pins, strokes = pairs["pin-"], pairs["stroke-"]
+        box = boxed(artwork)
+        mark = MARK_SHARE * (box.width * box.height) ** 0.5
         return {
-            "pins": [{"name": n, "source": middle(a), "target": middle(b)} for n, (a, b) in pins.items()],
+            "pins": [
+                {"name": n, "source": middle(a), "target": middle(b), **settings(a, mark)}
+                for n, (a, b) in pins.items()
+            ],
             "strokes": [
                 {"name": n, "source": polyline(a, n), "target": polyline(b, n)}
                 for n, (a, b) in strokes.items()
@@ -259,6 +265,13 @@ def middle(element):
     """The centre of an element in user units."""
     box = boxed([element])
     return [box.center.x, box.center.y]
+
+
+def settings(pin, mark):
+    """The radius of a pin that is drawn as a circle larger than a mark, in user units."""
+    box = boxed([pin])
+    radius = (box.width * box.height) ** 0.5 / 2
+    return {"radius": radius} if radius > mark else {}
 
 
 def distance(box, element):

@@ -179,6 +179,20 @@ def test_pins_that_are_drawn_are_met_however_they_are_ordered(profile):
     assert np.hypot(*(eyes(free)[0] - [130, 50])) > 2
 
 
+def test_a_large_circle_says_how_large_a_part_keeps_its_form(profile):
+    def deformed(radius):
+        there = mark("pin-eye", 30, 30, 1).replace('r="1"', f'r="{radius}"')
+        made, said, code = run(
+            plain([there, mark("pin-eye", 130, 45, 2)]), profile, "--id=art", "--id=target"
+        )
+        assert (said, code) == ("", 0)
+        return eyes(made)[0]
+
+    small, marked, large = (deformed(radius) for radius in (0.5, 1, 4))
+    assert np.allclose(small, marked, atol=1e-6)
+    assert np.hypot(*(large - marked)) > 0.05
+
+
 def test_artwork_is_deformed_by_pins(profile):
     marks = [mark("pin-eye", 30, 30, 1), mark("pin-eye", 40, 20, 2), mark("pin-corner", 65, 65, 3)]
     made = act(plain(marks), [f"{DEFORM}.noprefs"], ["art"])
