@@ -180,8 +180,8 @@ def meet_bounds_by(
 def follow_pins(state: DiscreteMap, descent: Callable[[DiscreteMap], DiscreteMap]) -> DiscreteMap:
     """The converged map with stiffer springs for soft pins that miss their places by more than they may.
 
-    A spring whose pin is pulled by a constant force misses by the force over its stiffness: as many times stiffer as
-    the miss is too large, it misses by the limit.
+    A spring that is pulled by a constant force misses by the force over its stiffness. The force grows as the pin comes
+    closer, and so springs get stiffer by the square of the ratio by which the miss is too large.
     """
     for _ in range(STIFFENINGS):
         pins = state.energy.pins
@@ -190,7 +190,7 @@ def follow_pins(state: DiscreteMap, descent: Callable[[DiscreteMap], DiscreteMap
         missed = pins.misses(state.z, state.u, state.faces) / pins.limits
         if missed.max() <= 1:
             break
-        stiffer = pins.stiffer(np.clip(missed / AIMED_LIMITS, 1, MOST_STIFFENED))
+        stiffer = pins.stiffer(np.clip((missed / AIMED_LIMITS) ** 2, 1, MOST_STIFFENED))
         state = descent(state.with_energy(replace(state.energy, pins=stiffer)))
     return state
 
