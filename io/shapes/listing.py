@@ -89,6 +89,11 @@ class Stroke(_Entry):
     ends: Literal["free", "stick"] = "free"
     width: Annotated[float, Field(ge=0, le=limits.COORDINATE, strict=True)] = 0.0
 
+    @model_serializer(mode="wrap")
+    def _without_default(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """The stroke without a width unless one is given, as the page of the editor has it."""
+        return {name: value for name, value in write(self).items() if name != "width" or value}
+
 
 class ConstrainedFile(StrictModel):
     """A shape that places belong to: the file's name, and width and height of its canvas."""

@@ -41,6 +41,8 @@ export interface Stroke {
   source: Place[];
   target: Place[];
   ends: string;
+  /** Of the band around it that keeps its form, in the source's units; missing where there is none. */
+  width?: number;
 }
 
 /** What is edited. A rigid region is a polygon, or the name of an element of the drawing. */

@@ -166,3 +166,16 @@ def test_settings_of_pins_out_of_range_are_named(tmp_path, wrong):
     content = {"pins": [{"source": [70, 80], "target": [75, 80]} | wrong]}
     with pytest.raises(InputError, match=next(iter(wrong))):
         listed(tmp_path, content)
+
+
+def test_widths_of_strokes_are_listed_and_only_written_where_given(tmp_path):
+    source, target = shape(tmp_path, "s", "", box="0 0 200 200"), shape(tmp_path, "t", "", box="0 0 200 200")
+    lines = {"source": [[10, 90], [30, 90]], "target": [[10, 85], [30, 85]]}
+    content = {
+        "strokes": [lines | {"width": 4.5}, {"source": [[10, 30], [30, 30]], "target": [[10, 35], [30, 35]]}]
+    }
+    read = listed(tmp_path, content)
+    assert constraints.collect(source, target, read).stroke_widths == [4.5, 0.0]
+    assert ["width" in stroke.model_dump() for stroke in read.strokes] == [True, False]
+    with pytest.raises(InputError, match="width"):
+        listed(tmp_path, {"strokes": [lines | {"width": -1}]})
