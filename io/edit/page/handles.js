@@ -155,17 +155,10 @@ export class Handles {
    */
   #rotate(event, element, item) {
     const pane = this.#pane;
-    if (event.button) return;
-    event.stopPropagation();
-    const start = pane.pixelOf(event);
-    let moved = false;
-    followPointer(element, event, (next) => {
-      const now = pane.pixelOf(next), [x, y] = pane.pixel(pane.page(pane.scene.pins[item.number].target));
-      moved ||= distance(now, start) > CLICK_REACH;
+    this.#pull(event, element, (now) => {
+      const [x, y] = pane.pixel(pane.page(pane.scene.pins[item.number].target));
       const degrees = Math.atan2(x - now[0], y - now[1]) * 180 / Math.PI;
-      if (moved) pane.actions.turn(item, Number(degrees.toFixed(1)));
-    }, () => {
-      if (moved) pane.actions.drop();
+      pane.actions.turn(item, Number(degrees.toFixed(1)));
     });
   }
 
@@ -176,6 +169,19 @@ export class Handles {
    */
   #resize(event, element, item) {
     const pane = this.#pane;
+    this.#pull(event, element, (now) => {
+      pane.actions.hold(item, {radius: pane.radiusTo(item.number, now)}, false);
+    });
+  }
+
+  /**
+   * Follow the pointer once it has moved farther than in a click, and drop what was changed.
+   * @param {PointerEvent} event
+   * @param {HTMLElement} element
+   * @param {(pixel: Point) => void} move
+   */
+  #pull(event, element, move) {
+    const pane = this.#pane;
     if (event.button) return;
     event.stopPropagation();
     const start = pane.pixelOf(event);
@@ -183,7 +189,7 @@ export class Handles {
     followPointer(element, event, (next) => {
       const now = pane.pixelOf(next);
       moved ||= distance(now, start) > CLICK_REACH;
-      if (moved) pane.actions.hold(item, {radius: pane.radiusTo(item.number, now)}, false);
+      if (moved) move(now);
     }, () => {
       if (moved) pane.actions.drop();
     });
