@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import Complex
 from ...balanced.fit import MOST_LIMITS
 from ...balanced.search.partial import GOOD_STRETCH
 from ...errors import InputError
@@ -32,10 +33,12 @@ class Solved:
     Attributes:
         fits: of each part; one, unless parts are mapped one by one.
         report: their figures, of the first with those of others as its parts.
+        pins: (k, 2) in the core plane, first those of the scene.
     """
 
     fits: list[Fit]
     report: dict[str, Any]
+    pins: Complex
 
     @property
     def fit(self) -> Fit:

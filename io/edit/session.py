@@ -297,7 +297,7 @@ class Session:
             return fit.map  # type: ignore[return-value]
         if self._live is not None and self._followed == scene.key:
             return self._live.start
-        return self._continue(scene).start
+        return self._continue(scene, self.core(scene)).start
 
     @property
     def _is_whole(self) -> bool:
@@ -360,7 +360,7 @@ class Session:
         solve_pairs(run)
         report = run.fit_report
         report["notes"] = [*dict.fromkeys([*run.notes, *report["notes"]])]
-        return Solved(run.fits, report)
+        return Solved(run.fits, report, pins)
 
     def _softness(self, settings: Sequence[dict[str, float]]) -> Softness | None:
         """How pins hold what is around them, of what is said of each beside its places; None where all are exact."""
@@ -396,8 +396,7 @@ class Session:
         drawn = self.image_of(solved.maps)
         said = figures(report) | self._regions(solved.fit, report), wrong, drawn, chosen.alternative
         shown = MapUpdate("full", status.ok, verdict(status, report, deformed=self.deforming), *said)
-        pins = self.core(scene).pins
-        shown = replace(shown, patches=_patches(scene, pins, solved.fit.pins, solved.fit.softness))
+        shown = replace(shown, patches=_patches(scene, solved.pins, solved.fit.pins, solved.fit.softness))
         self._choices[scene.key] = chosen
         if self.scene is scene:  # else something is being dragged again, from the map as it was then
             self._fit, self._maps, self._live = solved.fit, solved.maps, None
@@ -417,13 +416,14 @@ class Session:
             )
         try:
             with one_thread():
-                self._live = live = self._continue(scene, dragged=True)
+                placed = self.core(scene)
+                self._live = live = self._continue(scene, placed, dragged=True)
                 map, self._followed = live.map, scene.key if live.met else ""
                 found = MapUpdate("coarse", live.met, "", in_middles(map).report(), {}, self.image_of([map]))
         except InputError as error:
             return refusal(error)
         self._maps = [map]
-        pins = self.core(scene).pins
+        pins = placed.pins
         softness = softness_of(pins, live.patches.points, live.patches.softness)
         found = replace(found, patches=_patches(scene, pins, pins, softness))
         gap = np.abs(map(pins[:, 0]) - pins[:, 1])
@@ -454,7 +454,7 @@ class Session:
             "" if met else "The pin is not there yet: the shape follows as far as possible without folds."
         )
         outlines = self._outlines(solved.fit)
-        patches = _patches(scene, self.core(scene).pins, solved.fit.pins, solved.fit.softness)
+        patches = _patches(scene, solved.pins, solved.fit.pins, solved.fit.softness)
         return MapUpdate(
             "coarse", met, message, figures(report), wrong, drawn, outlines=outlines, patches=patches
         )
@@ -470,9 +470,9 @@ class Session:
             rings = [rings[0], *move_rings(map, self.source.drawing.rings)]
         return [self.views[1].points(ring) for ring in rings]
 
-    def _continue(self, scene: Scene, *, dragged: bool = False) -> Live:
-        pins, strokes, settings, _ = self.core(scene)
-        softness = self._softness(settings)
+    def _continue(self, scene: Scene, placed: PlacedConstraints, *, dragged: bool = False) -> Live:
+        """The map that follows, at the constraints of a scene as they are `placed`."""
+        pins, strokes, softness = placed.pins, placed.strokes, self._softness(placed.settings)
         if self._live is not None:
             return self._live.moved(pins, strokes, softness, scene.balance, dragged=dragged)
         if self._fit is None:
