@@ -152,19 +152,6 @@ def pairs_at(source: Shape, target: Shape, start: Place, end: Place) -> list[tup
     return list(zip(starts, ends)) if len(starts) == len(ends) else [(starts[0], ends[0])]
 
 
-def pair(
-    source: Shape, target: Shape, listed: ConstraintsFile | None = None, *, exact: bool = False
-) -> tuple[Complex, list[tuple[Curve, Curve]]]:
-    """Pins (k, 2) and pairs of strokes in the core plane, for a solver that weighs them all alike.
-
-    Raises:
-        InputError: as `collect`, and weights that differ.
-    """
-    found = collect(source, target, listed, exact=exact)
-    found.check_weights()
-    return found.pins, found.strokes
-
-
 def _common_names(source: Shape, target: Shape, kind: str) -> list[str]:
     """The names drawn in both files, in the source's order."""
     in_source, in_target = getattr(source, kind), getattr(target, kind)

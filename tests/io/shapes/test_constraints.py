@@ -23,6 +23,13 @@ def listed(tmp_path, content):
     return listing.read(path)
 
 
+def paired(source, target, found=None):
+    """Pins and strokes for a solver that weighs them all alike."""
+    collected = constraints.collect(source, target, found)
+    collected.check_weights()
+    return collected.pins, collected.strokes
+
+
 def test_drawn_pairs_by_name_whatever_the_order(tmp_path):
     source = shape(
         tmp_path,
@@ -36,7 +43,7 @@ def test_drawn_pairs_by_name_whatever_the_order(tmp_path):
         '<path id="stroke-x" d="M5 5V50"/>'
         '<ellipse id="pin-b" cx="30" cy="40" rx="1" ry="2"/><circle id="pin-a" cx="10" cy="20" r="1"/>',
     )
-    pins, strokes = constraints.pair(source, target)
+    pins, strokes = paired(source, target)
     assert np.array_equal(pins, [[1 - 2j, 10 - 20j], [3 - 4j, 30 - 40j]])
     ((a, b),) = strokes
     assert np.array_equal(a.z, [0, 9]) and np.array_equal(b.z, [5 - 5j, 5 - 50j])
@@ -65,7 +72,7 @@ def test_listed_ones_follow_in_file_units_and_sticking_ends_are_pins(tmp_path):
 
 def test_nothing_at_all(tmp_path):
     square = shape(tmp_path, "s", "")
-    pins, strokes = constraints.pair(square, square, listed(tmp_path, {}))
+    pins, strokes = paired(square, square, listed(tmp_path, {}))
     assert pins.shape == (0, 2) and strokes == []
 
 
@@ -73,19 +80,19 @@ def test_what_has_no_partner_is_named(tmp_path):
     source = shape(tmp_path, "s", '<circle id="pin-a" r="1"/><circle id="pin-b" r="1"/>')
     target = shape(tmp_path, "t", '<circle id="pin-b" r="1"/>')
     with pytest.raises(InputError, match=r"s\.svg: pin-a: missing in .*t\.svg"):
-        constraints.pair(source, target)
+        paired(source, target)
     with pytest.raises(InputError, match=r"s\.svg: pin-a: missing in .*t\.svg"):
-        constraints.pair(target, source)
+        paired(target, source)
     stroke = shape(tmp_path, "u", '<path id="stroke-x" d="M0 0H9"/>')
     with pytest.raises(InputError, match="stroke-x: missing"):
-        constraints.pair(stroke, shape(tmp_path, "v", ""))
+        paired(stroke, shape(tmp_path, "v", ""))
 
 
 def test_weights_that_the_solver_would_ignore_are_refused(tmp_path):
     square = shape(tmp_path, "s", "")
     pin = {"source": [1, 2], "target": [3, 4]}
     with pytest.raises(InputError, match="--pin-weight"):
-        constraints.pair(square, square, listed(tmp_path, {"pins": [pin, {**pin, "weight": 2}]}))
+        paired(square, square, listed(tmp_path, {"pins": [pin, {**pin, "weight": 2}]}))
 
 
 PIN = '{"source": [1, 2], "target": [3, 4]'
@@ -134,7 +141,7 @@ def test_a_stroke_without_length(tmp_path):
     square = shape(tmp_path, "s", "")
     content = {"strokes": [{"name": "arm", "source": [[1, 2], [1, 2]], "target": [[1, 2], [3, 4]]}]}
     with pytest.raises(InputError, match=r"strokes\.0 \(arm\): source: .*2 distinct"):
-        constraints.pair(square, square, listed(tmp_path, content))
+        paired(square, square, listed(tmp_path, content))
 
 
 def test_settings_of_pins_are_listed_and_drawn(tmp_path):
