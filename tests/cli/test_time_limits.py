@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from iccm import deadline
 from iccm.io.pictures import image_files
+from tests.clock import Clock
 
 LINES = {
     "flatten": ("flatten", "sheet.obj", "--method", "balanced", "-o", "out.svg", "--uv", "out.obj"),
@@ -19,18 +19,6 @@ LINES = {
     "map-onto-a-mesh": ("map", "square.svg", "sheet.obj", "--bake", "-o", "out.png", "--size", "32"),
     "map-between-meshes": ("map", "sheet.obj", "other.obj", "-o", "out.obj"),
 }
-
-
-class Clock:
-    """A clock that moves on by a step whenever it is asked."""
-
-    def __init__(self, monkeypatch):
-        self.now, self.asked, self.step = 0.0, 0, 0.0
-        monkeypatch.setattr(deadline.time, "monotonic", self)
-
-    def __call__(self):
-        self.asked, self.now = self.asked + 1, self.now + self.step
-        return self.now
 
 
 def sheet(path, bend, n=9):

@@ -10,22 +10,11 @@ from iccm.flattening import even_layout, flatten
 from iccm.meshes.disk_patch import disk_patch
 from iccm.meshes.mesh import Mesh
 from iccm.status import Status
+from tests.clock import Clock
 
 SQUARE = np.array([0, 1, 1 + 1j, 1j])
 T = np.exp(2j * np.pi * np.arange(90) / 90)
 FLOWER = T * (2 + 0.6 * np.cos(5 * np.angle(T)) + 0.2 * np.cos(2 * np.angle(T) + 1))
-
-
-class Clock:
-    """A clock that moves when it is asked, so that no test depends on a real one."""
-
-    def __init__(self, monkeypatch):
-        self.now, self.asked, self.step = 0.0, 0, 0.0
-        monkeypatch.setattr(deadline.time, "monotonic", self)
-
-    def __call__(self):
-        self.asked, self.now = self.asked + 1, self.now + self.step
-        return self.now
 
 
 @pytest.fixture
