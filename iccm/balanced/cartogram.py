@@ -24,10 +24,8 @@ from .model.metric import PLACES
 
 LEAST_BALANCE = 8.0  # balance from which areas are met
 MET_AREA_SHARE = 0.015  # of the area of each part: what is so close is met
-PATIENCE_ROUNDS, LEAST_GAIN_SHARE = (
-    10,
-    0.1,
-)  # rounds in which this share of what is misplaced has to go, or it ends
+PATIENCE_ROUNDS, LEAST_GAIN_SHARE = 10, 0.1
+"""Rounds in which this share of what is misplaced has to go, or it ends."""
 SIZE_LEVELS = 64  # of sizes, that are distinguished from each other
 LEAST_PART_AREA_SHARE = 2e-3  # of the source's area: smaller parts are left to what surrounds them
 TOLD = "All {1} parts of the source have the requested areas up to {0:.1%} (size-map)."

@@ -32,10 +32,8 @@ SCAFFOLD_STEPS = 300
 """With a scaffold, for one layout, and for all those of a seam that is lengthened for the sake of angles."""
 KEPT_DILATATION_P95 = 1.3  # p95 of the dilatation at which angles count as kept
 ANGLE_ROUNDS = 8  # rounds of lengthening a seam for it: most meshes that need some need 1 to 4
-LEAST_DECREASE, LEAST_DECREASE_OF_SEAMS = (
-    1e-5,
-    1e-4,
-)  # relative decrease that counts as none; while the seam grows
+LEAST_DECREASE, LEAST_DECREASE_OF_SEAMS = 1e-5, 1e-4
+"""Relative decrease that counts as none; while the seam grows."""
 THETAS_TO_CONFORMAL = 0.1, 0.01
 """Θ on the way from even to conformal: Newton's method does not find the way from 0 alone."""
 

@@ -27,10 +27,8 @@ from .trilateration import same_way
 MOST_TRIANGLES = 20_000  # beyond, the order is left as it is: it would take over ten seconds
 BEAM_WIDTH = 50_000
 """Beginnings of orders that are continued from, the cheapest: all that there are of up to eight landmarks."""
-ASTRAY, LONGER = (
-    0.5,
-    0.2,
-)  # radians, and the logarithm of lengths' ratio, that make a way twice as dear; by hand
+ASTRAY, LONGER = 0.5, 0.2
+"""Radians, and the logarithm of lengths' ratio, that make a way twice as dear; by hand."""
 ORDERS_TRIED = 8  # orders whose layouts are compared
 FEWEST_STOPS = 4  # of a seam that is looked for by distances: from three points two places are as far
 COARSE_TRIANGLES = 3000  # triangles, by hand: with more an edge beside a geodesic is close to it

@@ -7,10 +7,8 @@ from ...maps.distortion import weighted_quantile
 from ...plane import triangle_areas
 from .metric import PLANES, Metrics, rest_geometry
 
-MOST_DILATED, DILATATION_HALVINGS = (
-    1e6,
-    30,
-)  # where the least dilatation is looked for, on a logarithmic scale
+MOST_DILATED, DILATATION_HALVINGS = 1e6, 30
+"""Where the least dilatation is looked for, on a logarithmic scale."""
 
 
 def derivatives(

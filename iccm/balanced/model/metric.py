@@ -20,10 +20,8 @@ from ...meshes.stretch import Linear, laid_flat, linear
 from ...plane import Similarity
 from ..minimise.energy import geometry
 
-MOST_ECCENTRIC, SMALLEST = (
-    0.98,
-    1e-4,
-)  # of |f_z̄|/|f_z| and of areas' ratios: beyond, rounding would be magnified
+MOST_ECCENTRIC, SMALLEST = 0.98, 1e-4
+"""Of |f_z̄|/|f_z| and of areas' ratios: beyond, rounding would be magnified."""
 SIMPLIFIED_SHARE = 1e-3  # of the root of the area: outlines are simplified by less
 PARTS_OF_SIDE = 3
 """Parts of a triangle's sides: the metric is averaged over as many points as their square. With 5, the 95th percentile
