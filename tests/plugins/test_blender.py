@@ -215,7 +215,7 @@ found["same"] = before == coordinates() and len(bpy.data.images) == 1
 """)
     parts = [
         "/nowhere/disc.svg",
-        "name the file",
+        "file of the outline",
         "no face is active",
         "choose a curve object",
         "choose a picture",
