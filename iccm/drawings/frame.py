@@ -14,7 +14,7 @@ import shapely
 from ..arrays import Complex, complex_of
 from ..curve import Curve
 from ..errors import InputError
-from ..polygons import fill_holes, neighbourhoods, offset, offset_each, polygons_of, unite
+from ..polygons import Polygons, fill_holes, neighbourhoods, offset, offset_each, polygons_of, unite
 
 FIRST_RADIUS = 0.005
 """The smallest closing radius that is tried, relative to the drawing's size (the square root of its hull's area): about
@@ -167,10 +167,28 @@ def _closing(region: shapely.Geometry, radius: float) -> shapely.Geometry:
 
 def _joining_radius(simple: shapely.Geometry, size: float) -> float:
     """Return the smallest tried radius whose closing joins all parts."""
+    parts = polygons_of(simple)
+    near = shapely.STRtree(parts)
     radius = FIRST_RADIUS * size
-    while not _joins(simple, radius) and radius < LARGEST_RADIUS * size:
+    while radius < LARGEST_RADIUS * size:
+        if _form_one_group(parts, near, 2 * radius) and _joins(simple, radius):
+            break
         radius *= RADIUS_STEP
     return radius
+
+
+def _form_one_group(parts: Polygons, tree: shapely.STRtree, distance: float) -> bool:
+    """Return whether every part can be reached from every other by way of parts that are this near to each other.
+
+    What discs of half the distance do not join, no closing by them does; this takes a hundredth of the time of one.
+    """
+    one, other = tree.query(parts, predicate="dwithin", distance=distance)
+    reached = np.arange(len(parts)) == 0
+    before = 0
+    while before < reached.sum():
+        before = int(reached.sum())
+        reached[other[reached[one]]] = True
+    return bool(reached.all())
 
 
 def _joins(region: shapely.Geometry, radius: float) -> bool:

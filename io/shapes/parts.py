@@ -10,6 +10,11 @@ from ...drawings.pairing import pair_by_cost
 from .shape import Shape
 
 NAMED = 100.0  # taken off a pair's cost for each name that both have: it outweighs place and size
+LEAST_COMMON_NAMES_SHARE = 1 / 3
+"""Of the named elements of the drawing with fewer of them: maps of India and Canada have two ids of 13 in common, the
+provinces `nl` and `sk`, which mean nothing."""
+LEAST_ARRANGED_SHARE = 0.5
+"""Of the variance of places in the target: mirror images of four corners share none, poses of a figure most of it."""
 # What drawing programs call things that nobody named.
 UNNAMED = re.compile(
     r"(path|rect|circle|ellipse|line|poly(gon|line)|g|group|layer|svg|use|shape|XMLID|SVGID)?[\W\d_]*", re.I
@@ -41,15 +46,41 @@ def _fit_to_unit(shapes: Sequence[Shape], spatial: bool) -> tuple[Real, Real]:
 
 
 def namesakes(source: Shape, target: Shape) -> tuple[list[str], Complex, Real]:
-    """What both drawings show inside under one name: the names, where they are drawn in both (k, 2), and the radii of
-    circles as large as the target's (k,)."""
+    """Find the elements that both drawings have under one name.
+
+    Names that two drawings share by accident do not count: there is none where fewer than `LEAST_COMMON_NAMES_SHARE`
+    of the names are common, or where the elements are arranged differently.
+
+    Returns
+    -------
+    names
+        (k,) the names.
+    places
+        (k, 2) where the elements are in both drawings.
+    radii
+        (k,) of circles as large as the target's elements.
+    """
     sides = [
         {name.casefold(): place for name, place in shape.elements.items() if words_of([name])}
         for shape in (source, target)
     ]
     names = [name for name in sides[0] if name in sides[1]]
+    if len(names) < LEAST_COMMON_NAMES_SHARE * min(map(len, sides)):
+        names = []
     places = np.array([[side[name][0] for side in sides] for name in names], dtype=complex).reshape(-1, 2)
+    if not _are_arranged_alike(places):
+        names, places = [], places[:0]
     return names, places, np.array([sides[1][name][1] for name in names])
+
+
+def _are_arranged_alike(places: Complex) -> bool:
+    """Return whether a similarity explains `LEAST_ARRANGED_SHARE` of the variance of the second places; up to two
+    places always are."""
+    if len(places) <= 2:
+        return True
+    start, end = (places - places.mean(axis=0)).T
+    variances = (np.abs(start) ** 2).sum() * (np.abs(end) ** 2).sum()
+    return bool(np.abs(np.vdot(start, end)) ** 2 >= LEAST_ARRANGED_SHARE * variances)
 
 
 def words_of(names: Sequence[str]) -> set[str]:

@@ -92,3 +92,47 @@ def test_a_name_counts_unless_a_program_gave_it(drawn, name, given):
     pairs = dict(parts.pair(source, target))
     named = [next(k for k, each in enumerate(shapes) if name in each.names) for shapes in (source, target)]
     assert (pairs[named[0]] == named[1]) == given
+
+
+NAMED = {
+    "nose": (20, 30),
+    "eye": (40, 60),
+    "ear": (75, 25),
+    "chin": (80, 70),
+    "tail": (50, 45),
+    "hat": (60, 80),
+}
+OTHERS = {"a": (10, 10), "b": (90, 90), "c": (10, 90), "d": (90, 10)}
+
+
+def board(folder, name, places):
+    """A square with named dots on it, as a whole shape."""
+    dots = "".join(f'<circle id="{id}" cx="{x}" cy="{y}" r="3"/>' for id, (x, y) in places.items())
+    (folder / name).write_text(SVG.format(f'<path d="M0 0h100v100h-100z"/>{dots}'))
+    return shape.read(str(folder / name))
+
+
+@pytest.mark.parametrize(
+    ("places", "shared"),
+    [
+        ({"Nose": (80, 70), "ear": (25, 75), "hat": (40, 20)}, ["nose", "ear", "hat"]),
+        # two of six names
+        ({"nose": (20, 30), "ear": (75, 25), **OTHERS}, ["nose", "ear"]),
+        # one of six
+        ({"nose": (20, 30), "z": (50, 30), **OTHERS}, []),
+        # of the drawing with fewer names all are common
+        ({"nose": (70, 30)}, ["nose"]),
+        # the same arrangement, rotated, smaller and with each moved a little
+        ({"nose": (68, 27), "eye": (42, 41), "ear": (74, 64), "chin": (38, 71)}, ["nose", "eye", "ear", "chin"]),
+        # mirrored: no rotation takes one onto the other
+        ({"nose": (80, 30), "eye": (60, 60), "ear": (25, 25), "chin": (20, 70)}, []),
+    ],
+)  # fmt: skip
+def test_accidental_namesakes_do_not_count(tmp_path, places, shared):
+    names, ends, radii = parts.namesakes(board(tmp_path, "a.svg", NAMED), board(tmp_path, "b.svg", places))
+    count = len(shared)
+    assert sorted(names) == sorted(shared) and ends.shape == (count, 2) and radii.shape == (count,)
+    lower = {name.casefold(): z for name, z in places.items()}
+    wanted = [(NAMED[name], lower[name]) for name in names]
+    assert np.allclose(ends.real, [[a[0], b[0]] for a, b in wanted] or ends.real, atol=0.01)
+    assert np.allclose(radii, 3, atol=0.01)
