@@ -105,12 +105,22 @@ def choices(
     framed
         Whether only frames are considered, and of these only the ones around all of a drawing.
     """
-    found = list(_joined(source, target, settings, free_gaps, framed))
-    if pair_parts:
-        paired = _paired(source, target, settings, free_gaps=free_gaps)
-        if paired is not None and paired.cost < PAIRED_GAIN * found[0].cost:
-            return [paired, *found]
+    drawings = source, target, settings, free_gaps, framed
+    paired = _paired(source, target, settings, free_gaps=free_gaps) if pair_parts else None
+    if paired is not None and _search(*drawings).starts_above(GIVEN_UP * paired.cost):
+        return [paired]
+    found = list(_joined(*drawings))
+    if paired is not None and paired.cost < PAIRED_GAIN * found[0].cost:
+        return [paired, *found]
     return found
+
+
+@lru_cache(maxsize=1)
+def _search(
+    source: Drawing, target: Drawing, settings: Settings, free_gaps: bool, framed: bool
+) -> "_FrameSearch":
+    """Return the search for frames of two drawings, which keeps what it has compared."""
+    return _FrameSearch(_Judge(source, target, settings, free_gaps=free_gaps), around_all=framed)
 
 
 # Whether parts are paired is asked before any map is solved for, which asks again for the same drawings.
@@ -119,9 +129,9 @@ def _joined(
     source: Drawing, target: Drawing, settings: Settings, free_gaps: bool, framed: bool
 ) -> tuple[Choice, ...]:
     """Return ways to map a drawing onto another as one thing, the cheapest first."""
-    judge = _Judge(source, target, settings, free_gaps=free_gaps)
+    search = _search(source, target, settings, free_gaps, framed)
+    judge = search.judge
     tightest = source.tightest, target.tightest
-    search = _FrameSearch(judge, around_all=framed)
     first = search.attempt((0, 0))
     found = [] if first is None else [first]
     if first is not None and judge.is_good(first):
@@ -208,52 +218,63 @@ class _FrameSearch:
     """
 
     def __init__(self, judge: _Judge, *, around_all: bool):
-        self._judge = judge
+        self.judge = judge
         source, target = (
             [frame for frame in drawing.frames if frame.left_out == 0 or not around_all]
             for drawing in (judge.source, judge.target)
         )
         self._sides = source, target
-        self._costs: dict[tuple[int, int], float] = {}
+        self._hulls = len(source) - 1, len(target) - 1
+        self._compared: dict[tuple[int, int], Choice | None] = {}
 
     def attempt(self, pair: tuple[int, int]) -> Choice | None:
         """Return the choice that a pair of frames is; None where no map is found, or its energy is hopeless."""
-        frames = self._sides[0][pair[0]], self._sides[1][pair[1]]
-        most = HOPELESS * min(self._judge.least_cost, LOST)
-        coarse = coarse_map(frames[0].outline, frames[1].outline, self._judge.settings, most=most)
-        found = None if coarse is None else self._judge.choice(frames, "whole", coarse)
-        self._costs[pair] = np.inf if found is None else found.cost
-        return found
+        if pair not in self._compared:
+            frames = self._sides[0][pair[0]], self._sides[1][pair[1]]
+            most = HOPELESS * min(self.judge.least_cost, LOST)
+            coarse = coarse_map(frames[0].outline, frames[1].outline, self.judge.settings, most=most)
+            self._compared[pair] = None if coarse is None else self.judge.choice(frames, "whole", coarse)
+        return self._compared[pair]
+
+    def starts_above(self, cost: float) -> bool:
+        """Return whether both pairs of frames that descents start from cost more: neither is worth descending from."""
+        return all(self._cost(self.attempt(pair)) > cost for pair in ((0, 0), self._hulls))
 
     def descents(self) -> Iterator[Choice]:
-        """Yield the choices that two descents look at.
+        """Yield the choices that two descents look at, each once, but for the tightest pair.
 
         One opens frames, from both hulls on, which are compared fastest; the other closes them further, from the
         tightest pair on. One alone often misses the best pair: closing a part of a gap may cost more than closing all
         of it.
         """
-        hulls = len(self._sides[0]) - 1, len(self._sides[1]) - 1
-        for start, step in ((hulls, -1), ((0, 0), 1)):
+        last, passed = self._hulls, {(0, 0)}
+        for start, step in ((last, -1), ((0, 0), 1)):
             best, at = start, None
             while best != at:
                 at = best  # its own cost is compared, too, so that a descent ends where no neighbour is cheaper
                 neighbours = [
                     (i, j)
                     for i, j in (at, (at[0], at[1] + step), (at[0] + step, at[1]))
-                    if 0 <= i <= hulls[0] and 0 <= j <= hulls[1]
+                    if 0 <= i <= last[0] and 0 <= j <= last[1]
                 ]
                 for pair in neighbours:
                     if self._is_given_up(at):
                         break
-                    found = self.attempt(pair) if pair not in self._costs else None
-                    if found is not None:
+                    found = self.attempt(pair)
+                    if found is not None and pair not in passed:
                         yield found
-                best = min(neighbours, key=lambda pair: self._costs.get(pair, np.inf))
+                    passed.add(pair)
+                best = min(neighbours, key=lambda pair: self._cost(self._compared.get(pair)))
+
+    @staticmethod
+    def _cost(choice: Choice | None) -> float:
+        """Return the cost of what was compared; infinite where no map was found."""
+        return np.inf if choice is None else choice.cost
 
     def _is_given_up(self, pair: tuple[int, int]) -> bool:
         """Whether a pair of frames has a map that costs so much that its neighbours are not looked at."""
-        cost = self._costs.get(pair, np.inf)
-        return bool(GIVEN_UP * self._judge.least_cost < cost < np.inf)
+        cost = self._cost(self._compared.get(pair))
+        return bool(GIVEN_UP * self.judge.least_cost < cost < np.inf)
 
 
 def _of_area_one(map: MeshMap) -> tuple[Complex, Complex, Index]:

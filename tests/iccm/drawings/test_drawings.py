@@ -246,6 +246,19 @@ def test_a_descent_that_costs_much_more_than_the_best_is_given_up(monkeypatch):
     assert len(shorter) < len(longer) and min(shorter) == min(longer)
 
 
+def test_joined_frames_that_cost_much_more_than_paired_parts_are_not_looked_for(monkeypatch):
+    hook = Drawing(shapely.MultiPolygon([HOOK, shapely.box(10, 0, 11, 9)]))
+    apart = Drawing(shapely.MultiPolygon([HOOK, shapely.box(16, 0, 17, 12)]))
+    settings = settings_of(Options())
+    found = choices(hook, apart, settings, pair_parts=True)
+    monkeypatch.setattr(choice, "GIVEN_UP", np.inf)
+    compared = choices(hook, apart, settings, pair_parts=True)
+    assert len(found) == 1 < len(compared)
+    for best in (found[0], compared[0]):
+        assert best.cost == found[0].cost and len(best.pairs) == 2
+    assert min(other.cost for other in compared[1:]) > best.cost
+
+
 def test_fit_frame_leaves_no_part_out_and_others_note_what_they_leave_out():
     part = shapely.union(shapely.box(0, 0, 6, 5), shapely.box(20, 1, 21, 2.5))  # 5 % lies far away
     source, target = Drawing(part), Drawing(shapely.Polygon([(0, 0), (9, 1), (8, 6), (1, 5)]))
