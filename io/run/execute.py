@@ -11,7 +11,7 @@ from ... import progress
 from ...errors import InputError
 from ...progress import Listener
 from .. import files, formats, references
-from . import earlier, outputs, parts, report
+from . import earlier, outputs, parts, report, texture
 from .constraints import add_names, go_on, solve
 from .job import Job, Outcome
 from .outputs.output import Output
@@ -60,10 +60,13 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases, dry: bool, a
     if dry:
         outputs.tell_share(run)
         return Outcome(True, "", {}, tuple(name for name in job.outputs if name != "-"), tuple(run.notes))
-    if any(output.samples for output in wanted):
+    sampled = any(output.samples for output in wanted)
+    if sampled:
         run.begin("sampler")
     solve_pairs(run)
     outputs.tell_share(run)
+    if sampled and len(run.fits) == 1:
+        run.note(*texture.notes_on_lines(job, run.source, run.fits[0]))
     run.begin("fit_report")
     found = list[OutputReport]()
     with files.together(), ExitStack() as stack:

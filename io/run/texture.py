@@ -14,6 +14,7 @@ from ...arrays import Box, Complex
 from ...curve import polygon_of
 from ...drawings.drawing import Drawing
 from ...errors import InputError
+from ...maps.summary import WELL_SEEN
 from ...plane import bounding_box
 from .. import formats
 from ..spec import Spec
@@ -39,6 +40,8 @@ RENDERED_BYTES = (
 )
 MOST_STRETCHED = 0.98
 """Of the source: the rest may be stretched more, and is then shown with fewer texels than pixels."""
+MOST_PAINTED_BY_LINES = 1 / 3
+"""Of its convex hull: a drawing that paints less is drawn with lines."""
 CELL_PIXELS = 128  # a side of a square of the checkerboard
 KEPT = 1 << 24  # numbers of a picture that is kept for the next job (by hand)
 
@@ -82,6 +85,20 @@ def on_paper(job: Job, source: Shape) -> bool:
         and job.target is not None
         and job.kind == "colour"
     )
+
+
+def notes_on_lines(job: Job, source: Shape, fit: Fit) -> list[str]:
+    """Return a note where a drawing of lines is its own picture, and much of it is hidden: a thin target shows short
+    pieces of lines, by which nobody recognises the drawing."""
+    if source.ink is None or fit.seen is None or not shows_itself(job, source):
+        return []
+    painted = source.ink.region.area / source.ink.hull_region.area
+    if fit.seen.hidden <= 1 - WELL_SEEN or painted >= MOST_PAINTED_BY_LINES:
+        return []
+    return [
+        f"{source.spec}: drawn with lines, of which the target shows only short pieces; show the drawing in a "
+        "wider target, or use --texture with a picture that has areas of colour, or --texture checker"
+    ]
 
 
 def drawing_of(job: Job, source: Shape) -> Path | None:

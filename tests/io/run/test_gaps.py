@@ -85,3 +85,25 @@ def test_a_drawing_of_one_colour_shows_itself_on_paper_where_texture_names_it(ic
     assert "checkerboard" not in report["pixels"] and not any("colour" in note for note in report["notes"])
     left, middle = (pixels[pixels.shape[0] // 2, round(share * pixels.shape[1])] for share in (0.1, 0.44))
     assert left[0] > left[2] + 80 and middle[:3].min() > 200
+
+
+ARROWS = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 90 60"><g fill="none" stroke-width="{width}">
+  <path d="M5 10L85 14M70 4L85 14L74 26" stroke="#c01818"/><path d="M8 50L80 40M10 22L60 32" stroke="#1830a0"/>
+</g></svg>"""
+COMB = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 90 60">
+  <path d="M4 2h4v48h16V2h4v48h16V2h4v48h16V2h4v56H4z"/></svg>"""
+
+
+@pytest.mark.parametrize(
+    ("width", "target", "noted"), [(2, "comb", True), (2, "plate", False), (14, "comb", False)]
+)
+def test_a_note_says_where_a_thin_target_shows_pieces_of_lines(iccm, files, width, target, noted):
+    Path("arrows.svg").write_text(ARROWS.format(width=width))
+    Path("comb.svg").write_text(COMB)
+    done = iccm("map", "arrows.svg", f"{target}.svg", "-o", "out.png", "--size", "90")
+    assert done.code == 0, done.err
+    assert ("arrows.svg: drawn with lines" in done.err and "--texture checker" in done.err) == noted
+    plain = iccm(
+        "map", "arrows.svg", f"{target}.svg", "-o", "checked.png", "--size", "90", "--texture", "checker"
+    )
+    assert plain.code == 0 and "drawn with lines, of which" not in plain.err
