@@ -15,6 +15,7 @@ curves     pieces of curves, their polylines, and those with fewer vertices
 batches    many pieces at once
 fill       the regions that a fill paints
 strokes    the regions that lines paint, and silhouettes
+gaps       small gaps in lines, which the eye closes
 painted    what a whole drawing paints, closed lines filled where lines draw it
 clips      what clip paths and masks leave
 crossings  crossing lines, counted up to a limit

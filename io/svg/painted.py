@@ -1,13 +1,14 @@
 """The area that a whole drawing paints: fills, strokes, and what lines enclose where lines alone draw it."""
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 import shapely
 
 from ...polygons import fill_holes, unite
 from .fill import DRAWN_SHARE, has_body, with_lines_filled
+from .gaps import bridges
 from .strokes import Fills, Seen, areas, width_of
 from .tree import Node
 
@@ -40,11 +41,12 @@ def painted_areas(
 
     Returns:
         The ink, as drawn: all fills, and strokes where they can be seen. And the painted area: the same, where closed
-        lines are filled if the drawing is made of lines.
+        lines, small gaps in them closed, are filled if the drawing is made of lines.
 
     Raises:
         InputError: a malformed width, or lines that cross too often.
     """
+    shapes = list(shapes)
     fills, strokes = areas(shapes, cut, filled)
     fills = unite([fills, *pictures])
     if not strokes:
@@ -55,13 +57,21 @@ def painted_areas(
     extent = _longer_side(both)
     widths = [width_of(drawn) * math.sqrt(abs(drawn.affine.determinant)) for drawn, _ in strokes]
     lines = max(widths) <= LINE_WIDTH_SHARE * extent
-    enclosed = fill_holes(both)
+    closed = fill_holes(_without_gaps(every, shapes, extent)) if lines else every
+    enclosed = fill_holes(unite([both, closed]))
     if lines and fills.area < DRAWN_SHARE * enclosed.area:
-        filled = unite([with_lines_filled(fills), fill_holes(every)]) if has_body(enclosed) else both
-        return _thinned(both, extent), _thinned(filled, extent)
+        whole = unite([with_lines_filled(fills), closed]) if has_body(enclosed) else both
+        return _thinned(both, extent), _thinned(whole, extent)
     visible = [area for (_, area), width in zip(strokes, widths) if width >= VISIBLE_WIDTH_SHARE * extent]
     ink = _thinned(both if len(visible) == len(strokes) else unite([fills, *visible]), extent)
     return ink, with_lines_filled(ink)
+
+
+def _without_gaps(lines: shapely.Geometry, shapes: Sequence[Seen], extent: float) -> shapely.Geometry:
+    """Return what lines paint with small gaps closed, where they enclose something by that."""
+    closed = unite([lines, *bridges(shapes, extent)])
+    holes, before = (shapely.area(fill_holes(area)) - area.area for area in (closed, lines))
+    return closed if holes > before else lines
 
 
 def _thinned(area: shapely.Geometry, extent: float) -> shapely.Geometry:

@@ -484,6 +484,45 @@ def test_closed_lines_are_filled_where_lines_draw(tmp_path):
     assert ring.painted.area == pytest.approx(np.pi * (25**2 - 15**2), rel=1e-3)
 
 
+LINE = '<path d="{}" fill="none" stroke="red" stroke-width="2"/>'
+
+
+@pytest.mark.parametrize(
+    ("paths", "closed"),
+    [
+        (["M11 40L50 10L90 40V90H10V42"], True),  # a pen's stroke that misses its start at a corner
+        (["M30 90H10V40L50 10L90 40V90H32"], True),  # and on a straight line
+        (["M30 90H10V40L50 10", "M52 11L90 40V90H32"], True),  # two strokes, two gaps
+        (["M30 90H10V40L50 10L90 40V90H37"], False),  # the gap is wider than a thirty-second of the drawing
+        (["M10 40L50 10L90 40V90H10V50"], False),
+        (["M30 90H10V40L50 10L90 40V90H32V88"], False),  # the last line leads away from the first
+        (["M10 10H90", "M10 13.5H90", "M10 17H90"], False),  # ends beside each other
+    ],
+)
+def test_small_gaps_in_lines_are_closed(tmp_path, paths, closed):
+    body = "".join(map(LINE.format, paths))
+    found = drawn(tmp_path, body)
+    assert (found.painted.area > 4000) == closed and found.ink.area < 800
+    if closed:
+        assert found.painted.geom_type == "Polygon" and not found.painted.interiors
+        assert found.painted.covers(found.ink.buffer(-1e-6))
+    else:
+        assert found.painted.equals(found.ink)
+    # what is not drawn is no line, also where its ends are near
+    if closed:
+        assert (
+            drawn(tmp_path, body.replace('red"', 'none"') + '<rect width="5" height="5"/>').painted.area == 25
+        )
+
+
+def test_a_gap_is_as_wide_as_the_line_where_that_is_thick(tmp_path):
+    ring = '<path d="M{} A30 30 0 1 0 {}" fill="none" stroke="red" stroke-width="8" stroke-linecap="{}"/>'
+    for half, cap, closed in [(4, "butt", True), (5, "butt", False), (7, "round", True), (9, "round", False)]:
+        y = 50 - (30**2 - half**2) ** 0.5
+        found = drawn(tmp_path, ring.format(f"{50 - half} {y}", f"{50 + half} {y}", cap))
+        assert (found.painted.area > 3000) == closed, (half, cap)
+
+
 def test_a_figure_of_open_lines_keeps_them(tmp_path):
     head = '<circle cx="40" cy="20" r="9"/>'
     limbs = '<path d="M40 30V55L20 90M40 55L70 85M10 45H75"/>'

@@ -1,0 +1,95 @@
+"""Small gaps in lines: ends of strokes that almost meet, so that the eye sees a closed outline."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from ...arrays import Complex, xy_of
+from ...plane import distinct
+from .strokes import CAPS, Seen, width_of
+from .tree import Node
+
+GAP_SHARE = 1 / 32
+"""Of the longer side of the drawing: the widest gap that is closed, as in pencil drawings that were photographed; or as
+wide as the line, where that is more."""
+MOST_TURNED_DEGREES = 75
+"""From the direction in which a line ends: a gap that lies to its side, as between the ends of two bars, is none. At a
+corner of 30 degrees both lines end 75 degrees away from the gap."""
+MOST_ENDS = 2000  # a drawing with more is a hatching, in which ends are near others by chance
+
+
+@dataclass(frozen=True)
+class _End:
+    """The end of an open stroke.
+
+    Attributes:
+        place: where the line ends, in the root's units.
+        way: the direction in which it ends, of length one.
+        width: of the stroke.
+        cap: by how much the stroke reaches beyond the end.
+    """
+
+    place: complex
+    way: complex
+    width: float
+    cap: float
+
+
+def bridges(shapes: Sequence[Seen], extent: float) -> list[shapely.Geometry]:
+    """Return the areas that close small gaps between ends of strokes, each as wide as the thinner stroke.
+
+    A gap is closed if what is seen of it is no longer than `GAP_SHARE` of the drawing or than the line is wide, and if
+    it continues both lines, within `MOST_TURNED_DEGREES`. The shortest gaps are closed first, and each end once.
+
+    Args:
+        shapes: with their runs in the root's units.
+        extent: the longer side of the drawing.
+    """
+    ends = [end for drawn, runs in shapes for run in runs if not run.closed for end in _ends(drawn, run.z)]
+    if not 2 <= len(ends) <= MOST_ENDS:
+        return []
+    places = np.array([end.place for end in ends])
+    reach = max(GAP_SHARE * extent, max(end.width for end in ends)) + 2 * max(end.cap for end in ends)
+    points = shapely.points(xy_of(places))
+    first, second = shapely.STRtree(points).query(points, predicate="dwithin", distance=reach)
+    pairs = [(i, j) for i, j in zip(first.tolist(), second.tolist()) if i < j]
+    pairs.sort(key=lambda pair: abs(places[pair[0]] - places[pair[1]]))
+    taken = set[int]()
+    found = []
+    for i, j in pairs:
+        if not taken & {i, j} and _continue_each_other(ends[i], ends[j], extent):
+            taken |= {i, j}
+            line = shapely.LineString(xy_of(places[[i, j]]))
+            found.append(shapely.buffer(line, min(ends[i].width, ends[j].width) / 2))
+    return found
+
+
+def _ends(drawn: Node, z: Complex) -> list[_End]:
+    """Return both ends of an open run of a shape; none of a run without length."""
+    z = distinct(z, closed=False)
+    if z.size < 2:
+        return []
+    width = width_of(drawn) * math.sqrt(abs(drawn.affine.determinant))
+    cap = width / 2 if drawn.properties.get("stroke-linecap", "") in CAPS else 0.0
+    found = []
+    for line in (z, z[::-1]):
+        far = np.abs(line - line[0]) >= width
+        back = line[far.argmax()] if far.any() else line[-1]
+        away = line[0] - back
+        if away:
+            found.append(_End(complex(line[0]), complex(away / abs(away)), width, cap))
+    return found
+
+
+def _continue_each_other(one: _End, other: _End, extent: float) -> bool:
+    """Return whether the gap between two ends is small, and continues both lines."""
+    gap = other.place - one.place
+    if abs(gap) - one.cap - other.cap > max(GAP_SHARE * extent, min(one.width, other.width)):
+        return False
+    least = math.cos(math.radians(MOST_TURNED_DEGREES)) * abs(gap)
+    return (gap * one.way.conjugate()).real >= least and (-gap * other.way.conjugate()).real >= least
