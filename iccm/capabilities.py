@@ -47,7 +47,8 @@ FIELD = Capability(
     elsewhere="only works with the balanced method between planar outlines",
     partial=False,
 )
-PIN_SETTINGS = "radius, tolerance, turn and scale of a pin"
+PATCHES = "radius and tolerance of a pin"
+PATCH_DERIVATIVES = "turn and scale of a pin"
 STROKE_WIDTHS = "width of a stroke"
 ONE_SIDE = "rigid regions can be given on one side only; remove one of the two options"
 BETWEEN_SURFACES = "rigid regions are not supported between two surfaces; use pins instead"
@@ -89,18 +90,14 @@ CAPABILITIES: dict[str, Capability] = {
         "rigid, regions of the source",
         dict.fromkeys(("importance", "size_map"), "cannot be combined with importance or size_map"),
     ),
-    PIN_SETTINGS: Capability(
+    PATCHES: Capability(BALANCED, "are for the balanced method"),
+    PATCH_DERIVATIVES: Capability(
         BALANCED,
         "are for the balanced method",
         kinds=("plane",),
-        elsewhere="are for pins of the plane; pins on meshes are exact",
+        elsewhere="are for pins between drawings; leave them out on meshes",
     ),
-    STROKE_WIDTHS: Capability(
-        BALANCED,
-        "is for the balanced method",
-        kinds=("plane",),
-        elsewhere="is for strokes of the plane, not on meshes",
-    ),
+    STROKE_WIDTHS: Capability(BALANCED, "is for the balanced method"),
     "importance": FIELD,
     "size_map": FIELD,
     "start": Capability(BALANCED, "needs the balanced method"),

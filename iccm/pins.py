@@ -178,8 +178,12 @@ class Softness:
     @property
     def is_given(self) -> Flags:
         """(k,) whether anything but exactness is said of a pin."""
-        given = np.stack([self.tolerances, self.rotations, self.scales])
-        return ~np.isnan(given).all(axis=0) | (self.radii > 0)
+        return ~np.isnan(self.tolerances) | (self.radii > 0) | self.has_derivative
+
+    @property
+    def has_derivative(self) -> Flags:
+        """(k,) whether the rotation or the size of a patch is given."""
+        return ~np.isnan(self.rotations) | ~np.isnan(self.scales)
 
 
 def choose_radii(

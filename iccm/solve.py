@@ -435,7 +435,9 @@ def _given(problem: Problem, start: TriangulatedMap | None) -> set[str]:
     if any(problem.stroke_widths):
         given.add(capabilities.STROKE_WIDTHS)
     if problem.softness.is_given.any():  # exactness is what ends of strokes that stick have with every method
-        given.add(capabilities.PIN_SETTINGS)
+        given.add(capabilities.PATCHES)
+    if problem.softness.has_derivative.any():
+        given.add(capabilities.PATCH_DERIVATIVES)
     return given if start is None else given | {"start"}
 
 

@@ -18,6 +18,7 @@ from ..balanced.model.discrete_map import DiscreteMap
 from ..balanced.model.mesh_map import MeshMap
 from ..balanced.model.settings import Solution
 from ..balanced.search import final_mesh, multilevel
+from ..balanced.search.levels import FINE_POWER, Level
 from ..balanced.search.unit_problem import UnitProblem
 from ..balanced.search.warm_start import continue_from
 from ..maps.triangulated.map import TriangulatedMap
@@ -32,6 +33,10 @@ from .target_mesh_map import OwnMap, on_own_mesh
 SURE_ENERGY = (
     1.3  # energy of a map of surfaces that are alike from which down no other is looked for, by hand
 )
+MOST_SLIDES, WORTHWHILE_SLIDE = (
+    4,
+    1e-3,
+)  # times the boundary slides to rest, and the relative decrease that is worth one
 NEWTON_STEPS, LEAST_DECREASE = 40, 1e-3  # of Newton's method in space, and the relative decrease that ends it
 
 
@@ -55,6 +60,8 @@ def solve(problem: Problem, options: Options, layouts: Layouts, start: Triangula
         map = replace(found.map, bulge=np.zeros(len(found.map.edges.ends), complex))
     else:
         map = fit.straighten_lines(found.map, found.lines)
+    soft_pins, softness = asked.soft_pins
+    found = replace(found, soft_pins=soft_pins, softness=softness)
     laid = None
     if asked.regions:
         outlines, flat = rigid.laid_by_themselves(
@@ -67,6 +74,7 @@ def solve(problem: Problem, options: Options, layouts: Layouts, start: Triangula
     result = replace(result, layouts=layouts)
     if asked.regions:
         fit.check_sizes(result, options.rigid_size)
+    result.notes.extend(fit.soft_pin_notes(map, soft_pins))
     if not (len(asked.points) or problem.strokes) or all(layouts):
         result.notes.extend(fit.stretch_notes(result.distortion))
     return result
@@ -177,7 +185,33 @@ def _on_own(asked: SurfaceProblem, state: MeshMap) -> OwnMap:
     level = final_mesh.final_level(problem, asked.settings)
     own = on_own_mesh(asked.sides[::step], asked.frames[::step], level, state)
     with suppress(OutOfTime):
-        return _descended(asked, own)
+        own = _descended(asked, own)
+        if own.state.energy.pins is not None and asked.sides[not asked.onto].even is None:
+            own = _slid(asked, own, level)
+    return own
+
+
+def _slid(asked: SurfaceProblem, own: OwnMap, level: Level) -> OwnMap:
+    """The map on the own triangles of one side, its boundary slid to rest.
+
+    Corners of the other side's outline are images of vertices, which keeps these from sliding. The outline's place then
+    comes from coarser meshes; that is not close enough where nothing but weak springs says how the map is rotated. So
+    they slide past the corners, and the mesh is made anew with vertices where the corners have come to be.
+
+    Raises:
+        OutOfTime: the time for the search is over.
+    """
+    step = -1 if asked.onto else 1
+    for _ in range(MOST_SLIDES):
+        slid = own.state.forward(FINE_POWER, NEWTON_STEPS, final_mesh.LAST_DECREASE_WITH_PINS, corners=False)
+        try:
+            other = on_own_mesh(asked.sides[::step], asked.frames[::step], level, slid)
+        except Stuck:
+            break
+        other = _descended(asked, other)
+        if not other.state.value < (1 - WORTHWHILE_SLIDE) * own.state.value:
+            break
+        own = other
     return own
 
 
@@ -193,10 +227,12 @@ def _descended(asked: SurfaceProblem, own: OwnMap) -> OwnMap:
         begun = own.state.relaxed()
         return replace(own, state=final_mesh.meet_bounds(begun, settings, journal))
     begun = replace(own.state, ground=ground_of(other, asked.frames[not asked.onto]))
-    first = begun.forward(1.0, NEWTON_STEPS, LEAST_DECREASE)
+    soft = begun.energy.pins is not None
+    decrease = final_mesh.LAST_DECREASE_WITH_PINS if soft else LEAST_DECREASE
+    first = begun.forward(1.0, NEWTON_STEPS, decrease)
     journal.energies.append(first.value)
     state = final_mesh.meet_bounds_by(
-        lambda state, q: state.forward(q, NEWTON_STEPS, LEAST_DECREASE), first, settings
+        lambda state, q: state.forward(q, NEWTON_STEPS, decrease), first, settings
     )
     return replace(own, state=state, energy=first.value)
 

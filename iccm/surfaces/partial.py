@@ -22,6 +22,8 @@ def solve(problem: Problem, options: Options, layouts: Layouts) -> Fit | None:
     """
     asked = SurfaceProblem.of(problem, options, layouts)
     found = _solve(asked)
+    soft_pins, softness = asked.soft_pins
+    found = replace(found, soft_pins=soft_pins, softness=softness)
     result = fit.result_of(problem, found, found.map, (asked.holes, asked.points), asked.settings, drawn=True)
     if fit.loses_too_much(result, options):
         return None
@@ -35,7 +37,8 @@ def _solve(asked: SurfaceProblem) -> Solution:
     points = np.concatenate([pins.inner, pins.outer])
     strokes = [(stroke.source, stroke.target) for stroke in pins.strokes]
     outlines = sides[0].solved[0], sides[1].solved[0]
-    found = method.solve(*outlines, asked.settings, points, strokes, asked.inner_holes)
+    softness = asked.inner_softness
+    found = method.solve(*outlines, asked.settings, points, strokes, asked.inner_holes, softness=softness)
     map = found.map
     z, u = (side.outward(w, side.is_on(w)) for side, w in zip(sides, (map.source, map.image)))
     for name, w in (("source", z), ("image", u)):

@@ -1,11 +1,13 @@
 """A problem with a surface on either side, checked, and where it is solved: in unit coordinates of even layouts."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from ..arrays import Complex
+from ..arrays import Complex, Index, Real
+from ..balanced.constraints.soft import PinnedPatches, bands_of, patches_of
 from ..balanced.constraints.validate import Pins, check
 from ..balanced.fit import settings_of
 from ..balanced.holes.given import Holes, named_partners, unequal
@@ -14,8 +16,10 @@ from ..balanced.model.metric import LaidMetric
 from ..balanced.model.settings import Settings, SolveLog
 from ..balanced.search import multilevel
 from ..balanced.search.unit_problem import UnitProblem
+from ..curve import Curve
 from ..meshes.flatten import Flattening
 from ..options import Options
+from ..pins import Softness
 from ..plane import Similarity
 from ..problem import Problem
 from .side import Side
@@ -32,7 +36,11 @@ class SurfaceProblem:
         sides: source and target.
         holes: of both, in the user's planes.
         points: (k, 2) the pins that are in no hole, in the same way.
+        numbers: (k,) of these among all pins.
+        softness: of these, in the same way; all exact where the map is to be held exactly.
         pins: these and strokes, checked, in the same way.
+        strokes: as given, in the same way.
+        stroke_widths: of the bands around these that keep their form; empty for none.
         regions: rigid ones, polygons in the plane of the surface.
         settings: what is asked of the map.
         journal: what happened.
@@ -41,7 +49,11 @@ class SurfaceProblem:
     sides: tuple[Side, Side]
     holes: Holes
     points: Complex
+    numbers: Index
+    softness: Softness
     pins: Pins
+    strokes: Sequence[tuple[Curve, Curve]]
+    stroke_widths: Sequence[float]
     regions: tuple[Complex, ...]
     settings: Settings
     journal: SolveLog
@@ -60,7 +72,25 @@ class SurfaceProblem:
         sides = Side.of((source, *holes.source), layouts[0]), Side.of((target, *holes.target), layouts[1])
         journal = SolveLog(notes=[*unequal(holes), *pins.notes])
         regions = problem.rigid or problem.rigid_target
-        return cls(sides, holes, points, pins, regions, settings_of(options), journal)
+        softness = problem.softness.of_pins(numbers)
+        if options.exact_pins or regions:  # pins in a rigid region say how it moves
+            softness = Softness.exact(len(points))
+        elif all(layouts):  # pins between surfaces are landmarks, which were measured
+            radii = np.where(softness.is_given, softness.radii, 0.0)
+            softness = replace(softness, radii=radii)
+        return cls(
+            sides,
+            holes,
+            points,
+            numbers,
+            softness,
+            pins,
+            problem.strokes,
+            problem.stroke_widths,
+            regions,
+            settings_of(options),
+            journal,
+        )
 
     @property
     def as_given(self) -> "SurfaceProblem":
@@ -95,6 +125,45 @@ class SurfaceProblem:
         return replace(self.pins, inner=inner, outer=outer, strokes=strokes)
 
     @cached_property
+    def inner_softness(self) -> Softness:
+        """Of all pins of `inner_pins`, the ones inside before those on the outlines, where the problem is solved."""
+        inside = self.pins.inner
+        numbers = np.array([np.flatnonzero(self.points[:, 0] == here)[0] for here in inside[:, 0]], np.int64)
+        scaled = _scaled(self.softness.of_pins(numbers), *self._scales(inside))
+        return Softness.exact(self.pins.count).with_pins(np.arange(len(inside)), scaled)
+
+    @cached_property
+    def inner_bands(self) -> tuple[tuple[Curve, float], ...]:
+        """The bands around strokes that keep their form, where the problem is solved."""
+        source = self.sides[0]
+        return tuple(
+            (source.curve_inward(line), width * float(source.scale_inward(line.z).mean()))
+            for line, width in bands_of(self.strokes, self.stroke_widths)
+        )
+
+    @cached_property
+    def patches(self) -> PinnedPatches:
+        """The soft ones among the pins where the problem is solved."""
+        pins, (source, target) = self.inner_pins, (side.solved[0] for side in self.sides)
+        points = np.concatenate([pins.inner, pins.outer])
+        return patches_of(
+            source, target, self.inner_holes.sides, points, self.inner_softness, pins, bands=self.inner_bands
+        )
+
+    @property
+    def soft_pins(self) -> tuple[Complex, Softness]:
+        """The soft pins (j, 2) in the user's planes, with radii and tolerances as they were chosen."""
+        inside = self.pins.inner
+        points = inside[self.inner_softness.is_soft[: len(inside)]]
+        here, there = self._scales(points)
+        return points, _scaled(self.patches.softness, 1 / here, 1 / there)
+
+    def _scales(self, points: Complex) -> tuple[Real, Real]:
+        """How many times as long small lengths are where the problem is solved, at points (k, 2) of both planes."""
+        here, there = (side.scale_inward(z) for side, z in zip(self.sides, points.T))
+        return here, there
+
+    @cached_property
     def frames(self) -> tuple[Similarity, Similarity]:
         """The unit coordinates of both sides."""
         source, target = (side.solved[0] for side in self.sides)
@@ -107,10 +176,24 @@ class SurfaceProblem:
         if all(side.layout for side in self.sides):  # what one plane rounds off another may magnify
             settings = replace(settings, tolerance=ROUNDED_TOLERANCE_SHARE * settings.tolerance)
         source, target = (unit_curve(frame, side.solved[0]) for side, frame in zip(self.sides, frames))
-        holes, pins = self.inner_holes.unit(frames), self.inner_pins.unit(frames)
+        patches, pins = self.patches, self.inner_pins
+        if not patches.are_none:
+            settings = replace(settings, energy=replace(settings.energy, pins=patches.unit(frames)))
+            pins = pins.without(patches.points[:, 0])
+        holes, pins = self.inner_holes.unit(frames), pins.unit(frames)
         unit = multilevel.problem_of(source, target, holes, pins, settings)
         metrics = [
             None if side.even is None else LaidMetric.of(side.even, frame)
             for side, frame in zip(self.sides, frames)
         ]
         return unit._replace(metrics=(metrics[0], metrics[1]))
+
+
+def _scaled(softness: Softness, here: Real, there: Real) -> Softness:
+    """Return softness (k,) of planes in which lengths are as many times as long, of the source's and the target's."""
+    return replace(
+        softness,
+        radii=here * softness.radii,
+        tolerances=there * softness.tolerances,
+        limits=there * softness.limits,
+    )

@@ -5,12 +5,13 @@ from functools import cached_property
 
 import numpy as np
 
-from ..arrays import Complex, Flags, Index
+from ..arrays import Complex, Flags, Index, Real
 from ..balanced.constraints.validate import ON_OUTLINE_SHARE
 from ..curve import Curve
 from ..flattening import even_layout
 from ..meshes.flatten import Flattening
 from ..meshes.locate import Locator
+from ..plane import triangle_areas
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,6 +86,15 @@ class Side:
             return z
         on = _is_near(Curve(self.layout.flat[self.loops[0]]), z)
         return _transfer(self.layout, self.own, self.loops[0], z, on)
+
+    def scale_inward(self, z: Complex) -> Real:
+        """Return how many times as long small lengths at points (p,) of the user's plane are where it is solved."""
+        if self.layout is None or self.own is self.layout:
+            return np.ones(z.size)
+        face, _ = Locator(self.layout)(z, 1)
+        corners = self.layout.patch.faces[face]
+        areas = [np.abs(triangle_areas(flat[corners])) for flat in (self.own.flat, self.layout.flat)]
+        return np.sqrt(areas[0] / areas[1])
 
     def is_on(self, z: Complex) -> Flags:
         """(n,) which points of where the problem is solved are on the outer outline."""

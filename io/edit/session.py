@@ -364,7 +364,7 @@ class Session:
 
     def _softness(self, settings: Sequence[dict[str, float]]) -> Softness | None:
         """How pins hold what is around them, of what is said of each beside its places; None where all are exact."""
-        if self.job.exact_pins or self.source.is_mesh or self.target.is_mesh:
+        if self.job.exact_pins or (self.source.is_mesh and self.target.is_mesh):
             return None
         return Softness.of([SoftPin(0, 0, **each) for each in settings])
 
@@ -396,7 +396,9 @@ class Session:
         drawn = self.image_of(solved.maps)
         said = figures(report) | self._regions(solved.fit, report), wrong, drawn, chosen.alternative
         shown = MapUpdate("full", status.ok, verdict(status, report, deformed=self.deforming), *said)
-        shown = replace(shown, patches=_patches(scene, solved.pins, solved.fit.pins, solved.fit.softness))
+        shown = replace(
+            shown, patches=self._patches(scene, solved.pins, solved.fit.pins, solved.fit.softness)
+        )
         self._choices[scene.key] = chosen
         if self.scene is scene:  # else something is being dragged again, from the map as it was then
             self._fit, self._maps, self._live = solved.fit, solved.maps, None
@@ -425,7 +427,7 @@ class Session:
         self._maps = [map]
         pins = placed.pins
         softness = softness_of(pins, live.patches.points, live.patches.softness)
-        found = replace(found, patches=_patches(scene, pins, pins, softness))
+        found = replace(found, patches=self._patches(scene, pins, pins, softness))
         gap = np.abs(map(pins[:, 0]) - pins[:, 1])
         far = gap > FOLLOWED_LIMITS * softness.limits
         missed = np.where(softness.is_soft, far, ~live.met & (gap > MISSED * self.target.curve.diagonal))
@@ -454,7 +456,7 @@ class Session:
             "" if met else "The pin is not there yet: the shape follows as far as possible without folds."
         )
         outlines = self._outlines(solved.fit)
-        patches = _patches(scene, solved.pins, solved.fit.pins, solved.fit.softness)
+        patches = self._patches(scene, solved.pins, solved.fit.pins, solved.fit.softness)
         return MapUpdate(
             "coarse", met, message, figures(report), wrong, drawn, outlines=outlines, patches=patches
         )
@@ -541,26 +543,31 @@ class Session:
                 check_inside(shape, f"stroke {number + 1}: point", list(stroke[side].z))
         return PlacedConstraints(pins, strokes, found.settings, found.stroke_widths)
 
+    def _patches(
+        self, scene: Scene, pins: Complex, known: Complex, softness: Softness | None
+    ) -> list[dict[str, float] | None]:
+        """The radius and the tolerance of each soft pin of a scene, in the units of the files; None for exact ones.
 
-def _patches(
-    scene: Scene, pins: Complex, known: Complex, softness: Softness | None
-) -> list[dict[str, float] | None]:
-    """The radius and the tolerance of each soft pin of a scene, in the units of the files; None for exact ones.
-
-    Args:
-        scene: the pins as listed.
-        pins: (k, 2) the same in the core plane, first of others.
-        known: (j, 2) those that the map has, without those in holes.
-        softness: of these; None where pins are weights.
-    """
-    if softness is None:
-        return []
-    found: list[dict[str, float] | None] = []
-    for here in pins[: len(scene.pins), 0]:
-        own = np.flatnonzero((known[:, 0] == here) & softness.is_soft)
-        values = [float(each[own[0]]) for each in (softness.radii, softness.tolerances)] if own.size else None
-        found.append(None if values is None else {"radius": values[0], "tolerance": values[1]})
-    return found
+        Args:
+            scene: the pins as listed.
+            pins: (k, 2) the same in the core plane, first of others.
+            known: (j, 2) those that the map has, without those in holes.
+            softness: of these; None where pins are weights.
+        """
+        if softness is None:
+            return []
+        target = self.source if self.deforming else self.target
+        found: list[dict[str, float] | None] = []
+        for here, there in pins[: len(scene.pins)]:
+            own = np.flatnonzero((known[:, 0] == here) & softness.is_soft)
+            if not own.size:
+                found.append(None)
+                continue
+            radius, tolerance = (float(each[own[0]]) for each in (softness.radii, softness.tolerances))
+            found.append(
+                {"radius": radius / self.source.unit_at(here), "tolerance": tolerance / target.unit_at(there)}
+            )
+        return found
 
 
 def _axis(view: PageHalf, shape: Shape) -> float | None:

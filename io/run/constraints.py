@@ -52,7 +52,8 @@ def constrain(
     for start, end, *more in job.pin:
         pairs = constraints.pairs_at(source, target, start, end)
         typed += pairs
-        settings += [more[0] if more else {}] * len(pairs)
+        said = more[0] if more else {}
+        settings += [constraints.in_the_plane(said, source, target, *pair) for pair in pairs]
     pins = np.concatenate([found.pins, np.reshape(np.array(typed, dtype=complex), (-1, 2))])
     for side, shape in enumerate((source, target) if job.target else (source,)):
         check_inside(shape, "pin", list(pins[:, side]))

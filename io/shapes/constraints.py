@@ -85,14 +85,17 @@ def collect(
     ]
     for pin in listed.all_pins if listed else []:
         pairs = pairs_at(source, target, pin.source, pin.target)
-        pins += [(*pair, pin.weight, pin.name, pin.settings) for pair in pairs]
+        pins += [
+            (*pair, pin.weight, pin.name, in_the_plane(pin.settings, source, target, *pair)) for pair in pairs
+        ]
     strokes: list[tuple] = [
         (source.strokes[name], target.strokes[name], 1.0, name, 0.0)
         for name in _common_names(source, target, "strokes")
     ]
     for number, stroke in enumerate(listed.strokes if listed else []):
         a, b = _curves(stroke, number, source, target)
-        strokes.append((a, b, stroke.weight, stroke.name, stroke.width))
+        unit = float(np.mean([source.unit_at(z) for z in a.z]))
+        strokes.append((a, b, stroke.weight, stroke.name, stroke.width * unit))
         if stroke.ends == "stick":
             pins += [(a.z[end], b.z[end], stroke.weight, stroke.name, {"radius": 0.0}) for end in (0, -1)]
     if exact and listed and any(pin.turn is not None for pin in listed.all_pins):
@@ -106,6 +109,14 @@ def collect(
         [pin[4] for pin in pins],
         [stroke[4] for stroke in strokes],
     )
+
+
+def in_the_plane(
+    settings: dict[str, float], source: Shape, target: Shape, start: complex, end: complex
+) -> dict[str, float]:
+    """Return the settings of a pin from a point to a point of the core planes, its lengths from the files' units."""
+    units = {"radius": source.unit_at(start), "tolerance": target.unit_at(end)}
+    return {name: value * units.get(name, 1.0) for name, value in settings.items()}
 
 
 def _drawn_settings(source: Shape, name: str) -> dict[str, float]:

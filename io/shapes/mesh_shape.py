@@ -20,6 +20,7 @@ from ...meshes.locate import Locator, barycentric
 from ...meshes.mesh import face_areas
 from ...meshes.surface import Surface
 from ...pixels.texture import Placing, Texture, Wrap
+from ...plane import triangle_areas
 from ..meshes.mesh_format import MeshFile
 from ..point_syntax import Place, vertex_of
 from .shape import Shape
@@ -77,6 +78,18 @@ class MeshShape(Shape):
         points, faces = self._surface
         at = np.einsum("pk,pkc->pc", np.clip(weights, 0, 1), points[faces[triangle]])
         return at.reshape(*flat.shape, 3)
+
+    def unit_at(self, z: complex) -> float:
+        """Return the length in the plane of one unit of the file, near a point of the plane; in texture coordinates
+        these are the units themselves.
+        """
+        if self.is_layout:
+            return 1.0
+        triangle, _ = self.locator(np.array([z]), 1)
+        points, faces = self._surface
+        corners = faces[triangle]
+        flat_area = np.abs(triangle_areas(self.flattening.flat[corners]))
+        return float(np.sqrt(flat_area / face_areas(points[corners]))[0])
 
     @cached_property
     def _surface(self) -> tuple[Real, Index]:

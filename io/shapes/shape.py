@@ -106,6 +106,10 @@ class Shape:
         """
         return [self.at(place)]
 
+    def unit_at(self, z: complex) -> float:
+        """Return the length in the plane of one unit of the file, near a point of the plane."""
+        return 1.0
+
     @cached_property
     def elements(self) -> dict[str, tuple[complex, float]]:
         """What its file draws inside of it, by id or label: the centroid, and the radius of a circle as large."""

@@ -89,3 +89,35 @@ def test_ends_of_strokes_that_stick_go_with_every_method(iccm, tmp_path, pair, m
     listed.write_text(json.dumps({"strokes": [stroke]}))
     missed, _ = errors(iccm, tmp_path, *pair, "--constraints", listed, "--method", method)
     assert len(missed) == 2 and max(missed) < (1e-9 if method == "balanced" else 0.2)
+
+
+def sail(folder, name, size):
+    """Write a bent sheet of 9 × 7 vertices, a `size` as large in space."""
+    lines = []
+    for row in range(7):
+        for column in range(9):
+            x, y = column / 8, row / 7
+            lines.append(f"v {size * 1.4 * x} {size * y} {size * 0.5 * x * x * (1 - y)}")
+    for row in range(6):
+        for column in range(8):
+            first = 9 * row + column + 1
+            lines.append(f"f {first} {first + 1} {first + 10} {first + 9}")
+    file = folder / f"{name}.obj"
+    file.write_text("\n".join(lines) + "\n")
+    return str(file)
+
+
+def test_lengths_of_pins_on_meshes_are_in_their_units(iccm, tmp_path, pair):
+    found = []
+    for size in (1.0, 40.0):
+        mesh, pear = sail(tmp_path, f"sail{size:g}", size), pair[1]
+        onto = f"60,45:{0.5 * size},{0.6 * size},0,r=12,tolerance={0.02 * size}"
+        from_mesh = f"v24:50,48,r={0.2 * size},tolerance=2"
+        found.append(
+            errors(iccm, tmp_path, mesh, pear, "--pin", from_mesh)[0]
+            + errors(iccm, tmp_path, pear, mesh, "--pin", onto)[0]
+        )
+    assert found[0] == pytest.approx(found[1], rel=1e-3) and min(found[0]) > 1e-5
+    mesh = sail(tmp_path, "sail", 1.0)
+    exact, said = errors(iccm, tmp_path, pair[1], mesh, "--pin", "60,45:v24", "--exact-pins")
+    assert max(exact) < 1e-9 and "exact_pins" not in said

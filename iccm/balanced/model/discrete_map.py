@@ -442,6 +442,8 @@ class DiscreteMap(MeshMap):
         gradients, areas = rest_geometry(self.z, self.u, corners, (self.metrics[0], None))
         if self.multipliers is not None:
             areas = areas * self.multipliers
+        if self.energy.pins is not None:
+            areas = areas * self.energy.pins.multipliers(self.z, self.u, corners)
         flat, flat_areas = geometry(self.z, corners)
         open = np.zeros(len(corners), bool)
         if self.weights is not None:

@@ -12,6 +12,7 @@ from ..errors import OutOfTime, Stuck, check_time
 from ..meshing.mesh import Sizes
 from ..model import mesh_sizes
 from ..model.discrete_map import EASED, EASING_STEPS, DiscreteMap
+from ..model.energy import Energy
 from ..model.measures import least_dilatations, stretches
 from ..model.mesh_map import MeshMap
 from ..model.metric import PLANES, Metrics
@@ -105,19 +106,18 @@ def on_final_mesh(
     def energy(found: MeshMap) -> float:
         return problem.energy.between(found.z, found.u, found.material, found.metrics)
 
-    decrease = LAST_DECREASE if problem.energy.pins is None else LAST_DECREASE_WITH_PINS
     found = []
     for smooth in (True, False):
         with suppress(Stuck):
             last = on_finer(final_level(problem, settings, share, smooth=smooth), state)
-            last = descend(last, FINE_POWER, journal, decrease)
+            last = descend(last, FINE_POWER, journal)
             found.append((eased(split_at_vertices(last) if smooth else last), last))
             if energy(found[-1][0]) <= KNOTTED_ENERGY_RATIO * energy(state):
                 break
     if not found:
         raise Stuck("the last mesh folds")
     best, sliding = min(found, key=lambda pair: energy(pair[0]))
-    followed = follow_pins(sliding, lambda state: descend(state, FINE_POWER, journal, decrease))
+    followed = follow_pins(sliding, lambda state: descend(state, FINE_POWER, journal))
     if followed is not sliding:
         best, sliding = eased(split_at_vertices(followed)), followed
     if not settings.bounded:
@@ -144,7 +144,7 @@ def final_level(
 
 
 def meet_bounds(
-    state: DiscreteMap, settings: Settings, journal: SolveLog, decrease: float = LAST_DECREASE
+    state: DiscreteMap, settings: Settings, journal: SolveLog, decrease: float | None = None
 ) -> DiscreteMap:
     """The converged map with its worst stretch lowered, and the bounds asked for met; for `decrease` see `descend`."""
     return meet_bounds_by(lambda state, q: descend(state, q, journal, decrease), state, settings)
@@ -195,12 +195,18 @@ def follow_pins(state: DiscreteMap, descent: Callable[[DiscreteMap], DiscreteMap
     return state
 
 
-def descend(state: DiscreteMap, q: float, journal: SolveLog, decrease: float = LAST_DECREASE) -> DiscreteMap:
-    """The map on the last mesh after Newton's steps, until they gain less than `decrease`; a note where they do not
-    settle.
+def last_decrease(energy: Energy) -> float:
+    """Return the relative decrease that ends Newton's method on the last mesh."""
+    return LAST_DECREASE if energy.pins is None else LAST_DECREASE_WITH_PINS
+
+
+def descend(state: DiscreteMap, q: float, journal: SolveLog, decrease: float | None = None) -> DiscreteMap:
+    """The map on the last mesh after Newton's steps, until they gain less than `decrease`, by default that of
+    `last_decrease`; a note where they do not settle.
 
     Thin triangles beside the outline are in the way of its sliding past corners: the inside alone widens them.
     """
+    decrease = last_decrease(state.energy) if decrease is None else decrease
     before = np.inf
     for _ in range(LAST_ROUNDS):
         state = state.forward(q, LAST_STEPS, decrease, corners=True)

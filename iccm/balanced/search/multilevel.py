@@ -26,7 +26,6 @@ from .circle_domains import circle_starts
 from .final_mesh import (
     FINE_EXACTNESS,
     FINEST_FOLDS,
-    LAST_DECREASE,
     STEEPEST_FINE,
     TRIANGLES_PER_AREA,
     final_level,
@@ -165,7 +164,7 @@ def solve_from(
     kept = warm_start.met_on_its_mesh(level, start)
     # where other sizes are asked for, or pins may have moved, it has to move
     resting = kept is not None and settings.metric is None and settings.energy.pins is None
-    decrease = warm_start.AT_REST_DECREASE if resting else LAST_DECREASE
+    decrease = warm_start.AT_REST_DECREASE if resting else None
     try:
         state = kept or warm_start.continue_from(level, start)
     except Stuck:
