@@ -45,6 +45,9 @@ LAST_DECREASE_WITH_PINS = 1e-5
 
 STIFFENINGS, MOST_STIFFENED = 8, 10.0
 """Rounds of stiffer springs for pins that miss, and the largest factor of a round."""
+BLOCKED_MISS, BLOCKED_ENERGY = 0.95, 2.0
+"""Of the miss before a round of stiffer springs, and of the energy before all rounds. A pin that stays farther away
+while its spring costs more is held by the outline or by other pins, and stiffer springs would not bring it closer."""
 AIMED_LIMITS = 0.95
 """Of the limit: how far a soft pin is to miss its place that would miss it by more, so that rounds end."""
 
@@ -181,15 +184,20 @@ def follow_pins(state: DiscreteMap, descent: Callable[[DiscreteMap], DiscreteMap
     """The converged map with stiffer springs for soft pins that miss their places by more than they may.
 
     A spring that is pulled by a constant force misses by the force over its stiffness. The force grows as the pin comes
-    closer, and so springs get stiffer by the square of the ratio by which the miss is too large.
+    closer, and so springs get stiffer by the square of the ratio by which the miss is too large. The rounds end where
+    the worst pin is blocked.
     """
+    before = np.inf
+    begun = state.value
     for _ in range(STIFFENINGS):
         pins = state.energy.pins
         if pins is None or not pins.source.size:
             break
         missed = pins.misses(state.z, state.u, state.faces) / pins.limits
-        if missed.max() <= 1:
+        blocked = missed.max() > BLOCKED_MISS * before and state.value > BLOCKED_ENERGY * begun
+        if missed.max() <= 1 or blocked:
             break
+        before = missed.max()
         stiffer = pins.stiffer(np.clip((missed / AIMED_LIMITS) ** 2, 1, MOST_STIFFENED))
         state = descent(state.with_energy(replace(state.energy, pins=stiffer)))
     return state

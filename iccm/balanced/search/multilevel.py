@@ -55,6 +55,9 @@ COARSE_EXACTNESS = (5e-4, 6e-3)  # fineness of the outlines and of the corners, 
 STEEPEST = 8.0  # slope of a match, relative to the mean, that a coarse mesh follows
 SYMMETRIC_ENOUGH = 0.1  # of the tolerance: asymmetry that may be dropped
 SYMMETRY_WORTH = 1.03  # times the cost of the best map, up to which one that is its own mirror image is taken
+USELESS_ENERGY = HOPELESS * LOST
+"""Of a coarse map with pins, from which it is of no use: on average lengths change 50 times as much one way as the
+other."""
 NO_MAP = "no map without folds was found: the shapes are too thin or too intricate for the mesh sizes tried"
 SIMILAR = "The shapes are similar: the map is the similarity."
 ASKEW = "The shapes are symmetric, the map is not: no symmetric one without folds costs as little energy."
@@ -326,7 +329,8 @@ def coarse_to_fine(
 ) -> Found:
     """All stages but the last, of the problem or of its inverse; and which of the two.
 
-    Maps that no finer mesh takes over (spirals onto stars) are left on a coarse one with all corners.
+    Maps that no finer mesh takes over (spirals onto stars) are left on a coarse one with all corners; those that pins
+    stretch beyond use, on the one that they have: smaller triangles would take long, and mostly fail, too.
 
     Args:
         problem: `share` of what was given (a half, or all of it).
@@ -341,6 +345,7 @@ def coarse_to_fine(
     """
     closest = None
     for smaller in SMALLER if patient else SMALLER[:1]:
+        coarse: list[Found] = []
         for used in directions(problem):
             if closest is None:
                 check_time()
@@ -350,6 +355,7 @@ def coarse_to_fine(
                     continue
                 size = coarse_size(used) * smaller / np.sqrt(share)
                 state = coarse_map(used, size, journal, most=most)
+                coarse.append((used, state))
                 if not meets_constraints(used, state) and closest is not None:
                     continue
                 try:
@@ -359,6 +365,9 @@ def coarse_to_fine(
                 if meets_constraints(*found):
                     return found
                 closest = closest or found
+        useless = problem.constrained and all(state.value > USELESS_ENERGY for _, state in coarse)
+        if coarse and useless and closest is None:
+            return min(coarse, key=lambda found: (not meets_constraints(*found), cost(*found)))
     if closest is not None:
         return closest
     for used in directions(problem) if patient else ():

@@ -16,6 +16,7 @@ from ..model.boundary_pairs import Match
 from ..model.discrete_map import GOOD_ENOUGH, DiscreteMap, folds
 from ..model.settings import SolveLog
 from . import initial_matches
+from .candidates import without_duplicates
 from .grid_paths import route
 from .homotopy import MOVING_DECREASE, move_straight, satisfy_constraints
 from .levels import (
@@ -189,7 +190,7 @@ def coarse(level: Level, matches: list[Match], journal: SolveLog) -> DiscreteMap
     states, free = screen(level, matches)
     if not states:
         raise Stuck("no starting map")
-    met = [state for state in states if state.miss == 0]
+    met = without_duplicates([state for state in states if state.miss == 0])
     if met:
         best = min((settle_pinned(level, s) for s in met), key=lambda s: s.value)
     elif level.problem.strokes:

@@ -6,7 +6,9 @@ import pytest
 import iccm
 from iccm import Curve, InputError, Status
 from iccm.balanced.constraints.validate import check
+from iccm.balanced.errors import Stuck
 from iccm.balanced.meshing.mesh import Sizes, triangulate
+from iccm.balanced.search import multilevel
 from iccm.balanced.search.grid_paths import route
 from tests import shapes
 
@@ -361,3 +363,23 @@ def test_a_stroke_that_would_have_to_pass_pins_is_told_as_not_met():
     )
     assert fit.status is Status.PINS and fit.certificate.certified
     assert fit.report()["strokes"][0]["error"] > 1e-3
+
+
+def test_no_smaller_triangles_are_tried_for_a_map_that_pins_make_useless(monkeypatch):
+    """A square on a strip, 200 times as long as wide: one coarse search in each direction, where no fine mesh holds."""
+    searches = []
+    coarse_map = multilevel.coarse_map
+
+    def refused(*given):
+        raise Stuck("folds")
+
+    monkeypatch.setattr(
+        multilevel, "coarse_map", lambda *given, **how: searches.append(1) or coarse_map(*given, **how)
+    )
+    monkeypatch.setattr(multilevel, "fine_map", refused)
+    strip = np.array([0, 40, 40 + 0.2j, 0.2j])
+    fit = iccm.fit(SQUARE, strip, exact_pins=True, pins=[(0.2 + 0.3j, 20 + 0.1j), (0.7 + 0.6j, 9 + 0.1j)])
+    assert len(searches) == 2 and fit.map.injectivity.certified and max(errors(fit)) < 1e-9
+    strip = np.array([0, 4, 4 + 2j, 2j])
+    fit = iccm.fit(SQUARE, strip, exact_pins=True, pins=[(0.2 + 0.3j, 2 + 1j), (0.7 + 0.6j, 0.9 + 1j)])
+    assert len(searches) > 4 and fit.map.injectivity.certified

@@ -1,6 +1,6 @@
 """Soft pins: springs of patches, their derivatives and limits, and the maps that they make."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -10,6 +10,7 @@ import iccm
 from iccm.balanced import fit as balanced
 from iccm.balanced.minimise.soft_pins import QUADRATURE, SoftPins, Spring
 from iccm.balanced.model.energy import Energy
+from iccm.balanced.search import final_mesh
 from iccm.pins import RADIUS_BETWEEN_PINS, RADIUS_SHARE, choose_radii
 from tests import shapes
 
@@ -359,3 +360,54 @@ def test_a_saved_map_knows_how_its_pins_hold(tmp_path):
             name
         )
     assert again.report()["pins"] == fit.report()["pins"]
+
+
+@dataclass
+class Pulled:
+    """A map after some rounds of stiffer springs, which stands for the misses and the energy that it has."""
+
+    misses: list[float]
+    values: list[float]
+    rounds: int = 0
+
+    z = u = faces = None
+
+    @property
+    def energy(self):
+        return SimpleEnergy(SimplePins(self.misses[self.rounds]))
+
+    @property
+    def value(self):
+        return self.values[self.rounds]
+
+    def with_energy(self, energy):
+        return replace(self, rounds=self.rounds + 1)
+
+
+@dataclass
+class SimplePins:
+    miss: float
+    source = limits = np.ones(1)
+
+    def misses(self, z, u, faces):
+        return np.array([self.miss])
+
+    def stiffer(self, factors):
+        return self
+
+
+@dataclass
+class SimpleEnergy:
+    pins: SimplePins
+
+
+@pytest.mark.parametrize(
+    ("misses", "values", "rounds"),
+    [
+        ([9, 5, 2, 0.9, 0.5], [1, 1, 2, 4, 9], 3),  # met
+        ([9, 8.9, 8.8, 5, 0.9, 0.5], [1, 1, 1.1, 1.5, 3, 3], 4),  # weak at first, then met
+        ([9, 8.9, 8.8, 8.7, 0.5], [1, 1.2, 3, 30, 300], 2),  # blocked
+    ],
+)
+def test_springs_are_made_stiffer_until_pins_are_met_or_blocked(misses, values, rounds):
+    assert final_mesh.follow_pins(Pulled(misses, values), lambda state: state).rounds == rounds
