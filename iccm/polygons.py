@@ -37,9 +37,14 @@ def unite(geometries: shapely.Geometry | Iterable[shapely.Geometry]) -> shapely.
         The time that the command may take is over.
     """
     deadline.check(REGION)
-    parts = polygons_of(geometries)
-    if len(parts) < 2:
-        return parts[0] if len(parts) else shapely.Polygon()
+    given = np.atleast_1d(
+        np.asarray(geometries if isinstance(geometries, shapely.Geometry) else list(geometries))
+    )
+    given = given[~shapely.is_empty(given)]
+    parts = polygons_of(given)
+    apart = len(given) == 1 and given[0].geom_type == "MultiPolygon" and given[0].is_valid
+    if len(parts) < 2 or apart:  # the parts of a valid one do not overlap
+        return _region(parts)
     return _region(polygons_of(shapely.disjoint_subset_union_all(parts)))
 
 

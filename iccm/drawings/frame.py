@@ -97,32 +97,30 @@ def frames_of(painted: shapely.Geometry) -> list[Frame]:
         found.append(Frame(_outline(main), 0.0, 1 - main.area / total))
     filled = fill_holes(painted)  # frames have none
     simple = shapely.simplify(filled, DETAIL * size)
-    radius = _joining_radius(simple, size) if len(parts) > 1 else SINGLE_PART_RADIUS * size
+    radius, joined = SINGLE_PART_RADIUS * size, None
+    if len(parts) > 1:
+        radius, joined = _joining_radius(simple, size)
     for times in WIDER_RADII if len(parts) < MANY_PARTS else WIDER_RADII[:1]:
-        closed = close_gaps(filled, simple, times * radius, size)
+        closing = joined if joined is not None and times == 1 else _closing(simple, times * radius)
+        closed = close_gaps(filled, closing, size)
         if closed is not None:
             found.append(Frame(_outline(closed), times * radius / size))
     found.append(Frame(_outline(shapely.convex_hull(painted)), np.inf))
     return _distinct(found)
 
 
-def close_gaps(
-    painted: shapely.Geometry, simple: shapely.Geometry, radius: float, size: float
-) -> shapely.Polygon | None:
+def close_gaps(painted: shapely.Geometry, closed: shapely.Geometry, size: float) -> shapely.Polygon | None:
     """Return the closing of a region by a disc, holes filled; None where it is in several parts.
 
     Parameters
     ----------
     painted
         The region.
-    simple
-        The same with less detail, by which gaps are found.
-    radius
-        The radius of the disc, in the region's units.
+    closed
+        The closing of the same with less detail, by which gaps are found.
     size
-        The drawing's size, in the same units.
+        The drawing's size, in the region's units.
     """
-    closed = _closing(simple, radius)
     # The closing's own boundary is rounded and simplified. What it adds to the drawing is only the gaps, so the frame
     # is the union of the exact drawing and those gaps, without slivers along the drawing's edges.
     gaps = _without_slivers(shapely.difference(closed, painted), size)
@@ -165,16 +163,17 @@ def _closing(region: shapely.Geometry, radius: float) -> shapely.Geometry:
     return offset(offset(region, radius, quad_segs=ARC_SEGMENTS), -radius, quad_segs=ARC_SEGMENTS)
 
 
-def _joining_radius(simple: shapely.Geometry, size: float) -> float:
-    """Return the smallest tried radius whose closing joins all parts."""
+def _joining_radius(simple: shapely.Geometry, size: float) -> tuple[float, shapely.Geometry | None]:
+    """Return the smallest tried radius whose closing joins all parts, and that closing; None where none joins them."""
     parts = polygons_of(simple)
     near = shapely.STRtree(parts)
     radius = FIRST_RADIUS * size
     while radius < LARGEST_RADIUS * size:
-        if _form_one_group(parts, near, 2 * radius) and _joins(simple, radius):
-            break
+        closed = _joined(simple, radius) if _form_one_group(parts, near, 2 * radius) else None
+        if closed is not None:
+            return radius, closed
         radius *= RADIUS_STEP
-    return radius
+    return radius, None
 
 
 def _form_one_group(parts: Polygons, tree: shapely.STRtree, distance: float) -> bool:
@@ -191,12 +190,13 @@ def _form_one_group(parts: Polygons, tree: shapely.STRtree, distance: float) -> 
     return bool(reached.all())
 
 
-def _joins(region: shapely.Geometry, radius: float) -> bool:
-    """Return whether the closing of a region by a disc is in one part."""
+def _joined(region: shapely.Geometry, radius: float) -> shapely.Geometry | None:
+    """Return the closing of a region by a disc where it is in one part."""
     grown = offset(region, radius, quad_segs=ARC_SEGMENTS)  # what this leaves apart stays so
     if grown.geom_type != "Polygon":
-        return False
-    return bool(offset(grown, -radius, quad_segs=ARC_SEGMENTS).geom_type == "Polygon")
+        return None
+    closed = offset(grown, -radius, quad_segs=ARC_SEGMENTS)
+    return closed if closed.geom_type == "Polygon" else None
 
 
 def _outline(part: shapely.Polygon) -> Curve:

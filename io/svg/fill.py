@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from ...arrays import Complex, complex_of, xy_of
+from ...arrays import Complex, Index, complex_of, xy_of
 from ...curve import polygon_of
 from ...errors import InputError
 from ...plane import cross, distinct
@@ -16,7 +16,9 @@ from . import crossings
 
 # A crossing is harmless, and repaired, when the loops it makes have at most this part of the area.
 HARMLESS = 1e-3
-AT_ONCE = 1 << 16  # points times segments, of which crossings are looked for in one go
+AT_ONCE, MOST_PAIRS = 1 << 16, 1 << 20
+"""Points times segments of which crossings are looked for in one go, and points times rings whose boxes may hold them:
+a few MB of memory."""
 DRAWN_SHARE = 1 / 3
 """Of what a drawing encloses. Where it paints less, it is drawn by lines: an outline around an empty inside."""
 BODY_SHARE = 1 / 2
@@ -165,32 +167,60 @@ def _faces(rings: Sequence[Complex]) -> tuple[np.ndarray, np.ndarray]:
         InputError: the rings cross too often.
     """
     crossings.check([np.append(ring, ring[:1]) for ring in rings])
-    closed = [shapely.LinearRing(xy_of(ring)) for ring in rings]
+    lines = _Lines(rings)
+    closed = shapely.linearrings(xy_of(lines.begin), indices=np.repeat(np.arange(len(rings)), lines.sizes))
     faces = np.array(shapely.get_parts(shapely.polygonize([shapely.unary_union(closed)])))
     points = shapely.point_on_surface(faces)
-    winding = np.zeros(len(faces), dtype=int)
-    near = shapely.STRtree(points)
-    work = 0
-    for ring, line in zip(rings, closed):
-        inside = near.query(shapely.box(*line.bounds))
-        work += inside.size * ring.size
-        if work > limits.WINDINGS:
-            raise crossings.TooMuch(crossings.NESTED)
-        winding[inside] += _winding(ring, shapely.get_coordinates(points[inside]))
-    return faces, winding
+    return faces, lines.windings(points, shapely.box(*shapely.bounds(closed).T))
 
 
-def _winding(ring: Complex, points: np.ndarray) -> np.ndarray:
-    """How often a ring winds around each of (p, 2) points off it: signed crossings of the ray to the right."""
-    a, b = ring, np.roll(ring, -1)
-    total = np.zeros(len(points), dtype=int)
-    step = max(1, AT_ONCE // ring.size)
-    for k in range(0, len(points), step):
-        x, y = points[k : k + step, :1], points[k : k + step, 1:]
-        up, down = (a.imag <= y) & (b.imag > y), (a.imag > y) & (b.imag <= y)
-        side = cross(b - a, x + 1j * y - a)
-        total[k : k + step] = (up & (side > 0)).sum(axis=1) - (down & (side < 0)).sum(axis=1)
-    return total
+class _Lines:
+    """The segments of closed rings, all in one array.
+
+    Attributes:
+        sizes: (r,) how many segments each ring has.
+        begin, end: (n,) their ends, ring by ring.
+    """
+
+    def __init__(self, rings: Sequence[Complex]):
+        self.sizes = np.array([ring.size for ring in rings])
+        self.begin = np.concatenate(rings)
+        self.end = np.concatenate([np.roll(ring, -1) for ring in rings])
+        self._starts = np.cumsum(self.sizes) - self.sizes
+
+    def windings(self, points: np.ndarray, boxes: np.ndarray) -> np.ndarray:
+        """(p,) how often the rings, whose boxes are given, wind around points off them.
+
+        Raises:
+            InputError: too many points are in too many boxes.
+        """
+        total = np.zeros(len(points), dtype=int)
+        z = complex_of(shapely.get_coordinates(points))
+        tree, work = shapely.STRtree(points), 0
+        step = max(1, MOST_PAIRS // max(1, len(points)))
+        for first in range(0, len(boxes), step):
+            ring, point = tree.query(boxes[first : first + step])
+            ring += first
+            work += int(self.sizes[ring].sum())
+            if work > limits.WINDINGS:
+                raise crossings.TooMuch(crossings.NESTED)
+            parts = np.cumsum(self.sizes[ring]) // AT_ONCE
+            for pairs in np.split(np.arange(ring.size), np.flatnonzero(np.diff(parts)) + 1):
+                if pairs.size:
+                    found = self._winding(ring[pairs], z[point[pairs]])
+                    total += np.bincount(point[pairs], found, total.size).astype(int)
+        return total
+
+    def _winding(self, ring: Index, z: Complex) -> Index:
+        """(k,) how often rings wind around points, one for each: signed crossings of the ray to the right."""
+        sizes = self.sizes[ring]
+        first = np.cumsum(sizes) - sizes
+        segment = np.arange(first[-1] + sizes[-1]) + np.repeat(self._starts[ring] - first, sizes)
+        a, b, at = self.begin[segment], self.end[segment], np.repeat(z, sizes)
+        up, down = (a.imag <= at.imag) & (b.imag > at.imag), (a.imag > at.imag) & (b.imag <= at.imag)
+        side = cross(b - a, at - a)
+        crossed = (up & (side > 0)).astype(int) - (down & (side < 0))
+        return np.add.reduceat(crossed, first)
 
 
 def _flat(ring: Complex) -> bool:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 import shapely
 
-from ...polygons import fill_holes, unite
+from ...polygons import fill_holes, polygons_of, unite
 from .fill import DRAWN_SHARE, has_body, with_lines_filled
 from .gaps import bridges
 from .strokes import Fills, Seen, areas, width_of
@@ -78,7 +78,9 @@ def _thinned(area: shapely.Geometry, extent: float) -> shapely.Geometry:
     """The area with fewer vertices, if it has very many, all within a flatness of the whole drawing."""
     if shapely.get_num_coordinates(area) <= MANY_VERTICES:
         return area
-    return unite(shapely.simplify(area, FLATNESS * extent))
+    # part by part: GEOS compares every line of a region with those of all parts near it
+    parts = shapely.simplify(polygons_of(area), FLATNESS * extent)
+    return unite(shapely.multipolygons(parts))
 
 
 def _longer_side(area: shapely.Geometry) -> float:

@@ -85,3 +85,10 @@ def test_small_regions_are_offset_as_large_ones_are(monkeypatch):
         for one, other in zip(found[[0, 2]], apart[[0, 2]]):
             assert one.symmetric_difference(other).area < 1e-9
     assert at_once[0.3][1].symmetric_difference(offset(touching, 0.3, join_style="mitre")).area < 1e-9
+
+
+def test_a_valid_region_is_returned_as_it_is_and_one_that_overlaps_is_united():
+    apart = shapely.MultiPolygon([RING, ISLAND, FAR])
+    assert unite(apart).equals_exact(apart) and unite([apart, shapely.Polygon()]).equals_exact(apart)
+    overlapping = shapely.MultiPolygon([FAR, shapely.box(20.5, 1, 22, 2)])
+    assert unite(overlapping).geom_type == "Polygon" and unite(overlapping).area == 3 + 1

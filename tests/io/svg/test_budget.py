@@ -11,7 +11,7 @@ import shapely
 from iccm import InputError
 from iccm.io import artwork, limits
 from iccm.io.shapes import shape
-from iccm.io.svg import crossings, path_data, reader
+from iccm.io.svg import crossings, fill, path_data, reader
 from iccm.io.svg.affine import Affine
 from iccm.io.svg.curves import Lines, thinned
 from iccm.io.svg.stylesheet import Stylesheet
@@ -350,3 +350,19 @@ def test_a_compressed_drawing_is_read_within_the_same_bounds(shapes, iccm):
         (shapes / "bad.svgz").write_bytes(damaged)
         typed = iccm("info", "bad.svgz")
         assert typed.code == 2 and "bad.svgz: damaged" in typed.err and len(typed.lines) == 1
+
+
+@pytest.mark.parametrize("at_once", [64, fill.MOST_PAIRS])
+def test_many_rings_wind_around_points_as_each_does(monkeypatch, at_once):
+    """Overlapping triangles and quadrangles that run either way around, and a large ring around half of them."""
+    monkeypatch.setattr(fill, "AT_ONCE", min(at_once, fill.AT_ONCE))
+    monkeypatch.setattr(fill, "MOST_PAIRS", at_once)
+    rng = np.random.default_rng(5)
+    corners = rng.uniform(-1, 1, (40, 4)) + 1j * rng.uniform(-1, 1, (40, 4))
+    rings = [z[: 3 + k % 2] + 5 * complex(*rng.uniform(-1, 1, 2)) for k, z in enumerate(corners)]
+    rings.append(np.array([-9 - 9j, 9j, 9 + 9j, -8 + 9j]))
+    faces, winding = fill._faces(rings)
+    points = shapely.point_on_surface(faces)
+    z = np.array([complex(p.x, p.y) for p in points])
+    angles = [np.angle((np.roll(ring, -1) - z[:, None]) / (ring - z[:, None])).sum(axis=1) for ring in rings]
+    assert np.array_equal(winding, np.rint(sum(angles) / (2 * np.pi))) and np.ptp(winding) > 2
