@@ -15,10 +15,11 @@ from ...maps.approximation import AnyMap
 from ...maps.bezier_fit import refit
 from ..shapes.shape import Shape
 from ..svg.affine import Affine
-from ..svg.curves import Bezier
+from ..svg.batches import batches
+from ..svg.curves import Bezier, Piece
 from ..svg.path_data import PenPath
 from .affine_part import AffinePart, Samples, affine_part
-from .clip import Clipped, Part, is_flat
+from .clip import Clipped, Part, Span, is_flat
 from .element import MappedElement
 from .embedded import EmbeddedPicture
 from .regions import Region, Regions
@@ -62,11 +63,10 @@ class PathMapping:
         runs = [run for part in parts for run in part.fill + part.line]
         pieces = [piece for run in runs for piece in run.pieces]
         owners = [run.region for run in runs for _ in run.pieces]
-        fitted = refit(
-            lambda which, t: _jet(owners, which, _points(pieces, which, t))[1], len(pieces), self.tolerance
-        )
+        places = Places(pieces)
+        fitted = refit(lambda which, t: _jet(owners, which, places(which, t))[1], len(pieces), self.tolerance)
         fitted = [control.conj() for control in fitted]
-        samples = _samples(pieces, owners)
+        samples = _samples(places, owners)
         sampled: dict[MappedElement, Samples] = {}
         last = 0
         for shape, (fill, line, _) in zip(shapes, parts):
@@ -196,12 +196,12 @@ def _jet(owners: Sequence[Region], which: NDArray[np.intp], z: Complex) -> tuple
     return out
 
 
-def _samples(pieces: list[Part], owners: Sequence[Region]) -> Samples:
-    """Four for each piece."""
-    which = np.repeat(np.arange(len(pieces)), _T.size)
-    z = _points(pieces, which, np.tile(_T, len(pieces))).reshape(-1, _T.size)
+def _samples(places: "Places", owners: Sequence[Region]) -> Samples:
+    """Four for each piece, whose regions are given."""
+    count = len(owners)
+    z = places(np.repeat(np.arange(count), _T.size), np.tile(_T, count)).reshape(-1, _T.size)
     length = np.abs(np.diff(z[:, ::2])).ravel()
-    z, w, alpha, beta = _jet(owners, np.repeat(np.arange(len(pieces)), 4), z[:, 1::2].ravel())
+    z, w, alpha, beta = _jet(owners, np.repeat(np.arange(count), 4), z[:, 1::2].ravel())
     return Samples(z.conj(), w.conj(), alpha.conj(), beta.conj(), length, length > 0, w)
 
 
@@ -209,10 +209,36 @@ def _core(run: PenPath) -> PenPath:
     return PenPath(_CONJUGATE(run.start), [piece.under(_CONJUGATE) for piece in run.pieces], run.closed)
 
 
-def _points(pieces: Sequence[Part], which: NDArray[np.intp], t: NDArray[np.float64]) -> Complex:
-    """Points of the pieces; `which` is not sorted, but comes in runs."""
-    out = np.empty(t.size, dtype=np.complex128)
-    cuts = np.flatnonzero(np.diff(which, prepend=-1, append=-1))
-    for a, b in pairwise(cuts):
-        out[a:b] = pieces[which[a]].at(t[a:b])
-    return out
+class Places:
+    """Points of many pieces at once.
+
+    Args:
+        pieces: in the order in which they are numbered.
+    """
+
+    def __init__(self, pieces: Sequence[Part]):
+        self._pieces = pieces
+        wholes = [piece.whole if isinstance(piece, Span) else piece for piece in pieces]
+        numbers = np.array([k for k, whole in enumerate(wholes) if isinstance(whole, Piece)], dtype=np.intp)
+        self._batches = batches([whole for whole in wholes if isinstance(whole, Piece)], Affine())
+        spans = [(p.start, p.stop) if isinstance(p, Span) else (0.0, 1.0) for p in pieces]
+        self._start, self._stop = np.array(spans).reshape(-1, 2).T
+        self._batch = np.full(len(pieces), -1)  # of each piece; -1 for parts of outlines, which are few
+        self._place = np.empty(len(pieces), dtype=np.intp)  # of each piece in its batch
+        for k, batch in enumerate(self._batches):
+            self._batch[numbers[batch.number]] = k
+            self._place[numbers[batch.number]] = np.arange(batch.number.size)
+
+    def __call__(self, which: NDArray[np.intp], t: NDArray[np.float64]) -> Complex:
+        """Points at parameters in [0, 1]; `which` is not sorted, but comes in runs."""
+        out = np.empty(t.size, dtype=np.complex128)
+        batch = self._batch[which]
+        along = self._start[which] + (self._stop - self._start)[which] * t
+        for k, pieces in enumerate(self._batches):
+            at = np.flatnonzero(batch == k)
+            out[at] = pieces.at(self._place[which[at]], along[at])
+        others = np.flatnonzero(batch < 0)
+        cuts = np.flatnonzero(np.diff(which[others], prepend=-1, append=-1))
+        for a, b in pairwise(cuts):
+            out[others[a:b]] = self._pieces[which[others[a]]].at(t[others[a:b]])
+        return out

@@ -10,10 +10,13 @@ import iccm
 from iccm.curve import Curve
 from iccm.errors import InputError
 from iccm.io import artwork
+from iccm.io.artwork.clip import Span
+from iccm.io.artwork.mapping import Places
 from iccm.io.pictures import image_files
 from iccm.io.pictures.image import Image
 from iccm.io.shapes import shape
 from iccm.io.svg import affine, css, path_data, reader, tree
+from iccm.io.svg.curves import Arc, Bezier
 from iccm.maps.bezier_fit import refit
 from iccm.maps.harmonic import HarmonicMap
 
@@ -66,6 +69,22 @@ def test_refit_goes_straight_where_the_curve_all_but_stands_still():
     for p in (cubic, same):
         toward = next(q for q in p[1:] if abs(q - p[0]) > 1e-12) - p[0]
         assert abs(np.angle(toward / (p[3] - p[0]))) < 0.2
+
+
+def test_points_of_many_pieces_are_those_of_each():
+    pieces = [
+        Bezier((0j, 1 + 2j)),
+        Span(Arc(1 + 1j, 2 + 0j, 1j, 0.3, 2.0, 5j), 0.7, 0.2),
+        Bezier((0j, 1 + 2j, 3 - 1j, 4j)),
+        Span(Curve(np.array([0, 2, 2 + 1j, 1j])), 4.5, 1.25),
+        Arc(1 + 1j, 2 + 0j, 1j, 0.3, 2.0, 5j),
+        Span(Bezier((1j, 3 - 1j, 4j)), 0.1, 0.4),
+    ]
+    which = np.array([5, 5, 0, 3, 3, 3, 1, 4, 2, 2, 0, 5])
+    t = np.linspace(0, 1, which.size)
+    each = np.array([pieces[k].at(np.array([s]))[0] for k, s in zip(which, t)])
+    assert np.abs(Places(pieces)(which, t) - each).max() < 1e-14
+    assert Places([])(which[:0], t[:0]).size == 0
 
 
 def test_paths_are_the_images_of_the_shapes(source, tmp_path):
