@@ -364,7 +364,8 @@ class Run:
         extent = self.box[1] - self.box[0]
         if density <= min(width / extent.real, height / extent.imag):
             return self.image
-        return texture.rendered(self.job, self.source, self.room, density, self._own_box)
+        pixels = self.canvas.width * self.canvas.height
+        return texture.rendered(self.job, self.source, self.room, density, self._own_box, pixels)
 
     @cached_property
     def held_drawing(self) -> bytes | None:

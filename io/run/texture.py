@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -35,6 +36,8 @@ BESIDE = 1 / 16
 """Of a shape's size: how far beyond its box its drawing is rendered, for filters that read beyond the outline."""
 MOST_RENDERED = 1 << 24
 """Pixels of a drawing that is rendered for a map: as many as of a picture of 4096 by 4096, a second of work."""
+TEXELS_PER_PIXEL = 1024
+"""Pixels of a drawing that is rendered for a map, for each of the result's: 32 by 32, which no filter needs more of."""
 RENDERED_BYTES = (
     16  # of memory that a pixel of it takes: its four channels as a PNG, unpacked, and while it is turned
 )
@@ -110,7 +113,12 @@ def drawing_of(job: Job, source: Shape) -> Path | None:
 
 
 def rendered(
-    job: Job, source: Shape, room: Memory, density: float | None = None, own_box: Box | None = None
+    job: Job,
+    source: Shape,
+    room: Memory,
+    density: float | None = None,
+    own_box: Box | None = None,
+    pixels: float = math.inf,
 ) -> Image:
     """Render the drawing that is the texture.
 
@@ -120,6 +128,7 @@ def rendered(
         room: refuses more than --memory.
         density: pixels per unit of the source's plane; None: RENDERED pixels along its longer side.
         own_box: what is shown of a drawing that is its own texture, by default `own_box_of` the source.
+        pixels: of the result that shows it, which bound those of the drawing.
 
     Raises:
         InputError: it cannot be rendered, or there is no room.
@@ -136,15 +145,16 @@ def rendered(
     elif job.texture:  # which may be stretched where it lies on the source
         covered = framing.texture_box(job, source, extent.real / extent.imag)
         density *= abs(covered[1] - covered[0]) / abs(extent)
-    width, height = rendering.pixels_across(box, density, _most_pixels(job))
+    width, height = rendering.pixels_across(box, density, _most_pixels(job, pixels))
     room.check(strip_bytes(height, width, 4), "the drawing as a texture")
     return rendering.render(path, box, (width, height))
 
 
-def _most_pixels(job: Job) -> int:
-    """Of a drawing that is rendered: fewer where --max-pixels or --memory say so."""
+def _most_pixels(job: Job, pixels: float) -> int:
+    """Of a drawing that is rendered for a result of so many: fewer where --max-pixels or --memory require it."""
     within_memory = [max(1, job.memory // RENDERED_BYTES)] if job.memory else []
-    return min(job.max_pixels, MOST_RENDERED, *within_memory)
+    needed = max(RENDERED**2, TEXELS_PER_PIXEL * min(pixels, MOST_RENDERED))
+    return min(job.max_pixels, MOST_RENDERED, int(needed), *within_memory)
 
 
 def held_drawing(job: Job, source: Shape) -> bytes | None:

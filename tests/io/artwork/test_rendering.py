@@ -277,6 +277,25 @@ def test_it_is_rendered_as_finely_as_the_map_samples_it(files, monkeypatch):
     assert 800_000 < made[-1][0] * made[-1][1] <= 900_000
 
 
+def test_a_small_result_needs_no_large_rendering(files, monkeypatch):
+    """However much of the source a pixel shows: so many texels for each, or what was rendered before the map."""
+    made = []
+    render = rendering.render
+    monkeypatch.setattr(
+        rendering,
+        "render",
+        lambda path, box, size, **how: made.append(size) or render(path, box, size, **how),
+    )
+    monkeypatch.setattr(texture, "density_needed", lambda fits, step: 1e3)
+    from iccm.io.run.execute import run
+
+    for size in (24, 90, 200):
+        run(Job(source="a.svg", target="b.svg", size=(size,), output=(f"{size}.png",)))
+    shown = [width * height for width, height in made if (width, height) != (1024, 1024)]
+    assert len(shown) == 2 and shown[0] == pytest.approx(90 * 81 * texture.TEXELS_PER_PIXEL, rel=0.01)
+    assert shown[1] == pytest.approx(texture.MOST_RENDERED, rel=0.01)
+
+
 def test_a_mesh_holds_the_rendered_drawing(files, iccm):
     (files / "m.obj").write_text(
         "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv .4 .5 .2\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n"
