@@ -21,6 +21,7 @@ from ..pictures.image import Image
 from ..pictures.pillow import opened
 from ..svg import reader, tree
 from ..svg.document import drawing_bytes, local
+from ..svg.lettering import Lettering
 from . import attributes, rasterize
 from .element import SVG, restyle
 from .references import confine, typed
@@ -28,15 +29,6 @@ from .references import confine, typed
 ROUNDING = 1e-9  # relative: so that a whole number of pixels is not one less by rounding
 _CONSTRAINTS = (reader.PIN, reader.STROKE)
 _OF_TEXT = ("x", "y", "dx", "dy", "rotate", "textLength", "lengthAdjust")
-_PAINT = (
-    "fill",
-    "stroke",
-    "fill-opacity",
-    "stroke-opacity",
-    "stroke-width",
-    "stroke-linejoin",
-    "stroke-linecap",
-)
 
 
 def render(path: Path, box: Box, size: tuple[int, int], *, max_bytes: int = limits.SVG_BYTES) -> Image:
@@ -156,13 +148,21 @@ def _outlined_texts(document: tree.Document) -> dict[Element, Element]:
     """Paths in the place of texts that the reader outlines, which show the same letters as the shape has."""
     found: dict[Element, Element] = {}
     for node in document.shapes:
-        if local(node.element) != "text":
-            continue
-        element = copy.copy(node.element)
-        element.tag, element[:], element.text = f"{SVG}path", [], None
-        element.attrib = {name: value for name, value in element.attrib.items() if name not in _OF_TEXT}
-        element.set("d", node.properties["d"])
-        own = {name: value for name, value in node.own.items() if name in ("opacity", "transform")}
-        restyle(element, own | {name: node.properties[name] for name in _PAINT if name in node.properties})
-        found[node.element] = element
+        if local(node.element) == "text":
+            element = _without_text(node.element, node, "path")
+            element.set("d", node.properties["d"])
+            paint = Lettering.plain(node.properties)  # rules on paths do not apply to it
+            restyle(element, {name: value for name, value in paint.items() if name != "opacity"})
+            found[node.element] = element
+    for text, node in document.painted_texts.items():
+        found[text] = _without_text(text, node, "g")
+        found[text].extend(copy.deepcopy(list(node.element)))
     return found
+
+
+def _without_text(text: Element, node: tree.Node, tag: str) -> Element:
+    """A <text> as another element, with what applies to it as a whole."""
+    attributes = {name: value for name, value in text.attrib.items() if name not in _OF_TEXT}
+    element = Element(f"{SVG}{tag}", attributes)
+    restyle(element, {name: value for name, value in node.own.items() if name in ("opacity", "transform")})
+    return element

@@ -7,6 +7,7 @@ stylesheet  rules and their selectors
 basic_shapes  runs of paths, circles, rectangles and so on
 fonts_in_css  sizes of fonts, and lengths that refer to them
 lettering  a <text>, where the fonts that it asks for are found
+directions  text that runs both ways
 fonts      lines of letters as path data
 css        declarations
 affine     `transform` lists and viewports

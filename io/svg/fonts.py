@@ -16,7 +16,7 @@ _ANY = (
     (0xFF00, 0xFFEF),
 )  # fmt: skip
 _LEFTWARD = {"R", "AL"}  # classes of Unicode's bidirectional algorithm
-_EITHER_WAY = {"NSM", "WS"}
+_EITHER_WAY = {"NSM", "WS", "ON", "CS", "ES", "ET"}
 _SPACES = " \u00a0"
 _POINTS = {"M": 1, "L": 1, "Q": 2, "C": 3, "Z": 0}
 """Points of each command of path data."""
@@ -51,6 +51,9 @@ class Glyph(NamedTuple):
 class Font:
     """A font file opened; lengths are in ems, y up.
 
+    Attributes:
+        line_height: from the descenders to the ascenders.
+
     Args:
         path: of an OpenType or TrueType file.
         number: of the font in a collection.
@@ -67,6 +70,8 @@ class Font:
         if any(axis.tag == "wght" for axis in self._font.face.axis_infos):
             self._font.set_variations({"wght": weight})
         self._em = self._font.face.upem
+        extents = self._font.get_font_extents("ltr")
+        self.line_height = (extents.ascender - extents.descender) / self._em  # without a gap between lines
         self._shaped = lru_cache(maxsize=64)(self._shape)
         self._drawn = lru_cache(maxsize=1024)(self._draw_glyph)
 

@@ -1,14 +1,14 @@
 """Text as the outlines of its letters, where the font that it asks for is found (by fontconfig, or by matplotlib where
 that is missing) and it is set plainly.
 
-What needs more than lines of letters, such as scripts that run both ways, stays text.
+What needs more than lines of letters, such as vertical text, or spans in which letters run both ways, stays text.
 """
 
 import re
 import shutil
 import subprocess
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Literal
 from xml.etree.ElementTree import Element
@@ -18,9 +18,10 @@ import numpy as np
 from ...curve import Curve
 from ...errors import InputError
 from .. import limits
-from . import affine
+from . import affine, fonts_in_css
 from .affine import Affine
 from .budget import Quota
+from .directions import in_visual_order
 from .document import length, local
 from .fonts import Font, Spacing
 from .path_data import subpaths
@@ -37,7 +38,6 @@ _ANCHORS = {"start": 0.0, "middle": 0.5, "end": 1.0}
 # What moves letters in ways that are not known here, unless it has one of these values.
 _PLAIN = {
     **dict.fromkeys(("dominant-baseline", "alignment-baseline"), ("auto", "alphabetic", "baseline")),
-    "baseline-shift": ("0", "0px", "baseline"),
     "writing-mode": ("lr", "lr-tb", "horizontal-tb"),
     "direction": ("ltr",),
     **dict.fromkeys(("font", "inline-size", "shape-inside"), ()),
@@ -119,37 +119,81 @@ class Lettering:
         Raises:
             InputError: there are too many letters.
         """
+        found = self.painted(element, properties)
+        return None if found is None else "".join(data for _, data in found)
+
+    def painted(
+        self, element: Element, properties: Mapping[str, str]
+    ) -> list[tuple[Mapping[str, str], str]] | None:
+        """The same in parts that are painted alike, in the order of painting: the paint of each, complete, and its
+        path data.
+
+        Raises:
+            InputError: there are too many letters.
+        """
         try:
-            runs = self._runs(element, properties, element.get(_SPACE) == "preserve")
-            return self._fitted(runs, properties) or None
+            if properties.get("baseline-shift", "0").strip() not in ("0", "0px", "baseline"):
+                raise _NotPlainError
+            spans = _Spans()
+            self._collect(element, properties, element.get(_SPACE) == "preserve", spans)
+            drawn = self._fitted(spans, properties)
         except _NotPlainError:
             return None
+        if len({key for key, _ in drawn}) > 1 and any("url(" in value for key, _ in drawn for value in key):
+            return None  # gradients and patterns fit the box of the whole text
+        return [(dict(zip(PAINT, key)), data) for key, data in drawn] or None
 
-    def _runs(self, element: Element, said: Mapping[str, str], kept: bool) -> list["Run"]:
-        """Texts and what applies to each; of all that follow the first in an element places are taken out."""
+    @staticmethod
+    def plain(properties: Mapping[str, str]) -> dict[str, str]:
+        """The paint of letters to which nothing but the properties of their <text> applies."""
+        return {name: properties.get(name, default) for name, default in PAINT.items()} | {"opacity": "1"}
+
+    def _collect(self, element: Element, said: Mapping[str, str], kept: bool, spans: "_Spans") -> None:
+        """Add the texts in an element, and what applies to each, and the places that it lists."""
         if any(name in said and said[name].strip() not in plain for name, plain in _PLAIN.items()):
             raise _NotPlainError
-        along = said.get(ALONG, "")
-        later = {k: v for k, v in said.items() if k not in _PLACES}
-        text = _spaced(element.text or "", kept)
-        found = _by_letter(text.lstrip() if local(element) == "text" or "x" in said else text, said)
+        begin = spans.count
+        later = {k: v for k, v in said.items() if k not in _OWN}
+        spans.add(element.text or "", later, kept)
         for child in element:
             if local(child) in ("title", "desc", "metadata"):
                 continue
             own = dict(self._own(child))
-            painted = any(own.get(name, said.get(name)) != said.get(name) for name in _PAINT)
-            inner = later | {k: v for k, v in own.items() if v != "inherit"}
-            if local(child) == "textPath" and not along:
-                inner[ALONG] = self._along(child)
-            elif local(child) != "tspan" or "textLength" in own:
-                raise _NotPlainError
-            if own.get("display") == "none" or painted:
-                raise _NotPlainError
-            found += self._runs(child, inner, kept or child.get(_SPACE) == "preserve")
+            if own.get("display") != "none":
+                self._collect_child(child, own, later, kept, spans)
             if local(child) == "textPath" and (child.tail or "").strip():
                 raise _NotPlainError
-            found.append((_spaced(child.tail or "", kept), later))
-        return found
+            spans.add(child.tail or "", later, kept)
+        spans.place(begin, said)
+
+    def _collect_child(
+        self, child: Element, own: dict[str, str], outer: Mapping[str, str], kept: bool, spans: "_Spans"
+    ) -> None:
+        """The same of a <tspan> or <textPath> in a text."""
+        inner = dict(outer) | {k: v for k, v in own.items() if v != "inherit"}
+        try:
+            if "font-size" in own:
+                around = fonts_in_css.px(outer.get("font-size", ""))
+                inner["font-size"] = repr(fonts_in_css.size(own["font-size"], around, fonts_in_css.MEDIUM))
+        except InputError:
+            raise _NotPlainError from None
+        size = fonts_in_css.px(inner.get("font-size", ""))
+        for name in fonts_in_css.LENGTHS.intersection(own):
+            inner[name] = fonts_in_css.without_ems(inner[name], size, fonts_in_css.MEDIUM)
+        if local(child) == "textPath" and ALONG not in outer:
+            inner[ALONG] = self._along(child)
+        elif local(child) != "tspan":
+            raise _NotPlainError
+        if "opacity" in own:
+            inner[SEEN] = repr(_number(own["opacity"]) * _number(outer.get(SEEN, "1")))
+        raised = own.get("baseline-shift", "baseline").strip()
+        if raised not in ("0", "0px", "baseline"):
+            inner[RAISED] = f"{outer.get(RAISED, '')} {raised}@{size!r}"
+        if "textLength" in own:
+            if FITTED in outer:
+                raise _NotPlainError
+            inner[FITTED] = f"{spans.count}"
+        self._collect(child, inner, kept or child.get(_SPACE) == "preserve", spans)
 
     def _along(self, element: Element) -> str:
         """The path data that a <textPath> names, in the text's units."""
@@ -159,68 +203,86 @@ class Lettering:
             raise _NotPlainError
         return f"{own.get('transform', '')}|{own.get('d', '')}"
 
-    def _fitted(self, runs: Sequence["Run"], said: Mapping[str, str]) -> str:
-        """Path data of runs, as long as the text asks for."""
-        if "textLength" not in said:
-            return self._set(runs)[0]
+    def _fitted(self, spans: "_Spans", said: Mapping[str, str]) -> "Painted":
+        """The path data of a text, as long as it and the spans in it are asked to be."""
+        runs = spans.runs()
+        for span in dict.fromkeys(own[FITTED] for _, own in runs if FITTED in own):
+            chosen = [k for k, (_, own) in enumerate(runs) if own.get(FITTED) == span]
+            some = self._stretched([runs[k] for k in chosen], spans.lengths[int(span)])
+            for k, run in zip(chosen, some):
+                runs[k] = run
+        if "textLength" in said:
+            if any(FITTED in own for _, own in runs):
+                raise _NotPlainError
+            runs = self._stretched(runs, said)
+        return self._set(runs)[0]
+
+    def _stretched(self, runs: list["Run"], said: Mapping[str, str]) -> list["Run"]:
+        """Runs that are as long together as `textLength` says."""
         wanted = _place(said["textLength"], "textLength")
         _, natural, letters = self._set(runs)
         if any(set(_PLACES) & set(own) for _, own in runs[1:]) or natural <= 0 or wanted <= 0:
             raise _NotPlainError
         if said.get("lengthAdjust", "spacing").strip() == "spacingAndGlyphs":
-            return self._set(runs, stretch=wanted / natural)[0]
-        return self._set(runs, apart=(wanted - natural) / max(1, letters - 1))[0]
+            more = {STRETCHED: repr(wanted / natural)}
+        else:
+            more = {APART: repr((wanted - natural) / max(1, letters - 1))}
+        return [(text, {**own, **more}) for text, own in runs]
 
-    def _set(self, runs: Sequence["Run"], apart: float = 0.0, stretch: float = 1.0) -> tuple[str, float, int]:
+    def _set(self, runs: Sequence["Run"]) -> tuple["Painted", float, int]:
         """Path data of runs, those between two places that are said anchored together, their width, and how many
-        letters they have.
-
-        Args:
-            runs: texts and what applies to each.
-            apart: user units more between letters.
-            stretch: of letters and their distances.
-        """
-        drawn, x, y, before = "", 0.0, 0.0, " "
+        letters they have."""
+        drawn: list[tuple[tuple[str, ...], str]] = []
+        x, y = 0.0, 0.0
         line: list[Piece] = []
-        anchor = 0.0
+        anchor, runs_in_line = 0.0, 0
         count, width = 0, 0.0
         path: str | None = None
 
-        def end() -> str:
+        def end() -> None:
             shift = anchor * (x - line[0].x) if line else 0.0
-            return "".join(piece.draw(shift) for piece in line)
+            for piece in line:
+                if drawn and drawn[-1][0] == piece.paint:
+                    drawn[-1] = piece.paint, drawn[-1][1] + piece.draw(shift)
+                else:
+                    drawn.append((piece.paint, piece.draw(shift)))
+            line.clear()
 
-        texts = [text for text, _ in runs]
-        last = max((k for k, text in enumerate(texts) if text.strip()), default=-1)
-        for k, (text, said) in enumerate(runs):
-            text = text.rstrip() if k == last else text if k < last else ""
-            if before.endswith(" ") or any(name in said for name in "xy"):
-                text = text.lstrip()
+        for text, said in runs:
             if said.get(ALONG) != path:  # along a path x of the text counts, and y does not
-                path = said.get(ALONG)
-                drawn, line, x, y = drawn + end(), [], 0.0 if line else x, 0.0
+                path, moved = said.get(ALONG), bool(line)
+                end()
+                x, y = 0.0 if moved else x, 0.0
             place = {name: _place(said[name], name) for name in _MOVES if name in said}
+            if ALONG in said:
+                place.pop("y", None)
             if "x" in place or "y" in place:
-                drawn, line = drawn + end(), []
+                end()
                 x, y = place.get("x", x), place.get("y", y)
             x, y = x + place.get("dx", 0.0), y + place.get("dy", 0.0)
             if not line:
-                anchor = _ANCHORS.get(said.get("text-anchor", "start").strip(), 0.0)
-            if not text:
-                continue
+                anchor, runs_in_line = _ANCHORS.get(said.get("text-anchor", "start").strip(), 0.0), 0
+            runs_in_line += 1
             font, size = self._font(said, text)
+            apart, stretch = float(said.get(APART, "0")), float(said.get(STRETCHED, "1"))
             spacing = Spacing(
                 (_spacing(said, "letter-spacing") + apart) / size, _spacing(said, "word-spacing") / size
             )
             along = _Track(said[ALONG], said.get("startOffset", "0")) if ALONG in said else None
             turn = _degrees(said.get("rotate", "0"))
-            line.append(Piece(text, font, size, x, y, spacing, stretch, along, turn))
-            if len(line) > 1 and any(font.runs_leftward(part.text) for part in line):
+            raised = sum(_raised(shift, font) for shift in said.get(RAISED, "").split())
+            paint = tuple(
+                said.get({"opacity": SEEN}.get(name, name), default) for name, default in PAINT.items()
+            )
+            for part in in_visual_order(text):
+                line.append(Piece(part, font, size, x, y - raised, spacing, stretch, along, turn, paint))
+                advance = size * font.width(part, spacing) * stretch
+                x, width = x + advance, width + advance
+            if runs_in_line > 1 and any(font.runs_leftward(piece.text) for piece in line):
                 raise _NotPlainError
-            advance = size * font.width(text, spacing) * stretch
-            x, before = x + advance, text
-            count, width = count + len(text), width + advance
-        return drawn + end(), width - apart, count
+            count += len(text)
+        end()
+        return drawn, width, count
 
     def _font(self, said: Mapping[str, str], text: str) -> tuple[Font, float]:
         self._letters.spend(len(text))
@@ -235,20 +297,94 @@ class Lettering:
             key = (name.strip().strip("'\"").casefold(), heavy, slant)
             self._families.add(key)
             font = _matched(*key) if key[0] and len(self._families) <= limits.SVG_FONTS else None
-            if font and font.sets(text) and size > 0:
+            if font and all(map(font.sets, in_visual_order(text))) and size > 0:
                 return font, size
             if font:
                 break
         raise _NotPlainError
 
 
-ALONG = "iccm-along"  # a property of our own: the path that a text runs along
+# Properties of our own
+ALONG = "iccm-along"  # the path that a text runs along
+FITTED = "iccm-fitted"  # the span with a length that it is in, by its first letter
+APART, STRETCHED = "iccm-apart", "iccm-stretched"  # user units more between letters, and the stretch of all
+RAISED = "iccm-raised"  # all shifts of the baseline, each with the size of its font
+SEEN = "iccm-seen"  # the opacity of all spans that it is in
 _MOVES = ("x", "y", "dx", "dy")
 _PLACES = (*_MOVES, "rotate", "textLength", "lengthAdjust")
-_PAINT = ("fill", "stroke", "stroke-width", "opacity", "fill-opacity", "stroke-opacity", "visibility")
-"""What is one for all letters of a text."""
+_OWN = (*_PLACES, "baseline-shift", "opacity")
+"""What is not inherited."""
+PAINT = {
+    **{"fill": "black", "stroke": "none", "fill-opacity": "1", "stroke-opacity": "1", "stroke-width": "1"},
+    **{"stroke-linejoin": "miter", "stroke-linecap": "butt", "stroke-dasharray": "none"},
+    **{"paint-order": "normal", "visibility": "visible", "opacity": "1"},
+}
+"""What each letter is painted with, and what it is where nothing is said."""
 _SPACE = "{http://www.w3.org/XML/1998/namespace}space"
 Run = tuple[str, Mapping[str, str]]
+Painted = list[tuple[tuple[str, ...], str]]
+"""Parts of a text: the values of all of PAINT, and path data."""
+
+
+@dataclass(eq=False)
+class _Spans:
+    """The letters of a text in order, with what applies to each.
+
+    Attributes:
+        letters: one by one, spaces collapsed as in HTML.
+        said: what applies to each, but for its place.
+        places: of each, by name.
+        lengths: attributes of spans that have a length, by their first letter.
+    """
+
+    letters: list[str] = field(default_factory=list)
+    said: list[Mapping[str, str]] = field(default_factory=list)
+    places: list[dict[str, str]] = field(default_factory=list)
+    lengths: dict[int, Mapping[str, str]] = field(default_factory=dict)
+    _kept: list[bool] = field(default_factory=list)
+
+    @property
+    def count(self) -> int:
+        """How many letters there are."""
+        return len(self.letters)
+
+    def add(self, text: str, said: Mapping[str, str], kept: bool) -> None:
+        """Add a text whose spaces are all kept, or collapsed with those before it."""
+        for letter in text:
+            space = letter in " \n\t\r"
+            if space and not kept and (not self.letters or self.letters[-1] == " "):
+                continue
+            self.letters.append(" " if space else letter)
+            self.said.append(said)
+            self.places.append({})
+            self._kept.append(kept)
+
+    def place(self, begin: int, said: Mapping[str, str]) -> None:
+        """Give letters, from one on, the places that an element lists; those of an inner element stay."""
+        end = self.count
+        for name in (*_MOVES, "rotate"):
+            values = re.split(r"[\s,]+", said[name].strip()) if name in said else []
+            if name == "rotate" and values:
+                values += values[-1:] * (end - begin - len(values))
+            for own, value in zip(self.places[begin:end], values):
+                own.setdefault(name, value)
+        if "textLength" in said:
+            self.lengths[begin] = said
+
+    def runs(self) -> list[Run]:
+        """Letters that follow each other without a place of their own, and to which the same applies, together."""
+        end = self.count
+        while end and self.letters[end - 1] == " " and not self._kept[end - 1]:
+            end -= 1
+        found: list[tuple[str, dict[str, str], Mapping[str, str]]] = []
+        for letter, said, place in zip(self.letters[:end], self.said, self.places):
+            turn = place.get("rotate", "0")
+            alike = found and found[-1][2] is said and found[-1][1].get("rotate", "0") == turn
+            if alike and not set(_MOVES) & set(place):
+                found[-1] = found[-1][0] + letter, *found[-1][1:]
+            else:
+                found.append((letter, place, said))
+        return [(text, {**said, **place}) for text, place, said in found]
 
 
 @dataclass(frozen=True, eq=False)
@@ -262,6 +398,7 @@ class Piece:
         spacing, stretch: how they are set.
         along: the path that they are set along, if any.
         turn: degrees that each is rotated by.
+        paint: the values of all of PAINT.
     """
 
     text: str
@@ -273,6 +410,7 @@ class Piece:
     stretch: float
     along: "_Track | None"
     turn: float
+    paint: tuple[str, ...]
 
     def draw(self, shift: float) -> str:
         """Path data, so much further to the left."""
@@ -321,28 +459,19 @@ class _Track:
         return Affine(tangent / abs(tangent), 0, complex(ends[1])) if tangent else None
 
 
-def _spaced(text: str, kept: bool) -> str:
-    return re.sub(r"[\n\t\r]" if kept else r"[\n\t\r ]+", " ", text)
+def _raised(shift: str, font: Font) -> float:
+    """User units that a value of `baseline-shift`, and the size of the font that it belongs to, raise letters by."""
+    value, _, size = shift.partition("@")
+    if value in ("sub", "super"):  # half of a line, as browsers have it
+        return (0.5 if value == "super" else -0.5) * font.line_height * float(size)
+    if value.endswith("%"):
+        return _degrees(value[:-1]) / 100 * float(size)
+    return _place(value, "y")
 
 
-def _by_letter(text: str, said: Mapping[str, str]) -> list[Run]:
-    """A text as the parts that have separate places; all that follow have those that are not said."""
-    lists = {name: re.split(r"[\s,]+", said[name].strip()) for name in (*_MOVES, "rotate") if name in said}
-    most = max(map(len, lists.values()), default=0)
-    if most < 2:
-        return [(text, said)]
-    rest = {k: v for k, v in said.items() if k not in _PLACES}
-    turn = {"rotate": said["rotate"]} if "rotate" in said else {}
-    found: list[Run] = []
-    for k, letter in enumerate(text[:most]):
-        own = {name: values[k] for name, values in lists.items() if k < len(values) and name != "rotate"}
-        if turn:
-            own["rotate"] = lists["rotate"][min(k, len(lists["rotate"]) - 1)]
-        kept = {k: v for k, v in said.items() if k in ("textLength", "lengthAdjust")} if not found else {}
-        found.append((letter, rest | own | kept))
-    if text[most:]:
-        found.append((text[most:], rest | ({"rotate": lists["rotate"][-1]} if turn else {})))
-    return found
+def _number(text: str) -> float:
+    """A number, or a percentage."""
+    return _degrees(text.strip().removesuffix("%")) / (100 if text.strip().endswith("%") else 1)
 
 
 def _place(text: str, axis: str) -> float:

@@ -5,10 +5,10 @@ Nothing outside the file is ever read: entities are refused, and links to anythi
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from xml.etree.ElementTree import Element
+from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
@@ -176,6 +176,7 @@ class Document:
         copies: what is shown again so far.
         canvas: its viewBox or size in user units; None when it states none.
         unset_texts: the texts seen so far that are not outlined, by Python's id.
+        painted_texts: those that are painted in parts, as groups of paths.
         root: the node of `top`.
     """
 
@@ -190,6 +191,7 @@ class Document:
             self.sheet = Stylesheet(text, top)
         self.lettering = lettering.Lettering(self.own, self.linked)
         self.unset_texts: set[int] = set()
+        self.painted_texts: dict[Element, Node] = {}
         self._root_font = fonts_in_css.MEDIUM
         self.canvas: Rectangle | None = canvas(top)
         corner, size = (self.canvas[:2], self.canvas[2:]) if self.canvas else ((0.0, 0.0), None)
@@ -336,11 +338,15 @@ class Document:
         found = self._resolved(replace(node), outer.properties)
         if found.hidden:
             return node
-        data = self.lettering.path_data(node.element, found.properties)
-        if data is None:
+        parts = self.lettering.painted(node.element, found.properties)
+        if parts is None:
             self.unset_texts.add(id(node.element))
             return node
-        found.tag, found.properties = "path", {**found.properties, "d": data}
+        if [paint for paint, _ in parts] == [self.lettering.plain(found.properties)]:
+            found.tag, found.properties = "path", {**found.properties, "d": parts[0][1]}
+            return found
+        self.painted_texts[node.element] = found
+        found.tag, found.element = "g", _as_paths(node.element, parts)
         return found
 
     def _resolved(self, node: Node, inherited: Mapping[str, str]) -> Node:
@@ -448,6 +454,15 @@ class Document:
             inside.clips = self._cut_by(inside)
             self._clips[place] = Clip(name, inside.own, tuple(self._shapes(inside)))
         return self._clips[place]
+
+
+def _as_paths(text: Element, parts: Sequence[tuple[Mapping[str, str], str]]) -> Element:
+    """A <text> whose content is a path for each part that is painted alike, which has all that this takes."""
+    group = Element(text.tag, text.attrib)
+    tag = text.tag.replace("text", "path")
+    for paint, data in parts:
+        SubElement(group, tag, {"d": data, "style": ";".join(f"{k}:{v}" for k, v in paint.items())})
+    return group
 
 
 def _share(text: str) -> float:

@@ -12,8 +12,9 @@ from matplotlib.textpath import TextPath
 
 from iccm import InputError
 from iccm.io import limits
+from iccm.io.artwork import rendering
 from iccm.io.shapes import shape
-from iccm.io.svg import lettering
+from iccm.io.svg import directions, lettering
 from iccm.io.svg.fonts import Font
 
 FONTS = Path(mpl.get_data_path(), "fonts", "ttf")
@@ -89,10 +90,9 @@ def test_anchors_and_places_of_parts(tmp_path):
     [
         TEXT.format(x=9, more="", text="h").replace("DejaVu Sans", "Other"),
         TEXT.format(x=9, more='writing-mode="vertical-rl"', text="ho"),
-        TEXT.format(x=9, more="", text='h<tspan textLength="30">o</tspan>'),
-        TEXT.format(x=9, more="", text="\u0633\u0644 h"),
+        TEXT.format(x=9, more="", text='h<tspan textLength="30">o<tspan textLength="9">u</tspan></tspan>'),
         TEXT.format(x=9, more="", text="\u0633\u0644<tspan>\u0633</tspan>"),
-        TEXT.format(x=9, more="", text='h<tspan fill="red">o</tspan>'),
+        TEXT.format(x=9, more="", text='h<tspan fill="url(#g)">o</tspan>'),
         TEXT.format(x=9, more="", text='<textPath href="#p">h</textPath>'),
     ],
 )
@@ -201,3 +201,87 @@ def test_repeated_letters_are_drawn_from_their_font_once():
     drawn = [font.set_at(text, 3, 4, 10) for text in ("AAAA", "AVA")]
     assert font._drawn.cache_info().misses == 2
     assert [path.count("Z") for path in drawn] == [8, 5] and len(set(re.findall("M[^L]*", drawn[0]))) == 8
+
+
+PLACED = [  # a text, and where Chromium 156 has each of its letters, in DejaVu Sans of 30 px from (10, 100) on
+    ('a<tspan baseline-shift="super" font-size="15">b</tspan>c<tspan baseline-shift="sub">d</tspan>'
+     '<tspan baseline-shift="30%">e</tspan><tspan baseline-shift="6">g</tspan>', "",
+     "a 10 100, b 28.39 91 15, c 37.92 100, d 54.42 117.5, e 73.47 91, g 91.94 94"),
+    ('h<tspan textLength="80">ou</tspan>n', "", "h 10 100, o 29.02 100, u 90 100, n 151.64 100"),
+    ('ab<tspan x="100" dy="5">cd</tspan>ef', 'X="10 40 80 120 150"',
+     "a 10 100, b 40 100, c 100 105, d 120 105, e 150 105, f 168.47 105"),
+    ('foo<tspan x="80"> bar</tspan><tspan dx="1em" font-size="50%">h</tspan>  n <tspan> o</tspan>', "",
+     "f 10 100, o 20.55 100, o 38.91 100, b 89.53 100, a 108.58 100, r 126.95 100, h 154.3 100 15, n 173.34 100, "
+     "o 201.91 100"),
+    ('a<tspan>b<tspan display="none">x</tspan></tspan><tspan visibility="hidden">d</tspan>e', "",
+     "a 10 100, b 28.39 100, e 66.48 100"),
+    ("ab \u05d0\u05d1\u05d2 cd", "",
+     "a 10 100, b 28.38 100, \u05d2 56.97 100, \u05d1 69.34 100, \u05d0 86.69 100, c 116.27 100, d 132.75 100"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "more", "wanted"), PLACED)
+def test_spans_are_where_chromium_has_them(tmp_path, text, more, wanted):
+    body = '<text x="10" y="100" font-size="30" font-family="DejaVu Sans" {}>{}</text>'
+    body = body.replace('x="10"', more.lower() or 'x="10"')
+    whole = boxes(tmp_path, body.format("", text))
+    alone = []
+    for letter in wanted.split(", "):
+        letter, x, y, *size = letter.split()
+        style = f'x="{x}" y="{y}" font-size="{(size or [30])[0]}" font-family="DejaVu Sans"'
+        alone += boxes(tmp_path, f"<text {style}>{letter}</text>")
+    assert len(whole) == len(alone)
+    assert np.allclose(whole, sorted(alone), atol=0.5)
+
+
+HEBREW = "\u05d0\u05d1"
+
+
+@pytest.mark.parametrize(
+    ("text", "parts"),
+    [
+        ("plain (text) 12", ["plain (text) 12"]),
+        (f"ab {HEBREW} cd", ["ab ", HEBREW, " cd"]),
+        (f"a {HEBREW} 12,5 {HEBREW}!", ["a ", f" {HEBREW}", "12,5", f"{HEBREW} ", "!"]),
+        (f"{HEBREW} ({HEBREW}) x", [f"{HEBREW} ({HEBREW})", " x"]),
+        (f"x ({HEBREW}) {HEBREW}", ["x (", HEBREW, ") ", HEBREW]),
+        (f"{HEBREW} (ab) {HEBREW}", [HEBREW, " (ab) ", HEBREW]),
+    ],
+)
+def test_parts_that_run_both_ways_stand_as_unicode_orders_them(text, parts):
+    assert directions.in_visual_order(text) == parts and "".join(sorted(text)) == "".join(
+        sorted("".join(parts))
+    )
+
+
+SPANS = (
+    '<g fill="#00f" opacity=".9">'
+    + TEXT.format(
+        x=9,
+        more='style="stroke-width:3"',
+        text='h<tspan fill="#f00">o<tspan fill-opacity=".5" opacity=".5">u</tspan></tspan>'
+        '<tspan style="fill:none;stroke:#0c0">n</tspan>',
+    )
+    + "</g><style>path{fill:pink} .k{fill:#ff0}</style>"
+)
+
+
+def test_spans_have_paint_of_their_own(tmp_path, iccm):
+    """In a picture, and in artwork; also where rules speak of paths, which these are not."""
+    (tmp_path / "a.svg").write_text(SVG.format(SPANS))
+    found, _ = drawn(tmp_path, SPANS)
+    assert len(found) == 4
+    done = iccm("map", tmp_path / "a.svg#canvas", tmp_path / "a.svg#canvas", "-o", tmp_path / "o.svg")
+    assert done.code == 0 and "omitted" not in done.err
+    for name in ("a.svg", "o.svg"):
+        pixels = rendering.render(tmp_path / name, (-100j, 200 + 0j), (200, 100)).pixels
+        seen = {tuple(int(v) for v in colour) for colour in pixels[pixels[..., 3] > 0].reshape(-1, 4)}
+        full = {colour[:3] for colour in seen if colour[3] >= 225}
+        assert (
+            (0, 0, 255) in full
+            and (255, 0, 0) in full
+            and (0, 204, 0) in full
+            and (255, 192, 203) not in full
+        )
+        faint = [c for c in seen if c[0] > 240 and c[1] < 10 and c[2] < 10 and 50 <= c[3] <= 62]
+        assert faint, name  # .9 times .5 times .5

@@ -1,0 +1,93 @@
+"""Text in which letters run both ways, in the order in which its parts stand from left to right."""
+
+from unicodedata import bidirectional
+
+_LEFTWARD, _NUMBERS = ("R", "AL"), ("EN", "AN")
+_BRACKETS = {"(": ")", "[": "]", "{": "}"}
+_MARKS = ("NSM",)  # belong to the letter before them
+
+
+def in_visual_order(text: str) -> list[str]:
+    """Split a text of a line that begins on the left into parts of one direction, from left to right.
+
+    This is Unicode's bidirectional algorithm (UAX 9) without explicit embeddings: what is between letters of one
+    direction belongs to them, and numbers after letters that run leftward are read rightward among these.
+    """
+    if not any(bidirectional(letter) in _LEFTWARD for letter in text):
+        return [text]
+    found: list[str] = []
+    for leftward, part in _directed(text, _ways(text)):
+        found += _numbers_apart(part)[::-1] if leftward else [part]
+    return found
+
+
+def _ways(text: str) -> list[str]:
+    """The direction of each letter: L, R, or N for what has none."""
+    ways: list[str] = []
+    strong = "L"
+    for letter in text:
+        kind = bidirectional(letter)
+        if kind in _MARKS and ways:
+            ways.append(ways[-1])
+        elif kind == "L" or kind in _LEFTWARD:
+            strong = "L" if kind == "L" else "R"
+            ways.append(strong)
+        else:
+            ways.append(strong if kind in _NUMBERS else "N")
+    _direct_brackets(text, ways)
+    return ways
+
+
+def _direct_brackets(text: str, ways: list[str]) -> None:
+    """Give both brackets of a pair the direction of what is in it: rightward if there is a letter that runs so, else
+    leftward where a letter before the pair does, too."""
+    opened: list[int] = []
+    for k, letter in enumerate(text):
+        if letter in _BRACKETS:
+            opened.append(k)
+        elif opened and letter == _BRACKETS[text[opened[-1]]]:
+            begin = opened.pop()
+            before = next((way for way in ways[:begin][::-1] if way != "N"), "L")
+            inside = set(ways[begin:k])
+            if inside & {"L", "R"}:
+                ways[begin] = ways[k] = "L" if "L" in inside else before
+
+
+def _directed(text: str, ways: list[str]) -> list[tuple[bool, str]]:
+    """Parts of one direction, and whether it is leftward; what has none is leftward between such letters only."""
+    found: list[tuple[bool, str]] = []
+    k = 0
+    while k < len(text):
+        end = k
+        while end < len(text) and ways[end] == "N":
+            end += 1
+        if end > k:  # without a direction
+            leftward = k > 0 and end < len(text) and ways[k - 1] == ways[end] == "R"
+        else:
+            leftward, end = ways[k] == "R", k + 1
+        if found and found[-1][0] == leftward:
+            found[-1] = leftward, found[-1][1] + text[k:end]
+        else:
+            found.append((leftward, text[k:end]))
+        k = end
+    return found
+
+
+def _numbers_apart(text: str) -> list[str]:
+    """A part that runs leftward, with its numbers as parts of their own."""
+    found: list[str] = []
+    for k, letter in enumerate(text):
+        number = _in_number(text, k)
+        if found and k and _in_number(text, k - 1) == number:
+            found[-1] += letter
+        else:
+            found.append(letter)
+    return found
+
+
+def _in_number(text: str, k: int) -> bool:
+    """Whether a letter is a digit, or a separator or sign between two."""
+    kinds = [bidirectional(text[j]) if 0 <= j < len(text) else "" for j in (k - 1, k, k + 1)]
+    return kinds[1] in _NUMBERS or (
+        kinds[1] in ("CS", "ES") and kinds[0] in _NUMBERS and kinds[2] in _NUMBERS
+    )
