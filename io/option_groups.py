@@ -55,7 +55,7 @@ TOPICS: dict[str, Topic] = {
     "mesh": Topic(
         "Meshes",
         "--bake --cut-open",
-        "plane cut_open bake carry_maps subdivide_rim allow_outside",
+        "plane cut_open no_cut bake carry_maps subdivide_rim allow_outside",
     ),
     "paper": Topic(
         "The methods `conformal` and `paper`",

@@ -24,6 +24,7 @@ KINDS = ("colour", "normal", "normal-down", "data")
 """What a picture's channels are."""
 ALIKE = 0.75
 """Similarity (by `difflib`) of a mistyped name to the one that is suggested: --sise is similar enough to --size."""
+TEXELS_BETWEEN_CHARTS = 4  # as many as a mipmap of a quarter of the size needs to keep their colours apart
 CERTIFIED = 0.99  # share of the source's area that `--require-injective` asks for
 
 
@@ -323,7 +324,7 @@ class FlattenOptions:
     method: str = _option(
         "How to flatten. conformal: keeps angles, never folds; lscm: least squares conformal maps, which "
         "may fold; balanced: keeps angles and areas as far as possible.",
-        "[conformal|lscm|balanced]", default="conformal",
+        "[conformal|lscm|balanced]", default="balanced",
     )  # fmt: skip
     onto: str | None = _option(
         "Flatten onto the outline of a drawing or picture (outline.svg, sheet.svg#id), with as uniform a "
@@ -337,12 +338,25 @@ class FlattenOptions:
         "With --onto: split triangles at the boundary until its edges follow the outline.",
         default=False,
     )
+    parts: Literal["all", "largest"] = _option(
+        "Which pieces to flatten. all: every piece of every geometry, packed side by side at one scale; "
+        "largest: only the largest piece.",
+        default="all", words="pieces components multiple all whole islands",
+    )  # fmt: skip
+    margin: int = _option(
+        "Distance between charts, in texels of a texture of 1024 by 1024.",
+        "TEXELS", default=TEXELS_BETWEEN_CHARTS, least=0, most=256, words="padding gap spacing",
+    )  # fmt: skip
+    no_cut: bool = _option(
+        "Refuse surfaces that have to be cut open: closed ones, and those with handles. Do not cut bag-like ones.",
+        default=False, words="seam seams unwrap open",
+    )  # fmt: skip
     cut_open: bool = _option(
-        "Cut open a closed surface or one with handles.",
+        "Cut open closed surfaces, also with --onto.",
         default=False,
         old=("cut",),
-        words="seam seams unwrap open",
-    )
+        hidden=("flatten",), instead="surfaces are cut where they have to be, unless --no-cut is given",
+    )  # fmt: skip
     report: str | None = _option("Report of the flattening (JSON); - for stdout.", "FILE.json")
     plot: str | None = _option(
         "Plot the flat mesh and the surface with a checkerboard (.png .svg .pdf).", "FILE.png"
@@ -840,8 +854,13 @@ class JobOptions:
         default=False, commands=("map",),
     )  # fmt: skip
     cut_open: bool = _option(
-        "Cut open a closed mesh or one with handles.", default=False, commands=EDITED, old=("cut",),
+        "Cut also meshes with a boundary where that evens the scale, if they are mapped by landmarks or onto "
+        "another mesh; other meshes are cut where they have to be.", default=False, commands=EDITED, old=("cut",),
         words="seam seams unwrap open",
+    )  # fmt: skip
+    no_cut: bool = _option(
+        "Refuse closed meshes and those with handles instead of cutting them open.", default=False,
+        commands=EDITED, words="seam seams unwrap open",
     )  # fmt: skip
     max_faces: int = _option(
         "Refuse meshes with more faces.",

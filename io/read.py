@@ -45,7 +45,9 @@ def read_shape(path: str | PathLike, *, trace: str = "auto", cut_open: bool = Fa
     15.0
     """
     text = fspath(path)
-    return Inputs(make({"source": text, "trace": trace, "cut_open": cut_open})).shape(text)
+    return Inputs(make({"source": text, "trace": trace, "cut_open": cut_open, "no_cut": not cut_open})).shape(
+        text
+    )
 
 
 def read_image(path: str | PathLike) -> NDArray:

@@ -9,6 +9,7 @@ seams     where a cut is lengthened
 opening   triangles and polygons of a layout set right by moving single vertices
 interpolation  `morph`: shapes between two, by the metric of a map between them
 of_arrays  `iccm.flatten`: meshes that are there as arrays
+whole     all pieces of a mesh, packed side by side
 charts    the charts of a mesh's own texture coordinates, as flattenings
 """
 

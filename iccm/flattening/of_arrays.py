@@ -15,7 +15,7 @@ from . import method as methods
 
 @on_one_thread
 def flatten(
-    mesh: Any, faces: ArrayLike | None = None, *, method: str = "conformal", cut_open: bool = False
+    mesh: Any, faces: ArrayLike | None = None, *, method: str = "balanced", cut_open: bool = False
 ) -> Flattening:
     """Flatten a mesh in the plane, without folds or overlaps.
 

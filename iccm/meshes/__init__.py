@@ -7,6 +7,7 @@ patch               such a patch: an oriented disk, with or without holes
 geodesics           shortest ways on surfaces
 cut                 closed surfaces and handles opened, areas relieved
 flatten             `Flattening`: a patch flattened; least squares conformal maps
+packing             charts packed into a region of the plane
 stretch             singular values of a piecewise linear map, triangle by triangle
 locate              triangles of a flattened patch that hold given points
 surface             points of the plane in the mesh's own texture

@@ -116,6 +116,17 @@ class Joined:
         """(k,) the pieces, the largest first."""
         return np.argsort(-self.areas, kind="stable")
 
+    @cached_property
+    def _by_piece(self) -> tuple[Index, Index]:
+        """Triangles piece by piece, and where those of each begin."""
+        label = self.shape.components()
+        return np.argsort(label, kind="stable"), np.append(0, np.cumsum(np.bincount(label)))
+
+    def triangles_of(self, label: int) -> Index:
+        """The triangles of a piece, by its number among the components."""
+        order, starts = self._by_piece
+        return order[starts[label] : starts[label + 1]]
+
     @property
     def sizes(self) -> list[int]:
         """Numbers of triangles of the pieces, in this order."""
@@ -141,7 +152,11 @@ def disk_patch(
         InputError: naming the first element at fault (see `mesh.checked`); no such piece, or one without area; a
             one-sided surface, a closed one, a handle; no seam through the points.
     """
-    whole = sound_piece(mesh, piece)
+    return open_piece(sound_piece(mesh, piece), cut=cut, through=through)
+
+
+def open_piece(whole: Patch, *, cut: bool, through: Real | None = None) -> Patch:
+    """A sound piece opened to a disk, where it has to be; arguments and errors as for `disk_patch`."""
     if whole.loops and whole.genus == 0:
         return whole
     if not cut:
@@ -149,7 +164,7 @@ def disk_patch(
         what = handles if whole.genus else "is closed"
         raise InputError(
             f"{whole.mesh.name}: the surface {what} and cannot be flattened as a whole; choose a part of "
-            "it (file#group), or cut it open with --cut-open"
+            "it (file#group), or allow it to be cut open (leave --no-cut out; in Python, cut_open=True)"
         )
     if through is not None and not whole.genus:
         stops = nearest(whole, through)
@@ -163,6 +178,8 @@ def sound_piece(mesh: Mesh | Joined, piece: int = 1) -> Patch:
     joined = mesh if isinstance(mesh, Joined) else Joined.of(mesh)
     mesh, vertex, notes = joined.mesh, joined.vertex, list(joined.notes)
     shape, corner = _one_piece(joined, piece, notes)
+    used, local = np.unique(shape.faces, return_inverse=True)
+    shape, vertex = Triangles(local.reshape(-1, 3), used.size), vertex[used]
     shape, corner = _orient(mesh, shape, corner, vertex, notes)
     shape, vertex = split_non_manifold(shape, vertex, notes)
     return Patch(mesh, mesh.points[vertex], shape, vertex, corner, notes=tuple(notes))
@@ -183,8 +200,8 @@ def _one_piece(joined: Joined, piece: int, notes: list[str]) -> tuple[Triangles,
         raise InputError(f"{name}: no face has an area; does the file contain only lines?")
     if area.size == 1:
         return shape, joined.corner
-    own = shape.components() == chosen
-    others = f"{area.size - 1} other piece{'s' if area.size > 2 else ''} of {(~own).sum()} triangles"
+    own = joined.triangles_of(int(chosen))
+    others = f"{area.size - 1} other piece{'s' if area.size > 2 else ''} of {len(shape.faces) - own.size} triangles"
     notes.append(
         f"ignored {others} that are not connected to it; #piece-{2 if piece == 1 else 1} selects another"
     )

@@ -4,6 +4,7 @@ Lévy, Petitjean, Ray, Maillot, *Least Squares Conformal Maps*, SIGGRAPH 2002. F
 of the surface (equal area) and turned so that up on the surface is up in the plane.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -33,6 +34,7 @@ class Flattening:
         method: "lscm", "conformal" (free of folds and overlaps) or "balanced" (even).
         notes: what was repaired.
         even: the even layout that it was found from, if any.
+        outlines: the outer boundary of each chart, where there are several; `loop` is then that of the largest.
     """
 
     patch: Patch
@@ -41,12 +43,18 @@ class Flattening:
     method: str
     notes: tuple[str, ...] = ()
     even: "Flattening | None" = None
+    outlines: tuple[Index, ...] = ()
 
     def cut_further(self, patch: Patch) -> "Flattening":
         """The same layout of the patch cut further: both sides of the cut lie on each other."""
         flat = np.empty(len(patch.points), complex)
         flat[patch.faces] = self.flat[self.patch.faces]
         return replace(self, patch=patch, flat=flat, loop=patch.loop_of(self.patch, self.loop))
+
+    @property
+    def outer_loops(self) -> tuple[Index, ...]:
+        """The outer boundary of each chart."""
+        return self.outlines or (self.loop,)
 
     @cached_property
     def boundary(self) -> Curve:
@@ -99,8 +107,9 @@ class Flattening:
             "method": self.method,
             "vertices": len(self.flat),
             "triangles": len(self.patch.faces),
-            "boundary_vertices": len(self.loop),
-            "holes": len(self.patch.loops) - 1,
+            "boundary_vertices": sum(loop.size for loop in self.outer_loops),
+            **({"charts": len(self.outlines)} if self.outlines else {}),
+            "holes": len(self.patch.loops) - len(self.outer_loops),
             "seam_edges": len(self.patch.seam),
             "seam_length": self.patch.seam_length,
             "turned": int(self.turned.size),
@@ -116,12 +125,43 @@ def overlap(result: Flattening) -> str | None:
         return "no finite positions"
     if result.turned.size:
         return f"{result.turned.size} flipped triangles"
-    xy = xy_of(result.flat)
-    holes = [xy[loop] for loop in result.patch.loops if not np.array_equal(loop, result.loop)]
-    region = shapely.Polygon(xy[result.loop], holes)
+    if result.outlines:
+        return _overlap_of_charts(result)
+    return _overlap_inside(
+        result.flat,
+        result.loop,
+        [loop for loop in result.patch.loops if not np.array_equal(loop, result.loop)],
+    )
+
+
+def _overlap_inside(flat: Complex, outline: Index, holes: Sequence[Index]) -> str | None:
+    """What keeps the boundary of a chart from being the boundary of a region, or None."""
+    xy = xy_of(flat)
+    region = shapely.Polygon(xy[outline], [xy[hole] for hole in holes])
     if not (region.is_valid and region.exterior.is_ccw):
         return "an outline that crosses itself"
     return "an inverted hole" if any(ring.is_ccw for ring in region.interiors) else None
+
+
+def _overlap_of_charts(result: Flattening) -> str | None:
+    """What keeps charts from being apart, and each from being one-to-one, or None."""
+    chart = np.empty(result.flat.size, np.int64)
+    chart[result.patch.faces] = result.patch.triangles.components()[:, None]
+    outer = {int(chart[loop[0]]): loop for loop in result.outlines}
+    holes: dict[int, list[Index]] = {k: [] for k in outer}
+    first = {int(loop[0]) for loop in result.outlines}
+    for loop in result.patch.loops:
+        if int(loop[0]) not in first:
+            holes[int(chart[loop[0]])].append(loop)
+    for k, loop in outer.items():
+        if fault := _overlap_inside(result.flat, loop, holes[k]):
+            return fault
+    xy = xy_of(result.flat)
+    regions = np.array(
+        [shapely.Polygon(xy[loop], [xy[hole] for hole in holes[k]]) for k, loop in outer.items()]
+    )
+    one, two = shapely.STRtree(regions).query(regions, "intersects")
+    return "charts that overlap" if (one < two).any() else None
 
 
 def lscm(patch: Patch, outline: Index) -> Complex:

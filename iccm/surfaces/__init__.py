@@ -15,6 +15,7 @@ isomorphism       two meshes of the same connectivity, in any order
 matching          two meshes with the same triangles brought together
 as_written        figures of new texture coordinates
 boundary_slivers  triangles at the boundary without room
+packed            the map onto pieces that are packed inside a picture
 seams             the order of two seams through the same landmarks
 trilateration     one surface's seam on the other, by geodesic distances
 """

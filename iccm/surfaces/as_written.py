@@ -24,30 +24,35 @@ class Written:
     Attributes:
         distortion: from the plane of the picture to the surface, a sample a triangle.
         boundary: `rms` and two-sided `hausdorff` distance of the chords between its vertices to the picture's outline,
-            relative to that.
+            relative to that; 0 of packed charts.
         log10_area: quantiles of the logarithm of the area scale, over the picture's area.
+        packed: whether these are charts inside the picture, without an outline to reach.
     """
 
     distortion: Distortion
     boundary: dict[str, float]
     log10_area: dict[str, float]
+    packed: bool = False
 
     @classmethod
     def of(cls, z: Complex, layout: Flattening, outline: Curve) -> "Written":
-        """Of a layout's vertices (n,) in the plane of a picture with this outline."""
+        """Of a layout's vertices (n,) in the plane of a picture with this outline; charts that are packed inside it do
+        not have to reach it."""
         corners, space = z[layout.patch.faces], layout.patch.points[layout.patch.faces]
         before, after = np.abs(triangle_areas(corners)), face_areas(space)
         return cls(
             _distortion(corners, space, float(np.sqrt(after.sum() / before.sum()))),
-            _boundary(z[layout.loop], outline),
+            {"rms": 0.0, "hausdorff": 0.0} if layout.outlines else _boundary(z[layout.loop], outline),
             _scales(before, after),
+            bool(layout.outlines),
         )
 
     def report(self) -> dict[str, Any]:
         """As in the JSON report."""
         found = self.distortion.report()
         found.pop("turn")  # triangles in space have no upright
-        return {**found, "boundary": self.boundary, "log10_area": self.log10_area}
+        boundary = {} if self.packed else {"boundary": self.boundary}
+        return {**found, **boundary, "log10_area": self.log10_area}
 
 
 def _scales(before: Real, after: Real) -> dict[str, float]:

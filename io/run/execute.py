@@ -199,6 +199,14 @@ def _framed(pair: Pair, fit: Fit) -> Pair:
 
 def _solved(run: Run, pair: Pair, given: dict[str, Any], holed: bool) -> Fit:
     (source, target), start = pair, run.start
+    if target.is_mesh:
+        from ..shapes.mesh_shape import as_mesh
+
+        mesh = as_mesh(target)
+        if mesh.packed:
+            from ...surfaces.packed import place
+
+            return place(source.curve, mesh.flattening)
     aim, how = target if run.job.target else None, dict[str, Any](holed=holed, tell=run.note)
     if aim is not None and source.drawing is not None:
         given = given | {"opaque": run.opaque, "free_gaps": run.free_gaps}

@@ -44,8 +44,11 @@ def svg(shape: MeshShape) -> str:
     view = f"{low.real - margin:.9g} {-high.imag - margin:.9g} {size.real:.9g} {size.imag:.9g}"
     flat, patch = shape.flattening.flat, shape.flattening.patch
     thin = f'fill="none" stroke="#8a929b" stroke-width="{0.002 * abs(high - low):.3g}"'
-    holes = [loop for loop in patch.loops if not np.array_equal(loop, shape.flattening.loop)]
-    lines = [f'<path id="outline" fill="#22262b" d="{_path(shape.curve.z)}"/>']
+    outer = {int(loop[0]) for loop in shape.flattening.outer_loops}
+    holes = [loop for loop in patch.loops if int(loop[0]) not in outer]
+    outlines = [flat[loop] for loop in shape.flattening.outer_loops] if shape.packed else [shape.curve.z]
+    names = [f"outline-{k + 1}" for k in range(len(outlines))] if shape.packed else ["outline"]
+    lines = [f'<path id="{name}" fill="#22262b" d="{_path(z)}"/>' for name, z in zip(names, outlines)]
     lines += [f'<path id="hole-{k + 1}" {thin} d="{_path(flat[loop])}"/>' for k, loop in enumerate(holes)]
     head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{view}">'
     return "\n".join(['<?xml version="1.0" encoding="UTF-8"?>', head, *lines, "</svg>", ""])

@@ -19,6 +19,7 @@ from ...surfaces.as_written import Written
 from .. import files, formats, references
 from ..materials.carried_maps import CarriedMaps
 from ..meshes import mesh_files
+from ..options import TEXELS_BETWEEN_CHARTS
 from ..shapes import mesh_reading, onto_outline
 from ..shapes import shape as planar
 from ..shapes.mesh_shape import MeshShape
@@ -87,9 +88,10 @@ def run(job: FlattenJob, *, tell: Callable[[str], None] = lambda note: None) -> 
         laid = lay_out(
             job.mesh,
             goal_of(job),
-            cut=job.cut_open,
+            cut=not job.no_cut,
             tell=lambda remark: note(f"{job.mesh}: {remark}"),
             split=job.subdivide_rim,
+            margin=None if job.parts == "largest" else job.margin,
         )
         found = write_all(laid, job, stack)
         for remark in found["notes"][len(laid.shape.notes) :]:
@@ -104,7 +106,15 @@ def goal_of(job: FlattenJob) -> str:
     return job.onto or job.method
 
 
-def lay_out(mesh: str, method: str, *, cut: bool, tell: Callable[[str], None], split: bool = False) -> Layout:
+def lay_out(
+    mesh: str,
+    method: str,
+    *,
+    cut: bool,
+    tell: Callable[[str], None],
+    split: bool = False,
+    margin: int | None = TEXELS_BETWEEN_CHARTS,
+) -> Layout:
     """A mesh flattened by a method, or onto an outline.
 
     Args:
@@ -113,12 +123,16 @@ def lay_out(mesh: str, method: str, *, cut: bool, tell: Callable[[str], None], s
         cut: whether it may be cut open.
         tell: is given remarks.
         split: whether triangles at its rim are split until chords follow the outline.
+        margin: between the charts of several pieces, in texels of a texture of 1024; None: the largest piece alone.
 
     Raises:
         InputError: the mesh cannot be flattened; no such method, nor file, or no outline in it.
     """
     if method in METHODS:
-        found = Layout(mesh_reading.read(mesh, cut=cut, method=method, chart=True), {})
+        whole = None
+        if margin is not None:
+            whole = mesh_reading.read_whole(mesh, cut=cut, method=method, margin=margin)
+        found = Layout(whole or mesh_reading.read(mesh, cut=cut, method=method, chart=True), {})
     else:
         path = Spec.of(method).path
         if not path.is_file():
@@ -152,6 +166,7 @@ def figures(laid: Layout, uv: str | None) -> dict[str, Any]:
     own, patch = written.report(), written.patch
     turned, bent = layout.turned_over(rounded[patch.faces]), concave(rounded, patch)
     fault = overlap(shape.flattening)
+    loops = list(shape.flattening.outer_loops) if shape.packed else shape.flattening.patch.loops
     notes = [*shape.notes, *([f"{shape.spec}: {not_convex(bent)}"] if bent else [])]
     if outline is not None:
         as_map = Written.of(written.flat, written, outline.curve).report()
@@ -168,7 +183,7 @@ def figures(laid: Layout, uv: str | None) -> dict[str, Any]:
         "uv": turned,
         "concave_polygons": bent,
         "box": [low, high],
-        "boundary_loops": [len(loop) for loop in shape.flattening.patch.loops],
+        "boundary_loops": [len(loop) for loop in loops],
         "notes": notes,
         "inputs": [
             {"path": str(p), "sha256": files.sha256(p)} for p in (shape.path, outline and outline.path) if p

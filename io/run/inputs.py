@@ -105,7 +105,7 @@ class Inputs(Files):
     def _cut_pair(self) -> tuple[str, str] | None:
         """The specs of both sides, where these are meshes in space that may be cut."""
         job = self.job
-        if not job.cut_open or not job.target or job.plane == "uv":
+        if job.no_cut or not job.target or job.plane == "uv":
             return None
         pair = job.source, job.target
         return pair if all(map(self.is_mesh, pair)) else None
@@ -193,6 +193,35 @@ class Inputs(Files):
             **self._lying(target, source),
         )
 
+    def whole_target(self, text: str, source: Shape) -> Shape | None:
+        """All pieces of a mesh, packed inside the source; None where one piece is the target.
+
+        Raises:
+            InputError: as for `shape`; the pieces do not fit into the source.
+        """
+        job = self.job
+        one = (job.pin, job.constraints, job.rigid, job.rigid_target, job.importance, job.size_map, job.start)
+        if job.parts == "largest" or any(one) or job.subdivide_rim or source.is_mesh:
+            return None
+        if not self.is_mesh(text) or self.is_layout(text):
+            return None
+        from ...curve import polygon_of
+        from ..shapes import mesh_reading
+
+        holes = () if job.holes == "fill" else source.holes
+        if source.drawing is not None and not source.drawing.is_one_part and job.whole_drawings:
+            region = source.drawing.painted
+        else:
+            region = polygon_of(source.curve.z, *holes)
+        return mesh_reading.read_whole(
+            text,
+            cut=not job.no_cut,
+            opened=self._sound_mesh(text),
+            method="balanced" if job.exact else "conformal",
+            region=region,
+            box=source.box,
+        )
+
     def _names_regions(self, target: bool) -> bool:
         """Whether rigid regions of the source, or of the target, are called by their names in its file."""
         from ..shapes.regions import MARK
@@ -247,7 +276,20 @@ class Inputs(Files):
         else:
             aspect = _first_proportions([Path(job.texture)])
         joins = source is not None and not source.holes
-        return {"cut": job.cut_open, "layout": job.plane == "uv", "aspect": aspect, "joins": joins}
+        # what is mapped by landmarks, or onto another mesh, keeps its boundary unless it is to be cut
+        bound = job.pin or job.constraints or job.start or self._both_meshes
+        return {
+            "cut": not job.no_cut,
+            "cut_open": job.cut_open or not bound,
+            "layout": job.plane == "uv",
+            "aspect": aspect,
+            "joins": joins,
+        }
+
+    @property
+    def _both_meshes(self) -> bool:
+        job = self.job
+        return bool(job.target) and all(map(self.is_mesh, (job.source, job.target or "")))
 
     def sha256(self, name: str) -> str:
         """The hash of an input; of a mesh as it was read."""

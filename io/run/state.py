@@ -95,7 +95,10 @@ class Run:
             pairs, notes, figures = parts.read(job, inputs)
         else:
             source = inputs.shape(job.source)
-            target = inputs.shape(job.target, target=True, source=source) if job.target else source
+            target = source
+            if job.target:
+                whole = inputs.whole_target(job.target, source)
+                target = whole or inputs.shape(job.target, target=True, source=source)
             pairs = [(source, target)]
         run = cls.of_pairs(job, inputs, pairs, tell, phases, threads, figures)
         run.note(*notes)

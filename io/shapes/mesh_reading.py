@@ -9,20 +9,24 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import shapely
 
-from ...arrays import Box, Index, Real
+from ...arrays import Box, Index, Real, distinct_rows
 from ...curve import Curve
 from ...errors import InputError
 from ...flattening import convex, flatten
 from ...flattening.charts import Atlas
+from ...flattening.whole import flatten_each, pack_all
 from ...meshes.disk_patch import Joined, disk_patch, sound_piece
 from ...meshes.flatten import Flattening
+from ...meshes.mesh import Mesh
 from ...meshes.patch import Patch
 from ...pixels.composed import reflected
 from ...plane import bounding_box
 from ...surfaces.inserted import Opening, with_vertices
 from ..meshes import mesh_files
 from ..meshes.mesh_format import MeshFile, MeshFormat
+from ..options import TEXELS_BETWEEN_CHARTS
 from ..point_syntax import Place, vertex_of
 from .mesh_parts import side_by_side
 from .mesh_shape import MeshShape, row_of
@@ -31,6 +35,9 @@ from .shape import Shape
 if TYPE_CHECKING:
     from ..pictures.image import Image
 
+MOST_NOTES = 6
+"""Notes on what was repaired in the pieces of a mesh, of which there may be thousands."""
+
 Aspect = float | Callable[[list[Path | bytes]], float | None]
 
 
@@ -38,6 +45,7 @@ def read(
     spec: str,
     *,
     cut: bool = False,
+    cut_open: bool = True,
     opened: MeshFormat | None = None,
     method: str = "conformal",
     layout: bool = False,
@@ -55,6 +63,7 @@ def read(
         spec: a part is an OBJ object, group or material, `piece-2` or `uv-2` (see `mesh_files.read`); a loop a number,
             1 being the longest boundary.
         cut: whether a closed surface, or one with handles, may be cut open.
+        cut_open: whether one with a boundary may be cut, too, where its layout would change sizes by decades.
         opened: the file, if it was opened already.
         method: of flattening; see `flattening.flatten`.
         layout: whether the plane is that of the texture coordinates, where `spec` does not say which.
@@ -83,7 +92,107 @@ def read(
         file = split_at(file, through)
     piece = disk_patch(file.mesh, cut=cut, piece=file.piece or 1, through=through)
     grow = cut and through is None  # between two meshes seams that are lengthened would differ
+    grow &= cut_open or len(piece.seam) > 0
     return flatten_patch(spec, file, piece, grow, method, _start_of(piece, through), chart=chart, joins=joins)
+
+
+def read_whole(
+    spec: str,
+    *,
+    cut: bool,
+    opened: MeshFormat | None = None,
+    method: str = "balanced",
+    margin: int = TEXELS_BETWEEN_CHARTS,
+    region: shapely.Geometry | None = None,
+    box: Box | None = None,
+) -> MeshShape | None:
+    """All pieces of a mesh, flattened and packed side by side at one scale; None where it is one piece, or one is named
+    by its number.
+
+    Args:
+        spec: the mesh; a part that is named is taken as a whole.
+        cut: whether closed pieces, and bag-like ones, may be cut open.
+        opened: the file, if it was opened already.
+        method: of flattening; see `flattening.flatten`.
+        margin: distance between charts, in texels of a texture of 1024.
+        region: where charts are packed, as they are upright; None: in a square, where they may be rotated.
+        box: of pictures in this plane, with a region.
+
+    Raises:
+        InputError: no piece can be flattened, or one is closed and may not be cut.
+    """
+    files = mesh_files.read_all(spec, opened)
+    if files[0].numbered or files[0].chart:
+        return None
+    pieces, corners, faults = list[Patch](), list[Index](), list[str]()
+    first = 0
+    for file in files:
+        found, more = _sound_pieces(file)
+        pieces += found
+        corners += [piece.corner + first for piece in found]
+        faults += more
+        first += file.mesh.corners.size
+    if len(pieces) + len(faults) < 2:
+        return None
+    if not pieces:
+        raise InputError(faults[0])
+    tried = flatten_each(pieces, grow=cut, method=method)
+    faults += [str(each) for each in tried if isinstance(each, InputError)]
+    corners = [corner for corner, each in zip(corners, tried) if isinstance(each, Flattening)]
+    layouts = [each for each in tried if isinstance(each, Flattening)]
+    if not layouts:
+        raise InputError(faults[0])
+    every = np.logical_or.reduce([file.faces for file in files])
+    whole = files[0].part_of(files[0].content, every) if len(files) > 1 else files[0]
+    whole = replace(
+        whole, mesh=replace(whole.mesh, name=str(spec)), part=None if len(files) > 1 else whole.part
+    )
+    flat, side = pack_all(whole.mesh, layouts, corners, region, rotates=region is None, margin=margin)
+    also = _at_same_places(whole.mesh, flat.patch)
+    file, patch, also = _with_faces_of(whole, flat.patch, also)
+    flat = replace(flat, patch=patch)
+    box = box or (0j, complex(side, side))
+    notes = [*_summed(layouts), *(f"ignored: {fault}" for fault in faults[:MOST_NOTES])]
+    if len(faults) > MOST_NOTES:
+        notes.append(f"ignored {len(faults) - MOST_NOTES} more pieces that cannot be flattened")
+    return _lay_out(spec, file, flat, Curve(flat.flat[flat.loop]), box, notes, packed=True, also=also)
+
+
+def _sound_pieces(file: MeshFile) -> tuple[list[Patch], list[str]]:
+    """The pieces of a mesh that can be flattened, as closed as they are, and why the others cannot.
+
+    Raises:
+        InputError: an element at fault.
+    """
+    connected = Joined.of(file.mesh)
+    found, faults = list[Patch](), list[str]()
+    for number in range(1, np.count_nonzero(connected.areas) + 1):
+        try:
+            found.append(sound_piece(connected, number))
+        except InputError as error:
+            faults.append(
+                f"#{_named(file, 'piece', number)}: {str(error).removeprefix(f'{file.mesh.name}: ')}"
+            )
+    return found, faults
+
+
+def _summed(layouts: Sequence[Flattening]) -> list[str]:
+    """Notes on all pieces: what several have in common is said once."""
+    notes = [f"{len(layouts)} pieces are mapped, packed side by side at one scale; --parts largest maps one"]
+    cut = [each for each in layouts if len(each.patch.seam)]
+    if cut:
+        edges = sum(len(each.patch.seam) for each in cut)
+        notes.append(
+            f"cut open along {edges} edges of {len(cut)} piece{'s' if len(cut) > 1 else ''} that are closed or "
+            "bag-like; --no-cut refuses them"
+        )
+    kinds = dict.fromkeys(
+        note
+        for each in layouts
+        for note in (*each.patch.notes, *each.notes)
+        if not note.startswith("ignored")
+    )
+    return [*notes, *list(kinds)[:MOST_NOTES]]
 
 
 def flatten_patch(
@@ -199,20 +308,58 @@ def aspect_of(file: MeshFile, given: Aspect | None) -> float:
 
 def _of_patch(file: MeshFile, patch: Patch) -> tuple[MeshFile, Patch]:
     """The patch, and the file with no other faces than its own: those of other pieces stay as they are."""
+    none = np.zeros(0, np.int64)
+    return _with_faces_of(file, patch, (none, none))[:2]
+
+
+def _with_faces_of(
+    file: MeshFile, patch: Patch, also: tuple[Index, Index]
+) -> tuple[MeshFile, Patch, tuple[Index, Index]]:
+    """The same with the faces of further corners, which are beside the vertices of the patch there."""
     mesh = file.mesh
     own = np.zeros(mesh.sizes.size, bool)
     own[patch.polygon] = True
+    own[np.searchsorted(mesh.starts, also[0], side="right") - 1] = True
     if own.all():
-        return file, patch
+        return file, patch, also
     part, faces = mesh.part(own, mesh.name), file.faces.copy()
     faces[np.flatnonzero(faces)[~own]] = False
     number = np.cumsum(np.repeat(own, mesh.sizes)) - 1
-    return replace(file, mesh=part, faces=faces), replace(patch, mesh=part, corner=number[patch.corner])
+    patch = replace(patch, mesh=part, corner=number[patch.corner])
+    return replace(file, mesh=part, faces=faces), patch, (number[also[0]], also[1])
+
+
+def _at_same_places(mesh: Mesh, patch: Patch) -> tuple[Index, Index]:
+    """Corners of faces that a patch does not have, since they have no area or the corners of another face, and the
+    vertices of the patch at the same places: of the same face, where one has all corners."""
+    own = np.zeros(mesh.sizes.size, bool)
+    own[patch.polygon] = True
+    left = np.flatnonzero(~own)
+    if not left.size:
+        return left, left
+    place = distinct_rows(mesh.points)[1]
+    known = np.full(len(mesh.points), -1)
+    known[place[patch.vertex]] = np.arange(patch.vertex.size)
+    corners = [np.arange(*mesh.starts[face : face + 2]) for face in left]
+    corners = [each for each in corners if (known[place[mesh.corners[each]]] >= 0).all()]
+    if not corners:
+        return np.zeros(0, np.int64), np.zeros(0, np.int64)
+    of_faces = {
+        tuple(sorted(key)): dict(zip(key, vertices))
+        for key, vertices in zip(place[patch.vertex[patch.faces]].tolist(), patch.faces.tolist())
+    }
+    vertices = list[int]()
+    for each in corners:
+        there = place[mesh.corners[each]].tolist()
+        same = of_faces.get(tuple(sorted(there)), {})
+        vertices += [same.get(key, int(known[key])) for key in there]
+    return np.concatenate(corners), np.array(vertices)
 
 
 def _holes(file: MeshFile, flat: Flattening) -> dict[str, Any]:
     """The outlines of holes in the plane, and the objects, groups and materials around each."""
-    loops = [loop for loop in flat.patch.loops if not np.array_equal(loop, flat.loop)]
+    outer = {int(loop[0]) for loop in flat.outer_loops}
+    loops = [loop for loop in flat.patch.loops if int(loop[0]) not in outer]
     names = [names_around(file, flat.patch, loop) for loop in loops]
     return {"holes": tuple(flat.flat[loop] for loop in loops), "hole_names": tuple(names)}
 
@@ -231,6 +378,7 @@ def read_all(
     most: int,
     *,
     cut: bool = False,
+    cut_open: bool = True,
     opened: MeshFormat | None = None,
     layout: bool = False,
     aspect: Aspect | None = None,
@@ -246,7 +394,8 @@ def read_all(
     """
     parts = mesh_files.read_all(spec, opened)
     if parts[0].numbered:
-        return [read(spec, cut=cut, opened=opened, layout=layout, aspect=aspect, joins=joins)], 0
+        how: dict[str, Any] = {"cut": cut, "cut_open": cut_open, "opened": opened}
+        return [read(spec, **how, layout=layout, aspect=aspect, joins=joins)], 0
     charts = bool(parts[0].chart) or layout
     found = _charts(spec, parts, aspect) if charts else _pieces(spec, parts, cut, joins)
     found = sorted(found, key=lambda each: -each.area)

@@ -35,6 +35,8 @@ class MeshShape(Shape):
         flattening: its place in the plane.
         start: the vertex of the flattening at which the seam through pins begins; -1 where it runs elsewhere.
         chart: where it lies in the mesh's own texture coordinates, if its plane is theirs.
+        also: corners of faces that the flattening does not have, and its vertices that these are at.
+        packed: whether it is several pieces side by side; `curve` is then the outline of the largest.
     """
 
     is_mesh = True
@@ -42,6 +44,8 @@ class MeshShape(Shape):
     flattening: Flattening
     start: int = -1
     chart: LaidOut | None = None
+    packed: bool = False
+    also: tuple[Index, Index] | None = None
 
     @property
     def domain(self) -> Curve | Flattening:
@@ -236,6 +240,8 @@ class MeshShape(Shape):
             at = mesh.points[mesh.corners[own]]
             away = np.linalg.norm(at[:, None] - at[shown[own]], axis=2)
             found[own] = found[own[shown[own]][np.argmin(away, axis=1)]]
+        if self.also is not None:
+            found[self.also[0]] = self.also[1]
         return found, patch.corner
 
     @property

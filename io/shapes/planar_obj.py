@@ -149,7 +149,7 @@ def _boundary(content: Obj, part: str | None) -> list[tuple[str, Edges]]:
     single, count = np.unique(edges, axis=0, return_counts=True)
     if not (count == 1).any():
         raise InputError(
-            f"{content.path}: the faces have no boundary; flatten the mesh first with iccm flatten --cut-open"
+            f"{content.path}: the faces have no boundary; flatten the mesh first with iccm flatten"
         )
     return [(part or "", single[count == 1])]
 

@@ -106,11 +106,26 @@ def test_one_texture_of_several_is_told(pair, iccm):
     assert named.code == 0 and "2 textures" not in named.err
 
 
+def test_all_geometries_are_mapped_without_overlap(pair, iccm):
+    done = iccm("map", "square.svg", "pair.glb", "-o", "out.glb", "--report", "r.json")
+    assert done.code == 0, done.err
+    assert json.loads((pair / "r.json").read_text())["mapped"] == 1
+    new = rich_glb.read("out.glb")
+    boxes = [corners(new, new.meshes[k].primitives[0])["TEXCOORD_0"].reshape(-1, 2) for k in (0, 1)]
+    low, high = (np.array([f(box, axis=0) for box in boxes]) for f in (np.min, np.max))
+    assert (low >= 0).all() and (high <= 1).all()
+    assert (low[0] > high[1]).any() or (low[1] > high[0]).any()
+    sizes = high - low  # both sheets are of one size
+    assert sizes[0].prod() == pytest.approx(sizes[1].prod(), rel=0.01)
+
+
 def test_the_largest_geometry_is_taken_and_the_share_of_the_file_told(pair, iccm):
     file = gl.GLTF2().load("pair.glb")
     file.nodes[1].scale = [2, 2, 2]
     file.save("uneven.glb")
-    done = iccm("map", "square.svg", "uneven.glb", "-o", "out.glb", "--report", "r.json")
+    done = iccm(
+        "map", "square.svg", "uneven.glb", "--parts", "largest", "-o", "out.glb", "--report", "r.json"
+    )
     assert done.code == 0, done.err
     old, new = rich_glb.read("uneven.glb"), rich_glb.read("out.glb")
     same = [
@@ -144,12 +159,14 @@ def test_vertices_of_a_skin_are_where_its_joints_put_them(tmp_path):
 
 
 def test_the_share_of_each_part_that_can_be_mapped_is_told(shapes, iccm):
-    """A closed box beside a square is left out without --cut."""
+    """A closed box beside a square is left out with --no-cut."""
     import trimesh
 
     sheet = trimesh.Trimesh([[3, 0, 0], [4, 0, 0], [4, 1, 0], [3, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     trimesh.Scene({"box": trimesh.creation.box(), "sheet": sheet}).export("both.glb")
-    done = iccm("map", "square.svg", "both.glb", "--parts", "each", "-o", "o.glb", "--report", "r.json")
+    done = iccm(
+        "map", "square.svg", "both.glb", "--parts", "each", "--no-cut", "-o", "o.glb", "--report", "r.json"
+    )
     assert done.code == 0
     assert "2 of 14 faces are mapped (14%)" in done.err
     assert "ignored: both.glb#box" in done.err

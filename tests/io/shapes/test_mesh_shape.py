@@ -324,7 +324,7 @@ def test_flatten_refuses_what_it_cannot_flatten_or_write(tmp_path, monkeypatch, 
     )
     (tmp_path / "drawing.svg").write_text("<svg/>")
     for words, message in {
-        ("tetra.obj",): "is closed",
+        ("tetra.obj", "--no-cut"): "is closed",
         ("hill.obj", "-o", "hill.obj", "--force"): "is also an input",
         ("hill.obj", "-o", "x.stl"): "a flattening is written as",
         ("hill.obj", "--uv", "x.stl"): "cannot hold texture coordinates",
@@ -337,7 +337,7 @@ def test_flatten_refuses_what_it_cannot_flatten_or_write(tmp_path, monkeypatch, 
         assert done.code == 2
         assert message in done.err
         assert len(done.lines) == 1
-    assert iccm("flatten", "tetra.obj", "--cut").code == 0
+    assert iccm("flatten", "tetra.obj").code == 0
     assert sorted(p.name for p in tmp_path.iterdir()) == [
         *("drawing.svg", "hill.obj", "tetra-flat.svg", "tetra.obj")
     ]
@@ -639,7 +639,7 @@ def test_geometries_that_are_left_out_are_told(shapes, iccm):
     assert f"note: two.glb#b: {said}" in done.lines, done.err
     assert f"note: two.glb#a: {said}" in iccm("flatten", "two.glb#a", "-o", "a.svg").lines
     told = "is the largest; two.glb#name selects one, --parts all or each uses all of them"
-    lines = iccm("map", "square.svg", "two.glb", *words, "p.glb").lines
+    lines = iccm("map", "square.svg", "two.glb", "--parts", "largest", *words, "p.glb").lines
     assert any(line.startswith(f"note: two.glb: {said}: '") and line.endswith(told) for line in lines)
 
 
@@ -747,7 +747,7 @@ def test_a_tube_is_cut_from_hole_to_hole_for_a_layout_and_keeps_its_hole_for_a_m
     faces = ["f {} {} {} {}".format(*quad) for quad in np.where(quads > 600, quads - 600, quads)]
     (tmp_path / "tube.obj").write_text("\n".join(points + faces))
     found = {}
-    for name, words in {"cut": ["--cut"], "whole": []}.items():
+    for name, words in {"cut": [], "whole": ["--no-cut"]}.items():
         assert iccm("flatten", "tube.obj", *words, "--report", f"{name}.json").code == 0
         found[name] = json.loads((tmp_path / f"{name}.json").read_text())
     assert found["whole"]["holes"] == 1 and found["whole"]["seam_length"] == 0

@@ -1,0 +1,132 @@
+"""All pieces of a mesh in one plane: each flattened, then packed at one scale."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import shapely
+
+from ..arrays import Index
+from ..errors import InputError
+from ..meshes.disk_patch import open_piece
+from ..meshes.flatten import Flattening, upright
+from ..meshes.mesh import Mesh
+from ..meshes.packing import pack
+from ..meshes.patch import Patch
+from ..meshes.topology import Triangles
+from .method import convex, flatten
+
+SAME_LENGTH_SHARE = (
+    1e-5  # of a piece's edges: pieces whose edges are as long are copies, but for rounding (by hand)
+)
+
+
+def flatten_each(pieces: Sequence[Patch], *, grow: bool, method: str) -> list[Flattening | InputError]:
+    """Flatten pieces one by one, copies of one piece alike.
+
+    Args:
+        pieces: sound ones, see `meshes.disk_patch.sound_piece`.
+        grow: whether closed pieces, and bag-like ones, may be cut.
+        method: of flattening; see `flattening.flatten`.
+
+    Returns:
+        Each flattening, or why there is none without overlap.
+
+    Raises:
+        InputError: a piece is closed, or has handles, and may not be cut.
+    """
+    known: dict[bytes, tuple[Patch, Flattening]] = {}
+    found = list[Flattening | InputError]()
+    for piece in pieces:
+        key = _key(piece)
+        if key in known:
+            found.append(_of_copy(piece, *known[key]))
+            continue
+        opened = open_piece(piece, cut=grow)
+        try:
+            flat = flatten(opened, grow=grow, method=method, chart=True)
+        except InputError as error:
+            found.append(error)
+            continue
+        flat = flat if method == "lscm" else convex(flat)
+        known[key] = piece, flat
+        found.append(flat)
+    return found
+
+
+def _of_copy(copy: Patch, piece: Patch, flat: Flattening) -> Flattening:
+    """The flattening of a piece for a copy of it, which is cut alike."""
+    before = np.empty(flat.flat.size, np.int64)  # the vertex of the piece behind each that was cut
+    before[flat.patch.faces] = piece.faces
+    number = np.zeros(int(piece.vertex.max()) + 1, np.int64)
+    number[piece.vertex] = copy.vertex
+    patch = replace(
+        flat.patch,
+        mesh=copy.mesh,
+        points=copy.points[before],
+        vertex=copy.vertex[before],
+        corner=copy.corner,
+        seam=number[flat.patch.seam],
+        notes=copy.notes,
+    )
+    return replace(flat, patch=patch, flat=upright(patch, flat.flat), even=None)
+
+
+def _key(piece: Patch) -> bytes:
+    """What copies of a piece that were moved have in common: triangles and lengths of edges."""
+    corners = piece.points[piece.faces]
+    lengths = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+    unit = SAME_LENGTH_SHARE * max(float(lengths.max()), 1e-300)
+    drawn = np.packbits(piece.drawn).tobytes()
+    return piece.faces.tobytes() + np.rint(lengths / unit).astype(np.int64).tobytes() + drawn
+
+
+def pack_all(
+    mesh: Mesh,
+    layouts: Sequence[Flattening],
+    corners: Sequence[Index],
+    region: shapely.Geometry | None = None,
+    *,
+    rotates: bool = True,
+    margin: int,
+) -> tuple[Flattening, float]:
+    """One layout of several pieces, packed at one scale, and the side of the square that they are in.
+
+    Args:
+        mesh: that the pieces are of.
+        layouts: of each piece, at the scale of its surface.
+        corners: (m, 3) corners of the mesh behind those of each piece's triangles.
+        region: where they are packed, at the scale at which they fit; None: a square, at their own scale.
+        rotates: whether they may be rotated.
+        margin: distance between them, in texels of a texture of 1024.
+
+    Raises:
+        InputError: there is no room for them.
+    """
+    square = shapely.box(0, 0, 1, 1)
+    packing = pack(
+        [(each.flat, each.patch.faces) for each in layouts], region or square, rotates=rotates, margin=margin
+    )
+    flat = [packing.of(each.flat, k) for k, each in enumerate(layouts)]
+    side = 1.0
+    if region is None:
+        side = 1 / float(np.abs(packing.factor).max())
+        flat = [z * side for z in flat]
+    firsts = np.cumsum([0, *(each.flat.size for each in layouts)])
+    patches = [each.patch for each in layouts]
+    whole = Patch(
+        mesh,
+        np.concatenate([patch.points for patch in patches]),
+        Triangles(
+            np.concatenate([patch.faces + first for patch, first in zip(patches, firsts)]), int(firsts[-1])
+        ),
+        np.concatenate([patch.vertex for patch in patches]),
+        np.concatenate(list(corners)),
+        np.concatenate([patch.seam for patch in patches]),
+    )
+    outlines = tuple(each.loop + first for each, first in zip(layouts, firsts))
+    largest = int(np.argmax([each.patch.areas.sum() for each in layouts]))
+    found = Flattening(
+        whole, np.concatenate(flat), outlines[largest], layouts[largest].method, outlines=outlines
+    )
+    return found, side

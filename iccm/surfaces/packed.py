@@ -1,0 +1,63 @@
+"""The map of a picture onto a mesh of several pieces, packed inside the picture: every piece shows its part of it."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Complex
+from ..curve import Curve
+from ..maps.injectivity import Certificate
+from ..maps.triangulated.map import TriangulatedMap
+from ..meshes.flatten import Flattening, overlap
+from ..result import Fit
+from ..status import Status
+
+MESSAGE = "All pieces are packed inside the source at one scale."
+
+
+@dataclass(frozen=True, eq=False)
+class PackedFit(Fit):
+    """The identity on charts that are packed inside the source.
+
+    Its plane is the source's: what is measured is the distortion from there to the surface.
+    """
+
+    @cached_property
+    def certificate(self) -> Certificate:
+        """Whether no triangle is folded, no chart overlaps itself, and no two overlap."""
+        layout = self.layouts[1]
+        assert layout is not None
+        fault = overlap(layout) or ""
+        folded = int(layout.turned.size)
+        return Certificate(not fault, 0.0, folded, 0.0, not fault, fault, float(not fault))
+
+    @property
+    def interior(self) -> Complex:
+        """The middles of the charts' triangles."""
+        assert isinstance(self.map, TriangulatedMap)
+        return self.map.source[self.map.faces].mean(axis=1)
+
+    def report(self) -> dict[str, Any]:
+        """As of other maps; charts have no outline to reach."""
+        return super().report() | {"message": MESSAGE}
+
+
+def place(source: Curve, layout: Flattening) -> PackedFit:
+    """The map from the outline of a picture to a mesh whose charts are packed inside it, in the same plane."""
+    flat, patch = layout.flat, layout.patch
+    outer = {int(loop[0]) for loop in layout.outlines}
+    holes = [loop for loop in patch.loops if int(loop[0]) not in outer]
+    map = TriangulatedMap(flat, flat, patch.faces, (*layout.outlines, *holes))
+    map = replace(map, bulge=np.zeros(len(map.edges.ends), complex))
+    return PackedFit(
+        map=map,
+        ended=Status.REACHED,
+        energies=[],
+        source=source,
+        target=None,
+        pins=np.zeros((0, 2), complex),
+        strokes=[],
+        layouts=(None, layout),
+    )

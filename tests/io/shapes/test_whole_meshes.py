@@ -1,0 +1,111 @@
+"""All pieces of a mesh: flattened and packed side by side, and mapped as one."""
+
+import json
+
+import numpy as np
+import pytest
+import trimesh
+
+from iccm.io.meshes import mesh_files
+from iccm.io.shapes import mesh_reading
+from iccm.meshes.flatten import overlap
+from iccm.meshes.stretch import stretches
+
+
+@pytest.fixture
+def machine(shapes):
+    """A ball, a box with a smaller copy that was rotated, a sheet, and a bag with a small opening."""
+    ball = trimesh.creation.icosphere(2, radius=0.8)
+    box = trimesh.creation.box((1, 2, 0.5)).subdivide()
+    copy = box.copy().apply_transform(trimesh.transformations.rotation_matrix(1, (1, 2, 0), (0, 0, 0)))
+    sheet = trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [1, 0.4, 0], [0, 0.5, 0]], [[0, 1, 2], [0, 2, 3]])
+    bag = trimesh.creation.icosphere(3, radius=1).slice_plane((0, 0, 0.93), (0, 0, -1))
+    parts = [ball, box, copy.apply_translation((4, 0, 0)), sheet.apply_translation((0, 4, 0))]
+    parts.append(bag.apply_translation((0, 8, 0)))
+    trimesh.util.concatenate(parts).export(shapes / "machine.obj")
+    return "machine.obj"
+
+
+def test_every_piece_is_flattened_without_overlap_at_one_scale(machine):
+    whole = mesh_reading.read_whole(machine, cut=True)
+    layout = whole.flattening
+    assert len(layout.outlines) == 5 and overlap(layout) is None
+    assert whole.file.faces.all() and not layout.turned.size
+    piece = layout.patch.triangles.components()
+    flat = np.abs(stretches(layout.patch.points[layout.patch.faces], layout.flat[layout.patch.faces])).prod(0)
+    scales = np.bincount(piece, flat * layout.patch.areas) / np.bincount(piece, layout.patch.areas)
+    assert scales == pytest.approx(np.full(5, scales[0]), rel=1e-6)
+    low, high = whole.box
+    inside = (layout.flat.real >= low.real) & (layout.flat.real <= high.real)
+    assert (inside & (layout.flat.imag >= low.imag) & (layout.flat.imag <= high.imag)).all()
+
+
+def test_copies_are_flattened_alike(machine):
+    layout = mesh_reading.read_whole(machine, cut=True).flattening
+    piece = layout.patch.triangles.components()
+    sizes = np.bincount(piece)
+    twins = [k for k in range(5) if sizes[k] == 48]
+    lengths = []
+    for k in twins:
+        corners = layout.flat[layout.patch.faces[piece == k]]
+        lengths.append(np.sort(np.abs(corners - np.roll(corners, 1, axis=1)).ravel()))
+    assert len(twins) == 2 and lengths[0] == pytest.approx(lengths[1], rel=1e-3)
+
+
+def test_flatten_and_map_take_all_faces_in_one_command(machine, shapes, iccm):
+    flat = iccm("flatten", machine, "--uv", "flat.obj", "-o", "flat.svg", "--report", "flat.json")
+    assert flat.code == 0, flat.err
+    found = json.loads((shapes / "flat.json").read_text())
+    assert found["charts"] == 5 and found["holes"] == 0 and found["overlap"] is None
+    spread = found["log10_area"]["p95"] - found["log10_area"]["p05"]
+    assert spread < 0.5 and found["dilatation"]["p95"] < 3  # the bag alone has decades if it is not cut
+    assert (shapes / "flat.svg").read_text().count("<path") == 5
+    done = iccm("map", "square.svg", machine, "-o", "out.obj", "--report", "r.json")
+    assert done.code == 0, done.err
+    report = json.loads((shapes / "r.json").read_text())
+    assert report["mapped"] == 1 and report["uv"] == {"flipped": 0, "degenerate": 0}
+    assert report["injective"]["certified"] and report["scale"]["within2"] > 0.95
+    uv = mesh_files.read("out.obj").mesh.uv
+    assert uv.min() >= 0 and uv.max() <= 1
+
+
+def test_pieces_lie_inside_the_outline_of_the_source_and_upright(machine, shapes, iccm):
+    (shapes / "tri.svg").write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 90 90"><path d="M5 85H88L40 4Z"/></svg>'
+    )
+    assert iccm("map", "tri.svg", machine, "-o", "out.obj").code == 0
+    uv = mesh_files.read("out.obj").mesh.uv
+    x, y = 90 * uv[:, 0], 90 * (1 - uv[:, 1])
+    corners = np.array([(5, 85), (88, 85), (40, 4)], float)
+    for (ax, ay), (bx, by) in zip(corners, np.roll(corners, -1, axis=0)):
+        assert ((bx - ax) * (y - ay) - (by - ay) * (x - ax) <= 0).all()
+
+
+def test_one_piece_is_taken_where_it_is_asked_for_or_where_pins_need_it(machine, shapes, iccm):
+    for words in (["--parts", "largest"], ["--pin", "50,50:v300"]):
+        done = iccm("map", "square.svg", machine, *words, "-o", "o.obj", "--report", "r.json", "--force")
+        assert done.code == 0, done.err
+        assert json.loads((shapes / "r.json").read_text())["mapped"] < 0.8
+        assert "faces are mapped" in done.err
+
+
+def test_no_cut_refuses_closed_pieces(machine, iccm):
+    for words in (["flatten", machine, "--uv", "o.obj"], ["map", "square.svg", machine, "-o", "o.obj"]):
+        done = iccm(*words, "--no-cut")
+        assert done.code == 2 and "is closed" in done.err and "--no-cut" in done.err
+
+
+def test_faces_of_both_sides_and_without_area_get_coordinates_too(shapes, iccm):
+    """A sheet whose faces are there twice, once from behind, and a face without area."""
+    lines = [f"v {x} {y} {0.1 * x * y}" for y in range(3) for x in range(4)]
+    faces = [(1, 2, 6), (1, 6, 5), (2, 3, 7), (2, 7, 6), (5, 6, 10), (5, 10, 9)]
+    behind = [face[::-1] for face in faces]
+    far = [f"v {x} {y} 5" for x, y in ((0, 0), (1, 0), (0, 1))]
+    every = [*faces, *behind, (1, 2, 2), (13, 14, 15)]
+    (shapes / "a.obj").write_text("\n".join([*lines, *far, *("f {} {} {}".format(*face) for face in every)]))
+    done = iccm("map", "square.svg", "a.obj", "-o", "o.obj", "--report", "r.json")
+    assert done.code == 0, done.err
+    assert json.loads((shapes / "r.json").read_text())["mapped"] == 1
+    mesh = mesh_files.read("o.obj").mesh
+    at = mesh.uv[mesh.uv_corners]
+    assert at[18:36].reshape(6, 3, 2)[:, ::-1] == pytest.approx(at[:18].reshape(6, 3, 2))
