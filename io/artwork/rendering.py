@@ -87,8 +87,9 @@ def pixels_across(box: Box, density: float, most: int) -> tuple[int, int]:
 
 def _rasterized(text: str, fonts: bool) -> bytes:
     """A PNG file of a document that states its size; `fonts` says whether the system's may be needed."""
-    command = [sys.executable, "-P", rasterize.__file__, *(["fonts"] if fonts else [])]
     seconds = limits.RENDER_SECONDS
+    ends_by_itself = str(math.ceil(seconds) + 1)  # where this process is killed meanwhile
+    command = [sys.executable, "-P", rasterize.__file__, ends_by_itself, *(["fonts"] if fonts else [])]
     try:
         done = subprocess.run(command, input=text.encode(), capture_output=True, timeout=seconds)
     except subprocess.TimeoutExpired:

@@ -6,6 +6,7 @@ import contextlib
 import multiprocessing
 import os
 import signal
+import threading
 import time
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from statistics import median
@@ -133,7 +134,8 @@ class _Lane:
 
     def __init__(self, threads: int) -> None:
         spawn = multiprocessing.get_context("spawn")  # a fork while threads run may hang
-        self.executor: Executor = ProcessPoolExecutor(1, spawn, worker.prepare, (threads,))
+        of_main_thread = threading.current_thread() is threading.main_thread()
+        self.executor: Executor = ProcessPoolExecutor(1, spawn, worker.prepare, (threads, of_main_thread))
         self._pid = self.executor.submit(os.getpid)
         self.future: Future = self._pid
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import ctypes
 import logging
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 import time
 import traceback
@@ -19,6 +21,7 @@ THREADS = (
     "OPENCV_FOR_THREADS_NUM",
 )
 GRACE = 5.0  # seconds in which a worker that has lost its parent tidies up (by hand)
+PR_SET_PDEATHSIG = 1  # of prctl, as in linux/prctl.h
 SPAN = 1.0  # seconds after which the jobs that came with one that took longer than expected go back (by hand)
 FIGURES = (
     *("boundary", "dilatation", "log10_area", "injective", "shown", "covered", "cracks"),
@@ -34,8 +37,13 @@ class Stopped(BaseException):
     """The parent asked the worker to stop: temporary files are removed on the way out."""
 
 
-def prepare(threads: int) -> None:
-    """Make a fresh process a worker: threads capped, signals set, and an end when the parent ends."""
+def prepare(threads: int, of_main_thread: bool) -> None:
+    """Make a fresh process a worker: threads capped, signals set, and an end when the parent ends.
+
+    Args:
+        threads: how many it may use.
+        of_main_thread: whether the parent's main thread started it, which ends only with the parent.
+    """
     for name in THREADS:
         os.environ[name] = "1" if name.startswith(("OPENBLAS", "MKL")) else str(threads)
     for name in (
@@ -46,6 +54,8 @@ def prepare(threads: int) -> None:
             signal.signal(getattr(signal, name), signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _stop)
     threading.Thread(target=_end_with_parent, daemon=True).start()
+    if of_main_thread and sys.platform == "linux":
+        _have_kernel_end_it()
     warnings.simplefilter("ignore")  # what a worker has to say is in its answer
     logging.getLogger().addHandler(logging.NullHandler())
     from ...pixels import warp  # noqa: F401  now, so that the first job's time is its own
@@ -143,3 +153,15 @@ def _end_with_parent() -> None:
         os.kill(os.getpid(), signal.SIGTERM)
         time.sleep(GRACE)
         os._exit(1)
+
+
+def _have_kernel_end_it() -> None:
+    """Have Linux end this process soon after its parent, even in native code that lets no other thread of Python run.
+
+    SIGUSR1 is sent when the thread ends that started the process. Its handler is C's `alarm`, which takes the number
+    of the signal as seconds: in ten of them (sixteen on MIPS) SIGALRM ends a process that is not gone by then.
+    """
+    libc = ctypes.CDLL(None)
+    libc.signal.argtypes = [ctypes.c_int, ctypes.c_void_p]
+    libc.signal(signal.SIGUSR1, ctypes.cast(libc.alarm, ctypes.c_void_p))
+    libc.prctl(PR_SET_PDEATHSIG, signal.SIGUSR1, 0, 0, 0)

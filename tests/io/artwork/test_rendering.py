@@ -2,7 +2,10 @@
 
 import json
 import re
+import signal
 import struct
+import subprocess
+import sys
 from base64 import b64encode
 
 import numpy as np
@@ -277,6 +280,20 @@ def test_it_is_rendered_as_finely_as_the_map_samples_it(files, monkeypatch):
     assert 800_000 < made[-1][0] * made[-1][1] <= 900_000
 
 
+@pytest.mark.skipif(not hasattr(signal, "SIGALRM"), reason="alarms of POSIX")
+def test_the_renderer_ends_without_who_started_it():
+    """It would render for minutes, and nobody stops it."""
+    tall = '<feMorphology operator="dilate" radius="900"/>' * 9
+    document = (
+        '<svg xmlns="http://www.w3.org/2000/svg" width="4000" height="4000">'
+        f'<filter id="f" x="0" y="0" width="1" height="1">{tall}</filter>'
+        '<path d="M0 0H4000V4000H9Z" filter="url(#f)"/></svg>'
+    )
+    command = [sys.executable, "-P", rendering.rasterize.__file__, "1"]
+    done = subprocess.run(command, input=document.encode(), capture_output=True, timeout=60)
+    assert done.returncode == -signal.SIGALRM
+
+
 def test_a_small_result_needs_no_large_rendering(files, monkeypatch):
     """However much of the source a pixel shows: so many texels for each, or what was rendered before the map."""
     made = []
@@ -289,10 +306,11 @@ def test_a_small_result_needs_no_large_rendering(files, monkeypatch):
     monkeypatch.setattr(texture, "density_needed", lambda fits, step: 1e3)
     from iccm.io.run.execute import run
 
-    for size in (24, 90, 200):
+    monkeypatch.setattr(texture, "MOST_RENDERED", 2_000_000)
+    for size in (24, 40, 90):
         run(Job(source="a.svg", target="b.svg", size=(size,), output=(f"{size}.png",)))
     shown = [width * height for width, height in made if (width, height) != (1024, 1024)]
-    assert len(shown) == 2 and shown[0] == pytest.approx(90 * 81 * texture.TEXELS_PER_PIXEL, rel=0.01)
+    assert len(shown) == 2 and shown[0] == pytest.approx(40 * 36 * texture.TEXELS_PER_PIXEL, rel=0.01)
     assert shown[1] == pytest.approx(texture.MOST_RENDERED, rel=0.01)
 
 

@@ -150,6 +150,29 @@ def test_a_killed_parent_leaves_no_orphan_and_resumes(folder, start):
     assert resumed(start, folder) >= 1
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="a signal that Linux sends")
+def test_a_worker_in_native_code_ends_with_its_parent(tmp_path):
+    """Code that keeps Python's lock: neither the thread that watches the parent runs, nor a handler of Python."""
+    code = (
+        "import itertools, os, time\n"
+        "from iccm.io.batch import pools\n"
+        "def busy(): return sum(itertools.repeat(0))\n"
+        "if __name__ == '__main__':\n"
+        "    lane = pools.Processes(1, 1)._lanes[0]\n"
+        "    print(lane._pid.result(), flush=True)\n"
+        "    lane.executor.submit(busy)\n"
+        "    time.sleep(1)\n"
+        "    os.kill(os.getpid(), 9)\n"
+    )
+    (tmp_path / "code.py").write_text(code)
+    quiet = {"stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL, "text": True}
+    begun = subprocess.Popen([sys.executable, tmp_path / "code.py"], **quiet)
+    found = int(begun.stdout.readline())
+    begun.wait()
+    assert alive(found)
+    until(lambda: not alive(found), 60)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_stops_cleanly_with_a_summary(folder, start, number):
