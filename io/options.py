@@ -616,9 +616,11 @@ class JobOptions:
         solver=True, commands=("map", "deform", "morph", "edit"), words="hard strict soft nail",
     )  # fmt: skip
     constraints: str | None = _option(
-        "Read pins and strokes from a file; - for stdin.",
-        "FILE.json",
+        "Read pins and strokes from a JSON file, - for stdin; or pairs of landmarks of BigWarp (.csv), QGIS (.points) "
+        "or TPS (.tps).",
+        "FILE",
         commands=MORPHED,
+        aliases=(("pins", "{}"),),
         words="strokes pins-file",
     )
     rigid: tuple[str, ...] = _option(

@@ -83,7 +83,8 @@ def collect(
         (source.pins[name], target.pins[name], 1.0, name, _drawn_settings(source, name))
         for name in _common_names(source, target, "pins")
     ]
-    for pin in listed.all_pins if listed else []:
+    listed_pins = listed.pins_of(source, target) if listed else []
+    for pin in listed_pins:
         pairs = pairs_at(source, target, pin.source, pin.target)
         pins += [
             (*pair, pin.weight, pin.name, in_the_plane(pin.settings, source, target, *pair)) for pair in pairs
@@ -98,8 +99,8 @@ def collect(
         strokes.append((a, b, stroke.weight, stroke.name, stroke.width * unit))
         if stroke.ends == "stick":
             pins += [(a.z[end], b.z[end], stroke.weight, stroke.name, {"radius": 0.0}) for end in (0, -1)]
-    if exact and listed and any(pin.turn is not None for pin in listed.all_pins):
-        pins += _around(source, target, listed.all_pins)
+    if exact and any(pin.turn is not None for pin in listed_pins):
+        pins += _around(source, target, listed_pins)
     return Constraints(
         np.array([pin[:2] for pin in pins], dtype=complex).reshape(-1, 2),
         np.array([pin[2] for pin in pins], dtype=float),

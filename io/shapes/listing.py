@@ -35,12 +35,13 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, SerializerFunctionWrapHandler, ValidationError, model_serializer
+from pydantic import Field, PrivateAttr, SerializerFunctionWrapHandler, ValidationError, model_serializer
 
 from ...errors import InputError, naming
 from .. import files, limits
 from ..checked import StrictModel, first
 from ..point_syntax import PIN_SETTINGS, Place
+from . import landmarks as other_programs
 from .shape import Shape
 from .starts import StartingMap
 
@@ -125,6 +126,7 @@ class ConstraintsFile(StrictModel):
     rigid: list[str | Polygon] = Field([])
     start: StartingMap | None = None
     landmarks: Landmarks = Landmarks()
+    _pairs: other_programs.LandmarkPairs | None = PrivateAttr(None)
 
     @property
     def all_pins(self) -> list[Pin]:
@@ -143,6 +145,15 @@ class ConstraintsFile(StrictModel):
                 raise InputError(f"landmarks: {names}: only given for the {side}; give each for both shapes")
         marks = [Pin(name=name[:200], source=place, target=targets[name]) for name, place in sources.items()]
         return [*self.pins, *marks]
+
+    def pins_of(self, source: Shape, target: Shape) -> list[Pin]:
+        """All pins, in the units of the files of two shapes: also those of other programs, which count differently.
+
+        Raises:
+            InputError: as `all_pins`, or landmarks of images for a mesh.
+        """
+        pairs = self._pairs.in_file_units(source, target) if self._pairs else []
+        return [*self.all_pins, *(Pin(name=name[:200], source=a, target=b) for name, a, b in pairs)]
 
     def check(self, source: Shape, target: Shape) -> None:
         """Refuse shapes of another size than they were made for.
@@ -163,7 +174,8 @@ class ConstraintsFile(StrictModel):
 
 
 def read(path: str | Path, *, max_bytes: int = limits.CONSTRAINTS_BYTES) -> ConstraintsFile:
-    """The pins and strokes of a JSON file (see the module for its form; - for stdin), in file units.
+    """The pins and strokes of a JSON file (see the module for its form; - for stdin), in file units; or pairs of
+    landmarks of another program, see `landmarks`.
 
     Raises:
         InputError: not JSON, an unknown or missing key, a value out of range; the message names the key.
@@ -172,7 +184,20 @@ def read(path: str | Path, *, max_bytes: int = limits.CONSTRAINTS_BYTES) -> Cons
         sys.stdin.buffer.read(max_bytes) if str(path) == "-" else files.read_bytes(path, max_bytes=max_bytes)
     )
     with naming(path):
-        try:
-            return ConstraintsFile.model_validate(files.parse_json(data, once=True))
-        except ValidationError as error:
-            raise InputError(first(error)) from error
+        return parse(str(path), data)
+
+
+def parse(name: str, data: bytes) -> ConstraintsFile:
+    """The same of the content of a file.
+
+    Raises:
+        InputError: as `read`; the message begins with what is wrong.
+    """
+    if other_programs.is_landmarks(name):
+        listed = ConstraintsFile()
+        listed._pairs = other_programs.parse(name, data)
+        return listed
+    try:
+        return ConstraintsFile.model_validate(files.parse_json(data, once=True))
+    except ValidationError as error:
+        raise InputError(first(error)) from error

@@ -1,0 +1,245 @@
+"""Pairs of landmarks of other programs: BigWarp (.csv), QGIS (.points), and TPS files of two specimens (.tps).
+
+The source is what these programs call moving (BigWarp), source (QGIS) or the first specimen (TPS). BigWarp counts
+pixels, x right and y down. QGIS counts y upwards, in pictures from their upper edge, so that it is negative there. TPS
+counts y upwards from the lower edge of the picture.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+from ...errors import InputError
+from .. import formats, limits
+
+if TYPE_CHECKING:
+    from .shape import Shape
+
+Axes = Literal["image", "upward", "lower-edge"]
+Point = tuple[float, float]
+SUFFIXES = (".csv", ".points", ".tps")
+BIGWARP_COLUMNS = 6  # of a row in the plane: name, active, two coordinates in both images
+BIGWARP_SPATIAL = 8  # of a row in space
+QGIS_HEADER = "mapX,mapY,sourceX,sourceY,enable,dX,dY,residual"
+QGIS_SOURCE = (("sourceX", "sourceY"), ("pixelX", "pixelY"))  # of newer and older versions
+NO = ("false", "0", "no")
+
+
+@dataclass(frozen=True)
+class LandmarkPairs:
+    """Named points of two shapes.
+
+    Attributes:
+        axes: how their coordinates are counted.
+        names: of each pair, possibly empty.
+        source: their places in the source.
+        target: and in the target.
+    """
+
+    axes: Axes
+    names: list[str]
+    source: list[Point]
+    target: list[Point]
+
+    def in_file_units(self, source: Shape, target: Shape) -> list[tuple[str, Point, Point]]:
+        """Names and places in the units of two shapes' files.
+
+        Raises:
+            InputError: one of them is a mesh.
+        """
+        for shape in (source, target):
+            if shape.is_mesh:
+                raise InputError(
+                    f"{shape.spec}: landmarks of images only work for drawings and pictures; use JSON"
+                )
+        return [
+            (name, _from_axes(self.axes, a, source), _from_axes(self.axes, b, target))
+            for name, a, b in zip(self.names, self.source, self.target)
+        ]
+
+
+def _from_axes(axes: Axes, point: Point, shape: Shape) -> Point:
+    """A point as a program counts it, in the units of a shape's file."""
+    if axes == "image":
+        return point
+    origin = shape.box[0] if axes == "lower-edge" else 0j
+    x, y = shape.to_file(origin + complex(*point)).tolist()
+    return x, y
+
+
+def _to_axes(axes: Axes, point: Point, shape: Shape) -> Point:
+    if axes == "image":
+        return point
+    z = complex(shape.to_core(point)) - (shape.box[0] if axes == "lower-edge" else 0j)
+    return z.real, z.imag
+
+
+def is_landmarks(name: str) -> bool:
+    """Whether a file has landmarks of another program, by its suffix."""
+    return formats.suffix_of(name) in SUFFIXES
+
+
+def parse(name: str, data: bytes) -> LandmarkPairs:
+    """Read pairs of landmarks, of which those that are switched off are left out.
+
+    Args:
+        name: of the file, by whose suffix its format is known.
+        data: its content.
+
+    Raises:
+        InputError: it is not such a file; the message begins with what is wrong.
+    """
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError("not a text file in UTF-8") from error
+    readers = {".csv": _read_bigwarp, ".points": _read_qgis, ".tps": _read_tps}
+    found = readers[formats.suffix_of(name)](text)
+    if not found.names:
+        raise InputError("contains no landmarks that are switched on")
+    if len(found.names) > limits.PAGE_PINS:
+        raise InputError(f"contains more than {limits.PAGE_PINS} landmarks")
+    return found
+
+
+def _rows(text: str) -> list[tuple[int, list[str]]]:
+    """Lines of a table with their numbers, without empty lines and comments."""
+    lines = csv.reader(io.StringIO(text))
+    try:
+        rows = [(lines.line_num, [cell.strip() for cell in row]) for row in lines]
+    except csv.Error as error:
+        raise InputError(f"not a table: {error}") from error
+    return [(number, row) for number, row in rows if any(row) and not row[0].startswith("#")]
+
+
+def _number(text: str, line: int) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not abs(value) <= limits.COORDINATE:
+        raise InputError(f"line {line}: {text[:40]!r} is not a coordinate")
+    return value
+
+
+def _read_bigwarp(text: str) -> LandmarkPairs:
+    pairs = LandmarkPairs("image", [], [], [])
+    for line, row in _rows(text):
+        if len(row) == BIGWARP_SPATIAL:
+            raise InputError(f"line {line}: landmarks in space are not supported; use two coordinates")
+        if len(row) != BIGWARP_COLUMNS:
+            raise InputError(
+                f"line {line}: has {len(row)} columns instead of name, active, x, y, x, y (BigWarp)"
+            )
+        if row[1].lower() not in NO:
+            x, y, u, v = (_number(cell, line) for cell in row[2:])
+            pairs.names.append(row[0])
+            pairs.source.append((x, y))
+            pairs.target.append((u, v))
+    return pairs
+
+
+def _read_qgis(text: str) -> LandmarkPairs:
+    rows = _rows(text)
+    header = rows[0][1] if rows else []
+    sources = next((both for both in QGIS_SOURCE if set(both) <= set(header)), None)
+    if sources is None or not {"mapX", "mapY"} <= set(header):
+        raise InputError("has no columns mapX, mapY, sourceX and sourceY (QGIS)")
+    pairs = LandmarkPairs("upward", [], [], [])
+    for line, row in rows[1:]:
+        cells = dict(zip(header, row))
+        if cells.get("enable", "1").lower() in NO:
+            continue
+        x, y, u, v = (_number(cells.get(name, ""), line) for name in (*sources, "mapX", "mapY"))
+        pairs.names.append("")
+        pairs.source.append((x, y))
+        pairs.target.append((u, v))
+    return pairs
+
+
+def _read_tps(text: str) -> LandmarkPairs:
+    from ..geometry.tps import Tps
+
+    specimens: list[list[Point | None]] = []
+    for part in _specimens(text):
+        places = Tps.parse(part.encode(), None).geometry.points.tolist()
+        specimens.append([None if z != z else (z.real, z.imag) for z in places])
+    if len(specimens) != 2:
+        raise InputError(f"has {len(specimens)} specimens; pairs need two, the source and the target")
+    first, second = specimens
+    if len(first) != len(second):
+        raise InputError(f"the first specimen has {len(first)} landmarks but the second {len(second)}")
+    pairs = LandmarkPairs("lower-edge", [], [], [])
+    for number, (a, b) in enumerate(zip(first, second), 1):
+        if a is not None and b is not None:  # else one of the specimens lacks it
+            pairs.names.append(str(number))
+            pairs.source.append(a)
+            pairs.target.append(b)
+    return pairs
+
+
+def _specimens(text: str) -> list[str]:
+    """The text of each specimen, which begins with its number of landmarks."""
+    parts: list[list[str]] = []
+    for line in text.splitlines():
+        if line.strip().upper().startswith("LM"):
+            parts.append([])
+        if parts:
+            parts[-1].append(line)
+    return ["\n".join(part) for part in parts]
+
+
+def write(suffix: str, pins: Sequence[Any], source: Shape, target: Shape) -> str:
+    """Write pins as pairs of landmarks of another program.
+
+    Args:
+        suffix: of the format.
+        pins: with `name`, `source` and `target`, in the units of the shapes' files.
+        source, target: the shapes.
+
+    Raises:
+        InputError: a pin is on a mesh, or the format is not known.
+    """
+    writers: dict[str, tuple[Axes, Callable[[LandmarkPairs], str]]] = {
+        ".csv": ("image", _bigwarp),
+        ".points": ("upward", _qgis),
+        ".tps": ("lower-edge", _tps),
+    }
+    if suffix not in writers:
+        raise InputError(f"{suffix}: unknown format of landmarks; use {', '.join(SUFFIXES)}")
+    if source.is_mesh or target.is_mesh:
+        raise InputError("landmarks on meshes can only be saved as JSON")
+    axes, writer = writers[suffix]
+    names = [pin.name for pin in pins]
+    sides = [[_to_axes(axes, getattr(pin, side), shape) for pin in pins] for side, shape in
+             (("source", source), ("target", target))]  # fmt: skip
+    return writer(LandmarkPairs(axes, names, *sides))
+
+
+def _text(value: float) -> str:
+    return f"{value:.12g}"
+
+
+def _bigwarp(pairs: LandmarkPairs) -> str:
+    file = io.StringIO()
+    writer = csv.writer(file, quoting=csv.QUOTE_ALL, lineterminator="\n")
+    for number, (name, a, b) in enumerate(zip(pairs.names, pairs.source, pairs.target)):
+        writer.writerow([name or f"Pt-{number}", "true", *map(_text, (*a, *b))])
+    return file.getvalue()
+
+
+def _qgis(pairs: LandmarkPairs) -> str:
+    rows = [",".join(map(_text, (*b, *a, 1, 0, 0, 0))) for a, b in zip(pairs.source, pairs.target)]
+    return "\n".join([QGIS_HEADER, *rows]) + "\n"
+
+
+def _tps(pairs: LandmarkPairs) -> str:
+    lines: list[str] = []
+    for side, points in (("source", pairs.source), ("target", pairs.target)):
+        lines += [f"LM={len(points)}", *(" ".join(map(_text, point)) for point in points), f"ID={side}"]
+    return "\n".join(lines) + "\n"
