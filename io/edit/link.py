@@ -12,55 +12,82 @@ from typing import Any
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from ...errors import InputError
+from ...errors import InputError, naming
 from ..files import check_output
+from ..shapes import landmarks
 from . import messages, saving
-from .messages import Draw, Export, Follow, Forget, Place, Save, Scene, Solve, Suggest
+from .messages import Draw, Export, Follow, Forget, Place, ReadPins, Save, Scene, Solve, Suggest, WritePins
 from .scene import frame
 from .session import MapUpdate, Session
-from .workspace import Workspace
+from .workspace import Workspace, without_folders
 
 KINDS = ("follow", "solve", "compare")
+Answered = Place | Suggest | Save | Draw | Export | Forget | ReadPins | WritePins
 Keep = Callable[[Session, Scene], None]
+SENTENCES = ("message", "error", "notes")  # the parts of messages that are read by people
 IDLE = 0.5  # seconds without a change after which a map is compared with that from scratch
 GRACE = 3.0  # seconds in which a page that is loaded again must be asked for
 LOADING = 30.0  # and in which it must be back then
 UNSUPPORTED = 1003  # close code (RFC 6455, 7.4.1): data of a kind that is not taken
-TAKEN = 4001  # close code: the page was opened elsewhere
+TAKE_OVER = '{"type":"take"}'  # what a page sends whose user wants to edit there again
 MISTAKE = "internal error, please report it ({}: {})"
 
 
 class Links:
-    """The pages that are open on a workspace: the newest is served; when there is none any more, `gone` is called."""
+    """The pages that are open on a workspace. One of them edits: the newest, or the one that asked for it last. The
+    others wait, and may take over. When none is open any more, `gone` is called."""
 
     def __init__(
         self, workspace: Workspace, gone: Callable[[], None], keep: Keep, grace: float = GRACE
     ) -> None:
         self._workspace, self._gone, self._keep, self._grace = workspace, gone, keep, grace
-        self._current: WebSocket | None = None
+        self._open: set[WebSocket] = set()
+        self._replaced: asyncio.Event | None = None
         self._leaving: asyncio.TimerHandle | None = None
         self._expected = False
         self._pools = {kind: ThreadPoolExecutor(1, f"iccm-{kind}") for kind in (*KINDS, "files")}
 
     async def serve(self, socket: WebSocket) -> None:
-        """One page, from its first word to its last."""
+        """Serve one page until it is closed."""
         await socket.accept()
-        before, self._current = self._current, socket
+        self._open.add(socket)
         self._expected = False
         self._leave(None)
-        if before is not None:
-            with suppress(RuntimeError, WebSocketDisconnect):
-                await before.close(TAKEN)
-        session = self._workspace.session
         try:
-            if session is None:
-                await _choosing(socket, self._workspace)
-            else:
-                await _Link(session, socket, self._pools, partial(self._keep, session)).run()
+            while await self._edit(socket):
+                await _wait_for_return(socket)
+        except WebSocketDisconnect:
+            pass
         finally:
-            if self._current is socket:
-                self._current = None
+            self._open.discard(socket)
+            if not self._open:
                 self._leave(LOADING if self._expected else self._grace)
+
+    async def _edit(self, socket: WebSocket) -> bool:
+        """Let a page edit, in place of the one that does; return whether another one took over before it was closed."""
+        if self._replaced:
+            self._replaced.set()
+        self._replaced = replaced = asyncio.Event()
+        session = self._workspace.session
+        if session is None:
+            page = asyncio.create_task(_choosing(socket, self._workspace))
+        else:
+            link = _Link(session, socket, self._pools, partial(self._keep, session))
+            page = asyncio.create_task(link.run())
+        other = asyncio.create_task(replaced.wait())
+        try:
+            await asyncio.wait({page, other}, return_when=asyncio.FIRST_COMPLETED)
+            if page.done():
+                page.result()
+                return False
+        finally:
+            other.cancel()
+            page.cancel()
+            with suppress(asyncio.CancelledError, WebSocketDisconnect):
+                await page
+            if self._replaced is replaced:
+                self._replaced = None
+        return True
 
     def expect(self) -> None:
         """A page was asked for: it is waited for when there is no other, which it may take the place of."""
@@ -74,6 +101,18 @@ class Links:
             self._leaving.cancel()
         loop = asyncio.get_running_loop()
         self._leaving = None if seconds is None else loop.call_later(seconds, self._gone)
+
+
+async def _wait_for_return(socket: WebSocket) -> None:
+    """Tell a page that another one edits, and wait until the user wants to edit here again.
+
+    Raises:
+        WebSocketDisconnect: it was closed.
+    """
+    with suppress(RuntimeError):
+        await socket.send_json({"type": "taken"})
+    while await _text(socket) != TAKE_OVER:
+        pass
 
 
 async def _text(socket: WebSocket) -> str:
@@ -98,6 +137,16 @@ async def _choosing(socket: WebSocket, workspace: Workspace) -> None:
         await socket.send_json({"type": "hello", "empty": True, **workspace.describe()})
         while True:
             await _text(socket)
+
+
+def _with_plain_names(message: dict[str, Any]) -> dict[str, Any]:
+    """A message whose sentences name files as the user knows them."""
+    sentences = {name: message[name] for name in SENTENCES if name in message}
+    plain = {
+        name: without_folders(text) if isinstance(text, str) else [without_folders(each) for each in text]
+        for name, text in sentences.items()
+    }
+    return message | plain
 
 
 class _Link:
@@ -191,7 +240,7 @@ class _Link:
         if drawn is None:
             await self._say(head)
         else:
-            await self._send(self._socket.send_bytes(frame(head, drawn)))
+            await self._send(self._socket.send_bytes(frame(_with_plain_names(head), drawn)))
 
     async def _done(self, pool: str, call: Callable[..., Any], *arguments: Any) -> Any:
         """What a call gives in a separate thread, or {"error": …}."""
@@ -202,7 +251,7 @@ class _Link:
         except Exception as error:  # a mistake of iccm must not end the page, and what is on it
             return {"error": MISTAKE.format(type(error).__name__, " ".join(str(error).split()))}
 
-    def _answer(self, message: Place | Suggest | Save | Draw | Export | Forget) -> dict[str, Any]:
+    def _answer(self, message: Answered) -> dict[str, Any]:
         session = self._session
         if isinstance(message, Forget):
             session.left = None
@@ -210,6 +259,12 @@ class _Link:
             return {}
         if isinstance(message, Place):
             return {"points": session.transfer(message.side, message.points)}
+        if isinstance(message, ReadPins):
+            with naming(message.name):
+                return {"pins": session.read_pins(message.name, message.text)}
+        if isinstance(message, WritePins):
+            text = landmarks.write(message.suffix, message.scene.pins, session.source, session.target)
+            return {"text": text, "name": f"{saving.stem(session.job)}{message.suffix}"}
         if isinstance(message, Suggest):
             return {"pins": session.suggest(message.scene)}
         if isinstance(message, Export) and not message.write:
@@ -245,10 +300,11 @@ class _Link:
         session = self._session
         name = saving.stem(session.job) + session.suffix
         file = saving.constraints_file(session)
-        return {"constraints": file, "picture": name, "drawn": session.drawn, "ending": saving.ENDING}
+        names = {"constraints": file, "picture": name, "drawn": session.drawn, "ending": saving.ENDING}
+        return names | {"restart": saving.edit_command(session)}
 
     async def _say(self, message: dict[str, Any]) -> None:
-        await self._send(self._socket.send_json(message))
+        await self._send(self._socket.send_json(_with_plain_names(message)))
 
     async def _send(self, sending: Any) -> None:
         with suppress(WebSocketDisconnect, RuntimeError):  # the page has left

@@ -117,6 +117,24 @@ class Suggest(_Message):
     scene: Scene
 
 
+class ReadPins(_Message):
+    """Pins from a file of the browser: constraints as JSON, or landmarks of another program."""
+
+    type: Literal["read-pins"]
+    id: int
+    name: str = Field(min_length=1, max_length=200)
+    text: str
+
+
+class WritePins(_Message):
+    """Pins as landmarks of another program, for a file of the browser."""
+
+    type: Literal["write-pins"]
+    id: int
+    scene: Scene
+    suffix: str = Field(max_length=20)
+
+
 class Export(_File):
     """What `iccm map` writes; or, unless `write`, the command that writes it."""
 
@@ -125,8 +143,17 @@ class Export(_File):
     write: bool = True
 
 
+class Download(_Message):
+    """What `iccm map` writes, as a file for the browser."""
+
+    scene: Scene
+    name: str = Field(min_length=1, max_length=200)
+    size: int = Field(default=1024, ge=1, le=limits.SIDE)
+
+
 Message = Annotated[
-    Follow | Solve | Place | Suggest | Save | Draw | Export | Forget, Field(discriminator="type")
+    Follow | Solve | Place | Suggest | Save | Draw | Export | Forget | ReadPins | WritePins,
+    Field(discriminator="type"),
 ]
 _READ: TypeAdapter[Message] = TypeAdapter(Message)
 
@@ -139,6 +166,18 @@ def read(text: str) -> Message:
     """
     try:
         return _READ.validate_json(text)
+    except ValidationError as error:
+        raise InputError(f"invalid message: {first(error, whole='')}") from None
+
+
+def read_download(text: bytes) -> Download:
+    """Read the request for a file.
+
+    Raises:
+        InputError: it is not one.
+    """
+    try:
+        return Download.model_validate_json(text)
     except ValidationError as error:
         raise InputError(f"invalid message: {first(error, whole='')}") from None
 

@@ -4,10 +4,12 @@ conversation. Of the disk nothing is read that was not named on the command line
 from __future__ import annotations
 
 import json
+import mimetypes
 import os
 from collections.abc import Callable
 from importlib.resources import files
 from typing import Any
+from urllib.parse import quote
 
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
@@ -18,9 +20,10 @@ from starlette.websockets import WebSocket
 
 from ...errors import InputError
 from .. import limits
+from . import messages, saving
 from .guard import Guard
 from .link import Keep, Links
-from .workspace import Workspace, parts_of
+from .workspace import Workspace, parts_of, without_folders
 
 CONTENT_TYPES = {
     ".html": "text/html",
@@ -70,6 +73,7 @@ def app(
         Route(f"/{token}/{{side}}.drawing", answers.drawing, methods=["GET"]),
         Route(f"/{token}/{{side}}.triangles", answers.triangles, methods=["GET"]),
         Route(f"/{token}/files/{{name}}", answers.put_file, methods=["PUT"]),
+        Route(f"/{token}/export", answers.export, methods=["POST"]),
         Route(f"/{token}/workspace", answers.describe_workspace, methods=["GET"]),
         Route(f"/{token}/workspace", answers.open_files, methods=["POST"]),
         WebSocketRoute(f"/{token}/link", answers.converse),
@@ -139,6 +143,23 @@ class _Answers:
 
         return await _in_thread(keep)
 
+    async def export(self, request: Request) -> Response:
+        """A file that `iccm map` writes, to show or to download."""
+        session = self._workspace.session
+        if session is None:
+            return Response(status_code=404)
+        body = await _body(request, limits.PAGE_MESSAGE_BYTES)
+        if body is None:
+            return JSONResponse({"error": "the request is too large"}, 413)
+        try:
+            wanted = messages.read_download(body)
+            made = await run_in_threadpool(saving.download, session, wanted.scene, wanted.name, wanted.size)
+        except InputError as error:
+            return JSONResponse({"error": without_folders(str(error))})
+        suffix = made.name[made.name.rfind(".") :].lower()
+        kind = CONTENT_TYPES.get(suffix) or mimetypes.types_map.get(suffix, "application/octet-stream")
+        return Response(made.content, media_type=kind, headers={"x-file-name": quote(made.name)})
+
     async def describe_workspace(self, request: Request) -> Response:
         """What is edited and may be chosen; with ?side=source or target the parts of that file."""
         side = request.query_params.get("side", "")
@@ -188,4 +209,4 @@ async def _in_thread(call: Callable[[], dict[str, Any]]) -> Response:
     try:
         return JSONResponse(await run_in_threadpool(call))
     except InputError as error:
-        return JSONResponse({"error": str(error)})
+        return JSONResponse({"error": without_folders(str(error))})

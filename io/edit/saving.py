@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import shlex
 import subprocess
 import tempfile
+import zipfile
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...errors import InputError
 from .. import files, formats
@@ -230,14 +232,33 @@ def command(
     given = job.model_dump(exclude_defaults=True, exclude={"source", "target"})
     if size or session.job.size:
         given["size"] = size or session.job.size
-    for name, (_, option) in options_of().items():
-        if name in given and kind in option.commands:
-            value = given[name]
-            text = "x".join(map(str, value)) if isinstance(value, tuple) else f"{value}"
-            words += [f"--{name.replace('_', '-')}", *([] if value is True else [text])]
+    words += _option_words(given, kind)
     for name, value in named.items():
         words += [f"--{name}", value]
     words += ["--stmap" if _is_stmap(output) else "-o", output or stem(session.job) + session.suffix]
+    return _line(words)
+
+
+def edit_command(session: Session) -> str:
+    """The command line that opens the same files in the editor."""
+    job = session.job
+    given = job.model_dump(exclude_defaults=True, exclude={"source", "target"})
+    return _line(["iccm", "edit", *filter(None, (job.source, job.target)), *_option_words(given, "edit")])
+
+
+def _option_words(given: dict[str, Any], command: str) -> list[str]:
+    """Fields of a job as options of a command, without those that it does not have."""
+    words: list[str] = []
+    for name, (_, option) in options_of().items():
+        if name in given and command in option.commands:
+            value = given[name]
+            text = "x".join(map(str, value)) if isinstance(value, tuple) else f"{value}"
+            words += [f"--{name.replace('_', '-')}", *([] if value is True else [text])]
+    return words
+
+
+def _line(words: list[str]) -> str:
+    """Words as a line that the user's shell reads."""
     return subprocess.list2cmdline(words) if os.name == "nt" else shlex.join(words)
 
 
@@ -268,6 +289,44 @@ def export(session: Session, scene: Scene, name: str, size: int, *, replace: boo
         outcome = run(job)
     session.written.update(outcome.written)
     return outcome
+
+
+class Download(NamedTuple):
+    """A file for the browser."""
+
+    name: str
+    content: bytes
+
+
+def download(session: Session, scene: Scene, name: str, size: int) -> Download:
+    """Make what `export` writes, as one file: an archive where there are several, as a mesh with its texture.
+
+    Raises:
+        InputError: as `export`.
+    """
+    local(name)
+    with tempfile.TemporaryDirectory() as folder, _written_constraints(session, scene) as given:
+        path = str(Path(folder) / name)
+        output: dict[str, Any] = {"stmap": path} if _is_stmap(name) else {"output": (path,)}
+        with naming_only(folder):
+            run(job_of(session, scene, **{"size": (size,), "force": True, **output, **given}))
+        made = sorted(Path(folder).iterdir())
+        if len(made) == 1:
+            return Download(made[0].name, made[0].read_bytes())
+        archive = io.BytesIO()
+        with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as packed:
+            for file in made:
+                packed.write(file, file.name)
+        return Download(f"{Path(name).stem}.zip", archive.getvalue())
+
+
+@contextmanager
+def naming_only(folder: str) -> Iterator[None]:
+    """Name files of a folder in messages without it: the user does not know it."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(str(error).replace(f"{folder}{os.sep}", "")) from error
 
 
 @contextmanager

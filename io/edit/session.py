@@ -513,6 +513,19 @@ class Session:
         digits = DIGITS - int(np.floor(np.log10(other.curve.diagonal)))
         return [[round(value, digits) for value in place] for place in other.to_file(w).tolist()]
 
+    def read_pins(self, name: str, text: str) -> list[dict[str, Any]]:
+        """The pins of a file of the browser, in the units of the shapes' files.
+
+        Raises:
+            InputError: it is not such a file, or one of the pins is outside its shape.
+        """
+        listed = listing.parse(name, text.encode())
+        target = self.source if self.deforming else self.target
+        listed.check(self.source, target)
+        pins = [_on_surface(pin, self.source, target) for pin in listed.pins_of(self.source, target)]
+        self.core(scene_of(pins, [], []))
+        return [pin.model_dump(mode="json") for pin in pins]
+
     def suggest(self, scene: Scene) -> list[dict[str, Any]]:
         """Pins that both drawings suggest beside those of a scene.
 
@@ -597,7 +610,7 @@ def _scene(job: Job, source: Shape, target: Shape, listed: ConstraintsFile) -> S
         for name, (a, b) in zip(source.strokes, kept.strokes)
     ]
     typed = [Pin(source=start, target=end, **(more[0] if more else {})) for start, end, *more in job.pin]
-    pins += [_on_surface(pin, source, target) for pin in [*listed.all_pins, *typed]]
+    pins += [_on_surface(pin, source, target) for pin in [*listed.pins_of(source, target), *typed]]
     strokes += [_on_surface(stroke, source, target) for stroke in listed.strokes]
     return scene_of(pins, strokes, listed.rigid, balance=job.balance, turn=job.turn or 0.0)
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+import re
 import time
 from contextlib import suppress
+from functools import lru_cache
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -14,9 +16,10 @@ import numpy as np
 from ...arrays import xy_of
 from ...errors import InputError
 from .. import files, formats
-from ..run.job import make
+from ..run.job import CHECKER, make
 from ..shapes import shape
 from ..shapes.shape import Shape
+from ..shapes.silhouette import CANVAS
 from ..spec import path_of
 from ..svg.reader import SILHOUETTE
 from . import autosave
@@ -35,6 +38,8 @@ ALL = "all"
 PARTS = 30  # of a drawing, from the largest, that are shown as thumbnails
 POINTS = 300  # about, of a thumbnail's outlines
 ROLES = ("source", "target", "texture")
+AUTOMATIC, WHOLE_PICTURE = "automatic", "whole picture"
+"""What the page calls the shapes that a picture can be read as, besides its silhouette."""
 
 
 class Workspace:
@@ -53,7 +58,7 @@ class Workspace:
         """
         self._given = given
         self.chosen = {role: given[role] for role in ROLES if given.get(role)}
-        self._known = {path_of(spec) for spec in self.chosen.values()}
+        self._known = {path_of(spec) for spec in self.chosen.values()} | {CHECKER}
         self.session = Session(make(given)) if "source" in self.chosen else None
 
     def describe(self) -> dict[str, Any]:
@@ -63,7 +68,8 @@ class Workspace:
         suffixes = {"source": shapes, "target": shapes, "texture": pictures}
         return {
             "chosen": self.chosen,
-            "samples": [name for name in SAMPLES if samples_of(name)],
+            "paths": {role: path_of(spec) for role, spec in self.chosen.items()},
+            "samples": [_sample(name) for name in SAMPLES if samples_of(name)],
             "suffixes": {role: list(dict.fromkeys(each)) for role, each in suffixes.items()},
         }
 
@@ -133,6 +139,20 @@ class Workspace:
         return parts_of(path_of(self.chosen[role])) if role in self.chosen else []
 
 
+@lru_cache
+def _sample(name: str) -> dict[str, Any]:
+    """One of `SAMPLES` with thumbnails of both shapes."""
+    source, target, _ = samples_of(name)
+    shapes = [_part(shape.read(path, whole=True), path, "") for path in (source, target)]
+    return {"name": name, "shapes": [part["d"] for part in shapes]}
+
+
+def without_folders(text: str) -> str:
+    """A message with the names of copies of the browser's files as the user knows them."""
+    folder = re.escape(f"{_copies()}{os.sep}")
+    return re.sub(rf"{folder}[0-9a-f]{{16}}[\\/]", "", text)
+
+
 def _copies() -> Path:
     """Where files of the browser are, each in a folder named after its content."""
     return autosave.folder() / "files"
@@ -166,13 +186,16 @@ def samples_of(name: str) -> list[str]:
 def parts_of(path: str) -> list[dict[str, Any]]:
     """The shapes that a drawing or picture can be read as: what picks each, its names, and its outline as SVG's `d`.
 
-    Where there are several, the whole drawing is the first, and the silhouette of an SVG the last. Meshes have none.
+    Where there are several, the whole drawing is the first, and the silhouette of an SVG the last. Of a picture, its
+    rectangle and its silhouette are among them. Meshes have none.
 
     Raises:
         InputError: the file is wrong, or draws nothing.
     """
     if formats.of(Path(path)).mesh:
         return []
+    if formats.suffix_of(path) in formats.holding("picture"):
+        return _parts_of_picture(path)
     found = shape.read_all(path)
     parts = [_part(each, f"{path}#{each.part}", ", ".join(each.names[:1])) for each in found[:PARTS]]
     if len(found) > 1:
@@ -182,6 +205,24 @@ def parts_of(path: str) -> list[dict[str, Any]]:
         whole = shape.read(f"{path}#{SILHOUETTE}", whole=True)
         parts.append(_part(whole, whole.spec, SILHOUETTE))
     return parts
+
+
+def _parts_of_picture(path: str) -> list[dict[str, Any]]:
+    """What a picture can be read as: as iccm decides, all of it, or its silhouette, then single pieces."""
+    parts = []
+    for spec, name in (
+        (path, AUTOMATIC),
+        (f"{path}#{CANVAS}", WHOLE_PICTURE),
+        (f"{path}#{SILHOUETTE}", SILHOUETTE),
+    ):
+        with suppress(InputError):  # nothing stands out
+            parts.append(_part(shape.read(spec, whole=True), spec, name))
+    with suppress(InputError):
+        pieces = shape.read_all(path)[:PARTS]
+        parts += [_part(piece, f"{path}#{piece.part}", "") for piece in pieces] if len(pieces) > 1 else []
+    if not parts:
+        shape.read(path, whole=True)  # says what is wrong
+    return [{**part, "picture": True} for part in parts]
 
 
 def _part(part: Shape, spec: str, name: str) -> dict[str, Any]:
@@ -195,4 +236,5 @@ def _part(part: Shape, spec: str, name: str) -> dict[str, Any]:
         points = xy_of((np.asarray(z)[:: max(1, len(z) // POINTS)] - low) / size)
         return "M" + "L".join(f"{x:.3f} {1 - y:.3f}" for x, y in points) + "Z"
 
-    return {"spec": spec, "name": name, "d": "".join(map(ring, rings))}
+    width, height = (high - low).real / size, (high - low).imag / size
+    return {"spec": spec, "name": name, "d": "".join(map(ring, rings)), "extent": [width, height]}

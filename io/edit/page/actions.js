@@ -19,10 +19,10 @@ const SIDES = ['source', 'target'];
  * @param {Record<Side, Pane>} parts.panes
  * @param {Hello} parts.hello
  * @param {(text: string, bad?: boolean) => void} parts.report shows a sentence
- * @param {(down: boolean) => void} parts.setPen
+ * @param {() => void} parts.putDown puts the tool down with which a stroke was drawn
  * @returns {Actions}
  */
-export function actionsOf({editor, link, panes, hello, report, setPen}) {
+export function actionsOf({editor, link, panes, hello, report, putDown}) {
   /**
    * Remove the pins that go with one.
    * @param {number} number
@@ -32,8 +32,37 @@ export function actionsOf({editor, link, panes, hello, report, setPen}) {
     editor.scene.pins = editor.scene.pins.filter((_, k) => !numbers.includes(k));
   }
 
+  /**
+   * Add a pin and show its settings.
+   * @param {Place} source
+   * @param {Place} target
+   */
+  function addPin(source, target) {
+    editor.scene.pins.push({name: '', weight: 1, source, target, turn: null});
+    editor.active = editor.scene.pins.length - 1;
+    editor.commit();
+  }
+
   return {
     select: ({number}) => editor.toggleSelected(number),
+
+    selectOnly(numbers) {
+      editor.selected = new Set(numbers);
+      editor.changed();
+    },
+
+    placeEnd(side, place) {
+      const {pending} = editor;
+      editor.pending = null;
+      if (!pending || pending.side === side) {
+        editor.pending = {side, place};
+        report(`Click the same feature in the ${side === 'source' ? 'target' : 'source'}, or press Esc.`);
+        editor.changed();
+        return;
+      }
+      if (side === 'source') addPin(place, pending.place);
+      else addPin(pending.place, place);
+    },
 
     lock: ({number}) => editor.toggleLock(editor.scene.pins[number]),
 
@@ -51,13 +80,11 @@ export function actionsOf({editor, link, panes, hello, report, setPen}) {
       }
       const image = answer.points[0];
       const [source, target] = side === 'source' ? [place, image] : [image, place];
-      editor.scene.pins.push({name: '', weight: 1, source, target, turn: null});
-      editor.active = editor.scene.pins.length - 1;
-      editor.commit();
+      addPin(source, target);
     },
 
     async stroke(side, places, closed) {
-      setPen(false);
+      putDown();
       if (closed && side === 'target') {
         report('Rigid regions are drawn in the source: close the stroke there.', true);
         return;

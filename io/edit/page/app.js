@@ -2,62 +2,103 @@
 
 import {actionsOf} from './actions.js';
 import {Comparison} from './compare.js';
-import {listenToControls, setPen, showControls} from './controls.js';
+import {listenToControls, showControls} from './controls.js';
 import {button, byId, dialog, input, select} from './dom.js';
 import {Editor} from './editor.js';
 import {showFigures} from './figures.js';
 import {fileName} from './geometry.js';
 import {contentOf, History, showHistory} from './history.js';
 import {listenToKeys} from './keys.js';
+import {listenToLandmarks} from './landmarks.js';
 import {Link} from './link.js';
+import {Linked} from './linked.js';
 import {showList} from './list.js';
 import {choose} from './open.js';
 import {Pane} from './pane.js';
 import {showPinSettings} from './pin_settings.js';
 import {Saving} from './saving.js';
 import {report, showNotes} from './status.js';
+import {Tools} from './tools.js';
+import {Tour} from './tour.js';
 
-/** @import {Actions, ErrorMessage, Hello, MapMessage, PaneScene, Side} from './types.d.ts' */
+/** @import {Actions, ErrorMessage, Hello, MapMessage, PaneScene, Side, TakenMessage} from './types.d.ts' */
 
 const GRID_LINES = 16;  // along the longer side of the source
 
 /** What there is once the server has said what is edited. */
-/** @type {{hello: Hello, panes: Record<Side, Pane>, actions: Actions} | null} */
+/** @type {{hello: Hello, panes: Record<Side, Pane>, actions: Actions, comparison: Comparison, linked: Linked} | null} */
 let page = null;
 
-const link = new Link(receive, (reason) => {
-  report(reason, true);
+/** Whether another tab edits. */
+let taken = false;
+
+const link = new Link(receive, () => {
+  const again = page ? `Run this again to continue on this page: ${page.hello.restart}` : 'Run iccm edit again to continue.';
+  report(`iccm has ended. ${again}`, true);
   document.body.classList.add('ended');
 });
 const history = new History(sessionStorage, location.pathname);
 const editor = new Editor((message) => link.say(message), history, refresh);
 history.changed = () => showHistory(byId('past'), history, (steps) => editor.travel(steps));
 
+new Tour();
+button('take').onclick = () => link.say({type: 'take'});
 button('help').onclick = () => dialog('keys').showModal();
 button('choose').onclick = () => choose(false, () => {
   editor.saved = contentOf(editor.scene);  // the server keeps what is not saved
 });
 
 /**
- * @param {Hello | MapMessage | ErrorMessage} message
+ * @param {Hello | MapMessage | ErrorMessage | TakenMessage} message
  * @param {Float32Array | null} floats a map
  */
 function receive(message, floats) {
   if (message.type === 'hello') begin(message);
+  else if (message.type === 'taken') giveAway();
   else if (message.type === 'error') report(message.message, true);
   else if (editor.receive(message)) showMap(message, floats);
 }
 
+/** @param {Hello} hello */
+const namesOf = ({source, target}) => JSON.stringify([source.name, target.name]);
+
+/** Leave the shapes to another tab, until the user wants to edit here again. */
+function giveAway() {
+  taken = true;
+  dialog('files').close();
+  byId('taken').hidden = false;
+  document.body.classList.add('ended');
+}
+
 // ---------------------------------------------------------------- begin
+
+/**
+ * Continue with what another tab has made of the same shapes; load the page again where it has opened others.
+ * @param {Hello} hello
+ */
+function takeBack(hello) {
+  taken = false;
+  byId('taken').hidden = true;
+  document.body.classList.remove('ended');
+  if (!page && hello.empty) return;
+  if (!page || hello.empty || namesOf(hello) !== namesOf(page.hello)) {
+    editor.saved = contentOf(editor.scene);  // the server has what is not saved
+    location.reload();
+    return;
+  }
+  editor.scene = hello.scene;
+  history.push(hello.scene);
+}
 
 /** @param {Hello} hello */
 async function begin(hello) {
+  if (taken) takeBack(hello);
   if (hello.empty) {
     choose(true);
     return;
   }
   if (page) {
-    page.hello = hello;  // the server was started again
+    page.hello = hello;  // the server was started again, or another tab has edited
   } else {
     try {
       page = await open(hello);
@@ -89,21 +130,26 @@ async function begin(hello) {
 async function open(hello) {
   editor.begin(hello.scene);
   const panes = /** @type {Record<Side, Pane>} */ ({});
-  const actions = actionsOf({editor, link, panes, hello, report, setPen: (down) => setPen(panes, down)});
+  const actions = actionsOf({editor, link, panes, hello, report, putDown: () => tools.take('pin')});
   panes.source = new Pane('source', byId('source'), hello.source, hello, actions);
   panes.target = new Pane('target', byId('target'), hello.target, hello, actions);
   await Promise.all([panes.source.load(), panes.target.load()]);
   resize(panes);
   loadTexture(hello, panes);
-  const comparison = new Comparison(editor, panes), saving = new Saving(editor, link, hello);
-  comparison.showDrawing(Number(input('own').value));
+  const tools = new Tools(panes), linked = new Linked(panes), comparison = new Comparison(editor, panes);
+  const saving = new Saving(editor, link, hello, panes);
+  tools.changed = () => {
+    editor.pending = null;
+    editor.changed();
+  };
   listenToControls({editor, link, panes, actions});
-  listenToKeys({editor, panes, comparison, saving});
+  listenToLandmarks(editor, link);
+  listenToKeys({editor, panes, comparison, saving, tools, linked});
   disableControls(hello, panes);
   showNotes(hello.notes);
   showTitle(hello);
   Object.assign(globalThis, {iccm: inspection(panes)});
-  return {hello, panes, actions};
+  return {hello, panes, actions, comparison, linked};
 }
 
 /**
@@ -115,6 +161,11 @@ function disableControls(hello, panes) {
   const drawn = panes.source.hasDrawing || panes.target.hasDrawing;
   input('own').disabled = !drawn;
   button('blink').disabled = !drawn;
+  for (const option of select('view').options) {
+    if (option.value === 'onion') option.disabled = hello.target.mesh;
+    else option.disabled = option.value !== 'result' && !drawn;
+  }
+  document.body.classList.toggle('deforming', hello.deforming);
   select('how').disabled = hello.source.mesh || hello.target.mesh || hello.deforming;
   input('any').disabled = hello.deforming;
   button('suggest').disabled = hello.deforming;
@@ -178,6 +229,8 @@ function showMap(message, floats) {
   if (message.outlines?.length) target.reshape(message.outlines);
   if (floats) {
     target.painter.map(floats);
+    page.linked.take(floats);
+    if (message.kind === 'full') page.comparison.take(floats);
     target.redraw();
   }
   if (!failed) showFigures(/** @type {HTMLTableElement} */ (byId('figures')), message.kind, message.figures);
@@ -195,16 +248,21 @@ function showOtherMap(way) {
   const element = button('other');
   element.hidden = !way;
   element.dataset.way = way;
-  element.textContent = way === 'kept' ? 'Back to the continued map' : 'Show the map computed from scratch';
+  element.textContent = way === 'kept' ? 'Back to the continued map' : 'Recompute from scratch';
 }
+
+/** @param {Record<Side, Pane>} panes */
+const digitsOf = ({source, target}) => ({
+  source: source.units.placedDigits(source.view.zoom), target: target.units.placedDigits(target.view.zoom),
+});
 
 /** Show the state of the editor in both halves, in the list and in the controls. */
 function refresh() {
   if (!page) return;
-  const {wrong, suggested, selected, regions, patches, active} = editor;
+  const {wrong, suggested, selected, regions, patches, active, pending} = editor;
   /** @type {PaneScene} */
   const scene = {
-    ...editor.scene, wrong, suggested, selected, regions, patches, active, locked: (entry) => editor.isLocked(entry),
+    ...editor.scene, wrong, suggested, selected, regions, patches, active, pending, digits: digitsOf(page.panes), locked: (entry) => editor.isLocked(entry),
   };
   for (const pane of [page.panes.source, page.panes.target]) {
     pane.scene = scene;

@@ -1,4 +1,4 @@
-// The controls beside and above the shapes: how the map is to be, undo, suggested pins, overlays and the pen.
+// The controls beside and above the shapes: how the map is to be, undo, suggested pins and overlays.
 
 import {button, byId, input, output, select} from './dom.js';
 import {report} from './status.js';
@@ -31,9 +31,8 @@ export function listenToControls({editor, link, panes, actions}) {
     panes.source.showAll();
     panes.target.showAll();
   };
-  button('pen').onclick = () => setPen(panes, !panes.source.pen);
   for (const name of /** @type {const} */ (['grid', 'stretch'])) {
-    input(name).onchange = () => setOverlay(panes, name, input(name).checked);
+    button(name).onclick = () => toggleOverlay(panes, name);
   }
   button('other').onclick = () => {
     editor.saved = '';  // the file determines which of both maps its command makes
@@ -121,30 +120,13 @@ export function showControls(editor, hello) {
 }
 
 /**
- * Whether clicks draw strokes.
- * @param {Record<Side, Pane>} panes
- * @param {boolean} down
- */
-export function setPen(panes, down) {
-  for (const pane of [panes.source, panes.target]) {
-    if (!down && pane.drawing) {
-      pane.drawing = null;
-      pane.redraw();
-    }
-    pane.pen = down;
-  }
-  button('pen').setAttribute('aria-pressed', String(down));
-  document.body.classList.toggle('pen', down);
-}
-
-/**
  * @param {Record<Side, Pane>} panes
  * @param {'grid' | 'stretch'} name
- * @param {boolean} on
  */
-export function setOverlay(panes, name, on) {
-  input(name).checked = on;
-  byId('legend').hidden = !input('stretch').checked;
+export function toggleOverlay(panes, name) {
+  const on = !panes.source.overlay[name];
+  button(name).setAttribute('aria-pressed', String(on));
+  if (name === 'stretch') byId('legend').hidden = !on;
   for (const pane of [panes.source, panes.target]) {
     pane.overlay[name] = on;
     pane.redraw();

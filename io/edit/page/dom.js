@@ -1,5 +1,7 @@
 // Elements of the page by their id, with their types.
 
+export const SVG = 'http://www.w3.org/2000/svg';
+
 /**
  * @param {string} id
  * @returns {HTMLElement}
@@ -24,6 +26,18 @@ export const output = (id) => /** @type {HTMLOutputElement} */ (byId(id));
 
 /** @param {string} id */
 export const dialog = (id) => /** @type {HTMLDialogElement} */ (byId(id));
+
+/**
+ * One of the page's icons.
+ * @param {string} name
+ */
+export function icon(name) {
+  const picture = document.createElementNS(SVG, 'svg'), use = picture.appendChild(document.createElementNS(SVG, 'use'));
+  picture.setAttribute('class', 'icon');
+  picture.setAttribute('aria-hidden', 'true');
+  use.setAttribute('href', `#icon-${name}`);
+  return picture;
+}
 
 /**
  * Follow a pointer that is pressed on an element until it is released.

@@ -3,7 +3,7 @@
 import {contentOf} from './history.js';
 
 /** @import {History} from './history.js' */
-/** @import {MapMessage, Patch, Pin, Region, Scene, Stroke, Wrong} from './types.d.ts' */
+/** @import {MapMessage, Patch, Pin, PinEnd, Region, Scene, Stroke, Wrong} from './types.d.ts' */
 
 const REST = 250;  // milliseconds without movement after which a drag is solved as if the pin were released
 
@@ -23,6 +23,8 @@ export class Editor {
   active = null;
   /** @type {Wrong} */
   wrong = {};
+  /** The end of a pin whose other end is placed next. @type {PinEnd | null} */
+  pending = null;
   /** Numbers of pins. @type {Set<number>} */
   selected = new Set();
   /** Ends of pins and strokes that stay where they are, as JSON. @type {Set<string>} */
@@ -107,6 +109,14 @@ export class Editor {
   travel(steps) {
     const scene = this.history.travel(steps);
     if (!scene) return;
+    this.show(scene);
+  }
+
+  /**
+   * Show another state without a step in the history.
+   * @param {Scene} scene
+   */
+  show(scene) {
     this.scene = scene;
     this.selected.clear();
     this.active = null;

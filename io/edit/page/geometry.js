@@ -4,6 +4,7 @@
 
 const MAX_DIGITS = 15;         // that a number of JavaScript can have after its point
 const PLACED_DIGITS = 4;       // of a length that is set by hand
+const PARTS_OF_PIXEL = 10;     // that a hand can place
 const BISECTIONS = 40;         // steps after which a crossing is exact to 1e-12 of a segment
 const PARTS_OF_SEGMENT = 8;    // in which a segment is mapped: its image is curved
 
@@ -49,12 +50,21 @@ export class Units {
   /**
    * Coordinates of the file, rounded, so that the page, the file and the command line have the same ones.
    * @param {Point} point
+   * @param {number} [digits] after the point, where fewer than all matter
    */
-  file(point) {
+  file(point, digits = this.digits) {
     return point.map((value, k) => {
       const exact = this.origin[k] + this.signs[k] * this.scale * value;
-      return Number(exact.toFixed(this.digits));
+      return Number(exact.toFixed(Math.min(digits, this.digits)));
     });
+  }
+
+  /**
+   * The digits after the point of what a hand can place on a screen: of a tenth of a pixel.
+   * @param {number} zoom pixels per unit of the page
+   */
+  placedDigits(zoom) {
+    return Math.max(0, Math.min(this.digits, Math.ceil(Math.log10(PARTS_OF_PIXEL * zoom / this.scale))));
   }
 
   /**

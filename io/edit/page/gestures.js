@@ -31,6 +31,7 @@ export function listen(element, pane) {
     pane.move(KEY_PAN * direction[0], KEY_PAN * direction[1], !pane.surface || event.shiftKey);
   });
   element.addEventListener('pointerdown', (event) => press(event, element, pane));
+  listenToFingers(element, pane);
 }
 
 /**
@@ -39,26 +40,68 @@ export function listen(element, pane) {
  * @param {Pane} pane
  */
 function press(event, element, pane) {
-  if (event.button > 1) return;
+  if (event.button > 1 || pane.pinched) return;
   const start = pane.pixelOf(event), pan = !pane.surface || event.shiftKey || event.button === 1;
+  const isMain = event.button === 0, scrolls = event.pointerType === 'touch' && !pane.surface;  // the page, not the view
   let moved = false, last = start;
   const draw = (/** @type {Point} */ pixel) => {
     const point = pane.surface ? pane.hit(pixel) : pane.at(pixel);
     if (point) pane.drawing?.push(point);
   };
-  if (pane.pen && event.button === 0) pane.drawing = [];
+  if (pane.tool === 'stroke' && isMain) pane.drawing = [];
   draw(start);
   followPointer(element, event, (next) => {
+    if (pane.pinched) return;
     const now = pane.pixelOf(next);
     moved ||= distance(now, start) > CLICK_REACH;
     if (pane.drawing) draw(now);
-    else if (moved) pane.move(now[0] - last[0], now[1] - last[1], pan);
+    else if (moved && pane.tool === 'select' && isMain) pane.marquee = [start, now];
+    else if (moved && !scrolls) pane.move(now[0] - last[0], now[1] - last[1], pan);
     last = now;
-    pane.redraw();
+    pane.redraw(!pane.marquee);
   }, (end) => {
     if (pane.drawing) pane.drawn();
-    else if (!moved && event.button === 0 && end.type === 'pointerup') pane.click(start);
+    else if (pane.marquee) pane.selected();
+    else if (!moved && isMain && end.type === 'pointerup' && !pane.pinched) pane.click(start);
   });
+}
+
+/**
+ * Zoom and move the view with two fingers. One finger is left to the browser, which scrolls the page, or is a click.
+ * @param {HTMLElement} element
+ * @param {Pane} pane
+ */
+function listenToFingers(element, pane) {
+  /** @type {Point[] | null} */
+  let before = null;
+  const read = (/** @type {TouchEvent} */ event) => {
+    const touches = [...event.targetTouches], box = element.getBoundingClientRect();
+    const isPinch = event.touches.length === 2 && touches.length === 2;
+    return isPinch ? touches.map(({clientX, clientY}) => [clientX - box.left, clientY - box.top]) : null;
+  };
+  element.addEventListener('touchstart', (event) => {
+    before = read(event);
+    if (!before) return;
+    event.preventDefault();  // else the browser scrolls with both fingers
+    pane.pinched = true;
+    pane.drawing = null;
+    pane.marquee = null;
+  }, {passive: false});
+  element.addEventListener('touchmove', (event) => {
+    const now = read(event);
+    if (!before || !now) return;
+    event.preventDefault();
+    const [from, to] = [before, now].map(([a, b]) => [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2]);
+    pane.move(to[0] - from[0], to[1] - from[1]);
+    pane.zoomBy(distance(now[0], now[1]) / Math.max(1, distance(before[0], before[1])), to);
+    before = now;
+  }, {passive: false});
+  for (const end of /** @type {const} */ (['touchend', 'touchcancel'])) {
+    element.addEventListener(end, (event) => {
+      before = read(event);
+      if (event.touches.length === 0) pane.pinched = false;
+    });
+  }
 }
 
 /**

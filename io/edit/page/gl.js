@@ -8,6 +8,7 @@ import {SHADERS} from './shaders.js';
 
 /** @typedef {{array: WebGLVertexArrayObject, buffer: WebGLBuffer, count: number}} Fan a polygon as a triangle fan */
 /** @typedef {{texture: WebGLTexture} & Look} Layer */
+/** @typedef {{array: WebGLVertexArrayObject, buffer: WebGLBuffer, count: number}} Patches triangles of a map */
 /** @typedef {{handle: WebGLProgram, at: (name: string) => WebGLUniformLocation | null}} Program */
 
 const PATCH_ATTRIBUTES = ['a0', 'a1', 'a2', 'b0', 'b1', 'b2', 'd0', 'd1', 'd2'];  // of a triangle, each a point
@@ -34,16 +35,17 @@ export class Painter {
   #cover = null;
   /** @type {Fan | null} the box of the file's own drawing */
   #canvas = null;
+  /** Of the map, and of the one before. @type {Patches} */
   #patches;
-  #patchBuffer;
+  #ghost;
   /** @type {{array: WebGLVertexArrayObject, source: WebGLBuffer, indices: number} | null} */
   #mesh = null;
-  /** Triangles of the map, or of a mesh indices of their corners. */
+  /** Indices of the corners of a mesh's triangles. */
   #count = 0;
   /** @type {PaintedView} */
   #view = {x: 0, y: 0, zoom: 1, width: 1, height: 1};
   /** @type {Overlay} */
-  #overlay = {grid: false, stretch: false, own: 0, mapped: false, holes: false, mean: 1, step: 1};
+  #overlay = {grid: false, stretch: false, own: 0, ghost: 0, swipe: null, mapped: false, holes: false, mean: 1, step: 1};
 
   /**
    * @param {HTMLCanvasElement} canvas
@@ -61,16 +63,22 @@ export class Painter {
     this.software = SOFTWARE.test(gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
     for (const [name, [vertex, fragment]] of Object.entries(SHADERS)) this.#programs[name] = link(gl, vertex, fragment);
     this.outlines(shape.painted ?? [shape.outline, ...shape.holes]);
-    this.#patches = gl.createVertexArray();
-    this.#patchBuffer = gl.createBuffer();
-    gl.bindVertexArray(this.#patches);
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.#patchBuffer);
+    this.#patches = this.#emptyPatches();
+    this.#ghost = this.#emptyPatches();
+  }
+
+  /** @returns {Patches} */
+  #emptyPatches() {
+    const gl = this.#gl, array = gl.createVertexArray(), buffer = gl.createBuffer();
+    gl.bindVertexArray(array);
+    gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
     PATCH_ATTRIBUTES.forEach((name, k) => {
       const at = gl.getAttribLocation(this.#programs.patches.handle, name);
       gl.enableVertexAttribArray(at);
       gl.vertexAttribPointer(at, 2, gl.FLOAT, false, FLOAT_BYTES * FLOATS, 2 * FLOAT_BYTES * k);
       gl.vertexAttribDivisor(at, 1);
     });
+    return {array, buffer, count: 0};
   }
 
   /**
@@ -184,9 +192,22 @@ export class Painter {
    */
   map(floats) {
     const gl = this.#gl;
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.#mesh ? this.#mesh.source : this.#patchBuffer);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.#mesh ? this.#mesh.source : this.#patches.buffer);
     gl.bufferData(gl.ARRAY_BUFFER, floats, gl.DYNAMIC_DRAW);
-    this.#count = this.#mesh ? this.#mesh.indices : floats.length / FLOATS;
+    if (this.#mesh) this.#count = this.#mesh.indices;
+    else this.#patches.count = floats.length / FLOATS;
+  }
+
+  /**
+   * Take the map before, which is painted over the map as much as the overlay has it; not of a mesh.
+   * @param {Float32Array} floats
+   */
+  ghost(floats) {
+    if (this.#mesh) return;
+    const gl = this.#gl;
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.#ghost.buffer);
+    gl.bufferData(gl.ARRAY_BUFFER, floats, gl.STATIC_DRAW);
+    this.#ghost.count = floats.length / FLOATS;
   }
 
   /**
@@ -199,6 +220,18 @@ export class Painter {
     gl.viewport(left, bottom, view.width, view.height);
     gl.enable(gl.SCISSOR_TEST);
     gl.scissor(left, bottom, view.width, view.height);
+    this.#paint(view, overlay);
+    if (overlay.swipe === null || overlay.plain || !this.#drawing) return;
+    gl.scissor(left, bottom, Math.round(overlay.swipe * view.width), view.height);
+    this.#paint(view, {...overlay, own: 1, ghost: 0});
+  }
+
+  /**
+   * @param {PaintedView} view
+   * @param {Overlay} overlay
+   */
+  #paint(view, overlay) {
+    const gl = this.#gl;
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.STENCIL_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     if (!this.#texture) return;
@@ -242,10 +275,20 @@ export class Painter {
   #drawTarget() {
     const gl = this.#gl, {painted} = this.#shape;
     this.#cut(painted ? this.#rings : this.#overlay.holes ? this.#rings.slice(1) : []);
-    this.#use('patches', this.#textureShare);
     gl.stencilFunc(gl.EQUAL, painted ? 255 : 0, 255);
-    gl.bindVertexArray(this.#patches);
-    if (this.#count) gl.drawArraysInstanced(gl.TRIANGLES, 0, 3, this.#count);
+    this.#drawPatches(this.#patches, this.#textureShare);
+    if (this.#overlay.ghost > 0 && !this.#overlay.plain) this.#drawPatches(this.#ghost, this.#overlay.ghost);
+  }
+
+  /**
+   * @param {Patches} patches
+   * @param {number} opacity
+   */
+  #drawPatches({array, count}, opacity) {
+    if (!count) return;
+    this.#use('patches', opacity);
+    this.#gl.bindVertexArray(array);
+    this.#gl.drawArraysInstanced(this.#gl.TRIANGLES, 0, 3, count);
   }
 
   #drawMesh() {

@@ -1,12 +1,14 @@
 // Keys of the whole page; those of pins and of the shapes are in handles.js and gestures.js.
 
-import {button, byId, input} from './dom.js';
-import {setOverlay, setPen} from './controls.js';
+import {button, byId} from './dom.js';
+import {toggleOverlay} from './controls.js';
 
 /** @import {Comparison} from './compare.js' */
 /** @import {Editor} from './editor.js' */
+/** @import {Linked} from './linked.js' */
 /** @import {Pane} from './pane.js' */
 /** @import {Saving} from './saving.js' */
+/** @import {Tools} from './tools.js' */
 /** @import {Side} from './types.d.ts' */
 
 const KEY_ZOOM = 1.25;  // by which + enlarges, and - shrinks
@@ -17,8 +19,10 @@ const KEY_ZOOM = 1.25;  // by which + enlarges, and - shrinks
  * @param {Record<Side, Pane>} parts.panes
  * @param {Comparison} parts.comparison
  * @param {Saving} parts.saving
+ * @param {Tools} parts.tools
+ * @param {Linked} parts.linked
  */
-export function listenToKeys({editor, panes, comparison, saving}) {
+export function listenToKeys({editor, panes, comparison, saving, tools, linked}) {
   const focused = () => (byId('source').contains(document.activeElement) ? panes.source : panes.target);
 
   /** @type {Record<string, (event: KeyboardEvent) => void>} */
@@ -33,10 +37,19 @@ export function listenToKeys({editor, panes, comparison, saving}) {
   };
   /** @type {Record<string, (event: KeyboardEvent) => void>} */
   const plain = {
-    s: () => setPen(panes, !panes.source.pen),
-    escape: () => setPen(panes, false),
-    g: () => setOverlay(panes, 'grid', !input('grid').checked),
-    h: () => setOverlay(panes, 'stretch', !input('stretch').checked),
+    v: () => tools.take('pin'),
+    t: () => tools.toggle('pair'),
+    s: () => tools.toggle('stroke'),
+    m: () => tools.toggle('select'),
+    escape: () => {
+      tools.take('pin');
+      editor.pending = null;
+      editor.selected.clear();
+      editor.changed();
+    },
+    k: () => linked.toggle(),
+    g: () => toggleOverlay(panes, 'grid'),
+    h: () => toggleOverlay(panes, 'stretch'),
     a: () => comparison.swap(),
     b: () => comparison.blink(),
     d: () => comparison.step(),

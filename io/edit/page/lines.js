@@ -1,5 +1,6 @@
 // The lines over a painted shape: outlines, strokes, rigid regions, rings and arms of pins, the guide and the loupe.
 
+import {SVG} from './dom.js';
 import {pinHue, strokeHue} from './hues.js';
 
 /** @import {Pane} from './pane.js' */
@@ -7,8 +8,9 @@ import {pinHue, strokeHue} from './hues.js';
 
 /** @typedef {{d: string, class: string, hue?: number}} Line */
 
-const SVG = 'http://www.w3.org/2000/svg';
 const GUIDE_ARM = 14;     // pixels: half the length of the cross where a pin is attracted
+const POINTER_ARM = 7;    // pixels: half the length of the cross at the place under the pointer of the other side
+const PENDING_RADIUS = 9; // pixels: of the circle at an end of a pin whose other end is placed next
 const CROSSHAIR_ARM = 9;  // pixels, in the loupe
 export const LOUPE_SIDE = 150;    // pixels
 export const LOUPE_ZOOM = 4;      // relative to the pane
@@ -85,18 +87,37 @@ function linesOf(pane) {
   scene.pins.forEach((_, k) => {
     const ring = pane.ring(k);
     if (!ring) return;
-    const {middle: [x, y], radius} = ring, active = k === scene.active ? ' active' : '';
-    const half = `a${radius} ${radius} 0 0 1`;
+    const {middle, radius} = ring, active = k === scene.active ? ' active' : '';
     lines.push({
-      d: `M${x - radius} ${y}${half} ${2 * radius} 0${half} ${-2 * radius} 0`, class: `ring${active}`, hue: pinHue(k),
+      d: circle(middle, radius), class: `ring${active}`, hue: pinHue(k),
     });
   });
   if (pane.drawing) lines.push({d: path(pane.drawing), class: 'stroke drawing'});
-  if (pane.guide) {
-    const [x, y] = pane.pixel(pane.guide), length = 2 * GUIDE_ARM;
-    lines.push({d: `M${x - GUIDE_ARM} ${y}h${length}M${x} ${y - GUIDE_ARM}v${length}`, class: 'guide'});
+  if (pane.guide) lines.push({d: cross(pane.pixel(pane.guide), GUIDE_ARM), class: 'guide'});
+  if (pane.cross) lines.push({d: cross(pane.pixel(pane.cross), POINTER_ARM), class: 'pointer'});
+  if (scene.pending?.side === side) {
+    lines.push({d: circle(pane.pixel(pane.page(scene.pending.place)), PENDING_RADIUS), class: 'pending', hue: pinHue(scene.pins.length)});
+  }
+  if (pane.marquee) {
+    const [[left, top], [right, bottom]] = pane.marquee;
+    lines.push({d: pathData([[left, top], [right, top], [right, bottom], [left, bottom]], true), class: 'marquee'});
   }
   return lines;
+}
+
+/**
+ * @param {Point} middle
+ * @param {number} arm
+ */
+const cross = ([x, y], arm) => `M${x - arm} ${y}h${2 * arm}M${x} ${y - arm}v${2 * arm}`;
+
+/**
+ * @param {Point} middle
+ * @param {number} radius
+ */
+function circle([x, y], radius) {
+  const half = `a${radius} ${radius} 0 0 1`;
+  return `M${x - radius} ${y}${half} ${2 * radius} 0${half} ${-2 * radius} 0`;
 }
 
 /**

@@ -1,8 +1,7 @@
 // The conversation with the server: JSON both ways, and maps as binary frames (see io/edit/scene.py).
 
-/** @import {Answer, ErrorMessage, Hello, MapMessage} from './types.d.ts' */
+/** @import {Answer, ErrorMessage, Hello, MapMessage, TakenMessage} from './types.d.ts' */
 
-const TAKEN = 4001;          // close code: the pair is open in another tab (see io/edit/link.py)
 const TRIES = 4;             // to connect again before the user hears of it
 const PAUSE = 500;           // milliseconds between these
 const PAUSE_AFTER = 2000;    // and between further ones
@@ -18,9 +17,9 @@ export class Link {
   #end;
 
   /**
-   * @param {(message: Hello | MapMessage | ErrorMessage, floats: Float32Array | null) => void} receive is called with
+   * @param {(message: Hello | MapMessage | ErrorMessage | TakenMessage, floats: Float32Array | null) => void} receive is called with
    *   what the server sends without being asked
-   * @param {(reason: string) => void} end is called when the server is gone; it may come again
+   * @param {() => void} end is called when the server is gone; it may come again
    */
   constructor(receive, end) {
     this.#receive = receive;
@@ -39,14 +38,9 @@ export class Link {
       tries = TRIES;
       this.#take(event.data);
     };
-    socket.onclose = (event) => {
-      for (const answer of this.#questions.values()) answer({error: 'the connection was lost'});
-      this.#questions.clear();
-      if (event.code === TAKEN) {
-        this.#end('These shapes are being edited in another tab.');
-        return;
-      }
-      if (tries === 0) this.#end('iccm has ended. Run the same command again to continue on this page.');
+    socket.onclose = () => {
+      this.#refuseQuestions('the connection was lost');
+      if (tries === 0) this.#end();
       setTimeout(() => { this.#socket = this.#open(tries - 1); }, tries > 0 ? PAUSE : PAUSE_AFTER);
     };
     return socket;
@@ -60,12 +54,19 @@ export class Link {
       return;
     }
     const message = JSON.parse(data);
+    if (message.type === 'taken') this.#refuseQuestions('these shapes are being edited in another tab');
     if (message.type !== 'answer') {
       this.#receive(message, null);
       return;
     }
     this.#questions.get(message.id)?.(message);
     this.#questions.delete(message.id);
+  }
+
+  /** @param {string} reason */
+  #refuseQuestions(reason) {
+    for (const answer of this.#questions.values()) answer({error: reason});
+    this.#questions.clear();
   }
 
   /**

@@ -1,5 +1,6 @@
 // The list of pins, strokes and rigid regions, in which they are named, moved, locked and removed.
 
+import {icon} from './dom.js';
 import {rounded} from './figures.js';
 import {pinHue, strokeHue} from './hues.js';
 
@@ -64,9 +65,10 @@ function emptyRow() {
     input.spellcheck = false;
   }
   const lock = document.createElement('button'), remove = document.createElement('button');
-  lock.textContent = 'Lock';
+  lock.append(icon('lock'));
   lock.title = 'Keep this pin at its position (L)';
-  remove.textContent = '×';
+  remove.append(icon('remove'));
+  remove.title = 'Remove';
   row.append(document.createElement('span'), name, place, lock, remove);
   return row;
 }
@@ -80,7 +82,8 @@ function emptyRow() {
  */
 function showPin(row, pin, number, scene, actions) {
   const rotation = typeof pin.turn === 'number' ? ` ∠ ${pin.turn}°` : '';
-  const text = `${coordinates(pin.source)} → ${coordinates(pin.target)}${rotation}`;
+  const {digits} = scene, source = coordinates(pin.source, digits.source), target = coordinates(pin.target, digits.target);
+  const text = `${source} → ${target}${rotation}`;
   const wrong = scene.wrong.pins?.includes(number) ?? false;
   row.mark.textContent = wrong ? '!' : '●';
   row.element.style.setProperty('--hue', String(pinHue(number)));
@@ -167,5 +170,8 @@ function showRegion(row, region, figures, number, actions) {
   row.remove.onclick = () => actions.remove({kind: 'rigid', number}, true);
 }
 
-/** @param {Place} place */
-const coordinates = (place) => [place].flat().join(', ');
+/**
+ * @param {Place} place
+ * @param {number} digits after the point
+ */
+const coordinates = (place, digits) => (typeof place === 'string' ? place : place.map((value) => Number(value.toFixed(digits))).join(', '));

@@ -1,15 +1,20 @@
 // The dialog in which files are chosen or dropped, the part of each that is meant, and samples to try.
 
-import {button, byId, dialog} from './dom.js';
+import {button, byId, dialog, SVG} from './dom.js';
+import {lasso} from './lasso.js';
 
 /** @typedef {'source' | 'target' | 'texture'} Role */
-/** @typedef {{spec: string, name: string, d: string}} Part a shape of a file, with its path data in the unit square */
+/**
+ * @typedef {{spec: string, name: string, d: string, extent: [number, number], picture?: boolean}} Part a shape of a file, with
+ *   its path data in the unit square, and the width and height of the file's canvas there; `picture` where that is shown behind
+ */
+/** @typedef {{name: string, shapes: string[]}} Sample a pair to try, with path data of both shapes */
 /** @typedef {Partial<Record<Role, string>>} Chosen the file of each role, with its part */
 
-const SVG = 'http://www.w3.org/2000/svg';
 const NO_FILE = {
-  source: 'none yet', target: 'none: pins deform the source', texture: 'none: a grid, or the mesh’s own texture',
+  source: 'none yet', target: 'none: pins deform the source', texture: 'automatic: the source’s own colors, or a checkerboard',
 };
+const CHECKERBOARD = 'checker';  // as a texture
 /** @type {Role[]} */
 const ROLES = ['source', 'target', 'texture'];
 
@@ -18,6 +23,10 @@ const files = dialog('files');
 let chosen = {};
 /** @type {Chosen} what was chosen when the dialog was opened */
 let before = {};
+/** @type {Chosen} the same without their parts */
+let paths = {};
+/** @type {Chosen} addresses of the pictures among them */
+let pictures = {};
 let leave = () => {};
 /** @type {Record<Role, string[]>} of the files that can be read for each role */
 let suffixes = {source: [], target: [], texture: []};
@@ -51,6 +60,8 @@ export async function choose(empty, leaving = leave) {
   const workspace = await (await fetch('workspace')).json();
   chosen = {...workspace.chosen};
   before = {...workspace.chosen};
+  paths = {...workspace.paths};
+  pictures = {source: 'source.drawing', target: 'target.drawing'};
   suffixes = workspace.suffixes;
   for (const role of ROLES) inputOf(role).accept = suffixes[role].join(',');
   files.dataset.empty = String(empty);
@@ -67,10 +78,10 @@ export async function choose(empty, leaving = leave) {
   }
 }
 
-/** @param {string} name */
-function sampleButton(name) {
+/** @param {Sample} sample */
+function sampleButton({name, shapes}) {
   const element = document.createElement('button');
-  element.textContent = name;
+  element.append(...shapes.map((d) => silhouette(d)), name);
   element.onclick = () => open({sample: name});
   return element;
 }
@@ -82,10 +93,22 @@ function sampleButton(name) {
  */
 function showRole(role, parts) {
   const names = (chosen[role] ?? '').split(/[\\/]/), thumbnails = parts.length > 1 ? parts : [];
-  within(role, '.name').textContent = names[names.length - 1] || NO_FILE[role];
-  within(role, '.parts').replaceChildren(...thumbnails.map((part) => thumbnail(role, part, parts)));
+  within(role, '.name').textContent = nameOf(role, names[names.length - 1]);
+  const buttons = thumbnails.map((part) => thumbnail(role, part, parts));
+  if (parts[0]?.picture) buttons.push(lassoButton(role));
+  within(role, '.parts').replaceChildren(...buttons);
   button('files-open').disabled = !chosen.source;
   button('no-target').hidden = !chosen.target;
+}
+
+/**
+ * @param {Role} role
+ * @param {string} name of the file
+ */
+function nameOf(role, name) {
+  if (role === 'texture' && chosen.texture === CHECKERBOARD) return 'a checkerboard';
+  if (role === 'texture' && chosen.texture && chosen.texture === paths.source) return 'the source’s own drawing';
+  return name || NO_FILE[role];
 }
 
 /**
@@ -94,18 +117,12 @@ function showRole(role, parts) {
  * @param {Part[]} parts the first of which is all of the file
  */
 function thumbnail(role, part, parts) {
-  const element = document.createElement('button'), picture = document.createElementNS(SVG, 'svg');
-  picture.setAttribute('viewBox', '-0.04 -0.04 1.08 1.08');
-  picture.setAttribute('aria-hidden', 'true');
-  for (const each of [parts[0], part]) {
-    const path = picture.appendChild(document.createElementNS(SVG, 'path'));
-    path.setAttribute('d', each.d);
-    path.setAttribute('fill-rule', 'evenodd');
-    path.classList.toggle('rest', each !== part);
-  }
+  const element = document.createElement('button');
+  const picture = part.picture ? overPicture(part, pictures[role] ?? '') : silhouette(parts[0].d, part.d);
   const name = part.name || `part ${part.spec.slice(part.spec.lastIndexOf('#') + 1)}`;
   const isWhole = part === parts[0] && !parts.some(({spec}) => spec === chosen[role]);
-  element.append(picture);
+  if (part.picture) element.append(part.name);
+  element.prepend(picture);
   element.title = name;
   element.setAttribute('aria-label', `${role}: ${name}`);
   element.setAttribute('aria-pressed', String(isWhole || chosen[role] === part.spec));
@@ -114,6 +131,53 @@ function thumbnail(role, part, parts) {
     showRole(role, parts);
     within(role, '[aria-pressed=true]').focus();
   };
+  return element;
+}
+
+/**
+ * A drawing of a shape, or of one of its parts with the rest behind it.
+ * @param {string} all path data
+ * @param {string} [part]
+ */
+function silhouette(all, part = all) {
+  const picture = document.createElementNS(SVG, 'svg');
+  picture.setAttribute('viewBox', '-0.04 -0.04 1.08 1.08');
+  picture.setAttribute('aria-hidden', 'true');
+  for (const d of part === all ? [all] : [all, part]) {
+    const path = picture.appendChild(document.createElementNS(SVG, 'path'));
+    path.setAttribute('d', d);
+    path.setAttribute('fill-rule', 'evenodd');
+    path.classList.toggle('rest', d !== part);
+  }
+  return picture;
+}
+
+/**
+ * A photograph with the outline that it can be read as.
+ * @param {Part} part
+ * @param {string} address of the photograph
+ */
+function overPicture({d, extent: [width, height]}, address) {
+  const picture = silhouette(d), image = document.createElementNS(SVG, 'image');
+  picture.classList.add('photograph');
+  picture.prepend(image);
+  const place = {href: address, x: 0, y: 1 - height, width, height, preserveAspectRatio: 'none'};
+  for (const [name, value] of Object.entries(place)) image.setAttribute(name, String(value));
+  return picture;
+}
+
+/**
+ * The button that draws an outline on a photograph by hand.
+ * @param {Role} role
+ */
+function lassoButton(role) {
+  const element = document.createElement('button');
+  element.textContent = 'Lasso…';
+  element.title = 'Draw an outline on the picture by hand';
+  element.onclick = () => lasso(pictures[role] ?? '', (cut) => {
+    const name = (paths[role] ?? 'picture').split(/[\\/]/).at(-1)?.replace(/\.[^.]*$/, '');
+    upload(role, new File([cut], `${name}-lasso.png`, {type: 'image/png'}));
+  });
   return element;
 }
 
@@ -128,7 +192,10 @@ async function upload(role, file) {
   const {path, parts, error} = await (await fetch(address, {method: 'PUT', body: file})).json();
   report(error ?? '');
   if (error) return;
-  chosen[role] = path;
+  const isRead = !parts[0]?.picture || parts.some((/** @type {Part} */ {spec}) => spec === path);
+  chosen[role] = isRead ? path : parts[0].spec;
+  paths[role] = path;
+  if (parts[0]?.picture) pictures[role] = URL.createObjectURL(file);
   showRole(role, parts);
 }
 
@@ -156,6 +223,14 @@ for (const role of ROLES) {
 button('no-target').onclick = () => {
   chosen.target = '';
   showRole('target', []);
+};
+button('own-texture').onclick = () => {
+  chosen.texture = paths.source ?? '';
+  showRole('texture', []);
+};
+button('checkerboard').onclick = () => {
+  chosen.texture = CHECKERBOARD;
+  showRole('texture', []);
 };
 button('files-open').onclick = () => open(chosen);
 button('files-close').onclick = () => files.close();

@@ -1,6 +1,7 @@
 // One half of the page: a painted shape, the lines and handles over it, and its coordinates.
 
 import {attraction} from './attraction.js';
+import {Divider} from './divider.js';
 import {listen, strokeOf} from './gestures.js';
 import {between, closest, distance, fileName, inside, significant, Units} from './geometry.js';
 import {Painter} from './gl.js';
@@ -9,7 +10,7 @@ import {Lines, LOUPE_SIDE, LOUPE_ZOOM} from './lines.js';
 import {Surface} from './surface.js';
 import {View} from './view.js';
 
-/** @import {Actions, Hello, Item, Overlay, PaintedView, PaneScene, Pin, Place, Point, ShapeInfo, Side} from './types.d.ts' */
+/** @import {Actions, Hello, Item, Overlay, PaintedView, PaneScene, Pin, Place, Point, ShapeInfo, Side, Tool} from './types.d.ts' */
 
 const OUTLINE_REACH = 8;     // pixels: a click as near to the outline places a pin on it
 const ON_OUTLINE = 1e-3;     // of the shape: pins as near to the outline are those of it, as for the server
@@ -25,13 +26,15 @@ export class Pane {
   /** @type {PaneScene} */
   scene = {
     pins: [], strokes: [], regions: [], rigid: [], balance: 1, turn: 0, fit: 'auto',
-    wrong: {}, suggested: [], selected: new Set(), locked: () => false, patches: [], active: null,
+    wrong: {}, suggested: [], selected: new Set(), locked: () => false, patches: [], active: null, pending: null, digits: {source: 0, target: 0},
   };
   view = new View();
   /** Whether the file shows its own drawing. */
   hasDrawing = false;
-  /** Whether a click adds a point to a stroke. */
-  pen = false;
+  /** What a click and a drag do. @type {Tool} */
+  tool = 'pin';
+  /** Whether two fingers move the view. */
+  pinched = false;
   /** @type {Surface | null} */
   surface = null;
   /** @type {Point[] | null} the stroke that is being drawn */
@@ -40,6 +43,14 @@ export class Pane {
   loupe = null;
   /** @type {Point | null} the point that attracts the pin that is dragged */
   guide = null;
+  /** @type {Point | null} where the place under the pointer is that is on the other side */
+  cross = null;
+  /** @type {Point[] | null} two opposite corners, in pixels, of the rectangle that selects */
+  marquee = null;
+  /** Is called after a change of the view that the user has made. */
+  viewed = () => {};
+  /** Is called when the divider is dragged. @type {(share: number) => void} of the width, left of the divider */
+  divided = () => {};
   #rough = false;
   #stale = false;
   #begun = false;
@@ -62,6 +73,7 @@ export class Pane {
     this.canvas.setAttribute('aria-hidden', 'true');
     this.lines = new Lines(element, side);
     this.handles = new Handles(element, this);
+    this.divider = new Divider(element, this);
     const caption = element.appendChild(document.createElement('p'));
     caption.textContent = `${this.deforms ? 'deformed' : side}: ${fileName(shape.name)}`;
     caption.className = 'caption';
@@ -69,7 +81,7 @@ export class Pane {
     this.painter = new Painter(this.canvas, shape);
     /** @type {Overlay} */
     this.overlay = {
-      grid: false, stretch: false, own: 0, mapped: side === 'target', holes: hello.holes, mean: hello.mean, step: 0.1,
+      grid: false, stretch: false, own: 0, ghost: 0, swipe: null, mapped: side === 'target', holes: hello.holes, mean: hello.mean, step: 0.1,
     };
     /** The number of the frame that is due, 0 where none is. */
     this.waiting = 0;
@@ -90,6 +102,7 @@ export class Pane {
       const answer = await fetch(`${this.side}.triangles`);
       this.surface = new Surface(await answer.arrayBuffer(), this.shape.axes);
       this.painter.mesh(this.surface);
+      this.element.dataset.mesh = '';
     }
     new ResizeObserver(() => {
       this.resized();
@@ -137,12 +150,17 @@ export class Pane {
 
   /** Show the whole shape and its canvas. */
   showAll() {
+    this.view.showAll(this.wholeBox());
+    this.redraw();
+    this.viewed();
+  }
+
+  /** What is visible when all is: the shape with its canvas. */
+  wholeBox() {
     const {box, bounds} = this.shape;
-    const union = [
+    return this.surface?.bounds() ?? [
       Math.min(box[0], bounds[0]), Math.min(box[1], bounds[1]), Math.max(box[2], bounds[2]), Math.max(box[3], bounds[3]),
     ];
-    this.view.showAll(this.surface ? this.surface.bounds() : union);
-    this.redraw();
   }
 
   /**
@@ -152,6 +170,7 @@ export class Pane {
   zoomBy(factor, pixel = this.view.middle) {
     this.view.zoomBy(factor, pixel);
     this.redraw();
+    this.viewed();
   }
 
   /**
@@ -168,6 +187,7 @@ export class Pane {
       this.surface?.orbit(ORBIT * right, ORBIT * down);
     }
     this.redraw();
+    this.viewed();
   }
 
   // ---------------------------------------------------------------- coordinates
@@ -223,7 +243,7 @@ export class Pane {
    */
   file(point) {
     const {surface} = this, hit = surface?.cast(surface.turned(point));
-    if (!surface || !hit) return this.units.file(point);
+    if (!surface || !hit) return this.#placed(point);
     const pixel = this.pixel(point);
     for (const vertex of surface.corners(hit.triangle)) {
       if (distance(this.pixel(surface.place(vertex)), pixel) <= VERTEX_REACH) return `v${surface.numbers[vertex]}`;
@@ -324,8 +344,17 @@ export class Pane {
     this.guide = attracted && under && isPin ? this.#attraction(this.pixel(under), onOutline, item.number) : null;
     const point = this.guide ?? under;
     if (!point) return null;
-    const place = last && !onOutline ? this.file(point) : this.units.file(point);
+    const isFree = !onOutline && !this.guide && !this.surface;
+    const place = isFree ? this.#placed(point) : last && !onOutline ? this.file(point) : this.units.file(point);
     return this.actions.drag(this.side, item, place) ? this.pixel(point) : null;
+  }
+
+  /**
+   * A point that is placed by hand, as exactly as a screen shows it.
+   * @param {Point} point
+   */
+  #placed(point) {
+    return this.units.file(point, this.units.placedDigits(this.view.zoom));
   }
 
   /**
@@ -337,6 +366,16 @@ export class Pane {
     if (this.deforms) return null;
     const others = this.scene.pins.filter((_, k) => k !== number).map((pin) => this.page(pin[this.side]));
     return attraction(pixel, onOutline, this.shape, others, this);
+  }
+
+  /** Select the pins in the rectangle that was drawn. */
+  selected() {
+    const [[a, b], [c, d]] = this.marquee ?? [[0, 0], [0, 0]];
+    this.marquee = null;
+    const within = (/** @type {Point} */ [x, y]) => (x - a) * (x - c) <= 0 && (y - b) * (y - d) <= 0;
+    const numbers = this.scene.pins.map((_, k) => k).filter((k) => within(this.pixel(this.page(this.scene.pins[k][this.side]))));
+    this.actions.selectOnly(numbers);
+    this.redraw(false);
   }
 
   /** End the stroke that is being drawn. */
@@ -353,14 +392,21 @@ export class Pane {
    * @param {Point} [pixel]
    */
   click(pixel = this.view.middle) {
-    const rim = this.pen || this.deforms ? null : this.rim(pixel), under = rim ?? this.hit(pixel);
+    if (this.tool === 'select') {
+      this.actions.selectOnly([]);
+      return;
+    }
+    const isStroke = this.tool === 'stroke', rim = isStroke || this.deforms ? null : this.rim(pixel);
+    const under = rim ?? this.hit(pixel);
     if (!under) return;
-    if (this.pen) {
+    if (isStroke) {
       this.drawing ??= [];
       this.drawing.push(under);
     } else {
-      const point = this.#attraction(this.pixel(under), rim !== null) ?? under;
-      this.actions.place(this.side, rim ? this.units.file(point) : this.file(point));
+      const attracted = this.#attraction(this.pixel(under), rim !== null), point = attracted ?? under;
+      const place = rim || attracted ? this.units.file(point) : this.file(point);
+      if (this.tool === 'pair') this.actions.placeEnd(this.side, place);
+      else this.actions.place(this.side, place);
     }
     this.redraw();
   }
@@ -379,6 +425,7 @@ export class Pane {
       if (this.#stale) this.paint();
       this.lines.draw(this);
       this.handles.draw();
+      this.divider.draw();
     });
   }
 
@@ -394,7 +441,7 @@ export class Pane {
       x: loupeX, y: loupeY, zoom: LOUPE_ZOOM * zoom * ratio, turn,
       left: left * ratio, bottom: (this.view.height - top - LOUPE_SIDE) * ratio,
       width: LOUPE_SIDE * ratio, height: LOUPE_SIDE * ratio,
-    }, this.overlay);
+    }, {...this.overlay, swipe: null});
   }
 
   /** The upper left corner of the loupe: at the right, or at the left where that hides what is dragged. */

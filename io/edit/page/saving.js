@@ -1,32 +1,33 @@
-// Writing files: pins and strokes, copies of the drawings, pictures and meshes; and the command that repeats the map.
+// Writing files: pins and strokes, and copies of the drawings, in the folder of iccm; and the command that repeats the map.
 
-import {button, byId, dialog, input, select} from './dom.js';
+import {button, byId, dialog, input} from './dom.js';
+import {Exporting} from './exporting.js';
 import {contentOf} from './history.js';
 import {report} from './status.js';
 
 /** @import {Editor} from './editor.js' */
 /** @import {Link} from './link.js' */
-/** @import {Hello} from './types.d.ts' */
-
-const DEFAULT_SIZE = 1024;  // pixels of the longer side, as of `iccm map`
-const SUFFIX = /(\.stmap)?\.[^.]*$/;
+/** @import {Pane} from './pane.js' */
+/** @import {Hello, Side} from './types.d.ts' */
 
 export class Saving {
   #editor;
   #link;
   #hello;
+  #exporting;
 
   /**
    * @param {Editor} editor
    * @param {Link} link
    * @param {Hello} hello
+   * @param {Record<Side, Pane>} panes
    */
-  constructor(editor, link, hello) {
+  constructor(editor, link, hello, panes) {
     this.#editor = editor;
     this.#link = link;
     this.#hello = hello;
+    this.#exporting = new Exporting(editor, link, hello, panes);
     input('file').value = hello.constraints;
-    input('picture').value = hello.picture;
     input('ending').value = hello.ending;
     input('file').disabled = hello.drawn;
     button('save-as').disabled = hello.drawn;
@@ -35,22 +36,12 @@ export class Saving {
 
   #listen() {
     button('save').onclick = () => this.save();
-    button('more').onclick = () => {
-      dialog('export').showModal();
-      this.#showCommand();
-    };
     dialog('export').onclose = () => {
       const chosen = dialog('export').returnValue;
       dialog('export').returnValue = '';
       if (chosen === 'save') this.save();
-      if (chosen === 'export') this.#export();
+      if (chosen === 'export') this.#write({type: 'export', ...this.#exporting.choice});
       if (chosen === 'draw') this.#draw();
-    };
-    input('picture').oninput = () => this.#showCommand();
-    input('size').oninput = () => this.#showCommand();
-    select('format').onchange = () => {
-      input('picture').value = input('picture').value.replace(SUFFIX, '') + select('format').value;
-      this.#showCommand();
     };
     button('copy').onclick = async () => {
       await navigator.clipboard.writeText(byId('command').textContent ?? '');
@@ -68,10 +59,6 @@ export class Saving {
 
   #draw() {
     return this.#write({type: 'draw', name: input('ending').value});
-  }
-
-  #export() {
-    return this.#write({type: 'export', name: input('picture').value, size: chosenSize()});
   }
 
   /**
@@ -95,23 +82,4 @@ export class Saving {
     report(sentences.filter(Boolean).join(' '));
     editor.changed();
   }
-
-  /** Show the command that writes what the dialog would. */
-  async #showCommand() {
-    const name = input('picture').value;
-    select('format').value = formatOf(name, [...select('format').options].map((option) => option.value));
-    if (!name) return;
-    const question = {type: 'export', scene: this.#editor.scene, name, size: chosenSize(), write: false};
-    const answer = await this.#link.ask(question);
-    byId('export-command').textContent = answer.command ?? answer.error ?? '';
-  }
 }
-
-const chosenSize = () => Math.round(Number(input('size').value)) || DEFAULT_SIZE;
-
-/**
- * The format that a file's name ends in, empty where it is none of them.
- * @param {string} name
- * @param {string[]} formats
- */
-export const formatOf = (name, formats) => formats.find((each) => each && name.toLowerCase().endsWith(each)) ?? '';

@@ -2,6 +2,9 @@
 
 export type Side = 'source' | 'target';
 
+/** What a click and a drag on a shape do. */
+export type Tool = 'pin' | 'pair' | 'stroke' | 'select';
+
 /** Coordinates of the page: [x, y] with y down, or [x, y, z] on the surface of a mesh. */
 export type Point = number[];
 
@@ -115,6 +118,8 @@ export interface Hello {
   constraints: string;
   picture: string;
   ending: string;
+  /** The command that opens the same files again. */
+  restart: string;
 }
 
 /** The figures of a map, as the report has them. */
@@ -149,6 +154,11 @@ export interface MapMessage {
   command?: string;
 }
 
+/** The server serves another tab now. */
+export interface TakenMessage {
+  type: 'taken';
+}
+
 export interface ErrorMessage {
   type: 'error';
   message: string;
@@ -164,6 +174,8 @@ export interface Answer {
   command?: string;
   message?: string;
   notes?: string[];
+  text?: string;
+  name?: string;
 }
 
 /** How a texture lies in the plane, and what is beyond it. */
@@ -179,6 +191,10 @@ export interface Overlay {
   stretch: boolean;
   /** How much of the file's own drawing is visible, from 0 to 1. */
   own: number;
+  /** How much of the map before is visible, from 0 to 1. */
+  ghost: number;
+  /** The share of the width left of which the file's own drawing is shown alone; null where it is not divided. */
+  swipe: number | null;
   mapped: boolean;
   holes: boolean;
   mean: number;
@@ -206,7 +222,11 @@ export interface Actions {
   select(item: Item): void;
   lock(item: Item): void;
   accept(...numbers: number[]): void;
+  /** Select these pins alone. */
+  selectOnly(numbers: number[]): void;
   place(side: Side, place: Place): Promise<void>;
+  /** Place one end of a pin; the other one is placed on the other side. */
+  placeEnd(side: Side, place: Place): void;
   stroke(side: Side, places: Place[], closed: boolean): Promise<void>;
   /** Returns whether it was moved. */
   drag(side: Side, item: Item, place: Place): boolean;
@@ -233,4 +253,14 @@ export interface PaneScene extends Scene {
   patches: (Patch | null)[];
   /** The number of the pin whose settings are shown. */
   active: number | null;
+  /** The end of a pin whose other end is placed next. */
+  pending: PinEnd | null;
+  /** Digits after the point of coordinates that are read, of the source and of the target. */
+  digits: Record<Side, number>;
+}
+
+/** One end of a pin. */
+export interface PinEnd {
+  side: Side;
+  place: Place;
 }

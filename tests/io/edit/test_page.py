@@ -539,7 +539,7 @@ def test_the_drawing_blinks_until_it_is_told_to_stop(page):
     edited.wait("shares.join('').includes('101')")
     assert edited.js("document.getElementById('blink').getAttribute('aria-pressed')") == "true"
     edited.js("document.getElementById('blink').click()")
-    edited.wait("shares.at(-1) === 0.3")
+    edited.wait("shares.at(-1) === 0")
     count = edited.js("shares.length")
     time.sleep(2)
     assert edited.js("shares.length") == count
@@ -677,9 +677,17 @@ def test_places_are_typed_and_two_states_compared(page):
     after = edited.scene
     assert after["balance"] == 3
     assert (after["pins"][0]["source"], after["pins"][0]["target"]) == ([250, 150], [255, 140.5])
-    for wanted in (before, after):
+    steps = "document.querySelectorAll('#past li').length"
+    count = edited.js(steps)
+    for wanted in (before, after, before, after):
         edited.key("a")
-        assert edited.settled() == "full" and edited.scene == wanted
+        assert edited.settled() == "full" and edited.scene == wanted and edited.js(steps) == count
+    edited.key("z", ctrl=True)
+    assert edited.settled() == "full" and not edited.js("document.getElementById('redo').disabled")
+    edited.key("a")
+    assert edited.settled() == "full" and not edited.js("document.getElementById('redo').disabled")
+    edited.key("z", ctrl=True, shift=True)
+    assert edited.settled() == "full" and edited.scene == after
     edited.js("document.getElementById('how').value = 'cover', document.getElementById('how').onchange()")
     assert edited.settled() == "full" and edited.scene["fit"] == "cover"
 
@@ -973,3 +981,228 @@ def test_undo_outlasts_a_new_load_whichever_side_was_clicked(page):
         edited.key("z", ctrl=True)
         edited.wait(f"iccm.scene.strokes.length === {strokes} && iccm.scene.pins.length === {pins}")
         edited.settled()
+
+
+COLOURED = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">
+  <path d="M10 10H90V90H10Z" fill="#efd1b1"/><path d="M30 30H55V60H30Z" fill="#204080"/></svg>"""
+
+
+def test_the_source_shows_its_own_colours_and_the_target_does_not_tint_them(page, tmp_path):
+    (tmp_path / "two.svg").write_text(COLOURED)
+    edited = page("rose-leaf", "two.svg", "leaf.svg")
+    seen = edited.picture(300, 300)
+    opaque = seen[seen[..., 3] == 255][:, 2::-1].astype(int)
+    for colour in ((0xEF, 0xD1, 0xB1), (0x20, 0x40, 0x80)):
+        assert np.mean(np.abs(opaque - colour).max(axis=1) <= 3) > 0.05, colour
+    on_page = canvas(edited, "target")
+    opaque = on_page[on_page[..., 3] == 255][:, 2::-1].astype(int)
+    near = [np.abs(opaque - c).max(axis=1) <= 3 for c in ((0xEF, 0xD1, 0xB1), (0x20, 0x40, 0x80))]
+    assert np.mean(near[0] | near[1]) > 0.9
+
+
+def test_both_ends_are_placed_one_after_the_other_and_pins_selected_by_a_rectangle(page):
+    edited = page("rose-leaf", "rose.svg", "leaf.svg", "--texture", "petals.jpg")
+    edited.key("t")
+    edited.mouse("mousePressed", edited.at("source", 259, 156), 1)
+    edited.mouse("mouseReleased", edited.at("source", 259, 156))
+    edited.wait("document.querySelector('#source .pending')")
+    assert not edited.scene["pins"] and "target" in edited.js("document.getElementById('status').textContent")
+    edited.click("target", 240, 200)
+    pin = edited.scene["pins"][0]
+    assert np.allclose(pin["source"], (259, 156), atol=1) and np.allclose(pin["target"], (240, 200), atol=1)
+    assert not edited.js("document.querySelector('.pending')")
+    edited.key("v")
+    edited.click("source", 167, 340)
+    edited.click("source", 330, 300)
+    edited.key("m")
+    left, top = edited.at("source", 100, 260)
+    right, bottom = edited.at("source", 400, 400)
+    edited.mouse("mousePressed", (left, top), 1)
+    edited.mouse("mouseMoved", ((left + right) / 2, bottom), 1)
+    edited.wait("document.querySelector('#source .marquee')")
+    edited.mouse("mouseMoved", (right, bottom), 1)
+    edited.mouse("mouseReleased", (right, bottom))
+    edited.wait("document.querySelectorAll('#source .handle[aria-pressed=true]').length === 2")
+    edited.key("Escape")
+    edited.wait("!document.querySelector('#source .handle[aria-pressed=true]')")
+    assert edited.js("document.getElementById('tool-pin').getAttribute('aria-pressed')") == "true"
+
+
+def test_views_are_linked_divided_and_laid_over_each_other(page):
+    edited = page("rose-leaf", "rose.svg", "leaf.svg", "--texture", "petals.jpg")
+    place = [259, 156]
+    edited.mouse("mouseMoved", edited.at("source", *place))
+    edited.wait("iccm.panes.target.cross")
+    cross = edited.js("iccm.panes.target.units.file(iccm.panes.target.cross)")
+    choose = "(e => {{ e.value = '{}'; e.onchange(); }})(document.getElementById('view'))"
+    result = canvas(edited, "target").astype(int)
+    edited.js(choose.format("overlay"))
+    edited.js("(e => { e.value = 1; e.oninput(); })(document.getElementById('own'))")
+    own = canvas(edited, "target").astype(int)
+    edited.js(choose.format("swipe"))
+    both, middle = canvas(edited, "target").astype(int), result.shape[1] // 2
+    assert np.abs(own - result).max() > 50
+    assert np.array_equal(both[:, : middle - 2], own[:, : middle - 2])
+    assert np.array_equal(both[:, middle + 2 :], result[:, middle + 2 :])
+    edited.js(choose.format("result"))
+    before = canvas(edited, "target").astype(int)
+    edited.js("document.querySelectorAll('[data-balance]')[2].click()")
+    assert edited.settled() == "full"
+    after = canvas(edited, "target").astype(int)
+    edited.js(choose.format("onion"))
+    mixed, opaque = canvas(edited, "target").astype(int), (before[..., 3] == 255) & (after[..., 3] == 255)
+    assert (
+        np.abs(mixed - (before + after) / 2)[opaque].max() <= 3 and np.abs(before - after)[opaque].max() > 50
+    )
+    edited.js("document.getElementById('undo').click()")
+    assert edited.settled() == "full"
+    edited.click("source", *place)
+    assert np.hypot(*np.subtract(cross, edited.scene["pins"][0]["target"])) < 3
+    edited.key("k")
+    ratio = "iccm.panes.target.view.zoom / iccm.panes.source.view.zoom"
+    linked = edited.js(ratio)
+    edited.js("iccm.panes.source.zoomBy(3)")
+    assert edited.js(ratio) == pytest.approx(linked) and edited.js("iccm.panes.target.view.whole") is False
+
+
+def test_another_tab_takes_over_and_gives_back_and_the_server_lives(page):
+    edited = page("rose-leaf", "rose.svg", "leaf.svg")
+    edited.click("source", 259, 156)
+    first = edited.driver.current_window_handle
+    edited.driver.switch_to.new_window("tab")
+    edited.driver.get(edited.address)
+    edited.wait("globalThis.iccm")
+    assert edited.settled() == "full"
+    edited.click("source", 167, 340)
+    pins = edited.scene["pins"]
+    second = edited.driver.current_window_handle
+    edited.driver.switch_to.window(first)
+    edited.wait("document.getElementById('taken').checkVisibility()")
+    edited.js("document.getElementById('take').click()")
+    edited.wait("!document.getElementById('taken').checkVisibility()")
+    assert edited.settled() == "full" and edited.scene["pins"] == pins
+    edited.driver.switch_to.window(second)
+    edited.wait("document.getElementById('taken').checkVisibility()")
+    edited.driver.close()
+    edited.driver.switch_to.window(first)
+    time.sleep(4)  # longer than a server without pages lives
+    edited.key("z", ctrl=True)
+    assert edited.settled() == "full" and len(edited.scene["pins"]) == 1 and edited.process.poll() is None
+    edited.process.kill()
+    edited.wait("document.body.classList.contains('ended')")
+    assert "iccm edit rose.svg leaf.svg" in edited.js("document.getElementById('status').textContent")
+    edited.driver.get_log("browser")  # the server was away: that is in it
+
+
+def test_what_is_exported_is_seen_before_and_downloaded(page, tmp_path, shell):
+    (tmp_path / "two.svg").write_text(COLOURED)
+    edited = page("rose-leaf", "two.svg", "leaf.svg")
+    folder = tmp_path / "downloads"
+    folder.mkdir()
+    allowed = {"behavior": "allow", "downloadPath": str(folder)}
+    edited.driver.execute_cdp_cmd("Browser.setDownloadBehavior", allowed)
+    edited.js("document.getElementById('more').click()")
+    shown = "document.querySelector('#preview img')?.naturalWidth"
+    edited.wait(f"{shown} > 0")
+    edited.js(
+        "document.getElementById('format').value = '.svg', document.getElementById('format').onchange()"
+    )
+    edited.wait("document.getElementById('export-command').textContent.endsWith('-o two-leaf.svg')")
+    edited.wait(f"{shown} > 0")
+    edited.js("document.getElementById('download').click()")
+    edited.wait("document.getElementById('status').textContent.includes('Downloaded two-leaf.svg')")
+    end = time.monotonic() + PATIENCE
+    while not (folder / "two-leaf.svg").exists():
+        assert time.monotonic() < end
+        time.sleep(0.05)
+    done = shell(f"cd {tmp_path} && iccm map two.svg leaf.svg -o two-leaf.svg")
+    assert done.returncode == 0, done.stderr
+    assert (folder / "two-leaf.svg").read_bytes() == (tmp_path / "two-leaf.svg").read_bytes()
+
+
+def test_two_fingers_zoom_and_a_swipe_scrolls(page):
+    edited = page("rose-leaf", "rose.svg", "leaf.svg")
+    touch = {"enabled": True, "maxTouchPoints": 2}
+    edited.driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", touch)
+    edited.screen(1, 768, 1000)
+    tops = edited.js(
+        "['source', 'target'].map((id) => document.getElementById(id).getBoundingClientRect().top)"
+    )
+    assert tops[0] == tops[1]
+    small = """[...document.querySelectorAll('button, select, .handle')].filter((e) => e.checkVisibility())
+      .filter((e) => { const {width, height} = e.getBoundingClientRect(); return Math.min(width, height) < 43.9; })
+      .map((e) => e.id || e.textContent)"""
+    assert edited.js(small) == []
+    edited.screen(1, 390, 800)
+    x, y = edited.at("source", 256, 256)
+    zoom = "iccm.panes.source.view.zoom"
+    before = edited.js(zoom)
+    for k, kind in enumerate(("touchStart", *["touchMove"] * 6, "touchEnd")):
+        away = 30 + 8 * k
+        points = [{"x": x - away, "y": y, "id": 0}, {"x": x + away, "y": y, "id": 1}]
+        event = {"type": kind, "touchPoints": [] if kind == "touchEnd" else points}
+        edited.driver.execute_cdp_cmd("Input.dispatchTouchEvent", event)
+    edited.wait(f"{zoom} > {1.5 * before}")
+    assert edited.js("visualViewport.scale") == 1 and not edited.scene["pins"]
+    view = edited.js("[iccm.panes.source.view.x, iccm.panes.source.view.y]")
+    for k, kind in enumerate(("touchStart", *["touchMove"] * 14, "touchEnd")):
+        points = [] if kind == "touchEnd" else [{"x": x, "y": y - 12 * k, "id": 0}]
+        edited.driver.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+        time.sleep(0.02)
+    edited.wait("scrollY > 100")
+    assert edited.js("[iccm.panes.source.view.x, iccm.panes.source.view.y]") == view
+    assert not edited.scene["pins"]
+
+
+def test_a_photograph_is_its_rectangle_its_silhouette_or_what_a_lasso_encloses(page, tmp_path):
+    edited = page("rose-leaf")
+    away = tmp_path / "elsewhere"
+    away.mkdir()
+    y, x = np.mgrid[:120, :160]
+    photograph = np.stack([x, y, (x * y) % 251], axis=-1).astype(np.uint8)
+    cv2.imwrite(str(away / "photo.png"), photograph)
+    chosen(edited, "source", away / "photo.png")
+    chosen(edited, "target", tmp_path / "leaf.svg")
+    names = "[...document.querySelectorAll('[data-role=source] .parts button')].map((e) => e.textContent)"
+    offered = edited.js(names)
+    assert "whole picture" in offered and offered[-1] == "Lasso…"
+    edited.js("document.querySelector('[data-role=source] .parts button:last-child').click()")
+    edited.wait("document.querySelector('#lasso[open]')")
+    left, top, width, height = edited.js(
+        "(r => [r.left, r.top, r.width, r.height])(document.getElementById('lasso-picture').getBoundingClientRect())"
+    )
+    around = [(0.2, 0.2), (0.8, 0.3), (0.6, 0.9), (0.3, 0.8)]
+    line = [(left + u * width, top + v * height) for u, v in around]
+    edited.mouse("mousePressed", line[0], 1)
+    for place in line[1:]:
+        edited.mouse("mouseMoved", place, 1)
+    edited.mouse("mouseReleased", line[-1])
+    edited.js("document.getElementById('lasso-use').click()")
+    edited.wait("document.querySelector('[data-role=source] .name').textContent === 'photo-lasso.png'")
+    edited.js("document.getElementById('files-open').click()")
+    edited.wait("globalThis.iccm")
+    assert edited.settled() == "full"
+    outline = np.array(
+        edited.js("iccm.panes.source.shape.outline.map((p) => iccm.panes.source.units.file(p))")
+    )
+    corners = np.array(around) * (160, 120)
+    nearest = np.abs(outline[:, None] - corners).max(axis=2).min(axis=0)
+    assert nearest.max() < 2, nearest
+    edited.js("document.getElementById('choose').click()")
+    edited.wait("document.querySelector('#files[open]')")
+    broken = [["flat.png", ""]]
+    edited.js(
+        """((names) => { const data = new DataTransfer();
+      for (const [name, text] of names) data.items.add(new File([text], name));
+      const drop = new DragEvent('drop', {dataTransfer: data, bubbles: true});
+      document.querySelector('[data-role=source]').dispatchEvent(drop); })(arguments[0])""",
+        broken,
+    )
+    edited.wait("document.getElementById('files-said').textContent.startsWith('flat.png: ')")
+
+
+def test_a_deformation_shows_only_what_applies_to_it(page):
+    edited = page("limbs", "gingerbread.svg", "--texture", "icing.png")
+    for name in ("how", "turn", "any", "draw", "suggest"):
+        assert not edited.js(f"document.getElementById('{name}').checkVisibility()"), name
+    assert edited.js("document.getElementById('balance').checkVisibility()")

@@ -177,14 +177,39 @@ def test_a_page_that_is_loaded_again_has_what_was_there(client, gone):
         assert hello["scene"]["pins"][0]["target"] == [45, 50] and hello["saved"]["pins"] == []
 
 
-def test_the_newest_page_is_served(client):
+def test_the_newest_page_edits_and_the_other_takes_over_when_asked(client, gone):
     with linked(client) as first:
         first.receive_json()
         with linked(client) as second:
             second.receive_json()
-            assert first.receive()["code"] == 4001
-            second.send_json({"type": "solve", "seq": 1, "scene": {}})
+            assert first.receive_json() == {"type": "taken"}
+            second.send_json({"type": "solve", "seq": 1, "scene": SCENE})
             assert map_of(second)[0]["ok"]
+            first.send_json({"type": "solve", "seq": 9, "scene": {}})  # nobody listens
+            first.send_json({"type": "take"})
+            while "bytes" in (message := second.receive()) or "taken" not in message["text"]:
+                pass  # of the map
+            hello = first.receive_json()
+            assert hello["type"] == "hello" and hello["scene"]["pins"][0]["target"] == [45, 50]
+        assert not gone.wait(0.2)  # the first one is open
+        first.send_json({"type": "solve", "seq": 2, "scene": {}})
+        assert map_of(first)[0]["ok"]
+    assert gone.wait(5)
+
+
+def test_the_file_to_download_is_the_one_that_the_command_writes(client, shapes, iccm):
+    ask = {"scene": {}, "name": "square-blob.png", "size": 64}
+    answer = client.post(f"/{TOKEN}/export", json=ask, headers=HERE)
+    assert (
+        answer.headers["x-file-name"] == "square-blob.png" and answer.headers["content-type"] == "image/png"
+    )
+    assert iccm("map", "square.svg", "blob.svg", "--size", "64", "-o", "written.png").code == 0
+    assert answer.content == (shapes / "written.png").read_bytes()
+    assert not (shapes / "square-blob.png").exists()
+    drawn = client.post(f"/{TOKEN}/export", json={**ask, "name": "a.svg"}, headers=HERE)
+    assert drawn.headers["content-type"].startswith("image/svg+xml") and b"<svg" in drawn.content
+    wrong = client.post(f"/{TOKEN}/export", json={**ask, "name": "../a.png"}, headers=HERE).json()
+    assert "../a.png" in wrong["error"]
 
 
 def test_it_ends_when_the_page_is_closed_and_not_while_it_is_loaded_again(client, gone):

@@ -5,7 +5,7 @@ import {figureRows, rounded} from '../../../../io/edit/page/figures.js';
 import {pinHue, strokeHue} from '../../../../io/edit/page/hues.js';
 import {readFrame} from '../../../../io/edit/page/link.js';
 import {numbersIn} from '../../../../io/edit/page/list.js';
-import {formatOf} from '../../../../io/edit/page/saving.js';
+import {formatOf} from '../../../../io/edit/page/exporting.js';
 
 test('numbers are read from what is typed', () => {
   assert.deepEqual(numbersIn('250, -150.5 -> +.5 1e-3 ∠ 30°'), [250, -150.5, 0.5, 0.001, 30]);

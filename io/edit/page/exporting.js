@@ -1,0 +1,149 @@
+// The dialog that exports the result: its format, name and size, a preview, and the download.
+
+import {button, byId, dialog, input, select} from './dom.js';
+import {report} from './status.js';
+
+/** @import {Editor} from './editor.js' */
+/** @import {Link} from './link.js' */
+/** @import {Pane} from './pane.js' */
+/** @import {Hello, Side} from './types.d.ts' */
+
+const DEFAULT_SIZE = 1024;  // pixels of the longer side, as of `iccm map`
+const PREVIEW_SIZE = 512;   // pixels of the longer side
+const SUFFIX = /(\.stmap)?\.[^.]*$/;
+const SHOWN = /\.(png|jpe?g|webp|svg)$/i;  // files that a browser shows as they are
+
+export class Exporting {
+  #editor;
+  #link;
+  #hello;
+  #panes;
+  /** The number of the preview that was asked for last. */
+  #asked = 0;
+  #address = '';
+
+  /**
+   * @param {Editor} editor
+   * @param {Link} link
+   * @param {Hello} hello
+   * @param {Record<Side, Pane>} panes
+   */
+  constructor(editor, link, hello, panes) {
+    this.#editor = editor;
+    this.#link = link;
+    this.#hello = hello;
+    this.#panes = panes;
+    input('picture').value = hello.picture;
+    button('more').onclick = () => {
+      dialog('export').showModal();
+      this.#showCommand();
+      this.#showPreview();
+    };
+    input('picture').oninput = () => this.#showCommand();
+    input('picture').onchange = () => this.#showPreview();
+    input('size').oninput = () => this.#showCommand();
+    select('format').onchange = () => {
+      input('picture').value = input('picture').value.replace(SUFFIX, '') + select('format').value;
+      this.#showCommand();
+      this.#showPreview();
+    };
+    button('download').onclick = () => this.#download();
+  }
+
+  /** The file that is chosen. */
+  get choice() {
+    return {name: input('picture').value, size: Math.round(Number(input('size').value)) || DEFAULT_SIZE};
+  }
+
+  /** Show the command that writes what the dialog would. */
+  async #showCommand() {
+    const {name, size} = this.choice;
+    select('format').value = formatOf(name, [...select('format').options].map((option) => option.value));
+    if (!name) return;
+    const answer = await this.#link.ask({type: 'export', scene: this.#editor.scene, name, size, write: false});
+    byId('export-command').textContent = answer.command ?? answer.error ?? '';
+  }
+
+  /**
+   * What the server writes under a name, as a file to show or to download.
+   * @param {string} name
+   * @param {number} size
+   * @returns {Promise<{blob?: Blob, name: string, error?: string}>}
+   */
+  async #fetch(name, size) {
+    const answer = await fetch('export', {method: 'POST', body: JSON.stringify({scene: this.#editor.scene, name, size})});
+    const given = answer.headers.get('x-file-name');
+    if (!given) return {name, ...await answer.json()};
+    return {blob: await answer.blob(), name: decodeURIComponent(given)};
+  }
+
+  async #showPreview() {
+    this.#asked += 1;
+    const number = this.#asked, {name} = this.choice;
+    if (this.#hello.target.mesh) {
+      this.#showPicture(this.#panes.target.picture(PREVIEW_SIZE, PREVIEW_SIZE), 'The mesh as it is seen now.');
+      return;
+    }
+    const isShown = SHOWN.test(name);
+    const {blob, error} = await this.#fetch(isShown ? name : 'preview.png', PREVIEW_SIZE);
+    if (number !== this.#asked) return;  // another format was chosen meanwhile
+    if (!blob) {
+      byId('preview').replaceChildren(hint(error ?? ''));
+      return;
+    }
+    URL.revokeObjectURL(this.#address);
+    this.#address = URL.createObjectURL(blob);
+    this.#showPicture(this.#address, isShown ? '' : 'Browsers cannot show this format; this is the same result as PNG.');
+  }
+
+  /**
+   * @param {string} address
+   * @param {string} text
+   */
+  #showPicture(address, text) {
+    const image = document.createElement('img');
+    image.src = address;
+    image.alt = 'the result';
+    byId('preview').replaceChildren(image, ...(text ? [hint(text)] : []));
+  }
+
+  async #download() {
+    button('download').disabled = true;
+    const {blob, name, error} = await this.#fetch(this.choice.name, this.choice.size);
+    button('download').disabled = false;
+    if (!blob) {
+      byId('preview').replaceChildren(hint(error ?? ''));
+      return;
+    }
+    saveAs(blob, name);
+    report(`Downloaded ${name}.`);
+  }
+}
+
+/**
+ * Have the browser save a file.
+ * @param {Blob} blob
+ * @param {string} name
+ */
+export function saveAs(blob, name) {
+  const link = document.createElement('a'), address = URL.createObjectURL(blob);
+  link.href = address;
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(address));
+}
+
+/** @param {string} text */
+function hint(text) {
+  const element = document.createElement('p');
+  element.className = 'hint';
+  element.textContent = text;
+  return element;
+}
+
+/**
+ * The format that a file's name ends in, empty where it is none of them.
+ * @param {string} name
+ * @param {string[]} formats
+ */
+export const formatOf = (name, formats) => formats.find((each) => each && name.toLowerCase().endsWith(each)) ?? '';

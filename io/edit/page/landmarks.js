@@ -1,0 +1,41 @@
+// Pairs of landmarks of other programs: pins from a file, and a file of pins.
+
+import {input} from './dom.js';
+import {saveAs} from './exporting.js';
+import {report} from './status.js';
+
+/** @import {Editor} from './editor.js' */
+/** @import {Link} from './link.js' */
+
+/**
+ * @param {Editor} editor
+ * @param {Link} link
+ */
+export function listenToLandmarks(editor, link) {
+  const field = input('landmarks');
+  field.onchange = async () => {
+    const file = field.files?.[0];
+    if (!file) return;
+    const answer = await link.ask({type: 'read-pins', name: file.name, text: await file.text()});
+    field.value = '';  // the same file may be chosen again
+    if (!answer.pins) {
+      report(answer.error ?? '', true);
+      return;
+    }
+    editor.scene.pins.push(...answer.pins);
+    report(`Added ${answer.pins.length} pins from ${file.name}.`);
+    editor.commit();
+  };
+  for (const element of document.querySelectorAll('[data-landmarks]')) {
+    const button = /** @type {HTMLButtonElement} */ (element);
+    button.onclick = async () => {
+      const answer = await link.ask({type: 'write-pins', scene: editor.scene, suffix: button.dataset.landmarks});
+      if (answer.text === undefined) {
+        report(answer.error ?? '', true);
+        return;
+      }
+      saveAs(new Blob([answer.text], {type: 'text/plain'}), answer.name ?? 'landmarks');
+      report(`Downloaded ${answer.name}.`);
+    };
+  }
+}
