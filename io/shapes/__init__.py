@@ -16,6 +16,7 @@ holes           which holes go together, and the maps between them
 constraints     pins and strokes, drawn or listed
 regions         rigid regions: elements, masks, polygons
 listing         those listed in a JSON file
+landmarks       those listed by other programs
 starts          an earlier map to continue from
 seam_order      the order of seams through pins
 """

@@ -163,12 +163,7 @@ def _read_qgis(text: str) -> LandmarkPairs:
 
 
 def _read_tps(text: str) -> LandmarkPairs:
-    from ..geometry.tps import Tps
-
-    specimens: list[list[Point | None]] = []
-    for part in _specimens(text):
-        places = Tps.parse(part.encode(), None).geometry.points.tolist()
-        specimens.append([None if z != z else (z.real, z.imag) for z in places])
+    specimens = _specimens(text)
     if len(specimens) != 2:
         raise InputError(f"has {len(specimens)} specimens; pairs need two, the source and the target")
     first, second = specimens
@@ -183,15 +178,26 @@ def _read_tps(text: str) -> LandmarkPairs:
     return pairs
 
 
-def _specimens(text: str) -> list[str]:
-    """The text of each specimen, which begins with its number of landmarks."""
-    parts: list[list[str]] = []
-    for line in text.splitlines():
-        if line.strip().upper().startswith("LM"):
-            parts.append([])
-        if parts:
-            parts[-1].append(line)
-    return ["\n".join(part) for part in parts]
+def _specimens(text: str) -> list[list[Point | None]]:
+    """The landmarks of each specimen, which follow LM=n; None for those that it lacks. Other lines, such as curves and
+    names of pictures, are left out."""
+    specimens: list[list[Point | None]] = []
+    left = 0
+    for line, row in enumerate(text.splitlines(), 1):
+        words = row.split()
+        key, _, count = row.replace(" ", "").partition("=")
+        if key.upper() == "LM" and count.isdecimal():
+            specimens.append([])
+            left = int(count)
+        elif left and words:
+            if len(words) != 2:
+                raise InputError(f"line {line}: {row.strip()[:40]!r} is not a landmark x y")
+            is_missing = [word.upper() for word in words] == ["NA", "NA"]
+            specimens[-1].append(None if is_missing else (_number(words[0], line), _number(words[1], line)))
+            left -= 1
+    if left:
+        raise InputError(f"the file ends before the last {left} landmarks")
+    return specimens
 
 
 def write(suffix: str, pins: Sequence[Any], source: Shape, target: Shape) -> str:

@@ -1,16 +1,11 @@
-// The colours of pins and strokes, which both sides and the list share: those of pins are warm, those of strokes are cold.
+// The colours of pins and strokes, which both sides and the list share.
 
-const GOLDEN_RATIO = 0.618034;  // of the range: neighbours in the list differ much, and no two of the first few are close
-const PIN_HUES = {first: 280, range: 125}, STROKE_HUES = {first: 85, range: 170};  // degrees: violet to orange, green to blue
-
-/**
- * @param {{first: number, range: number}} hues
- * @param {number} number
- */
-const hueOf = ({first, range}, number) => Math.round((first + range * ((0.3 + GOLDEN_RATIO * number) % 1)) % 360);
+const FIRST_HUE = 330;           // degrees: a red that stands out on most textures
+const GOLDEN_ANGLE = 137.508;    // degrees: neighbours in the list differ much, and no two of the first dozen are close
+const STROKES = 0.5;             // of this angle, by which strokes differ from the pins of the same numbers
 
 /** @param {number} number of the pin */
-export const pinHue = (number) => hueOf(PIN_HUES, number);
+export const pinHue = (number) => Math.round((FIRST_HUE + GOLDEN_ANGLE * number) % 360);
 
 /** @param {number} number of the stroke */
-export const strokeHue = (number) => hueOf(STROKE_HUES, number);
+export const strokeHue = (number) => pinHue(number + STROKES);

@@ -48,5 +48,6 @@ test('the format is what the name of the file ends in', () => {
 test('the first pins, and the first strokes, have hues that differ', () => {
   const hues = Array.from({length: 8}, (_, k) => pinHue(k));
   for (const a of hues) for (const b of hues) assert.ok(a === b || Math.abs(a - b) > 15);
-  assert.notEqual(pinHue(0), strokeHue(0));
+  const strokes = Array.from({length: 4}, (_, k) => strokeHue(k));
+  for (const a of hues) for (const b of strokes) assert.ok(Math.abs(a - b) > 10, `${a} ${b}`);
 });
