@@ -14,6 +14,16 @@ from bpy.props import EnumProperty, FloatProperty, IntProperty, StringProperty
 from . import exchange
 from .iccm_process import Failed, messages, python, start
 
+FILES = {
+    "islands.svg": "the selected islands",
+    "islands.obj#uv": "the selected islands",
+    "islands.obj": "the selected islands",
+    "outline.obj#uv": "the active island",
+    "outline.obj": "the active island",
+    "outline.svg": "the outline",
+    "canvas.svg": "the picture",
+}
+"""What files of the temporary folder are called in messages."""
 EVERY = 0.2  # seconds from one look at the process to the next
 FITS = [
     ("auto", "Automatic", "The fit with the lowest cost"),
@@ -41,7 +51,8 @@ class Preferences(bpy.types.AddonPreferences):
 class Run:
     """An operator that runs iccm: `prepare` gives the commands, `take` what they made."""
 
-    bl_options = {"UNDO"}  # noqa: RUF012 - as Blender wants it
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012 - as Blender wants it
+    _asked = False
 
     @classmethod
     def poll(cls, context):
@@ -51,11 +62,13 @@ class Run:
 
     def invoke(self, context, _event):
         """Ask for options first."""
+        self._asked = True
         return context.window_manager.invoke_props_dialog(self, width=400)
 
     def waits(self):
-        """Whether there is no window to stay responsive."""
-        return bpy.app.background
+        """Whether to wait for the result: without a window, and in the panel of the last operation (F9), which applies
+        the operator again with other options."""
+        return bpy.app.background or not self._asked
 
     def execute(self, context):
         """Begin; without a window, wait for the end."""
@@ -109,9 +122,9 @@ class Run:
             return None
         errors, doubts = messages(self._log)
         if code not in (0, 1):
-            return self._failed("\n".join(errors) or f"iccm ended with exit code {code}", context)
+            return self._failed(readable("\n".join(errors)) or f"iccm ended with exit code {code}", context)
         for line in [*errors, *doubts]:
-            self.report({"WARNING"}, line)
+            self.report({"WARNING"}, readable(line))
         try:
             if self._next() is not None:
                 return None
@@ -131,6 +144,32 @@ class Run:
             context.window_manager.event_timer_remove(self._timer)
             context.workspace.status_text_set(None)
         self._folder.cleanup()
+
+
+def readable(text):
+    """A message with names of the scene in place of those of temporary files."""
+    for name, title in FILES.items():
+        text = text.replace(name, title)
+    return text
+
+
+def existing(path):
+    """The path of a file that the user named, which may end in #id.
+
+    Raises:
+        Unfit: there is none.
+    """
+    path = bpy.path.abspath(path)
+    if not path:
+        raise exchange.Unfit("choose the file of the outline")
+    if not any(Path(each).is_file() for each in (path, path.rpartition("#")[0])):
+        raise exchange.Unfit(f"{path}: there is no such file")
+    return path
+
+
+def shares_outline(parts, mesh, faces):
+    """Whether several islands share the outline."""
+    return parts == "joined" and mesh.count(faces) > 1
 
 
 def onto_islands(source, mesh, faces, turn):
@@ -159,6 +198,13 @@ class ICCM_OT_fit_island(Run, bpy.types.Operator):
     )
     filepath: StringProperty(name="File", subtype="FILE_PATH", description="file.svg or file.svg#id")
     curve: StringProperty(name="Curve")
+    parts: EnumProperty(
+        name="Several Islands",
+        items=[
+            ("joined", "Side by Side", "All islands share the outline, arranged and sized as in the UV map"),
+            ("each", "On Top of Each Other", "Each island fills the outline"),
+        ],
+    )
     fit: EnumProperty(name="Fit", items=FITS, default="whole")
     turn: StringProperty(
         name="Rotation", description="Degrees counter-clockwise, or any; empty: keep the island's orientation"
@@ -178,7 +224,7 @@ class ICCM_OT_fit_island(Run, bpy.types.Operator):
             self.layout.prop(self, "filepath")
         elif self.outline == "curve":
             self.layout.prop_search(self, "curve", context.scene, "objects")
-        for name in ("fit", "turn", "balance"):
+        for name in ("parts", "fit", "turn", "balance"):
             self.layout.prop(self, name)
 
     def prepare(self, context, folder):
@@ -196,24 +242,39 @@ class ICCM_OT_fit_island(Run, bpy.types.Operator):
                 raise exchange.Unfit(
                     "select the islands to fit and, last, a face of the island to fit them into"
                 )
-            mesh.write(folder / "outline.obj", onto, mesh.mirrored())
-            outline = "outline.obj#uv"
+            if shares_outline(self.parts, mesh, faces):
+                mesh.write_islands(folder / "outline.svg", onto)
+                outline = "outline.svg"
+            else:
+                mesh.write(folder / "outline.obj", onto, mesh.mirrored())
+                outline = "outline.obj#uv"
         elif self.outline == "file":
-            outline = bpy.path.abspath(self.filepath)
-            if not outline:
-                raise exchange.Unfit("choose the file of the outline")
+            outline = existing(self.filepath)
         else:
             exchange.write_curve(context, self.curve, folder / "outline.svg")
             outline = "outline.svg"
         if not faces:
             raise exchange.Unfit("select faces of the islands to fit")
         self._faces, self._layer, self._mirrored = faces, mesh.layer, mesh.mirrored()
+        if shares_outline(self.parts, mesh, faces):
+            mesh.write_islands(folder / "islands.svg", faces)
+            mesh.write_corners(folder / "corners.csv", faces)
+            turned = [f"--turn={self.turn.strip()}"] if self.turn.strip() else []
+            fit = ["--fit", self.fit] if self.fit in ("contain", "cover") else []
+            how = ["--parts", "joined", *fit, *turned, "--balance", f"{self.balance:g}"]
+            return [
+                ["map", "islands.svg", outline, *how, "-o", "map.npz"],
+                ["apply", "map.npz", "corners.csv", "--unmapped", "keep", "-o", "placed.csv"],
+            ]
         mesh.write(folder / "islands.obj", faces, self._mirrored)
         fit = ["--fit", self.fit, "--balance", f"{self.balance:g}"]
         return [[*onto_islands(outline, mesh, faces, self.turn), *fit, "-o", "fitted.obj"]]
 
     def take(self, context, folder):
         """The islands' new coordinates."""
+        if (folder / "placed.csv").is_file():
+            exchange.set_corners(context.object, self._layer, self._faces, folder)
+            return
         made = folder / "fitted.obj"
         exchange.set_coordinates(context.object, self._layer, self._faces, self._mirrored, made)
 
@@ -265,7 +326,7 @@ class ICCM_OT_transfer(Run, bpy.types.Operator):
             exchange.write_canvas(image, folder / "canvas.svg")
             source = "canvas.svg"
         elif self.source == "file":
-            source = bpy.path.abspath(self.filepath)
+            source = existing(self.filepath)
         width, height = self._under.size if self._under else (self.size, self.size)
         fit = ["--fit", self.fit] if self.fit != "auto" else []
         made = ["--texture", texture, "--size", f"{width}x{height}", "--padding", "16", "-o", "layer.png"]

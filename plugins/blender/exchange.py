@@ -121,6 +121,51 @@ class Layout:
         lines += ["f " + " ".join(pairs[end - n : end]) for end, n in zip(ends, self.sides[list(faces)])]
         Path(path).write_text("\n".join(lines) + "\n", encoding="ascii")
 
+    def write_islands(self, path, faces):
+        """The outlines of the islands of some faces as a drawing whose canvas is the unit square, a shape for each."""
+        chosen = set(faces)
+        shapes = []
+        for island in self.islands:
+            if chosen.intersection(island):
+                loops = _borders(
+                    [[tuple(self.coordinates[k].tolist()) for k in self.corners_of(f)] for f in island]
+                )
+                shapes.append(loops)
+        write_shapes(path, shapes, 1, 1)
+
+    def write_corners(self, path, faces):
+        """The texture coordinates of the corners of faces as a table, in the units of `write_islands`."""
+        rows = [
+            f"{u:.9g},{1 - v:.9g}"
+            for face in faces
+            for u, v in self.coordinates[self.corners_of(face)].tolist()
+        ]
+        Path(path).write_text("\n".join(["x,y", *rows]) + "\n", encoding="ascii")
+
+
+def _borders(faces):
+    """The closed lines around faces, which are lists of places: edges that one of them has."""
+    edges = {(a, b) for face in faces for a, b in zip(face, [*face[1:], face[0]]) if a != b}
+    following = {}
+    for a, b in edges:
+        if (b, a) not in edges:
+            following.setdefault(a, []).append(b)
+    loops = []
+    while following:
+        first = here = next(iter(following))
+        loop = []
+        while here in following:
+            loop.append(here)
+            onward = following[here].pop()
+            if not following[here]:
+                del following[here]
+            here = onward
+            if here == first:
+                break
+        if len(loop) > 2:
+            loops.append(loop)
+    return loops
+
 
 def _is_uv_selected(face, layer):
     """Whether all corners of a face are selected in the UV editor."""
@@ -153,6 +198,25 @@ def set_coordinates(owner, layer, faces, turned, path):
                 made.faces[face].loops, places[:: -1 if face in turned else 1], strict=True
             ):
                 loop[uv].uv = place
+
+
+def set_corners(owner, layer, faces, folder):
+    """Give the corners of faces the places that iccm wrote for those of `Layout.write_corners`, in shares of the canvas
+    of the outline."""
+    rows = (folder / "placed.csv").read_text(encoding="utf-8").splitlines()[1:]
+    with np.load(folder / "map.npz") as saved:
+        (low, high), upward = saved["target_box"], int(saved["target_y"])
+    places = []
+    for row in rows:
+        x, y = (float(cell) if cell else np.nan for cell in row.split(","))
+        places.append(((x - low.real) / (high - low).real, (upward * y - low.imag) / (high - low).imag))
+    if not np.isfinite(places).all():
+        raise Unfit("some corners lie outside the outlines of their islands; do faces overlap in the UV map?")
+    with edited(owner, change=True) as made:
+        uv = made.loops.layers.uv[layer]
+        loops = [loop for face in faces for loop in made.faces[face].loops]
+        for loop, place in zip(loops, places, strict=True):
+            loop[uv].uv = place
 
 
 def write_curve(context, name, path):
@@ -209,13 +273,21 @@ def _outlines(made):
 
 def write_outlines(path, loops, width, height):
     """Closed lines, y up, as one shape on a canvas."""
-    drawn = "".join(
-        "M" + " ".join(f"{x:.9g},{height - y:.9g}" for x, y in np.asarray(loop).tolist()) + "Z"
-        for loop in loops
-    )
+    write_shapes(path, [loops], width, height)
+
+
+def write_shapes(path, shapes, width, height):
+    """Shapes, each of closed lines with y up, on a canvas."""
+    drawn = [
+        "".join(
+            "M" + " ".join(f"{x:.9g},{height - y:.9g}" for x, y in np.asarray(loop).tolist()) + "Z"
+            for loop in loops
+        )
+        for loops in shapes
+    ]
+    paths = "".join(f'<path fill-rule="evenodd" d="{d}"/>' for d in drawn)
     Path(path).write_text(
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}">'
-        f'<path fill-rule="evenodd" d="{drawn}"/></svg>\n',
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}">{paths}</svg>\n',
         encoding="ascii",
     )
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from shapely import Polygon, union_all
 
 from iccm.io import plugins
 
@@ -92,11 +93,33 @@ found["after"] = coordinates()
     assert mirrored[0].mean(axis=0)[0] > 0.6 and plain[0].mean(axis=0)[0] < 0.4
 
 
+def test_several_islands_share_an_outline_side_by_side(blender):
+    Path("disc.svg").write_text(DISC)
+    found = blender("""
+grid("a", 8, lambda x, y: (.1 + .3 * x, .1 + .4 * y), lambda x, y: (.5 + .4 * x, .6 + .3 * y))
+select(lambda face: True)
+found["said"] = operator("fit_island", outline="file", filepath=os.path.abspath("disc.svg"))
+found["after"] = coordinates()
+import sys
+addon = sys.modules["bl_ext.user_default.iccm"]
+found["options"] = sorted(addon.ICCM_OT_fit_island.bl_options)
+found["readable"] = addon.readable("islands.svg: folds; outline.obj#uv: is open")
+""")
+    assert ".svg" not in found["readable"] and ".obj" not in found["readable"]
+    one, other = np.split(np.array(found["after"]), 2)
+    assert found["said"] == ["FINISHED"] and found["options"] == ["REGISTER", "UNDO"]
+    assert (areas(one) > 0).all() and (areas(other) > 0).all()
+    away = np.hypot(*(np.reshape([one, other], (-1, 2)) - [0.5, 0.6]).T)
+    assert away.max() < 0.3 + 2e-3 and away.max() > 0.29
+    a, b = (union_all([Polygon(face) for face in side.tolist()]) for side in (one, other))
+    assert a.intersection(b).area < 1e-6 * min(a.area, b.area)
+
+
 def test_an_island_is_fitted_into_a_like_one_by_the_similarity(blender):
     found = blender("""
 grid("a", 6, lambda x, y: (.5 * x, .3 * y), lambda x, y: (.6 + .25 * x, .5 + .15 * y), lambda x, y: (.9 + .1 * x, y))
 select(lambda face: face.index < 72, active=40)
-found["said"] = operator("fit_island", outline="island", fit="whole")
+found["said"] = operator("fit_island", outline="island", fit="whole", parts="each")
 found["after"] = coordinates()
 """)
     faces = np.array(found["after"])
@@ -110,7 +133,7 @@ def test_islands_are_fitted_into_a_curve(blender):
     found = blender("""
 bpy.ops.curve.primitive_bezier_circle_add(radius=3, location=(4, 5, 6)); bpy.context.object.name = "round"
 grid("a", 8, lambda x, y: (.4 * x, .4 * y), lambda x, y: (.5 + .4 * x, .5 + .4 * y)); select(lambda face: True)
-found["said"] = operator("fit_island", outline="curve", curve="round")
+found["said"] = operator("fit_island", outline="curve", curve="round", parts="each")
 found["after"] = coordinates()
 """)
     assert found["said"] == ["FINISHED"]
@@ -241,7 +264,7 @@ before = coordinates()
 
 class Job(addon.Run):
     bl_label, told = "Fit", []
-    outline, filepath, fit, turn, balance = "file", os.path.abspath("disc.svg"), "whole", "", 1
+    outline, filepath, parts, fit, turn, balance = "file", os.path.abspath("disc.svg"), "each", "whole", "", 1
     prepare, take = addon.ICCM_OT_fit_island.prepare, addon.ICCM_OT_fit_island.take
     waits = lambda self: False
     report = lambda self, kind, text: self.told.append(text)
