@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
 MODULES = {
     "libigl": "igl",
-    "opencv-python-headless": "cv2",
     "pillow": "PIL",
     "resvg-py": "resvg_py",
     "scikit-image": "skimage",

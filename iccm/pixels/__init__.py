@@ -13,6 +13,7 @@ pyramid                 reductions of a picture, coefficients of its spline
 filters                 stretched kernels that read it
 normals                 normals that turn with a map
 coverage                exact coverage of pixels by outlines
+raster                  distances, neighbourhoods, other resolutions, connected pieces
 padding                 colours beyond the outline
 own_edge                textures whose own edge is the outline
 paper                   a colour below drawings that are textures

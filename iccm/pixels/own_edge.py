@@ -7,20 +7,18 @@ coverage is the edge of the result, so alpha continues beyond the outline as it 
 from collections.abc import Sequence
 from dataclasses import replace
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Complex
 from .coverage import coverage
 from .padding import pad
+from .raster import dilated, eroded
 from .texture import Texture
 
 REACH = 2  # texels that a cubic filter reads to either side, and an antialiased edge is wide
 NONE = 0.1  # of the alpha inside: so little counts as nothing (by hand: lossy pictures have some)
 BYTES = 64  # that each texel takes on the way (by hand)
-NEAR = np.ones((3, 3), np.uint8)
-WITHIN = np.ones((2 * REACH + 1, 2 * REACH + 1), np.uint8)
 
 
 def without_own_edge(texture: Texture, outlines: Sequence[Complex]) -> Texture:
@@ -41,13 +39,13 @@ def without_own_edge(texture: Texture, outlines: Sequence[Complex]) -> Texture:
     if not alpha[REACH:-REACH, REACH:-REACH].min() < 1:  # opaque, or not finite
         return texture
     inside = _framed(_inside(texture, outlines))
-    most = cv2.dilate(np.where(inside, alpha, 0), WITHIN)
-    beyond = cv2.dilate(np.where(_eroded(~inside), alpha, 0), WITHIN)
-    rim = inside & ~_eroded(inside)
+    most = dilated(np.where(inside, alpha, 0), REACH)
+    beyond = dilated(np.where(eroded(~inside), alpha, 0), REACH)
+    rim = inside & ~eroded(inside)
     falls = rim & (beyond < NONE * most)
     if 2 * falls.sum() <= rim.sum():
         return texture
-    fading = inside & (cv2.dilate(falls.astype(np.uint8), WITHIN) > 0)
+    fading = inside & dilated(falls, REACH)
     full = np.where(fading, _risen(alpha, inside), alpha)
     known = inside & (alpha > 0) & (2 * alpha >= full)  # beyond the alpha's edge a colour says little
     wanted = fading & ~known | ~inside
@@ -92,17 +90,13 @@ def _framed(values: NDArray) -> NDArray:
     return np.pad(values, REACH)
 
 
-def _eroded(inside: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    return cv2.erode(inside.astype(np.uint8), NEAR) > 0
-
-
 def _risen(alpha: NDArray[np.float32], inside: NDArray[np.bool_]) -> NDArray[np.float32]:
     """Alpha that does not fall towards the outline in the outermost REACH + 1 rows of texels."""
     rows = [inside]
     for _ in range(REACH + 1):
-        rows.append(_eroded(rows[-1]))
+        rows.append(eroded(rows[-1]))
     out = alpha.copy()
     for deeper, row in zip(rows[:0:-1], rows[-2::-1]):
         here = row & ~deeper
-        out[here] = np.maximum(out, cv2.dilate(np.where(deeper, out, 0), NEAR))[here]
+        out[here] = np.maximum(out, dilated(np.where(deeper, out, 0)))[here]
     return out

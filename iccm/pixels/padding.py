@@ -1,8 +1,11 @@
 """Colours beyond the outline, so that mip-maps and bilinear reads of the result do not pick up the background."""
 
-import cv2
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
+
+from .raster import depths, doubled, nearest
 
 
 def pad(pixels: NDArray, known: NDArray[np.bool_], reach: int, method: str = "push-pull") -> None:
@@ -21,37 +24,55 @@ def pad(pixels: NDArray, known: NDArray[np.bool_], reach: int, method: str = "pu
         _spread(pixels, known, wanted, reach)
         return
     if reach > 0:
-        wanted &= cv2.distanceTransform(wanted.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE) <= reach
+        wanted &= depths(wanted) <= reach
+    levels = _levels(known.astype(np.float32))
     for k in range(pixels.shape[2]):
-        filled = _push_pull(pixels[..., k].astype(np.float32), known.astype(np.float32))[wanted]
+        filled = _push_pull(pixels[..., k].astype(np.float32), levels)[wanted]
         pixels[wanted, k] = np.rint(filled) if pixels.dtype.kind != "f" else filled
 
 
 def _spread(pixels: NDArray, known: NDArray[np.bool_], wanted: NDArray[np.bool_], reach: int) -> None:
-    """The colour of the nearest known pixel, by distances that are exact to a few hundredths of a pixel."""
-    away, label = cv2.distanceTransformWithLabels(
-        wanted.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
-    )
-    source = np.zeros(int(label.max()) + 1, np.int64)
-    at = np.flatnonzero(known)
-    source[label.ravel()[at]] = at
+    """Give wanted pixels the colour of the nearest known one."""
+    source, away = nearest(known)
     fill = np.flatnonzero(wanted & ((away <= reach) | (reach < 0)))
     flat = pixels.reshape(-1, pixels.shape[2])
-    flat[fill] = flat[source[label.ravel()[fill]]]
+    flat[fill] = flat[source.ravel()[fill]]
     if not np.may_share_memory(flat, pixels):  # of an array that is not contiguous it is a copy
         pixels[...] = flat.reshape(pixels.shape)
 
 
-def _push_pull(value: NDArray, weight: NDArray) -> NDArray:
+class _Level(NamedTuple):
+    """How much is known at one resolution: (h, w) from 0 to 1, and at the next lower one (h/2, w/2) as a sum."""
+
+    weight: NDArray
+    mass: NDArray | None
+
+
+def _levels(weight: NDArray) -> list[_Level]:
+    """Return the levels of a pyramid, the finest first, down to one at which everything is known."""
+    levels = []
+    while weight.min() < 1 and max(weight.shape) > 1:
+        mass = _sums_of_four(weight)
+        levels.append(_Level(weight, mass))
+        weight = np.minimum(mass, 1)
+    return [*levels, _Level(weight, None)]
+
+
+def _push_pull(value: NDArray, levels: list[_Level]) -> NDArray:
     """Gortler, Grzeszczuk, Szeliski, Cohen, *The Lumigraph* (1996), §3.4: averages down, interpolation back up."""
-    h, w = value.shape
-    if weight.min() >= 1 or max(h, w) == 1:
+    weight, mass = levels[0]
+    if mass is None:
         return value
-    size = (w + 1) // 2, (h + 1) // 2
-    mass, sums = (
-        cv2.resize(np.pad(a, [(0, h % 2), (0, w % 2)]), size, interpolation=cv2.INTER_AREA)
-        for a in (weight, weight * value)
-    )
-    coarse = _push_pull(sums / np.where(mass > 0, mass, 1), np.minimum(4 * mass, 1))
-    guess = cv2.resize(coarse, (2 * size[0], 2 * size[1]), interpolation=cv2.INTER_LINEAR)[:h, :w]
-    return weight * value + (1 - weight) * guess
+    h, w = value.shape
+    known = weight * value
+    coarse = _push_pull(_sums_of_four(known) / np.where(mass > 0, mass, 1), levels[1:])
+    guess = doubled(coarse)[:h, :w]
+    guess -= weight * guess
+    return known + guess
+
+
+def _sums_of_four(values: NDArray) -> NDArray:
+    """Return the sums of squares of two by two values (h, w); beyond the last row and column are zeros."""
+    h, w = values.shape
+    even = np.pad(values, [(0, h % 2), (0, w % 2)]) if h % 2 or w % 2 else values
+    return even[0::2, 0::2] + even[0::2, 1::2] + even[1::2, 0::2] + even[1::2, 1::2]

@@ -10,12 +10,12 @@ import struct
 from dataclasses import dataclass
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import Box, Complex
 from ...maps.triangulated.map import TriangulatedMap
+from ...pixels.raster import resized_by_area
 from ...plane import bounding_box, longer_side
 from ..formats import picture
 from ..pictures.image import Image, prepare
@@ -94,6 +94,5 @@ def png(image: Image, most: int) -> bytes:
     height, width = shown.pixels.shape[:2]
     if (larger := max(height, width)) > most:
         size = (round(width * most / larger) or 1, round(height * most / larger) or 1)
-        pixels = cv2.resize(shown.pixels, size, interpolation=cv2.INTER_AREA)
-        shown = shown.with_pixels(pixels.reshape(size[1], size[0], -1), shown.alpha)
+        shown = shown.with_pixels(resized_by_area(shown.pixels, size), shown.alpha)
     return as_png(shown)

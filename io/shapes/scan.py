@@ -4,15 +4,12 @@ The background is a surface of second degree through what lies along the border,
 lines the neighbourhood itself. Gaps of a line are closed by the smallest disk for which it encloses more than itself.
 """
 
-from typing import Any
-
-import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from ...errors import InputError
-
-Float = NDArray[Any]  # of float32: OpenCV's stubs do not say so
+from ...pixels.raster import Float, blurred, depths, nearest, pieces, resized_by_area
 
 SIDE = 2048  # pixels of the longer side that are looked at (by hand: bounds the time)
 BLOCKS = 48  # of the picture, the longer way, whose medians the background is fitted to (by hand)
@@ -77,8 +74,7 @@ def _shrunk(colours: Float) -> tuple[Float, float]:
     height, width = colours.shape[:2]
     by = max(1.0, max(height, width) / SIDE)
     size = max(1, round(width / by)), max(1, round(height / by))
-    small = cv2.GaussianBlur(cv2.resize(colours, size, interpolation=cv2.INTER_AREA), (0, 0), 1)
-    return (small[..., None] if small.ndim == 2 else small), width / size[0]
+    return blurred(resized_by_area(colours, size), 1), width / size[0]
 
 
 def is_on_background(mask: NDArray[np.bool_], share: float) -> bool:
@@ -88,7 +84,7 @@ def is_on_background(mask: NDArray[np.bool_], share: float) -> bool:
 
 def is_scattered(mask: NDArray[np.bool_]) -> bool:
     """Whether a mask is made of so many pieces that they are a texture, as of gravel or stars, and not a shape."""
-    return cv2.connectedComponents(_without_specks(mask).astype(np.uint8), connectivity=8)[0] > SCATTERED
+    return pieces(_without_specks(mask), diagonally=True).count >= SCATTERED
 
 
 def border_of(picture: NDArray) -> NDArray:
@@ -98,7 +94,7 @@ def border_of(picture: NDArray) -> NDArray:
 
 def smooth(mask: NDArray[np.bool_]) -> Float:
     """A mask as coverages, without a staircase along its outline."""
-    return cv2.GaussianBlur(mask.astype(np.float32), (0, 0), 1)
+    return blurred(mask, 1)
 
 
 def is_line(mask: NDArray[np.bool_]) -> bool:
@@ -122,9 +118,9 @@ def thin_line(colours: Float) -> tuple[Float, float] | None:
         where there is no such line.
     """
     small, by = _shrunk(colours)
-    for kind in (cv2.MORPH_BLACKHAT, cv2.MORPH_TOPHAT):
-        around = np.ones((2 * _radii(small[..., 0])[-1] + 1,) * 2, np.uint8)
-        away = cv2.morphologyEx(small, kind, around).reshape(small.shape).max(axis=2)
+    around = 2 * _radii(small[..., 0])[-1] + 1
+    for hat in (ndimage.black_tophat, ndimage.white_tophat):
+        away = hat(small, size=(around, around, 1)).max(axis=2)
         strong = away[away > 0.25 * away.max()]
         if not strong.size or np.median(strong) / 2 <= NOISE * np.median(away):
             continue
@@ -162,42 +158,35 @@ def _radii(mask: NDArray) -> list[int]:
 
 def _closed(mask: NDArray[np.bool_], radius: int, *, fill: bool = False) -> NDArray[np.bool_]:
     """A mask without gaps of up to twice the radius; with `fill` also without the holes that are left."""
-    wide = _distance(~np.pad(mask, radius + 1)) <= radius
+    wide = nearest(np.pad(mask, radius + 1)).distances <= radius
     if fill:
-        outside = wide.astype(np.uint8)
-        cv2.floodFill(outside, None, (0, 0), 2)
-        wide = outside != 2
-    return (_distance(wide) > radius)[radius + 1 : -radius - 1, radius + 1 : -radius - 1]
-
-
-def _distance(mask: NDArray[np.bool_]) -> Float:
-    """Of each pixel of a mask from those that are not in it."""
-    return cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+        free = pieces(~wide, diagonally=False).labels
+        wide = free != free[0, 0]
+    return (depths(wide) > radius)[radius + 1 : -radius - 1, radius + 1 : -radius - 1]
 
 
 def _largest(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """The piece of a mask that spans most."""
-    count, labels, boxes, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
-    if count < 2:
+    connected = pieces(mask, diagonally=True)
+    if not connected.count:
         return mask
-    spans = boxes[1:, cv2.CC_STAT_WIDTH].astype(np.int64) * boxes[1:, cv2.CC_STAT_HEIGHT]
-    return labels == 1 + int(spans.argmax())
+    return connected.labels == 1 + int(connected.extents.prod(axis=1).argmax())
 
 
 def _without_specks(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Without pieces and holes that are small both ways."""
     least = SPECK * max(mask.shape)
     for _ in range(2):
-        _, labels, boxes, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
-        large = np.maximum(boxes[:, cv2.CC_STAT_WIDTH], boxes[:, cv2.CC_STAT_HEIGHT]) > least
-        large[0] = False
-        mask = ~large[labels]  # the rest, whose small pieces are holes
+        connected = pieces(mask, diagonally=True)
+        mask = ~connected.where(
+            connected.extents.max(axis=1) > least
+        )  # the rest, whose small pieces are holes
     return mask
 
 
 def _around(colours: Float) -> tuple[Float, float]:
     """The mean of a neighbourhood that lines hardly change, and how much the picture varies where none are."""
-    ground = cv2.GaussianBlur(colours, (0, 0), max(2.0, max(colours.shape) / 32)).reshape(colours.shape)
+    ground = blurred(colours, max(2.0, max(colours.shape) / 32))
     return ground, _spread(ground - colours)
 
 

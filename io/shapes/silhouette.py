@@ -5,7 +5,6 @@ Coordinates are pixels, x right and y down, the centre of the upper left pixel a
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import shapely
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from ... import progress
 from ...arrays import complex_of
 from ...errors import InputError, naming
+from ...pixels.raster import Pieces, depths, dilated, eroded, pieces, resized_by_area, resized_linearly
 from .. import files, limits
 from ..svg import affine
 from ..svg.drawing import Drawing, WrappedPicture
@@ -166,8 +166,6 @@ def interpret(pixels: NDArray, alpha: int, trace: str = "auto", part: str | None
 def _shrunk(pixels: NDArray) -> tuple[NDArray, float]:
     """A picture of at most scan.SIDE pixels a side in place of one of more than twice as many, and how many pixels each
     of these is wide: what of a picture is meant is seen as well in a small one, in a hundredth of the time."""
-    import cv2
-
     from . import scan
 
     height, width, channels = pixels.shape
@@ -175,8 +173,7 @@ def _shrunk(pixels: NDArray) -> tuple[NDArray, float]:
     if by <= 2 or channels > 4 or pixels.dtype not in (np.uint8, np.uint16, np.float32):
         return pixels, 1.0
     size = max(1, round(width / by)), max(1, round(height / by))
-    small = cv2.resize(pixels, size, interpolation=cv2.INTER_AREA).reshape(size[1], size[0], channels)
-    return small, width / size[0]
+    return resized_by_area(pixels, size), width / size[0]
 
 
 def _opaque_reading(pixels: NDArray, alpha: int, trace: str, part: str | None) -> Reading:
@@ -224,18 +221,14 @@ def _foreground(pixels: NDArray, alpha: int, trace: str, part: str | None) -> Re
 def opaque_part(reading: Reading, shape: tuple[int, int]) -> NDArray[np.float32]:
     """(h, w) how much of each pixel of a picture of that shape is covered by what stands out: all of it, however alike
     it is to the background, where only such pixels surround it."""
-    import cv2
-
     height, width = shape
     if reading.field is None:
         return np.ones(shape, np.float32)
-    field: NDArray[Any] = np.clip(reading.field, 0, 1)  # OpenCV's stubs forget the type
+    field = np.clip(reading.field, 0, 1)
     if field.shape != shape:
-        field = cv2.resize(field, (width, height), interpolation=cv2.INTER_LINEAR)
-    inside = (field >= 0.5).astype(np.uint8)
-    around = np.ones((3, 3), np.uint8)
-    deep, near = cv2.erode(inside, around), cv2.dilate(inside, around)
-    return np.where(deep > 0, 1, np.where(near > 0, field, 0)).astype(np.float32)
+        field = resized_linearly(field, (width, height))
+    inside = field >= 0.5
+    return np.where(eroded(inside), 1, np.where(dilated(inside), field, 0)).astype(np.float32)
 
 
 def has_colours(pixels: NDArray, alpha: int, reading: Reading) -> bool:
@@ -244,8 +237,6 @@ def has_colours(pixels: NDArray, alpha: int, reading: Reading) -> bool:
     Pixels along its edge do not count, which are mixed with the background; for the inside of a line, nor does the
     line.
     """
-    import cv2
-
     from . import scan
 
     # some of the pixels of a large picture, none of them a mixture of others
@@ -255,8 +246,7 @@ def has_colours(pixels: NDArray, alpha: int, reading: Reading) -> bool:
     mask = opaque_part(reading, (height, width)) >= 0.5
     edge = max(height, width) // LINE_SHARE if reading.kind == "line" else 1
     if reading.field is not None:
-        depth = cv2.distanceTransform(np.pad(mask, 1).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-        mask = (depth > edge)[1:-1, 1:-1]
+        mask = (depths(np.pad(mask, 1)) > edge)[1:-1, 1:-1]
     colours = straight_colours(pixels, alpha)[mask]
     if not colours.size:
         return False
@@ -355,33 +345,28 @@ def traced(field: NDArray[np.float32], flatness: float = 1e-4) -> tuple[list[Fil
     Raises:
         InputError: no piece has at least SPECK pixels.
     """
-    import cv2
-
-    inside = (field >= 0.5).astype(np.uint8)
-    count, labels, boxes, _ = cv2.connectedComponentsWithStats(inside, connectivity=4)
-    sizes = boxes[1:, cv2.CC_STAT_AREA]
-    order = [int(k) + 1 for k in np.argsort(-sizes, kind="stable")[: limits.PIECES] if sizes[k] >= SPECK]
+    connected = pieces(field >= 0.5, diagonally=False)
+    sizes = connected.sizes
+    order = [int(k) for k in np.argsort(-sizes, kind="stable")[: limits.PIECES] if sizes[k] >= SPECK]
     if not order:
         raise InputError(f"no piece of at least {SPECK} pixels stands out from the background")
-    pieces = (_piece(field, labels, boxes[k], k, flatness) for k in progress.counted("tracing pieces", order))
-    found = [outline for outline in pieces if outline]
+    outlines = [_piece(field, connected, k, flatness) for k in progress.counted("tracing pieces", order)]
+    found = [outline for outline in outlines if outline]
     if not found:
         raise InputError("the picture contains no enclosed area")
-    return sorted(found, key=lambda o: -o.area), count - 1 - len(order)
+    return sorted(found, key=lambda o: -o.area), connected.count - len(order)
 
 
-def _piece(
-    field: NDArray, labels: NDArray, box: NDArray, label: int, flatness: float
-) -> FilledOutline | None:
-    """The outline of one connected piece, the pixels of all others taken for background."""
+def _piece(field: NDArray, connected: Pieces, number: int, flatness: float) -> FilledOutline | None:
+    """The outline of one connected piece, counted from 0, the pixels of all others taken for background."""
     from skimage.measure import find_contours
 
     from .smooth_outline import smooth_outline
 
-    left, top, width, height = (int(n) for n in box[:4])
-    rows, columns = (slice(max(a - 1, 0), a + n + 1) for a, n in ((top, height), (left, width)))
-    own = labels[rows, columns]
-    values = np.where((own == label) | (own == 0), field[rows, columns], 0)
+    top, left, bottom, right = (int(n) for n in connected.boxes[number])
+    rows, columns = slice(max(top - 1, 0), bottom + 1), slice(max(left - 1, 0), right + 1)
+    own = connected.labels[rows, columns]
+    values = np.where((own == number + 1) | (own == 0), field[rows, columns], 0)
     near = np.abs(values - 0.5) < APART  # or contours could meet in a pixel's centre
     values[near] = np.where(values[near] < 0.5, 0.5 - APART, 0.5 + APART)
     # the frame of zeros closes outlines at the picture's edge, half a pixel beyond the outermost centres

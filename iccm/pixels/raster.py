@@ -1,0 +1,221 @@
+"""Operations on whole rasters: distances, neighbourhoods, other resolutions, connected pieces.
+
+SciPy and Pillow are imported where they are used: jobs that need none of this start without them.
+"""
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import Flags, Index
+from ..native import function
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+Float = NDArray[np.float32]
+
+BAND_ROWS = 256  # rows of a result that are computed at a time
+NARROW = 4.0  # pixels: standard deviation from twice which on a Gaussian is applied at a lower resolution
+
+_nearest_known = function(
+    """int64_t iccm_pixels_nearest_known(
+        const bool *known, int64_t height, int64_t width, int32_t *nearest, float *distances)"""
+)
+
+
+class Nearest(NamedTuple):
+    """The nearest pixel of a set to each pixel of a raster.
+
+    Attributes:
+        numbers: (h, w) of the nearest pixel, row by row; -1 if the set is empty.
+        distances: (h, w) in pixels; infinite if the set is empty.
+    """
+
+    numbers: NDArray[np.int32]
+    distances: Float
+
+
+def nearest(known: NDArray[np.bool_]) -> Nearest:
+    """Find the nearest pixel of a set to each pixel of a raster, exactly.
+
+    Args:
+        known: (h, w) which pixels are in the set.
+    """
+    height, width = known.shape
+    numbers, distances = np.empty((height, width), np.int32), np.empty((height, width), np.float32)
+    _nearest_known(np.ascontiguousarray(known), height, width, numbers, distances)
+    return Nearest(numbers, distances)
+
+
+def depths(mask: NDArray[np.bool_]) -> Float:
+    """Return the distances (h, w) in pixels from those that are not in a mask; infinite where all are in it."""
+    return nearest(~mask).distances
+
+
+def dilated(values: NDArray, reach: int = 1) -> NDArray:
+    """Return the greatest value (h, w) within so many pixels, in both directions; flags as well as numbers."""
+    return _extreme(values, reach, np.maximum)
+
+
+def eroded(values: NDArray, reach: int = 1) -> NDArray:
+    """Return the least value (h, w) within so many pixels, in both directions; flags as well as numbers."""
+    return _extreme(values, reach, np.minimum)
+
+
+def _extreme(values: NDArray, reach: int, chosen: np.ufunc) -> NDArray:
+    """Return the extreme value in a square: first within columns, then within rows."""
+    height, width = values.shape
+    within_columns = values.copy()
+    for step in range(1, min(reach, height - 1) + 1):
+        chosen(within_columns[step:], values[:-step], out=within_columns[step:])
+        chosen(within_columns[:-step], values[step:], out=within_columns[:-step])
+    found = within_columns.copy()
+    for step in range(1, min(reach, width - 1) + 1):
+        chosen(found[:, step:], within_columns[:, :-step], out=found[:, step:])
+        chosen(found[:, :-step], within_columns[:, step:], out=found[:, :-step])
+    return found
+
+
+def resized_by_area(pixels: NDArray, size: tuple[int, int]) -> NDArray:
+    """Return pixels (h, w, c) or (h, w) at a lower resolution, each the mean of exactly the area that it covers.
+
+    Args:
+        pixels: of any type.
+        size: width and height.
+    """
+    height, width = pixels.shape[:2]
+    by_row, by_column = _area_shares(height, size[1]), _area_shares(width, size[0])
+    channels = pixels.reshape(height, width, -1)
+    found = np.empty((size[1], size[0], channels.shape[2]), pixels.dtype)
+    for start in range(
+        0, size[1], BAND_ROWS
+    ):  # of a large picture single precision has room for some rows only
+        shares = by_row[start : start + BAND_ROWS]
+        used = slice(int(shares.indices.min()), int(shares.indices.max()) + 1)
+        rows = shares[:, used] @ channels[used].reshape(used.stop - used.start, -1).astype(np.float32)
+        for k in range(channels.shape[2]):
+            means = rows.reshape(-1, width, channels.shape[2])[..., k] @ by_column.T
+            found[start : start + BAND_ROWS, :, k] = np.rint(means) if pixels.dtype.kind == "u" else means
+    return found.reshape(size[1], size[0], *pixels.shape[2:])
+
+
+def _area_shares(count: int, kept: int) -> "csr_array":
+    """Return the shares (kept, count) of pixels of a line in those that replace them, of `kept` <= `count` in all."""
+    from scipy.sparse import csr_array
+
+    edges = np.arange(kept + 1) * (count / kept)
+    first = np.floor(edges[:-1]).astype(np.int64)
+    last = np.minimum(np.ceil(edges[1:]).astype(np.int64), count)
+    spans = last - first
+    rows = np.repeat(np.arange(kept), spans)
+    columns = np.arange(spans.sum()) - np.repeat(np.cumsum(spans) - spans - first, spans)
+    overlap = np.minimum(columns + 1, edges[rows + 1]) - np.maximum(columns, edges[rows])
+    shares = (overlap * (kept / count)).astype(np.float32)
+    return csr_array((shares, (rows, columns)), shape=(kept, count))
+
+
+def resized_linearly(pixels: NDArray, size: tuple[int, int]) -> Float:
+    """Return values (h, w) at a higher resolution, interpolated linearly between the middles of pixels.
+
+    Args:
+        pixels: numbers.
+        size: width and height.
+    """
+    from PIL import Image
+
+    image = Image.fromarray(np.ascontiguousarray(pixels, np.float32))
+    return np.array(image.resize(size, Image.Resampling.BILINEAR))
+
+
+def doubled(values: Float) -> Float:
+    """Return values (h, w) at twice the resolution, interpolated linearly between the middles of pixels.
+
+    The same as `resized_linearly`, faster.
+    """
+    height, width = values.shape
+    rows = np.empty((2 * height, width), np.float32)
+    _interpolate(values, rows[0::2], rows[1::2])
+    found = np.empty((2 * height, 2 * width), np.float32)
+    _interpolate(rows.T, found[:, 0::2].T, found[:, 1::2].T)
+    return found
+
+
+def _interpolate(values: Float, before: Float, after: Float) -> None:
+    """Fill in what is a quarter of a pixel before and after the middle of each of the rows of `values` (h, w)."""
+    main = 0.75 * values
+    before[1:], after[:-1] = values[:-1], values[1:]
+    before[:1], after[-1:] = values[:1], values[-1:]
+    before *= 0.25
+    after *= 0.25
+    before += main
+    after += main
+
+
+def blurred(pixels: NDArray, sigma: float) -> Float:
+    """Return pixels (h, w, c) or (h, w) convolved with a Gaussian, mirrored at the sides.
+
+    Wide ones are applied at a lower resolution, at which they are NARROW pixels wide: they would hide the rest.
+
+    Args:
+        pixels: of any type.
+        sigma: standard deviation in pixels.
+    """
+    from scipy import ndimage
+
+    height, width = pixels.shape[:2]
+    by = max(1, int(sigma / NARROW))
+    if by > 1:
+        size = max(1, width // by), max(1, height // by)
+        small = blurred(resized_by_area(np.asarray(pixels, np.float32), size), sigma / by)
+        channels = small.reshape(*small.shape[:2], -1)
+        whole = [resized_linearly(channels[..., k], (width, height)) for k in range(channels.shape[2])]
+        return np.stack(whole, axis=-1).reshape(pixels.shape)
+    sigmas = (sigma, sigma, *[0] * (pixels.ndim - 2))
+    return ndimage.gaussian_filter(np.asarray(pixels, np.float32), sigmas, mode="mirror")
+
+
+class Pieces(NamedTuple):
+    """The connected pieces of a mask.
+
+    Attributes:
+        labels: (h, w) the piece that each pixel is in, from 1 on; 0 for none.
+        sizes: (p,) pixels.
+        boxes: (p, 4) first row, first column, and the rows and columns after the last.
+    """
+
+    labels: NDArray[Any]
+    sizes: Index
+    boxes: Index
+
+    @property
+    def count(self) -> int:
+        """How many there are."""
+        return len(self.sizes)
+
+    @property
+    def extents(self) -> Index:
+        """(p, 2) rows and columns that each spans."""
+        return self.boxes[:, 2:] - self.boxes[:, :2]
+
+    def where(self, chosen: Flags) -> NDArray[np.bool_]:
+        """Return the pixels (h, w) of chosen pieces (p,)."""
+        return np.append(False, chosen)[self.labels]
+
+
+def pieces(mask: NDArray[np.bool_], *, diagonally: bool) -> Pieces:
+    """Find the connected pieces of a mask (h, w).
+
+    Args:
+        mask: pixels in the pieces.
+        diagonally: whether pixels that only share a corner are connected.
+    """
+    from scipy import ndimage
+
+    labels, count = ndimage.label(mask, np.ones((3, 3)) if diagonally else None)
+    sizes = np.bincount(labels.ravel(), minlength=count + 1)[1:]
+    boxes = [
+        (rows.start, columns.start, rows.stop, columns.stop) for rows, columns in ndimage.find_objects(labels)
+    ]
+    return Pieces(labels, sizes, np.array(boxes, np.int64).reshape(-1, 4))
