@@ -3,6 +3,7 @@
 SciPy and Pillow are imported where they are used: jobs that need none of this start without them.
 """
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -176,7 +177,8 @@ def blurred(pixels: NDArray, sigma: float) -> Float:
     return ndimage.gaussian_filter(np.asarray(pixels, np.float32), sigmas, mode="mirror")
 
 
-class Pieces(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Pieces:
     """The connected pieces of a mask.
 
     Attributes:
