@@ -24,6 +24,7 @@ MARGIN = 0.02  # of the artwork's or target's size, around what pictures show
 MARK_SHARE = 0.025  # of the artwork's size: larger circles say how large the part is that keeps its form
 SIDE = 8192  # pixels: no artwork is rendered larger
 NOT_DRAWN = {"defs", "style", "metadata", "namedview", "title", "desc", "script"}
+SWAPPED = "{0} was selected last, so {1} was fitted into it. To fit {0} into {1}, undo, and select {1} last."
 OF_ROOT = {"id", "width", "height", "viewBox", "version", "preserveAspectRatio", "x", "y"}
 LABEL, HREFS = inkex.addNS("label", "inkscape"), ("href", inkex.addNS("href", "xlink"))
 
@@ -72,6 +73,11 @@ class Texture(inkex.EffectExtension):
             raise Failed(
                 "The target is part of the artwork, or the artwork is part of the target; ungroup them."
             )
+        if fits and is_open_line(target):
+            raise Failed(
+                f"{title(target)}, selected last, is an open line without an inside. Close it, or select the shape "
+                "to fit into last."
+            )
         source = self.only(artwork, marked)
         picture = fits and self.options.result == "picture"
         if picture or self.options.outline == "box":
@@ -114,7 +120,10 @@ class Texture(inkex.EffectExtension):
                 self.remove(each)
         report = json.loads((folder / "report.json").read_text(encoding="utf-8"))
         left_out = [note for note in report["notes"] if " × " in note and "omitted" in note]
-        if said := [*errors, *doubts, *(note for note in left_out if note not in doubts)]:
+        swapped = (
+            [SWAPPED.format(title(target), title(artwork[0]))] if fits and is_swapped(artwork, target) else []
+        )
+        if said := [*errors, *swapped, *doubts, *(note for note in left_out if note not in doubts)]:
             inkex.errormsg(readable("\n".join(said)))
 
     def part(self, artwork):
@@ -226,6 +235,37 @@ class Texture(inkex.EffectExtension):
         made.set(LABEL, name)
         made.transform = -layer.composed_transform() @ made.transform
         layer.insert(layer.index(above) + 1, made)
+
+
+def drawn_in(element):
+    """The elements that an element draws, itself or what it groups."""
+    return [
+        each
+        for each in element.iter()
+        if isinstance(each, inkex.ShapeElement) and not isinstance(each, inkex.Group) and shown(each)
+    ]
+
+
+def is_open_line(element):
+    """Whether an element draws nothing but lines with two ends."""
+    drawn = drawn_in(element)
+    return bool(drawn) and all(
+        isinstance(each, (inkex.PathElement, inkex.Line, inkex.Polyline))
+        and each.specified_style().get("fill") == "none"
+        and not any(line[0][1] == line[-1][1] for line in each.path.to_superpath() if line)
+        for each in drawn
+    )
+
+
+def is_swapped(artwork, target):
+    """Whether it seems that the artwork was selected last: text, pictures or several objects, after one plain shape."""
+    plain = (inkex.PathElement, inkex.Rectangle, inkex.Circle, inkex.Ellipse, inkex.Polygon)
+    return (
+        len(artwork) == 1
+        and isinstance(artwork[0], plain)
+        and not isinstance(target, plain)
+        and (isinstance(target, (inkex.TextElement, inkex.Image)) or len(drawn_in(target)) > 1)
+    )
 
 
 def is_layer(element):

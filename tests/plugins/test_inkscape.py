@@ -256,6 +256,13 @@ def test_what_is_left_out_is_said_beside_the_result(profile):
     assert len(eyes(made)) == 1
 
 
+def test_artwork_that_was_selected_last_is_noticed(profile):
+    made, said, code = run(page(), profile, "--id=target", "--id=art")
+    assert code == 0 and made and "target" in said.splitlines()[0] and "face" in said.splitlines()[0]
+    _, said, code = run(page(), profile, "--id=art", "--id=target")
+    assert code == 0 and "last" not in said
+
+
 @pytest.mark.parametrize(
     ("arguments", "marks", "said"),
     [
@@ -270,10 +277,12 @@ def test_what_is_left_out_is_said_beside_the_result(profile):
         (["--id=art", "--job=deform"], [], "There are no pins."),
         (["--id=line", "--id=target"], [], "the artwork"),
         (["--id=line", "--id=target", "--result=picture"], [], "The selected objects have no area."),
+        (["--id=art", "--id=open"], [], "open"),
     ],
 )
 def test_what_cannot_be_done_is_said_and_nothing_changes(profile, arguments, marks, said):
     line = '<path id="line" d="M10 120H60"/>'
+    line += '<path id="open" d="M10 130C40 120 60 140 90 130" style="fill:none;stroke:#000;stroke-width:.3"/>'
     made, message, code = run(plain(marks, line), profile, *arguments)
     assert said in message and "Traceback" not in message and code not in (0, 1) and not made
 
