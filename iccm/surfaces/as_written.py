@@ -1,19 +1,22 @@
 """The figures of new texture coordinates: of the linear maps and the chords that a file holds, not of the map behind
 them, of which it has the vertices alone."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import shapely
 
-from ..arrays import Complex, Real
+from ..arrays import Complex, Real, xy_of
 from ..curve import Curve, boundary_samples, hausdorff
 from ..maps.distortion import Distortion, weighted_quantile
-from ..meshes.flatten import Flattening
+from ..maps.triangulated.simple import fault
+from ..meshes.flatten import Flattening, overlap
 from ..meshes.mesh import face_areas
 from ..meshes.stretch import laid_flat, linear
-from ..plane import triangle_areas
+from ..plane import orientation, polygon_area, triangle_areas
 
+SLIT_AREA_SHARE = 1e-12  # of the layout: what a slit winds around by rounding is less (by hand)
 SAMPLES_PER_EDGE = 8  # places of a chord whose distances are taken (by hand)
 
 
@@ -27,12 +30,14 @@ class Written:
             relative to that; 0 of packed charts.
         log10_area: quantiles of the logarithm of the area scale, over the picture's area.
         packed: whether these are charts inside the picture, without an outline to reach.
+        one_to_one: whether no two triangles overlap, for certain.
     """
 
     distortion: Distortion
     boundary: dict[str, float]
     log10_area: dict[str, float]
     packed: bool = False
+    one_to_one: bool = False
 
     @classmethod
     def of(cls, z: Complex, layout: Flattening, outline: Curve) -> "Written":
@@ -45,6 +50,7 @@ class Written:
             {"rms": 0.0, "hausdorff": 0.0} if layout.outlines else _boundary(z[layout.loop], outline),
             _scales(before, after),
             bool(layout.outlines),
+            _is_one_to_one(z, layout),
         )
 
     def report(self) -> dict[str, Any]:
@@ -52,7 +58,44 @@ class Written:
         found = self.distortion.report()
         found.pop("turn")  # triangles in space have no upright
         boundary = {} if self.packed else {"boundary": self.boundary}
+        if self.one_to_one:
+            found["injective"] = {
+                "certified": True,
+                "share": 1.0,
+                "zeros": 0,
+                "simple_image": True,
+                "obstacle": "",
+            }
         return {**found, **boundary, "log10_area": self.log10_area}
+
+
+def _is_one_to_one(z: Complex, layout: Flattening) -> bool:
+    """Whether a layout's triangles at z (n,) are certain not to overlap, by exact signs.
+
+    If all triangles are positive, as many lie over a point as the boundary winds around it. A simple outer boundary
+    winds around no point twice. A hole that winds around none, or clockwise, adds nothing; so it may also be a slit.
+    """
+    faces, loops = layout.patch.faces, layout.patch.loops
+    if not np.isfinite(z).all() or (orientation(*(z[faces[:, k]] for k in range(3))) <= 0).any():
+        return False
+    if layout.outlines:
+        return overlap(replace(layout, flat=z)) is None
+    holes = [z[loop] for loop in loops if not np.array_equal(loop, layout.loop)]
+    most = SLIT_AREA_SHARE * abs(polygon_area(z[layout.loop]))
+    return not fault([z[layout.loop]]) and all(_area_wound(hole) <= most for hole in holes)
+
+
+def _area_wound(loop: Complex) -> float:
+    """The area that a closed polyline winds around counter-clockwise."""
+    if not fault([loop]):
+        return max(polygon_area(loop), 0.0)
+    if not fault([loop[::-1]]):
+        return 0.0
+    ring = shapely.LineString(xy_of(np.append(loop, loop[:1])))
+    regions = shapely.get_parts(shapely.polygonize([shapely.node(ring)]))
+    inside = [complex(region.representative_point().x, region.representative_point().y) for region in regions]
+    winding = [np.angle((np.roll(loop, -1) - z) / (loop - z)).sum() for z in inside]
+    return float(sum(region.area for region, turns in zip(regions, winding) if turns > 1))
 
 
 def _scales(before: Real, after: Real) -> dict[str, float]:

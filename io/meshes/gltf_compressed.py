@@ -93,6 +93,12 @@ def without_draco(path: Path, tree: dict[str, Any], views: list[bytes]) -> tuple
         views.append(values.tobytes())
         said["bufferView"] = len(views) - 1
         said.pop("byteOffset", None)
+        for name, extreme in (
+            ("min", np.min),
+            ("max", np.max),
+        ):  # those before compression differ by its rounding
+            if name in said:
+                said[name] = extreme(values, axis=0).tolist()
 
     for primitive in _primitives(tree):
         said = primitive.get("extensions", {}).pop(DRACO, None)

@@ -165,7 +165,7 @@ def figures(laid: Layout, uv: str | None) -> dict[str, Any]:
     written = replace(shape.flattening, flat=low + longer_side(low, high) * complex_of(rounded))
     own, patch = written.report(), written.patch
     turned, bent = layout.turned_over(rounded[patch.faces]), concave(rounded, patch)
-    fault = overlap(shape.flattening)
+    fault = overlap(written)
     loops = list(shape.flattening.outer_loops) if shape.packed else shape.flattening.patch.loops
     notes = [*shape.notes, *([f"{shape.spec}: {not_convex(bent)}"] if bent else [])]
     if outline is not None:

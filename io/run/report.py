@@ -123,7 +123,9 @@ def doubts(found: dict[str, Any], tolerance: float, quasi: bool, *, weighed: boo
     if gap > FAR_OFF_TOLERANCES * tolerance and (pulled or found["status"] not in ("gap", "crowded")):
         said.append(Doubt("the mapped outline is far from the target's outline (boundary)"))
     if not injective["certified"]:
-        said.append(Doubt("the map is not one-to-one, so the picture overlaps itself (injective)"))
+        seen = injective["folded"] >= SEEN_FOLDS
+        what = "not one-to-one, so the picture overlaps itself" if seen else "not certified to be one-to-one"
+        said.append(Doubt(f"the map is {what} (injective)"))
     elif injective["share"] < CERTAIN_SHARE and not injective["folded"] >= SEEN_FOLDS:
         said.append(
             f"the picture may overlap itself near the outline: only {injective['share']:.1%} of the "

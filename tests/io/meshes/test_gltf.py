@@ -372,6 +372,14 @@ def squeezed(folder, *, damage=lambda data: data, number=1):
     (folder / "draco.glb").write_bytes(gltf.glb(tree, [damage(data)]))
 
 
+def corners_of_accessor(file, number):
+    """(n, 3) single precision values of an accessor."""
+    said = file.accessors[number]
+    view = file.bufferViews[said.bufferView]
+    start = (view.byteOffset or 0) + (said.byteOffset or 0)
+    return np.frombuffer(file.binary_blob(), "<f4", 3 * said.count, start).reshape(-1, 3).astype(float)
+
+
 def test_what_draco_compressed_is_the_mesh_it_was(tmp_path, iccm):
     squeezed(tmp_path)
     parts = [gltf.primitives(gltf.read(tmp_path / f"{name}.glb"))["sheet"] for name in ("plain", "draco")]
@@ -388,7 +396,10 @@ def test_what_draco_compressed_is_the_mesh_it_was(tmp_path, iccm):
     assert done.code == 0, done.err
     new = rich_glb.read(tmp_path / "out.glb")
     assert not new.extensionsUsed and not new.extensionsRequired
-    assert new.accessors[new.meshes[0].primitives[0].attributes.POSITION].count == 25
+    position = new.accessors[new.meshes[0].primitives[0].attributes.POSITION]
+    assert position.count == 25
+    points = corners_of_accessor(new, new.meshes[0].primitives[0].attributes.POSITION)
+    assert position.min == points.min(axis=0).tolist() and position.max == points.max(axis=0).tolist()
 
 
 @pytest.mark.parametrize(
