@@ -29,7 +29,7 @@ from .maps.regions import Region, mean_scale, triangles_in
 from .maps.summary import CERTAIN_SHARE, SEEN_CRACKS, SEEN_FOLDS, WELL_SEEN, in_short
 from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
-from .meshes.surface_distortion import on_surfaces, surface_distances
+from .meshes.surface_distortion import distances_at, gap_between, on_surfaces, surface_distances
 from .options import PLACES, TOLERANCE
 from .pins import Softness
 from .problem import ON_OUTLINE_SHARE
@@ -52,6 +52,9 @@ SQUEEZED_AREA_SHARE = 2e-3
 """Of a surface: by landmarks good maps have at most 1.1e-3 (cow), one with protrusions lost 2.4e-3 (fox, 622
 triangles).
 """
+SAME_PLACE_SHARE, DRIFT_SHARE = 0.04, 0.03
+"""Of a mesh's diagonal: surfaces that are no farther apart are in the same place; a map that moves points by so much
+more has drifted. Maps of copies of one model move them by at most .006 (docs/reference/shapes.md)."""
 FLATNESS_SHARE = 1e-4  # of the diameter: how far the drawn image of the boundary may be off a curved one
 INVERSE_ERROR_SHARE = 1e-6  # of the source's diagonal: an inverse that errs by more is another point
 
@@ -140,8 +143,23 @@ class Fit:
             return Status.FOLDED
         if self.ended in (Status.DECREASE, Status.THRESHOLD) and self.is_far_off:
             return Status.GAP
-        is_twisted = self.ended is Status.REACHED and all(self.layouts) and self.distortion.strain
-        return Status.TWISTED if is_twisted else self.ended
+        if self.ended is not Status.REACHED or not all(self.layouts):
+            return self.ended
+        if self.distortion.strain:
+            return Status.TWISTED
+        return Status.DRIFTED if self._has_drifted else self.ended
+
+    @property
+    def _has_drifted(self) -> bool:
+        """Whether two surfaces lie in the same place, their landmarks included, and the map moves points far away."""
+        source, target = self.layouts
+        assert source is not None and target is not None
+        away = self._apart["apart"]["p95"]
+        if away <= DRIFT_SHARE or (gap := gap_between(source, target)) > SAME_PLACE_SHARE:
+            return False
+        if len(self.pins) and np.median(distances_at(self.pins, source, target)) > gap + DRIFT_SHARE:
+            return False  # landmarks move points, too
+        return away > gap + DRIFT_SHARE
 
     @property
     def is_far_off(self) -> bool:
@@ -681,7 +699,7 @@ class Fit:
             found["scale"] = {name: share * (1 - self.uncovered) for name, share in found["scale"].items()}
         return found
 
-    @property
+    @cached_property
     def _apart(self) -> dict[str, Any]:
         """How far points of two surfaces that go together are apart in space."""
         source, target = self.layouts

@@ -21,6 +21,10 @@ class Status(Enum):
         "The mapped outline meets the target's, but the map between the surfaces is twisted or squeezed "
         "(stretch, dilatation); add landmarks there, or move them."
     )
+    DRIFTED = (
+        "Both meshes lie in the same place, but the map moves points far away from where they are (apart); add "
+        "landmarks, or use iccm relayout, which goes by position."
+    )
     MET = "Pins and strokes are met."
     OVERLAP = "Pins and strokes are met and nothing folds, but the outline overlaps itself."
     BENT = "Not all rigid regions could be kept rigid; the result is the closest map without folds (regions)."

@@ -58,6 +58,28 @@ def surface_distances(flat: Distortion, source: Flattening, target: Flattening) 
     return {name: value / float(size) for name, value in zip(("median", "p95", "max"), at)}
 
 
+def gap_between(source: Flattening, target: Flattening) -> float:
+    """How far two surfaces lie from each other: p95 of the distances of each one's vertices and triangle middles to the
+    other, the larger of both, relative to the diagonal of the target's box."""
+    import igl
+
+    gaps = []
+    for here, there in ((source.patch, target.patch), (target.patch, source.patch)):
+        points, faces = np.ascontiguousarray(there.points), np.ascontiguousarray(there.faces)
+        at = np.concatenate([here.points, here.points[here.faces].mean(axis=1)])
+        tree = igl.AABB()
+        tree.init(points, faces)
+        gaps.append(np.quantile(np.sqrt(tree.squared_distance(points, faces, at)[0]), 0.95))
+    return float(max(gaps) / np.linalg.norm(np.ptp(target.patch.points, axis=0)))
+
+
+def distances_at(pairs: Complex, source: Flattening, target: Flattening) -> Real:
+    """(k,) distances in space between the two ends of pairs (k, 2) of points of both layouts, relative to the diagonal
+    of the target's box."""
+    away = np.linalg.norm(_in_space(source, pairs[:, 0]) - _in_space(target, pairs[:, 1]), axis=1)
+    return away / np.linalg.norm(np.ptp(target.patch.points, axis=0))
+
+
 def _in_space(layout: Flattening, z: Complex) -> Real:
     """(p, 3) the points of a surface that are at z in its layout."""
     face, place = Locator(layout)(z, 1)

@@ -11,6 +11,7 @@ inputs         the files that a job reads
 resolve        what a job leaves open, filled in from its files
 constraints    pins and strokes in the core plane
 parts          `--parts all`
+by_position    pins between two meshes in the same place
 state          a job under way
 phases         what is under way, and how long it took
 framing        what pictures show, how large, and what the texture covers

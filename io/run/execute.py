@@ -64,6 +64,9 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases, dry: bool, a
     if sampled:
         run.begin("sampler")
     solve_pairs(run)
+    if run.source.is_mesh and run.target.is_mesh and job.target:
+        run, wanted = _matched_by_position(run, wanted, threads, again)
+        job = run.job
     outputs.tell_share(run)
     if sampled and len(run.fits) == 1:
         run.note(*texture.notes_on_lines(job, run.source, run.fits[0]))
@@ -99,6 +102,41 @@ def _read(job: Job, threads: int | None, tell: Tell, phases: Phases, again: bool
     if resolved.refusal is not None:
         raise resolved.refusal
     return run, wanted
+
+
+def _matched_by_position(
+    run: Run, wanted: list[Output], threads: int | None, again: bool
+) -> tuple[Run, list[Output]]:
+    """The job solved with pins by position, where the map of two meshes in the same place drifted without."""
+    from .by_position import pins_by_position
+
+    pins = pins_by_position(run)
+    if not pins:
+        return run, wanted
+    told = set(run.notes)
+
+    def tell(note: str) -> None:
+        if note not in told:
+            told.add(note)
+            run.tell(note)
+
+    pinned = run.job.model_copy(update={"pin": tuple(pins)})
+    with run.phases.timed("read"):
+        other, outputs_of_other = _read(pinned, threads, tell, run.phases, again)
+    text = (
+        f"lies where {run.job.source} does, so {len(pins)} of its vertices are pinned to the nearest points"
+    )
+    other.note(f"{run.job.target}: {text} (use --pin for other pins)")
+    try:
+        solve_pairs(other)
+    except InputError:
+        return run, wanted
+    return (other, outputs_of_other) if _apart(other) < _apart(run) else (run, wanted)
+
+
+def _apart(run: Run) -> float:
+    """How far points of two surfaces that go together are apart, p95."""
+    return float(run.fit.report()["apart"]["p95"])
 
 
 def _ignore(note: str) -> None:

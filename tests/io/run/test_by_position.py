@@ -1,0 +1,42 @@
+"""Two meshes in the same place: matched by position, and `drifted` where the map moves points far all the same."""
+
+import json
+
+import numpy as np
+import pytest
+import trimesh
+
+from iccm import fit
+from iccm.io.shapes import mesh_reading
+from iccm.status import Status
+
+
+def bent(mesh):
+    mesh.vertices *= (1, 1.6, 0.7)
+    mesh.vertices[:, 0] += 0.2 * np.sin(3 * mesh.vertices[:, 1])
+    return mesh
+
+
+@pytest.fixture
+def eggs(shapes, iccm):
+    """Two closed meshes of one surface, with other triangles; the first has texture coordinates."""
+    bent(trimesh.creation.icosphere(2)).export("ball.obj")
+    bent(trimesh.creation.uv_sphere(count=[16, 28])).export("globe.obj")
+    assert iccm("flatten", "ball.obj", "--uv", "egg.obj").code == 0
+    return "egg.obj", "globe.obj"
+
+
+def test_meshes_in_the_same_place_are_matched_by_position(eggs, shapes, iccm):
+    done = iccm("map", *eggs, "-o", "o.obj", "--report", "r.json")
+    assert done.code == 0, done.err
+    assert "pinned to the nearest points" in done.err and "--pin" in done.err
+    found = json.loads((shapes / "r.json").read_text())
+    assert found["status"] == "reached" and found["apart"]["p95"] < 0.03
+    assert len(found["pins"]) >= 2
+
+
+def test_a_map_that_drifts_is_not_good_unless_its_landmarks_move(eggs):
+    source, target = (mesh_reading.read(name, cut=True).domain for name in eggs)
+    free = fit(source, target)
+    assert free.report()["apart"]["p95"] > 0.05  # both are cut where they happen to be
+    assert free.status is Status.DRIFTED and not free.status.ok
