@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from .state import Run
 
 PINS, PINS_OF_CUT = 24, 6
-"""Places that are pinned: of a head and its subdivision p95 of `apart` is .21 without, .09 with 24; more contradict each
-other. A closed mesh is cut through all of them, which more than a few hardly leave room for."""
+"""Places that are pinned: of a head and its subdivision p95 of `apart` is .21 without, .09 with 24; more contradict
+each other. A closed mesh is cut through all of them, which more than a few hardly leave room for."""
 NEAR_SHARE = (
     0.05  # of the target's diagonal: places that are farther from the source are not pinned (by hand)
 )
