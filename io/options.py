@@ -572,11 +572,12 @@ class JobOptions:
         words="replace clobber yes",
     )
 
-    parts: Literal["auto", "joined", "each", "all", "largest"] = _option(
+    parts: Literal["auto", "joined", "each", "elements", "all", "largest"] = _option(
         "How drawings of several parts are mapped. joined: each drawing as a whole, in a frame around "
         "all its parts; all: each part onto a separate partner; auto: whichever of these two costs less; "
-        "each: the source onto every part of the target, such as the letters of a word; largest: only "
-        "the largest part of each.",
+        "each: the source onto every part of the target, such as the letters of a word; elements: onto "
+        "every letter or element with all of its parts, such as an i with its dot; largest: only the "
+        "largest part of each.",
         default="auto", commands=("map", "morph"), basic=True,
         brief="How drawings of several parts are mapped.", words="pieces components letters multiple all whole",
     )  # fmt: skip

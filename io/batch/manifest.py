@@ -385,7 +385,7 @@ def _frames(entry: Entry, choices: list[list[Any]], base: str, found: list[str])
 def _why_no_sequence(values: dict[str, Any]) -> str:
     """Why frames do not continue from each other with these values; empty where they do."""
     method = values.get("method") or METHODS[0]
-    if values.get("parts") in ("all", "each") or method not in CAPABILITIES["start"].methods:
+    if values.get("parts") in ("all", "each", "elements") or method not in CAPABILITIES["start"].methods:
         return (
             "frames continue from each other only with the balanced method and one part each; remove "
             "the other option"

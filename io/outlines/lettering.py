@@ -1,15 +1,19 @@
 """Words set in a font file: `font.ttf#text=Word`, 100 units to the em, y down, letters as parts, counters as holes."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import shapely
 
+from ...arrays import Complex
+from ...curve import polygon_of
 from ...errors import InputError
 from .. import files, limits
 from ..svg.affine import Affine
 from ..svg.drawing import Drawing
-from ..svg.fill import outlines
+from ..svg.fill import FilledOutline, outlines
 from ..svg.fonts import Font
 from ..svg.path_data import subpaths
 
@@ -35,20 +39,39 @@ def read(
     try:
         font = Font(files.as_text(path))
         sets, width = font.sets(text), font.width(text) * SIZE
-        data = font.set_at(text, 0.0, LINE[0] * SIZE, SIZE) if sets else ""
+        glyphs = font.set_at(text, 0.0, LINE[0] * SIZE, SIZE) if sets else []
     except (OSError, RuntimeError, ValueError) as error:
         raise InputError(f"{path}: cannot read this font: {error}") from None
     if not sets:
         raise InputError(
             f"{path}: not a font, or it lacks letters of {text[:40]!r}, or the text mixes writing directions"
         )
-    rings = [run.z for run in subpaths(data, Affine(), flatness)] if data else []
+    letters = [(letter, run.z) for letter, data in glyphs for run in subpaths(data, Affine(), flatness)]
+    rings = [z for _, z in letters]
     if not rings:
         raise InputError(f"{path}: {text[:40]!r} draws nothing")
     found, refused = outlines(rings, "nonzero", repr(text[:40]))
-    found = [replace(outline, names=(chosen or "",)) for outline in found]
+    found = [
+        replace(outline, names=(chosen or "",), element=letter)
+        for outline, letter in zip(found, _letters_of(found, letters))
+    ]
     every = np.concatenate([outline.z for outline in found])
     left, top = min(0.0, every.real.min()), min(0.0, every.imag.min())
     right, bottom = max(width, every.real.max()), max(LINE[1] * SIZE, every.imag.max())
     canvas = float(left), float(top), float(right - left), float(bottom - top)
     return Drawing(found, canvas, flip=True, refused=refused, ids={chosen or "": None})
+
+
+def _letters_of(found: Sequence[FilledOutline], letters: Sequence[tuple[int, Complex]]) -> list[int]:
+    """The letter that each outline is a part of, and of several that it joins the one with most of its area; `letters`
+    are the rings of all glyphs, each with the place of its letter in the text."""
+    areas = shapely.make_valid([polygon_of(z) if z.size > 2 else shapely.Polygon() for _, z in letters])
+    numbers = np.array([letter for letter, _ in letters])
+    tree = shapely.STRtree(areas)
+    chosen = []
+    for outline in found:
+        region = shapely.make_valid(polygon_of(outline.z))
+        near = tree.query(region)
+        common = np.bincount(numbers[near], shapely.area(shapely.intersection(areas[near], region)))
+        chosen.append(int(common.argmax()))
+    return chosen

@@ -248,4 +248,7 @@ def _solved(run: Run, pair: Pair, given: dict[str, Any], holed: bool) -> Fit:
     aim, how = target if run.job.target else None, dict[str, Any](holed=holed, tell=run.note)
     if aim is not None and source.drawing is not None:
         given = given | {"opaque": run.opaque, "free_gaps": run.free_gaps}
+        drawing = aim.drawing
+        if run.job.parts == "elements" and run.job.fit is None and drawing and not drawing.is_one_part:
+            given["fit"] = "frame"  # others may leave out a small part, such as the dot of an i
     return go_on(start, source, aim, given, **how) if start else solve(source, aim, given, **how)

@@ -295,12 +295,17 @@ class Job(Textured, JobOptions):
     @property
     def several(self) -> bool:
         """Whether parts are mapped one by one, as asked."""
-        return self.parts in ("all", "each")
+        return self.parts in ("all", "each", "elements")
+
+    @property
+    def repeated(self) -> bool:
+        """Whether the source goes onto each of several targets."""
+        return self.parts in ("each", "elements")
 
     @property
     def whole_drawings(self) -> bool:
         """Whether drawings are mapped as wholes."""
-        return self.parts in ("auto", "joined")
+        return self.parts in ("auto", "joined", "elements")
 
     @property
     def holed(self) -> bool:

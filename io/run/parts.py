@@ -49,6 +49,8 @@ def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:
         empty_ones: list[str] = [Doubt(f"{note}; they stay empty") for note in more]
         pairs = [(source, target) for target in targets]
         return _with_overlap(_at_one_scale(pairs) if _is_pattern(job, source) else pairs, empty_ones, {})
+    if job.parts == "elements":
+        return _onto_elements(job, inputs)
     (sources, notes), (targets, more) = (
         inputs.shapes(spec, limits.PARTS, target=bool(k))
         for k, spec in enumerate((job.source, job.target or ""))
@@ -76,6 +78,29 @@ def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:
     return _with_overlap(pairs, notes, {"unpaired": figures} if any(alone) else {})
 
 
+def _onto_elements(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:
+    """The source onto each letter or element of the target, with what is to be said of those beyond the limit.
+
+    Raises:
+        InputError: one is a mesh.
+    """
+    source = inputs.shape(job.source)
+    target = inputs.shape(job.target or "", target=True, source=source)
+    for shape in (source, target):
+        if shape.drawing is None:
+            raise InputError(
+                f"{shape.spec}: --parts elements only works for planar drawings; use --parts each for meshes"
+            )
+    found = target.by_element()
+    beyond = max(len(found) - limits.PARTS, 0)
+    notes: list[str] = []
+    if beyond:
+        text = f"{target.spec}: ignored {beyond} elements, because only the {limits.PARTS} largest are mapped"
+        notes.append(Doubt(f"{text}; they stay empty"))
+    pairs = [(source, element) for element in found[: limits.PARTS]]
+    return _with_overlap(_at_one_scale(pairs) if _is_pattern(job, source) else pairs, notes, {})
+
+
 def _is_pattern(job: Job, source: Shape) -> bool:
     """Whether the texture repeats without end, so that any piece of the source's plane shows it at its scale."""
     drawings = any(formats.of(name).drawing for name in job.output if name != "-")
@@ -84,7 +109,7 @@ def _is_pattern(job: Job, source: Shape) -> bool:
 
 def _at_one_scale(pairs: Pairs) -> Pairs:
     """Give each target the source at its own size relative to the largest, so that all show a pattern at one scale."""
-    largest = max(target.curve.area for _, target in pairs)
+    largest = max(target.curve.area for _, target in pairs)  # of a frame around all parts of an element
     return [(source.scaled(float(np.sqrt(target.curve.area / largest))), target) for source, target in pairs]
 
 

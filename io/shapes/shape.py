@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 import shapely
 from numpy.typing import ArrayLike, NDArray
+from shapely.affinity import scale
 
 from ...arrays import Box, Complex, Real, complex_of, xy_of
 from ...curve import Curve, polygon_of
@@ -21,6 +22,7 @@ from ...drawings.mappable_holes import mappable
 from ...errors import InputError
 from ...pixels.texture import REPEAT, Wrap
 from ...plane import bounding_box
+from ...polygons import unite
 from .. import formats
 from ..outlines import dxf, lettering, polygons
 from ..point_syntax import Place, written
@@ -84,6 +86,7 @@ class Shape:
     drawing: Drawn | None = None
     ink: Drawn | None = None
     outlines: tuple[FilledOutline, ...] | None = None
+    chosen: tuple[FilledOutline, ...] = ()
     pin_radii: dict[str, float] = field(default_factory=dict)
 
     @property
@@ -146,8 +149,21 @@ class Shape:
             extent=self.bounds,
         )
 
+    def by_element(self) -> list[Shape]:
+        """Return the letters or elements of a whole drawing as shapes, each with all of its parts, the largest first;
+        parts of which no element is known are shapes of their own."""
+        groups: dict[tuple[str, int | None], list[shapely.Geometry]] = {}
+        for number, outline in enumerate(self.chosen):
+            known = outline.element is not None
+            key: tuple[str, int | None] = ("element", outline.element) if known else ("outline", number)
+            ring = polygon_of(*(_core(z, self.flip) for z in (outline.z, *outline.holes)))
+            groups.setdefault(key, []).append(ring)
+        drawings = [Drawn(close_hairlines(unite(shapely.make_valid(rings)))) for rings in groups.values()]
+        drawings.sort(key=lambda drawing: -drawing.region.area)
+        return [self.part_of(drawing, number) for number, drawing in enumerate(drawings, start=1)]
+
     def scaled(self, factor: float) -> Shape:
-        """Return one outline of a drawing smaller or larger about its middle; the extent and the canvas stay."""
+        """Return a shape smaller or larger about its middle; the extent and the canvas stay."""
         if factor == 1:
             return self
         low, high = self.bounds
@@ -156,9 +172,15 @@ class Shape:
         def moved(z: Complex) -> Complex:
             return middle + factor * (z - middle)
 
+        drawing = self.drawing
+        if drawing is not None:
+            origin = (middle.real, middle.imag)
+            drawing = Drawn(scale(drawing.painted, factor, factor, origin=origin))
         return replace(
             self,
             curve=Curve(moved(self.curve.z)),
+            drawing=drawing,
+            ink=drawing,
             holes=tuple(moved(hole) for hole in self.holes),
             rigid=tuple(moved(region) for region in self.rigid),
             extent=self.bounds,
@@ -336,6 +358,7 @@ def _whole(drawing: Drawing, text: str, spec: Spec, notes: list[str], trace: str
         coloured=drawing.coloured,
         trace=trace,
         outlines=tuple(drawing.outlines) if spec.part is None else None,
+        chosen=tuple(drawing.outlines),
         **holes,
     )
 

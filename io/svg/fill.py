@@ -40,6 +40,7 @@ class FilledOutline:
         holes: the boundaries of its holes.
         notes: what was changed to have it.
         names: ids and labels of what it comes from and of all that this is in.
+        element: the number of the element or letter that it is a part of; None where nothing is known of that.
     """
 
     name: str
@@ -48,6 +49,7 @@ class FilledOutline:
     holes: tuple[Complex, ...] = ()
     notes: tuple[str, ...] = ()
     names: tuple[str, ...] = ()
+    element: int | None = None
 
 
 def outlines(

@@ -1,6 +1,6 @@
 """Fonts: text set in a line, as HarfBuzz shapes it (kerned, with ligatures and letters that join), as path data."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import lru_cache
 from typing import NamedTuple
 from unicodedata import bidirectional
@@ -39,6 +39,7 @@ class Glyph(NamedTuple):
         number: in the font.
         right, up: its origin.
         begin, advance: where its part of the line begins, and how long that is.
+        cluster: the place in the text of the first letter that it stands for.
     """
 
     number: int
@@ -46,6 +47,7 @@ class Glyph(NamedTuple):
     up: float
     begin: float
     advance: float
+    cluster: int
 
 
 class Font:
@@ -91,7 +93,14 @@ class Font:
             last = info.cluster
             advance = place.x_advance / self._em
             found.append(
-                Glyph(info.codepoint, x + place.x_offset / self._em, place.y_offset / self._em, x, advance)
+                Glyph(
+                    info.codepoint,
+                    x + place.x_offset / self._em,
+                    place.y_offset / self._em,
+                    x,
+                    advance,
+                    info.cluster,
+                )
             )
             x += advance
         if found:
@@ -144,21 +153,27 @@ class Font:
                 it begins on the line and y down; None where it is not drawn.
             spacing: more than the font has between letters.
         """
-        drawn: list[str] = []
+        return "".join(data for _, data in self.draw_letters(text, place, spacing))
+
+    def draw_letters(
+        self, text: str, place: Callable[[float, float], Affine | None], spacing: Spacing = NO_SPACING
+    ) -> Iterator[tuple[int, str]]:
+        """Yield the same, glyph by glyph, each with the place in the text of the first letter that it stands for."""
         for glyph in self._shaped(text, spacing)[0]:
             if (found := place(glyph.begin, glyph.advance)) is None:
                 continue
             commands, points = self._drawn(glyph.number)
             placed = found @ translation(glyph.right - glyph.begin, -glyph.up)
             numbers = iter(placed(points).view(np.float64).tolist())
+            drawn: list[str] = []
             for command in commands:
                 words = [f"{next(numbers)!r} {next(numbers)!r}" for _ in range(_POINTS[command])]
                 drawn.append(command + " ".join(words))
-        return "".join(drawn)
+            yield glyph.cluster, "".join(drawn)
 
-    def set_at(self, text: str, x: float, y: float, size: float) -> str:
-        """Path data of a line that begins at a place, in letters of a size."""
-        return self.draw(text, lambda begin, _: Affine(size, 0, complex(x + size * begin, y)))
+    def set_at(self, text: str, x: float, y: float, size: float) -> list[tuple[int, str]]:
+        """Path data of the glyphs of a line that begins at a place, in letters of a size, as `draw_letters` has it."""
+        return list(self.draw_letters(text, lambda begin, _: Affine(size, 0, complex(x + size * begin, y))))
 
 
 def _one_script(text: str) -> bool:

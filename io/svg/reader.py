@@ -226,7 +226,8 @@ def _candidate(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail
         found = _shown(found, drawn, detail)
     except TooMuch as error:
         found, refused = [], [_too_much(runs, drawn, error)]
-    drawing.outlines.extend(replace(outline, names=names) for outline in found)
+    number = len(drawing.outlines)
+    drawing.outlines.extend(replace(outline, names=names, element=number) for outline in found)
     drawing.refused.extend(refused)
     return None
 

@@ -1,7 +1,9 @@
 """--parts all: every shape of a drawing goes to its partner, into one picture, one STMap, one artwork."""
 
 import json
+from pathlib import Path
 
+import matplotlib
 import numpy as np
 import pytest
 from PIL import Image
@@ -258,3 +260,46 @@ def test_parts_that_lie_on_others_keep_their_own_colours(drawings, iccm):
     pixels = np.asarray(Image.open("own.png"))
     assert pixels[2 * 44, 2 * 32].tolist() == [0, 0, 0, 255]  # the right eye
     assert pixels[2 * 80, 2 * 50].tolist() == [255, 204, 0, 255]
+
+
+TITTLES = (  # two letters of two parts each, and a bar
+    '<path d="M5 30h15v50h-15zM7 8h11v12h-11z"/><path id="u" d="M40 30h30v50h-30zM42 10h8v8h-8zM60 10h8v8h-8z"/>'
+    '<path d="M80 20h12v60h-12z"/>'
+)
+
+
+def test_one_source_goes_onto_each_element_with_all_of_its_parts(drawings, iccm):
+    (drawings / "tile.svg").write_text(SVG.format('<path d="M0 0h100v90H0z"/>'))
+    (drawings / "word.svg").write_text(SVG.format(TITTLES))
+    ramp = np.zeros((90, 100, 3), np.uint8)
+    ramp[..., 0], ramp[..., 1] = np.arange(100), 200 - 2 * np.arange(90)[:, None]
+    image_files.write("ramp.png", image_files.Image(ramp))
+    common = ("map", "tile.svg", "word.svg", "--texture", "ramp.png", "--size", "200", "--force")
+    done = iccm(*common, "--parts", "elements", "-o", "o.png", "--report", "r.json")
+    assert done.code == 0, done.err
+    report = json.loads(Path("r.json").read_text())
+    assert [part["target"] for part in report["parts"]] == ["1", "2", "3"] and report["covered"] > 0.99
+    pixels = image_files.read("o.png").pixels.astype(int)
+    # from the tittle to the foot of the first letter the texture runs on: the tittle has its upper part alone
+    assert pixels[20:36, 20, 1].min() > 150 and pixels[150, 20, 1] < 60
+    assert (np.diff(pixels[64:156, 20, 1]) <= 2).all() and pixels[64, 20, 1] < pixels[38, 20, 1]
+    assert (
+        pixels[28, 92, 0] + 15 < pixels[28, 128, 0]
+    )  # both tittles of the second letter are parts of one texture
+    assert iccm(*common, "--parts", "each", "-o", "each.png").code == 0
+    alone = image_files.read("each.png").pixels.astype(int)
+    assert np.ptp(alone[20:36, 20, 1]) > 100  # the whole texture
+    drawn = iccm("map", "tile.svg", "word.svg", "--parts", "elements", "-o", "o.svg", "--force")
+    areas = [each.curve.area for each in shape.read_all("o.svg")]
+    assert drawn.code == 0 and sum(areas) == pytest.approx(3230, rel=0.02)
+
+
+def test_letters_of_a_font_are_elements(drawings, iccm):
+    font = Path(matplotlib.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf")
+    (drawings / "tile.svg").write_text(SVG.format('<path d="M0 0h100v90H0z"/>'))
+    whole = shape.read(f"{font}#text=i\u00e4!", whole=True)
+    assert sorted(len(each.drawing.parts) for each in whole.by_element()) == [2, 2, 3]
+    assert len(whole.drawing.parts) == 7
+    (drawings / "two.obj").write_text("v 0 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\n")
+    mesh = iccm("map", "tile.svg", "two.obj", "--parts", "elements", "-o", "o.obj")
+    assert mesh.code == 2 and "--parts each" in mesh.err

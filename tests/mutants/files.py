@@ -870,8 +870,8 @@ FILES: list[Mutant] = [
     ),
     Mutant(
         "io/outlines/lettering.py",
-        "data = font.set_at(text, 0.0, LINE[0] * SIZE, SIZE) if sets else",
-        "data = font.set_at(text, 0.0, LINE[0], SIZE) if sets else",
+        "glyphs = font.set_at(text, 0.0, LINE[0] * SIZE, SIZE) if sets else",
+        "glyphs = font.set_at(text, 0.0, LINE[0], SIZE) if sets else",
         "tests/io/outlines/test_outlines.py",
         "words stand above their canvas",
     ),

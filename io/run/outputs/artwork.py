@@ -53,7 +53,7 @@ class Artwork(Output):
                     f"{target.spec}: {chart} is mirrored in the layout, which artwork cannot be; use a "
                     "picture's suffix"
                 )
-        check(run.source, run.target, len(run.pairs) if run.job.parts == "each" else 1)
+        check(run.source, run.target, len(run.pairs) if run.job.repeated else 1)
         run.note(*framing.remarks(run.job, run.source, run.target))
 
     def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
@@ -67,7 +67,7 @@ class Artwork(Output):
             carried = [(source, fit.map) for (source, _), fit in zip(run.pairs, run.fits)]
             target = replace(run.target, box=framing.picture_box(run.job, run.target))
             painted = painted_rings(run.fits) if opacity < 1 else []
-            each = run.job.parts == "each"
+            each = run.job.repeated
             notes = carry_parts(carried, target, path, each=each, painted=painted, opacity=opacity)
             run.note(*notes)
 
