@@ -1,0 +1,61 @@
+"""What other systems run: the script of the GitHub action, and the files that call it."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+SCRIPT = ROOT / "packaging" / "check-jobs.sh"
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the script is for bash")
+
+
+@pytest.fixture
+def jobs(tmp_path):
+    """Make a manifest of one job, with baselines, and return what runs the script there."""
+    for name in ("square.svg", "blob.svg"):
+        shutil.copy(ROOT / "tests" / "wheel" / name, tmp_path)
+    (tmp_path / "jobs.toml").write_text(
+        '[[job]]\nsource = "square.svg"\ntarget = "blob.svg"\nsize = "48"\noutput = "blob.png"\n'
+    )
+    environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+    environment["GITHUB_STEP_SUMMARY"] = str(tmp_path / "summary.md")
+
+    def run(*arguments):
+        line = ["bash", str(SCRIPT), *arguments]
+        return subprocess.run(line, cwd=tmp_path, env=environment, capture_output=True, text=True)
+
+    first = ["iccm", "batch", "jobs.toml", "--root", "baselines"]
+    subprocess.run(first, cwd=tmp_path, env=environment, check=True, capture_output=True)
+    return run
+
+
+def test_jobs_are_run_and_compared(jobs, tmp_path):
+    done = jobs("jobs.toml", "baselines", "results")
+    assert done.returncode == 0, done.stderr
+    assert {file.name for file in (tmp_path / "results").iterdir()} == {
+        *("outputs", "results.jsonl", "check.html", "check.xml", "check.md")
+    }
+    summary = (tmp_path / "summary.md").read_text()
+    assert summary and summary == (tmp_path / "results" / "check.md").read_text()
+
+
+def test_a_difference_is_a_failure_and_wrong_input_another(jobs, tmp_path):
+    shutil.copy(ROOT / "samples" / "pins" / "face.png", tmp_path / "baselines" / "blob.png")
+    assert jobs("jobs.toml", "baselines", "results").returncode == 1
+    assert (tmp_path / "results" / "check.html").exists()
+    absent = jobs("absent.toml", "baselines", "others")
+    assert absent.returncode == 2 and "absent.toml" in absent.stderr
+    assert not (tmp_path / "others" / "check.html").exists()
+    assert jobs("jobs.toml").returncode == 2
+
+
+def test_the_action_uses_the_inputs_that_it_declares():
+    action = (ROOT / "action.yml").read_text()
+    declared = set(re.findall(r"^  ([\w-]+):$", action.split("runs:")[0], re.M))
+    assert declared == set(re.findall(r"inputs\.([\w-]+)", action)) and "manifest" in declared
+    assert "packaging/check-jobs.sh" in action
