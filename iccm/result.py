@@ -53,7 +53,7 @@ SQUEEZED_AREA_SHARE = 2e-3
 triangles).
 """
 SAME_PLACE_SHARE, DRIFT_SHARE = 0.04, 0.03
-"""Of a mesh's diagonal: surfaces that are no farther apart are in the same place; a map that moves points by so much
+"""Of a mesh's diagonal: surfaces at most so far apart are in the same place; a map that moves points by so much
 more has drifted. Maps of copies of one model move them by at most .006 (docs/reference/shapes.md)."""
 FLATNESS_SHARE = 1e-4  # of the diameter: how far the drawn image of the boundary may be off a curved one
 INVERSE_ERROR_SHARE = 1e-6  # of the source's diagonal: an inverse that errs by more is another point

@@ -151,7 +151,7 @@ class Shape:
 
     def by_element(self) -> list[Shape]:
         """Return the letters or elements of a whole drawing as shapes, each with all of its parts, the largest first;
-        parts of which no element is known are shapes of their own."""
+        parts of which no element is known are separate shapes."""
         groups: dict[tuple[str, int | None], list[shapely.Geometry]] = {}
         for number, outline in enumerate(self.chosen):
             known = outline.element is not None

@@ -74,7 +74,7 @@ def _directed(text: str, ways: list[str]) -> list[tuple[bool, str]]:
 
 
 def _numbers_apart(text: str) -> list[str]:
-    """A part that runs leftward, with its numbers as parts of their own."""
+    """A part that runs leftward, with its numbers as separate parts."""
     found: list[str] = []
     for k, letter in enumerate(text):
         number = _in_number(text, k)

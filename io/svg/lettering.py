@@ -372,7 +372,7 @@ class _Spans:
             self.lengths[begin] = said
 
     def runs(self) -> list[Run]:
-        """Letters that follow each other without a place of their own, and to which the same applies, together."""
+        """Letters that follow each other without separate places, and to which the same applies, together."""
         end = self.count
         while end and self.letters[end - 1] == " " and not self._kept[end - 1]:
             end -= 1
