@@ -90,6 +90,9 @@ class Run:
         Raises:
             InputError: a file is wrong, or constraints are not places of it.
         """
+        from ..shapes.silhouette import handed
+
+        handed.clear()  # what an earlier job left
         figures = dict[str, Any]()
         if job.several:
             pairs, notes, figures = parts.read(job, inputs)

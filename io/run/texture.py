@@ -333,7 +333,8 @@ def image_of(job: Job, source: Shape, room: Memory, own_box: Box | None = None) 
     if pictures:
         from ..shapes import own_picture
 
-        return own_picture.read(Spec.of(source.spec), source.trace, **limits)
+        # what --memory bounds is allotted when it is decoded
+        return own_picture.read(Spec.of(source.spec), source.trace, anew=bool(job.memory), **limits)
     from ...pixels.checkerboard import checkerboard
 
     cells = framing.checkerboard_cells(source)

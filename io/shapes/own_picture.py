@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,12 +13,12 @@ from ...errors import naming
 from ..pictures import image_files
 from ..pictures.image_files import Image
 from ..spec import Spec
-from .silhouette import Reading, interpret, opaque_part, part_of, straight_colours
+from .silhouette import Reading, handed, interpret, opaque_part, part_of, straight_colours
 
 FAINT = 0.05  # coverage: of less the colour cannot be reported from the background's
 
 
-def read(spec: Spec, trace: str = "auto", **options: Any) -> Image:
+def read(spec: Spec, trace: str = "auto", *, anew: bool = False, **options: Any) -> Image:
     """Read a picture as the texture of the silhouette that it shows.
 
     What stands out from a background is opaque, and the background transparent; along the edge, where both are mixed in
@@ -26,17 +27,29 @@ def read(spec: Spec, trace: str = "auto", **options: Any) -> Image:
     Args:
         spec: the picture, and what of it is meant.
         trace: as for `silhouette.read`.
+        anew: whether it is decoded again if it is at hand from reading the shape.
         options: as for `image_files.read`.
 
     Raises:
         InputError: it is not a picture, or nothing in it stands out.
     """
-    image = image_files.read(spec.path, **options)
-    with naming(spec.path):
-        reading = interpret(image.pixels, image.alpha, trace, part_of(spec.chosen))
+    part = part_of(spec.chosen)
+    held = handed.take(Path(spec.path), trace, part)
+    as_asked = not anew and not options.get("colorspace")
+    if held and as_asked and _pixels(held[0]) <= options.get("max_pixels", np.inf):
+        image, reading = held
+    else:
+        image = image_files.read(spec.path, **options)
+        with naming(spec.path):
+            reading = interpret(image.pixels, image.alpha, trace, part)
     if reading.kind in ("rectangle", "alpha"):
         return image
     return _cut_out(image, reading)
+
+
+def _pixels(image: Image) -> int:
+    height, width = image.pixels.shape[:2]
+    return int(height * width)
 
 
 def _cut_out(image: Image, reading: Reading) -> Image:

@@ -5,6 +5,7 @@ Coordinates are pixels, x right and y down, the centre of the upper left pixel a
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely
@@ -18,6 +19,9 @@ from .. import files, limits
 from ..svg import affine
 from ..svg.drawing import Drawing, WrappedPicture
 from ..svg.fill import FilledOutline
+
+if TYPE_CHECKING:
+    from ..pictures.image import Image
 
 STRAY = 1e-3  # of the pixels: so few transparent ones in an opaque picture are not shape
 SPECK = 4  # pixels; smaller pieces are noise
@@ -41,6 +45,39 @@ PHOTOGRAPH = (
 INSIDE = "the inside of the line is used; --trace dark uses the line itself"
 APART = 1e-3
 """Coverage by which no pixel is nearer to the level than that: they keep contours apart (by hand)."""
+
+
+class Handed:
+    """The first picture that shapes are read from, decoded, until its colours are asked for: it is its own texture, as
+    most photographs are, or not needed again. A picture of more than `MOST` numbers is not kept."""
+
+    MOST = 1 << 26  # 64 MB of bytes; 4600 by 4600 pixels of three channels
+
+    def __init__(self) -> None:
+        self._held: tuple[object, Image, Reading] | None = None
+
+    def keep(self, path: Path, trace: str, part: str | None, image: "Image", reading: "Reading") -> None:
+        """Keep a picture, unless there is one."""
+        if self._held is None and image.pixels.size <= self.MOST:
+            self._held = _key(path, trace, part), image, reading
+
+    def clear(self) -> None:
+        """Keep nothing, so that the next picture is kept."""
+        self._held = None
+
+    def take(self, path: Path, trace: str, part: str | None) -> "tuple[Image, Reading] | None":
+        """Return a picture that is kept, and has not been written since; nothing is kept after that."""
+        held, self._held = self._held, None
+        return held[1:] if held and held[0] == _key(path, trace, part) else None
+
+
+def _key(path: Path, trace: str, part: str | None) -> object:
+    """What a picture is read from, and how."""
+    try:
+        seen = path.stat()
+    except OSError:
+        return object()
+    return path.resolve(), seen.st_mtime_ns, seen.st_size, trace, part
 
 
 def read(
@@ -77,6 +114,8 @@ def read(
     with naming(path):
         reading = interpret(image.pixels, image.alpha, trace, part)
         coloured = has_colours(image.pixels, image.alpha, reading)
+        if coloured:
+            handed.keep(path, trace, part, image, reading)
         drawing = Drawing([], (0.0, 0.0, float(width), float(height)), flip=True, coloured=coloured)
         drawing.ids.update({part: None} if part in (CANVAS, SILHOUETTE) else {})
         drawing.notes.extend(reading.notes)
@@ -391,3 +430,6 @@ def _piece(field: NDArray, connected: Pieces, number: int, flatness: float) -> F
     rings = [smooth.exterior, *(hole.exterior for hole in holes)]
     z, *rest = (complex_of(shapely.get_coordinates(ring)[:-1]) for ring in rings)
     return FilledOutline(f"piece at ({left}, {top})", z, shapely.Polygon(smooth.exterior).area, tuple(rest))
+
+
+handed = Handed()

@@ -382,3 +382,34 @@ def test_a_large_picture_is_judged_by_a_small_one_and_traced_in_its_own_pixels(t
     assert found.curve.area == pytest.approx(np.pi * 61**2, rel=0.03)
     photo = image_files.read(of_scikit_image("chelsea.png"))
     assert silhouette.interpret(photo.pixels, photo.alpha).kind == "rectangle"
+
+
+def test_a_photograph_is_decoded_once(tmp_path, monkeypatch, iccm):
+    """For its shape and for its pixels; again where it has changed in between, or memory is bounded."""
+    from iccm.io.pictures import image_files as decoders
+
+    monkeypatch.chdir(tmp_path)
+    photo = np.random.default_rng(5).integers(0, 256, (40, 60, 3), dtype=np.uint8)
+    decoders.write("photo.png", decoders.Image(photo))
+    Path("leaf.svg").write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 60 40"><path d="M2 2L58 9L50 38L9 30z"/></svg>'
+    )
+    decoded, read = [], decoders.read
+
+    def counted(path, **options):
+        decoded.append(Path(path).name)
+        return read(path, **options)
+
+    monkeypatch.setattr(decoders, "read", counted)
+    pixels = []
+    for more, times in (((), 1), (("--memory", "2G"), 2), (("--colorspace", "sRGB"), 2)):
+        done = iccm("map", "photo.png", "leaf.svg", "-o", "o.png", "--size", "60", "--force", *more)
+        assert done.code == 0 and decoded.count("photo.png") == times, done.err
+        decoded.clear()
+        pixels.append(read("o.png").pixels)
+    assert all(np.array_equal(each, pixels[0]) for each in pixels)
+    assert iccm("map", "photo.png", "leaf.svg", "-o", "o.npz").code == 0
+    decoders.write("photo.png", decoders.Image(255 - photo[:, ::-1]))
+    decoded.clear()
+    assert iccm("map", "photo.png", "leaf.svg", "-o", "p.png", "--size", "60").code == 0
+    assert not np.array_equal(read("p.png").pixels, pixels[0])
