@@ -6,13 +6,8 @@ Random drawings of packages that illustrators publish, as their programs export 
 Inkscape), fetched by npm. Each is carried as artwork from its canvas onto the same canvas, and onto a bent one, by
 `iccm map` as a user types it. Both are drawn by resvg at 512 pixels. What the identity wrote is compared with the
 drawing itself; what the bend wrote with the drawing rendered at 2048 pixels and carried as a picture by the same map,
-<<<<<<< HEAD
 which knows nothing of paths, paints and clips. A pixel differs where no pixel beside it is within 24 of 255 in
 all channels, premultiplied: edges are resampled in one of the two.
-=======
-which knows nothing of paths, paints and clips. A pixel differs where no pixel beside it is within 24 of 255 in all
-channels, premultiplied: edges are resampled in one of the two.
->>>>>>> 486cc770 (Decode a photograph once for its shape and its pixels)
 """
 
 from __future__ import annotations
