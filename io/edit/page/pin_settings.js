@@ -3,6 +3,7 @@
 import {byId} from './dom.js';
 import {rounded} from './figures.js';
 import {significant} from './geometry.js';
+import {report} from './status.js';
 
 /** @import {Actions, Hello, PaneScene, Patch, Pin, PinSettings} from './types.d.ts' */
 
@@ -26,7 +27,14 @@ export function showPinSettings(scene, hello, actions) {
     const field = /** @type {HTMLInputElement} */ (box.elements.namedItem(name));
     if (document.activeElement !== field) field.value = textOf(pin[name]);
     field.placeholder = placeholderOf(name, patch);
-    field.onchange = () => actions.hold(item, {[name]: valueOf(field, name)});
+    field.onchange = () => {
+      if (field.validity.badInput) {
+        field.value = textOf(pin[name]);
+        report('Enter a number, or nothing.', true);
+        return;
+      }
+      actions.hold(item, {[name]: valueOf(field, name)});
+    };
   }
   for (const [name, settings] of Object.entries(presets(pin, patch))) {
     const button = /** @type {HTMLButtonElement} */ (box.elements.namedItem(name));

@@ -1206,3 +1206,37 @@ def test_a_deformation_shows_only_what_applies_to_it(page):
     for name in ("how", "turn", "any", "draw", "suggest"):
         assert not edited.js(f"document.getElementById('{name}').checkVisibility()"), name
     assert edited.js("document.getElementById('balance').checkVisibility()")
+
+
+def test_landmarks_of_other_programs_become_pins_and_back(page, tmp_path):
+    edited = page("rose-leaf", "rose.svg", "leaf.svg")
+    rows = [
+        '"eye","true","259","156","240","200"',
+        '"off","false","1","2","3","4"',
+        '"chin","true","167","340","190","300"',
+    ]
+    (tmp_path / "bigwarp.csv").write_text("\n".join(rows))
+    (tmp_path / "wrong.csv").write_text("x,y\n1,2\n")
+    edited.js("document.querySelectorAll('details').forEach((e) => { e.open = true; })")
+    field = edited.driver.find_element("css selector", "#landmarks")
+    field.send_keys(str(tmp_path / "wrong.csv"))
+    edited.wait("document.body.classList.contains('bad')")
+    assert (
+        "wrong.csv" in edited.js("document.getElementById('status').textContent") and not edited.scene["pins"]
+    )
+    field.send_keys(str(tmp_path / "bigwarp.csv"))
+    edited.wait("iccm.scene.pins.length === 2")
+    assert edited.settled() == "full"
+    pins = [(pin["name"], pin["source"], pin["target"]) for pin in edited.scene["pins"]]
+    assert pins == [("eye", [259, 156], [240, 200]), ("chin", [167, 340], [190, 300])]
+    folder = tmp_path / "downloads"
+    folder.mkdir()
+    allowed = {"behavior": "allow", "downloadPath": str(folder)}
+    edited.driver.execute_cdp_cmd("Browser.setDownloadBehavior", allowed)
+    edited.js("document.querySelector('[data-landmarks=\".csv\"]').click()")
+    end = time.monotonic() + PATIENCE
+    while not (folder / "rose-leaf.csv").exists():
+        assert time.monotonic() < end
+        time.sleep(0.05)
+    again = (folder / "rose-leaf.csv").read_text().replace('"', "").splitlines()
+    assert again == ["eye,true,259,156,240,200", "chin,true,167,340,190,300"]
