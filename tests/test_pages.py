@@ -216,3 +216,10 @@ def test_every_name_in_a_group_is_an_option():
     listed = [name for topic in TOPICS.values() for name in topic.names]
     assert len(listed) == len(set(listed)) and set(listed) <= known
     assert set(of_command("map")) <= set(listed)
+
+
+def test_tests_that_a_page_names_exist():
+    page = (ROOT / "docs" / "developers" / "other-programs.md").read_text()
+    named = re.findall(r"`(tests/[\w/]+\.py)::(\w+)`", page)
+    assert len(named) >= 40
+    assert [name for file, name in named if f"\ndef {name}(" not in (ROOT / file).read_text()] == []
