@@ -1,10 +1,10 @@
-"""GLB files as people have them: a drawing onto every part, and `iccm relayout` to another unwrap, by the file's own
+"""GLB files as people have them: a drawing onto all of it, and `iccm relayout` to another unwrap, by the file's own
 numbers.
 
-For each textured file of a folder, small ones first: how much of it `iccm map --parts each --cut` covers, and whether
-what is left out is told; then its parts are unwrapped anew by xatlas (`pip install xatlas`), its materials carried
-there, and the colours of 20,000 places of its surface compared between both files. Reading and sampling of colours
-share no code with iccm.
+For each textured file of a folder, small ones first: how much of it the plain `iccm map` covers, at what dilatation and
+evenness of scale, and whether triangles are flipped at exit code 0; then its parts are unwrapped anew by xatlas
+(`pip install xatlas`), its materials carried there, and the colours of 20,000 places of its surface compared between
+both files. Reading and sampling of colours share no code with iccm.
 
 python -m tests.bench.assets FOLDER [NAME …] [--only map | relayout]
 """
@@ -31,6 +31,10 @@ DRAWING = (
     '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><path d="M10 40C10 10 40 5 60 12S98 40 90 60 60 95 '
     '40 90 10 70 10 40Z"/></svg>'
 )
+MOST_DILATED, LEAST_WITHIN2 = (
+    8.0,
+    0.8,
+)  # p95 of the dilatation, share of the area within a factor of 2 of the mean
 PLACES, SHARE, OFF, LIMIT = 20_000, 0.95, 4.0, 400  # of a surface, of triangles, of 255, seconds
 WRAPS = {33071: lambda x: np.clip(x, 0, 1), 33648: lambda x: 1 - np.abs(x % 2 - 1), 10497: lambda x: x % 1}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
@@ -239,26 +243,21 @@ def differences(old: Path, new: Path) -> NDArray:
 
 
 def mapped(path: Path, folder: Path) -> dict[str, Any]:
-    """What of a file a drawing is mapped onto."""
+    """What the first command that people type makes of a file: `iccm map drawing.svg file.glb -o out.glb`."""
     (folder / "drawing.svg").write_text(DRAWING)
     out, report = folder / "out.glb", folder / "report.json"
     report.unlink(missing_ok=True)
-    words = (
-        folder / "drawing.svg",
-        path,
-        "--parts",
-        "each",
-        "--cut",
-        "-o",
-        out,
-        "--report",
-        report,
-        "--force",
-    )
-    mapping = command("map", *words)
-    share = json.loads(report.read_text())["mapped"] if report.exists() else 0.0
-    told = "faces are mapped" in mapping.said or mapping.code in (1, 2)
-    return {"map": mapping, "share": share, "told": told or share >= SHARE}
+    mapping = command("map", folder / "drawing.svg", path, "-o", out, "--report", report, "--force")
+    found = json.loads(report.read_text()) if report.exists() else {}
+    share, flips = found.get("mapped", 0.0), sum(found.get("uv", {}).values())
+    return {
+        "map": mapping,
+        "share": share,
+        "covers": mapping.code == 0 and share >= SHARE,
+        "dilatation": found["dilatation"]["p95"] if found else np.inf,
+        "within2": found["scale"]["within2"] if found else 0.0,
+        "untold": flips > 0 and mapping.code == 0,
+    }
 
 
 def carried(path: Path, folder: Path) -> dict[str, Any]:
@@ -301,9 +300,10 @@ def main() -> None:
             rows.append(row := {key: value for each in found for key, value in each.items()})
             line = [f"{path.name[:50]:50}"]
             if "map" in row:
-                said = "" if row["told"] else " UNTOLD"
+                said = " FLIPS UNTOLD" if row["untold"] else ""
                 line.append(
-                    f"map {row['map'].code} {row['share']:6.1%}{said} {row['map'].seconds:6.1f} CPU-s"
+                    f"map {row['map'].code} {row['share']:6.1%} K95 {row['dilatation']:6.2f} within 2x "
+                    f"{row['within2']:4.2f}{said} {row['map'].seconds:6.1f} CPU-s"
                 )
             if "relayout" in row:
                 line.append(
@@ -313,7 +313,10 @@ def main() -> None:
             line += [done.said.strip().splitlines()[-1][:120] for done in ended if done.code]
             print("  ".join(line), flush=True)
     if given.only != "relayout":
-        print(f"{sum(row['told'] for row in rows)} of {len(rows)} mapped by {SHARE:.0%} or told")
+        even = [row["dilatation"] <= MOST_DILATED and row["within2"] >= LEAST_WITHIN2 for row in rows]
+        print(f"{sum(row['covers'] for row in rows)} of {len(rows)} mapped by {SHARE:.0%} at exit 0")
+        print(f"{sum(even)} of {len(rows)} with K95 <= {MOST_DILATED:g} and within 2x >= {LEAST_WITHIN2:g}")
+        print(f"{sum(row['untold'] for row in rows)} with flips at exit 0")
     if given.only != "map":
         good = [row["mean"] < OFF for row in rows if row["relayout"].code == 0]
         print(f"{sum(good)} of {len(good)} relayouts at exit 0 within {OFF:g} of 255, of {len(rows)}")
