@@ -7,7 +7,7 @@ neither sparse nor normalised accessors, and what it has no use for could not be
 import base64
 import json
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -29,6 +29,9 @@ from .odd_forms import strip
 
 LINES, STRIP, FAN = 1, 5, 6
 WRAPS = {33071: "clamp", 33648: "mirror"}
+SAME_PLACE_SHARE = (
+    1e-4  # of the largest number of some transforms: those closer than that are equal but for rounding
+)
 ALIGNED = 8  # bytes that views begin at a multiple of: what the most exacting extension asks for
 
 
@@ -180,18 +183,21 @@ class Primitive:
 
     @cached_property
     def placed(self) -> Real:
-        """(4, 4), or (n, 4, 4) of its vertices where joints move them, where the first node that shows it puts it.
+        """(4, 4), or (n, 4, 4) of its vertices where joints move them, where one of the nodes that show it puts it.
 
+        Of several it is the one farthest in -x, then -y, then -z: programs that write a file again order nodes anew.
         Khronos, *glTF 2.0*, §3.7.3.3: of a node with a skin its own place does not count.
         """
-        document, shown = self.document, None
-        for number, matrix in document.nodes.items():
-            node = document.tree["nodes"][number]
-            if node.get("mesh") == self.mesh:
-                shown = node, matrix
-                break
-        if shown is None:
+        document = self.document
+        nodes = document.tree.get("nodes", [])
+        every = [
+            (nodes[number], matrix)
+            for number, matrix in document.nodes.items()
+            if nodes[number].get("mesh") == self.mesh
+        ]
+        if not every:
             return np.eye(4)
+        shown = every[_least([matrix for _, matrix in every])]
         sets = range(sum(name.startswith("JOINTS_") for name in self.attributes))
         if "skin" not in shown[0] or not sets:
             return shown[1]
@@ -386,6 +392,15 @@ def _cofactors(matrices: Real) -> Real:
     a, b, c = np.moveaxis(matrices[..., :3, :3], -1, 0)
     made = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=-1)
     return made * np.where(np.linalg.det(matrices[..., :3, :3]) < 0, -1.0, 1.0)[..., None, None]
+
+
+def _least(places: Sequence[Real]) -> int:
+    """The number of the first of some transforms (4, 4) in the order of their translations, then of the rest of them,
+    but for rounding."""
+    rows = np.array([np.append(matrix[:3, 3], matrix[:3, :3]) for matrix in places])
+    sizes = np.append(np.full(3, np.abs(rows[:, :3]).max()), np.full(9, np.abs(rows[:, 3:]).max()))
+    rounded = np.rint(rows / (SAME_PLACE_SHARE * np.maximum(sizes, 1e-300)))
+    return int(np.lexsort(rounded.T[::-1])[0])
 
 
 def _unit(vectors: Real) -> Real:

@@ -171,3 +171,20 @@ def test_the_share_of_each_part_that_can_be_mapped_is_told(shapes, iccm):
     assert "2 of 14 faces are mapped (14%)" in done.err
     assert "ignored: both.glb#box" in done.err
     assert json.loads((shapes / "r.json").read_text())["mapped"] == pytest.approx(1 / 7)
+
+
+def test_a_mesh_with_instances_is_where_it_is_whatever_the_order_of_nodes(pair, iccm):
+    """As Blender writes them: in another order, with rounded places."""
+    places = {"far": [3, 0.25, 0], "near": [-2, 5, 1], "beside": [-2, 1, 1]}
+    for name, order in {"one.glb": ("far", "near", "beside"), "other.glb": ("beside", "far", "near")}.items():
+        file = gl.GLTF2().load("pair.glb")
+        file.nodes = [gl.Node(name="left", mesh=1)]
+        for each in order:
+            rounded = [value + 1e-6 * (name == "other.glb") for value in places[each]]
+            file.nodes.append(gl.Node(name=each, mesh=0, translation=rounded))
+        file.scenes[0].nodes = list(range(4))
+        file.save(name)
+    done = iccm("relayout", "one.glb", "other.glb", "-o", "out.glb", "--report", "r.json")
+    assert done.code == 0, done.err
+    found = json.loads((pair / "r.json").read_text())
+    assert found["same_triangles"] == found["triangles"] == 64
