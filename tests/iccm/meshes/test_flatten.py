@@ -200,7 +200,7 @@ def test_a_torus_is_cut_along_edges_of_the_file_into_one_disk(holed):
         keep = np.ones(mesh.sizes.size, bool)
         keep[[40, 41]] = False
         mesh = mesh.part(keep, "torus with a hole")
-    with pytest.raises(InputError, match=r"has 1 handle.*--cut"):
+    with pytest.raises(InputError, match=r"has 1 handle.*--no-cut"):
         disk_patch(mesh)
     piece = disk_patch(mesh, cut=True)
     assert piece.genus == 0
@@ -216,7 +216,7 @@ def test_a_torus_is_cut_along_edges_of_the_file_into_one_disk(holed):
 def test_a_closed_surface_is_refused_with_advice_and_cut_on_demand():
     faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
     mesh = Mesh.triangles("tetrahedron", np.vstack([np.zeros(3), np.eye(3)]), faces)
-    with pytest.raises(InputError, match=r"is closed.*--cut"):
+    with pytest.raises(InputError, match=r"is closed.*--no-cut"):
         disk_patch(mesh)
     piece = disk_patch(mesh, cut=True)
     assert len(piece.loops) == 1
