@@ -23,6 +23,7 @@ BACKGROUND = 0.9
 leave 92 %, a portrait outdoors 81 %."""
 PAPER = 0.7  # the same of a drawing of lines, beside which a table may be seen
 SCATTERED = 50  # pieces (limits.PIECES are traced); a page of text or a field of stars has hundreds
+FAINTEST = 0.1  # of what stands out from a plain background: half of a line's pixels stand out by more
 LINE = 0.2  # of what it encloses: what covers less is a line around it (by hand)
 
 
@@ -107,11 +108,16 @@ def is_line(mask: NDArray[np.bool_]) -> bool:
     return False
 
 
-def thin_line(colours: Float) -> tuple[Float, float] | None:
+def thin_line(colours: Float, ink: Float | None = None) -> tuple[Float, float] | None:
     """Find a pencil's line around something, whatever the paper is like to both sides of it.
 
     A line is darker (or lighter) than what is to both sides of it, less than twice as far away as the widest gap that
     is closed: the edge of a shadow or of another sheet is not.
+
+    Args:
+        colours: (h, w, c) between 0 and 1.
+        ink: (h, w) how much of each pixel stands out from a plain background, where there is one. A gap between two
+            shapes, through which it is seen, is not a line.
 
     Returns:
         (h', w') coverages of the inside of the line, and how many pixels of the picture each of these is wide; None
@@ -126,11 +132,18 @@ def thin_line(colours: Float) -> tuple[Float, float] | None:
             continue
         usual = np.median(strong)
         line = away >= usual / 2
+        if ink is not None and np.median(_resized(ink, line.shape)[line]) < FAINTEST:
+            continue
         if is_on_background(line, PAPER) and is_line(
             line
         ):  # in this order: the second takes ten times as long
             return smooth(inside_of(line)), by
     return None
+
+
+def _resized(field: Float, shape: tuple[int, ...]) -> Float:
+    """Return values (h, w) at the resolution of a raster of some shape, which is lower."""
+    return field if field.shape == shape else resized_by_area(field, (shape[1], shape[0]))
 
 
 def inside_of(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -222,7 +222,8 @@ def _opaque_reading(pixels: NDArray, alpha: int, trace: str, part: str | None) -
     reading = _foreground(pixels, alpha, trace, part)
     if trace != "auto" or part == SILHOUETTE or reading.kind not in ("rectangle", "plain", "scan"):
         return reading
-    line = scan.thin_line(straight_colours(pixels, alpha))
+    ink = reading.field if reading.kind == "plain" else None
+    line = scan.thin_line(straight_colours(pixels, alpha), ink)
     if line is None:
         return reading
     field, scale = line

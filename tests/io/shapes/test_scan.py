@@ -156,3 +156,15 @@ def test_a_line_inside_a_shape_is_part_of_it(tmp_path):
     pixels = np.where(filled(), 120, paper(0, noise=1))
     found = traced(tmp_path, np.where(ring, 20, pixels))
     assert gap_to_truth(found) < 2 and not any("line" in note for note in found.notes)
+
+
+def test_the_background_between_two_shapes_is_not_a_line():
+    """A black ring within another, and white in it: the white gap between both is thin, and closed."""
+    away = shapely.distance(shapely.points(X, Y), INSIDE.exterior)
+    outer, face = (shapely.contains_xy(INSIDE.buffer(reach), X, Y) for reach in (30, -20))
+    gap = away < 4
+    black = outer & ~gap & ~face
+    pixels = np.where(black, 0, 255).astype(np.uint8)
+    reading = silhouette.interpret(pixels[..., None].repeat(3, axis=2), -1)
+    assert reading.kind == "plain"
+    assert reading.field[black].mean() > 0.95 and reading.field[~black].mean() < 0.05
