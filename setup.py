@@ -28,7 +28,7 @@ class BuildCore(build_ext):
         super().copy_extensions_to_source()
 
     def get_ext_filename(self, fullname: str) -> str:
-        """A library's file, whose name holds nothing of Python's."""
+        """Return a library's file, whose name holds nothing of Python's."""
         *folders, name = fullname.split(".")
         return str(Path(*folders, FILES[name]))
 

@@ -63,7 +63,7 @@ class Commands(click.Group):
     """A group that knows its commands' names and one-line helps without importing them."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """The commands in the order of the table."""
+        """Return the commands in the order of the table."""
         return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
@@ -97,7 +97,7 @@ class Commands(click.Group):
             raise Unread from error
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """The table itself: no import."""
+        """Write the table of commands, without importing them."""
         with formatter.section("Commands"):
             formatter.write_dl(list(COMMANDS.items()))
 
@@ -141,8 +141,9 @@ def main(arguments: list[str] | None = None, started: Callable[[], object] | Non
 
 
 def run(arguments: list[str] | None = None, started: Callable[[], object] | None = None) -> int:
-    """The exit code of a command line; whatever goes wrong is one line on stderr. `started` is called when that is
-    so."""
+    """Return the exit code of a command line; whatever goes wrong is one line on stderr. `started` is called when that
+    is so.
+    """
     logs.reset()
     try:
         if started is not None:

@@ -143,7 +143,7 @@ def _outputs(tasks: list[Any]) -> list[str]:
 
 
 def _is_shape(name: str) -> bool:
-    """Whether a name is that of a drawing, a picture or a mesh, and therefore not of a manifest."""
+    """Return whether a name is that of a drawing, a picture or a mesh, and therefore not of a manifest."""
     from ..io import formats
 
     known = formats.FORMATS.get(formats.suffix_of(name))

@@ -133,12 +133,12 @@ def configure(verbosity: int, form: str) -> None:
 
 
 def is_verbose() -> bool:
-    """Whether messages are text and include more than errors."""
+    """Return whether messages are text and include more than errors."""
     return log.isEnabledFor(logging.INFO) and isinstance(log.handlers[0].formatter, _Text)
 
 
 def debug() -> bool:
-    """Whether --debug was given."""
+    """Return whether --debug was given."""
     return _state["debug"]
 
 

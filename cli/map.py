@@ -124,7 +124,7 @@ def _sequence(given: dict[str, Any], own: dict[str, Any], seconds: float | None)
 
 
 def _run(given: dict[str, Any], own: dict[str, Any]) -> tuple[int, Stamps]:
-    """The exit code of one run, and the files that it read as they were before it."""
+    """Return the exit code of one run, and the files that it read as they were before it."""
     with status.show_status() as listener:
         from ..io.run.execute import run
         from ..io.run.job import make

@@ -39,7 +39,7 @@ def mend() -> None:
 
 
 def unread() -> bool:
-    """Whether the reader of stdout went away, as is otherwise learnt from the next line only."""
+    """Return whether the reader of stdout went away, as is otherwise learnt from the next line only."""
     if not hasattr(select, "poll"):  # Windows
         return False
     output = select.poll()
@@ -48,7 +48,7 @@ def unread() -> bool:
 
 
 def lacks_memory() -> bool:
-    """Whether the process may have too few addresses (`ulimit -v`) to begin."""
+    """Return whether the process may have too few addresses (`ulimit -v`) to begin."""
     with suppress(ImportError):  # Windows has no such limits
         import resource
 

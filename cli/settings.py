@@ -22,7 +22,7 @@ LIMITS = tuple(name for name in TOPICS["limits"].names if name not in ("resume",
 
 
 def defaults(rows: Mapping[str, Option]) -> dict[str, str]:
-    """The limits that are set for a command, by the names of its options, as text.
+    """Return the limits that are set for a command, by the names of its options, as text.
 
     Args:
         rows: the options of the command.
@@ -39,12 +39,12 @@ def _from_environment() -> dict[str, str]:
 
 
 def variable(name: str) -> str:
-    """The environment variable that sets a limit."""
+    """Return the environment variable that sets a limit."""
     return f"ICCM_{name.upper()}"
 
 
 def path() -> Path:
-    """Where the configuration file is looked for."""
+    """Return where the configuration file is looked for."""
     if named := os.environ.get(FILE_VARIABLE):
         return Path(named)
     home = os.environ.get("APPDATA" if os.name == "nt" else "XDG_CONFIG_HOME")

@@ -28,15 +28,15 @@ ZIG = "ziglang>=0.15"
 
 
 def missing_compiler() -> list[str]:
-    """The requirement that stands for a compiler, where there is none."""
+    """Return the requirement that stands for a compiler, where there is none."""
     return [] if system_compiler() else [ZIG]
 
 
 def get_requires_for_build_wheel(config_settings: Any = None) -> list[str]:
-    """What a wheel is built with."""
+    """Return what a wheel is built with."""
     return [*build_meta.get_requires_for_build_wheel(config_settings), *missing_compiler()]
 
 
 def get_requires_for_build_editable(config_settings: Any = None) -> list[str]:
-    """What an editable installation is built with."""
+    """Return what an editable installation is built with."""
     return [*build_meta.get_requires_for_build_editable(config_settings), *missing_compiler()]

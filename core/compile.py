@@ -94,20 +94,20 @@ class Compiler(NamedTuple):
 
 
 def this_machine() -> tuple[str, str]:
-    """The system and the processor that this runs on, as in `Compiler`."""
+    """Return the system and the processor that this runs on, as in `Compiler`."""
     system = {"Darwin": "macos", "Windows": "windows"}.get(platform.system(), "linux")
     return system, {"AMD64": "x86_64", "arm64": "aarch64"}.get(platform.machine(), platform.machine())
 
 
 def library_names() -> list[str]:
-    """The files of this machine's libraries, for which no compiler needs to be there yet."""
+    """Return the files of this machine's libraries, for which no compiler needs to be there yet."""
     system, machine = this_machine()
     compiler = Compiler((), (), system, machine)
     return [variant.name + compiler.ending for variant in compiler.variants]
 
 
 def system_compiler() -> list[str] | None:
-    """The command of the compiler that is installed, None where there is none."""
+    """Return the command of the compiler that is installed, None where there is none."""
     for name in (os.environ.get("CXX", ""), *SYSTEM_COMPILERS):
         command = shlex.split(name)
         if command and shutil.which(command[0]):
@@ -116,7 +116,7 @@ def system_compiler() -> list[str] | None:
 
 
 def find_compiler(target: str | None = None) -> Compiler:
-    """The system's compiler, or ziglang's where there is none, or where `target` names a platform as Zig does.
+    """Return the system's compiler, or ziglang's where there is none, or where `target` names a platform as Zig does.
 
     Raises:
         SystemExit: there is neither.
@@ -141,14 +141,14 @@ def find_compiler(target: str | None = None) -> Compiler:
 
 
 def sources() -> list[Path]:
-    """The files that are compiled."""
+    """Return the files that are compiled."""
     return sorted(CORE.rglob("*.cpp"))
 
 
 def compile_core(
     folder: Path, compiler: Compiler, objects: Path | None = None, jobs: int | None = None
 ) -> list[Path]:
-    """The libraries, written into a folder.
+    """Return the libraries, written into a folder.
 
     Raises:
         SystemExit: the compiler finds fault with a source; its messages are on stderr.

@@ -45,7 +45,7 @@ PLATFORMS = (
 
 
 def native_wheel(folder: Path) -> Path:
-    """The wheel of this machine, by the build backend, in a folder that holds nothing else."""
+    """Return the wheel of this machine, by the build backend, in a folder that holds nothing else."""
     command = [sys.executable, "-m", "build", "--wheel", "--outdir", str(folder), str(CORE.parent)]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     (wheel,) = folder.glob("*.whl")
@@ -53,7 +53,7 @@ def native_wheel(folder: Path) -> Path:
 
 
 def wheel_for(platform: Platform, native: Path, libraries: list[Path], folder: Path) -> Path:
-    """The files of a wheel with other libraries and other tags, written into a folder."""
+    """Return the files of a wheel with other libraries and other tags, written into a folder."""
     name, version, *_ = native.name.split("-")
     made = folder / f"{name}-{version}-py3-none-{'.'.join(platform.tags)}.whl"
     part = made.with_suffix(".part")

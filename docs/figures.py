@@ -36,12 +36,12 @@ PIXELS_PER_INCH = 100
 
 
 def board(cells: int = 8) -> np.ndarray:
-    """Return the numbered checkerboard of the command line."""
+    """Draw the numbered checkerboard of the command line."""
     return iccm.checkerboard(512, cells=cells)
 
 
 def panels(count: int, width: float = PER_PANEL) -> tuple[Figure, list[Axes]]:
-    """Return a figure with panels side by side."""
+    """Draw a figure with panels side by side."""
     figure = Figure(figsize=(width * count, width + 0.3))
     axes = figure.subplots(1, count, squeeze=False)[0]
     figure.subplots_adjust(0.01, 0.01, 0.99, 0.9, wspace=0.06)
@@ -84,7 +84,7 @@ def view(axes: Axes, *shapes: np.ndarray, margin: float = 0.06) -> None:
 
 
 def curve(name: str) -> np.ndarray:
-    """Return the outline of one of the files, as complex vertices."""
+    """Draw the outline of one of the files, as complex vertices."""
     return iccm.read_shape(FILES / name).curve.z
 
 
@@ -128,7 +128,7 @@ def distortion() -> Figure:
 
 
 def balances() -> Figure:
-    """The same pair with three balances."""
+    """Draw the same pair with three balances."""
     source, target = curve("block.svg"), curve("heart.svg")
     figure, axes = panels(3)
     for panel, balance in zip(axes, (0.0, 1.0, 4.0)):
@@ -145,7 +145,7 @@ def balances() -> Figure:
 
 
 def edges() -> Figure:
-    """What is shown beyond the texture, with each value of --edge."""
+    """Draw what is shown beyond the texture, with each value of --edge."""
     from iccm.io.run import Job, run
 
     figure, axes = panels(4, 1.9)
@@ -168,7 +168,7 @@ def edges() -> Figure:
 
 
 def frames() -> Figure:
-    """A word as target: its frame, the map of the frame, and the result."""
+    """Draw a word as target: its frame, the map of the frame, and the result."""
     from iccm.io.run import Job, run
 
     letters = [iccm.read_shape(f"{FILES / 'tea.svg'}#{name}").curve.z for name in "TEA"]
@@ -199,7 +199,7 @@ def frames() -> Figure:
 
 
 def constraints() -> Figure:
-    """The same pair without constraints, with a pin, a stroke and a rigid region."""
+    """Draw the same pair without constraints, with a pin, a stroke and a rigid region."""
     disc = 60 * np.exp(2j * np.pi * np.arange(120) / 120)
     target = curve("shield.svg")
     target = (
@@ -233,7 +233,7 @@ def constraints() -> Figure:
 
 
 def certificates() -> Figure:
-    """A triangulation, an image without and one with a flipped triangle."""
+    """Draw a triangulation, an image without and one with a flipped triangle."""
     angles = 2 * np.pi * np.arange(6) / 6
     ring = np.exp(1j * angles)
     good = ring * (1 + 0.25 * np.cos(2 * angles)) + 0.1
@@ -301,7 +301,7 @@ def _closed(z: np.ndarray) -> np.ndarray:
 
 
 def filtering() -> Figure:
-    """A fine texture reduced to a small picture: nearest texel and filtered."""
+    """Draw a fine texture reduced to a small picture: nearest texel and filtered."""
     disc = np.exp(2j * np.pi * np.arange(100) / 100)
     stripes = np.zeros((512, 512, 3), np.uint8) + np.uint8(255)
     y, x = np.mgrid[:512, :512]
@@ -318,7 +318,7 @@ def filtering() -> Figure:
 
 
 def layouts() -> Figure:
-    """A mesh in space, and its layouts by two methods."""
+    """Draw a mesh in space, and its layouts by two methods."""
     import trimesh
 
     mesh = trimesh.load(SAMPLES / "hexagon-surface" / "sail.obj", process=False)
@@ -346,7 +346,7 @@ def layouts() -> Figure:
 
 
 def sail_view() -> Figure:
-    """A textured mesh in space: the right half of the command's plot, without its background."""
+    """Draw a textured mesh in space: the right half of the command's plot, without its background."""
     from PIL import Image, ImageDraw
 
     from iccm.io.run import Job, run

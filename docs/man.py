@@ -18,7 +18,7 @@ FOLDER = Path(__file__).resolve().parent.parent / "man"
 
 
 def pages() -> dict[str, str]:
-    """The text of each page by the name of its file."""
+    """Return the text of each page by the name of its file."""
     found = {"iccm.1": _overview()}
     for name in COMMANDS:
         found[f"iccm-{name}.1"] = _page(name, import_module(f"iccm.cli.{name}").command)

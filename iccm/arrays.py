@@ -16,7 +16,7 @@ Box = tuple[complex, complex]
 
 
 def as_complex(z: ArrayLike | Sequence, name: str, columns: int = 0) -> Complex:
-    """(n,) complex numbers, or (n, columns), from these or from real ones with a last axis of x and y.
+    """Return (n,) complex numbers, or (n, columns), from these or from real ones with a last axis of x and y.
 
     Raises:
         InputError: no numbers, or another shape.
@@ -49,25 +49,26 @@ def as_points(z: ArrayLike) -> Complex:
 
 
 def xy_of(z: Complex) -> Real:
-    """(..., 2) real and imaginary parts of complex numbers."""
+    """Return (..., 2) real and imaginary parts of complex numbers."""
     return np.stack([z.real, z.imag], axis=-1)
 
 
 def complex_of(xy: Real) -> Complex:
-    """(...) complex numbers of pairs (..., 2) of real and imaginary parts."""
+    """Return (...) complex numbers of pairs (..., 2) of real and imaginary parts."""
     z: Complex = xy @ np.array([1, 1j])
     return z
 
 
 def at_vertices(values: Real, faces: Index, count: int) -> Real:
-    """(n,) means of the values (m,) of the triangles (m, 3) around each of `count` vertices."""
+    """Return (n,) means of the values (m,) of the triangles (m, 3) around each of `count` vertices."""
     corners = faces.ravel()
     means: Real = np.bincount(corners, np.repeat(values, 3), count) / np.bincount(corners, minlength=count)
     return means
 
 
 def distinct_rows(rows: NDArray) -> tuple[Index, Index]:
-    """Where each of the different rows of (n, k) comes first, in ascending order of rows, and (n,) which each row is.
+    """Return where each of the different rows of (n, k) comes first, in ascending order of rows, and (n,) which each
+    row is.
 
     As `numpy.unique(axis=0)` has it, which takes five times as long and stops all threads meanwhile.
     """

@@ -26,7 +26,7 @@ def check(axes: str) -> None:
 
 
 def complex_in(pairs: ArrayLike, axes: str) -> Complex:
-    """(…) complex numbers, y up, of pairs (…, 2), bit for bit but for signs."""
+    """Return (…) complex numbers, y up, of pairs (…, 2), bit for bit but for signs."""
     given = np.asarray(pairs, np.float64)[..., :2]
     given = given[..., ::-1] if axes == "image" else given
     z = np.ascontiguousarray(given).view(np.complex128)[..., 0]
@@ -34,17 +34,17 @@ def complex_in(pairs: ArrayLike, axes: str) -> Complex:
 
 
 def pairs_in(z: Complex, axes: str) -> Real:
-    """(…, 2) pairs of complex numbers, y up."""
+    """Return (…, 2) pairs of complex numbers, y up."""
     pairs = xy_of(z if axes == "xy" else z.conj())
     return np.ascontiguousarray(pairs[..., ::-1]) if axes == "image" else pairs
 
 
 def is_pairs(points: Any) -> bool:
-    """Whether points are pairs of real numbers (n, 2), (…, n, 2)."""
+    """Return whether points are pairs of real numbers (n, 2), (…, n, 2)."""
     given = np.asarray(points)
     return given.dtype.kind in "iuf" and given.ndim > 1 and given.shape[-1] == 2
 
 
 def on_pairs(function: Callable[[Complex], Complex], points: ArrayLike, axes: tuple[str, str]) -> Real:
-    """(…, 2) the images of pairs under a function of complex numbers, by the axes of its two sides."""
+    """Return (…, 2) the images of pairs under a function of complex numbers, by the axes of its two sides."""
     return pairs_in(function(complex_in(points, axes[0])), axes[1])

@@ -52,7 +52,7 @@ def one_thread() -> Iterator[None]:
 
 
 def on_one_thread(function: Function) -> Function:
-    """A function inside `one_thread`."""
+    """Return a function inside `one_thread`."""
 
     @wraps(function)
     def call(*args: Any, **options: Any) -> Any:
@@ -64,6 +64,6 @@ def on_one_thread(function: Function) -> Function:
 
 @cache
 def _libraries(scipy: bool) -> ThreadpoolController:
-    """The libraries that NumPy brought, and SciPy if it is loaded."""
+    """Return the libraries that NumPy brought, and SciPy if it is loaded."""
     assert np
     return ThreadpoolController()

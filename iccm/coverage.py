@@ -163,12 +163,12 @@ class Coverage:
         return found[0], found[1]
 
     def _image_of(self, z: Complex) -> Complex:
-        """The map at points of the source, some of which the map's polygon may leave outside."""
+        """Return the map at points of the source, some of which the map's polygon may leave outside."""
         return self.map(Curve(self.map.polygon).pulled_in(z))
 
 
 def rings_within(holes: Sequence[Curve], outline: Curve) -> list[Complex]:
-    """The outlines of what of holes is inside a closed curve."""
+    """Return the outlines of what of holes is inside a closed curve."""
     parts = [outline.polygon.intersection(hole.polygon) for hole in holes]
     rings = [
         part.exterior
@@ -180,7 +180,7 @@ def rings_within(holes: Sequence[Curve], outline: Curve) -> list[Complex]:
 
 
 def region(outline: Complex, holes: Iterable[Complex] = ()) -> shapely.Geometry:
-    """A domain as shapely has it, mended where rounding lets its outlines touch."""
+    """Return a domain as shapely has it, mended where rounding lets its outlines touch."""
     return shapely.make_valid(polygon_of(outline, *holes))
 
 

@@ -37,7 +37,7 @@ class Curve:
 
     @classmethod
     def domain(cls, z: ArrayLike, name: str = "shape") -> "Curve":
-        """The boundary of a domain: finite, no repeated neighbours, simple, turned counter-clockwise.
+        """Return the boundary of a domain: finite, no repeated neighbours, simple, turned counter-clockwise.
 
         Raises:
             InputError: no (n,) numbers, NaN or infinite vertices, fewer than three distinct ones, no area, a
@@ -55,7 +55,7 @@ class Curve:
 
     @classmethod
     def stroke(cls, z: ArrayLike, name: str = "stroke") -> "Curve":
-        """An open polyline of at least two distinct vertices.
+        """Return an open polyline of at least two distinct vertices.
 
         Raises:
             InputError: no (n,) numbers, NaN or infinite vertices, or fewer than two distinct ones.
@@ -118,17 +118,17 @@ class Curve:
         return -1j * self.edges / self.lengths
 
     def reversed(self) -> "Curve":
-        """The same curve run through the other way; a closed one keeps its first vertex."""
+        """Return the same curve run through the other way; a closed one keeps its first vertex."""
         return Curve(np.roll(self.z[::-1], 1) if self.closed else self.z[::-1].copy(), self.closed)
 
     def contains(self, w: Complex) -> NDArray[np.bool_]:
-        """(p,) whether points lie inside a closed curve."""
+        """Return (p,) whether points lie inside a closed curve."""
         polygon = self.polygon
         shapely.prepare(polygon)
         return shapely.contains_xy(polygon, w.real, w.imag)
 
     def at(self, s: ArrayLike) -> Complex:
-        """The points at arclengths s; cyclic on a closed curve, clamped on an open one."""
+        """Return the points at arclengths s; cyclic on a closed curve, clamped on an open one."""
         edge, t = self.locate(s)
         end = (edge + 1) % self.z.size
         return self.z[edge] * (1 - t) + self.z[end] * t
@@ -141,7 +141,7 @@ class Curve:
         return edge, np.clip((s - self.knots[edge]) / self.lengths[edge], 0, 1)
 
     def sample(self, per_edge: int) -> Complex:
-        """(e · per_edge,) points at the middles of `per_edge` equal parts of each edge: never on a vertex."""
+        """Return (e · per_edge,) points at the middles of `per_edge` equal parts of each edge: never on a vertex."""
         t = (np.arange(per_edge) + 0.5) / per_edge
         return (self.z[: self.edges.size, None] + self.edges[:, None] * t).ravel()
 
@@ -154,15 +154,15 @@ class Curve:
         return self.knots[edge] + part * self.lengths[edge]
 
     def nearest(self, w: Complex) -> Complex:
-        """The closest point of the curve to each of the points w (p,)."""
+        """Return the closest point of the curve to each of the points w (p,)."""
         return self.at(self.closest(w))
 
     def distances(self, w: Complex) -> Real:
-        """(p,) distances of points to the curve."""
+        """Return (p,) distances of points to the curve."""
         return np.abs(self.nearest(w) - w)
 
     def pulled_in(self, w: Complex) -> Complex:
-        """Points outside a closed curve moved to the closest point of it."""
+        """Return points outside a closed curve moved to the closest point of it."""
         return np.where(self.contains(w), w, self.nearest(w)) if w.size else w
 
     def resample(self, count: int) -> "Curve":
@@ -171,12 +171,12 @@ class Curve:
 
 
 def polygon_of(outline: Complex, *holes: Complex) -> shapely.Polygon:
-    """A polygon as shapely has it, of vertices (n,) and those of its holes."""
+    """Return a polygon as shapely has it, of vertices (n,) and those of its holes."""
     return shapely.Polygon(xy_of(outline), [xy_of(hole) for hole in holes])
 
 
 def inside_any(curves: Iterable[Curve], w: Complex) -> NDArray[np.bool_]:
-    """(p,) whether points lie inside one of several closed curves."""
+    """Return (p,) whether points lie inside one of several closed curves."""
     found = np.zeros(w.size, bool)
     for curve in curves:
         found |= curve.contains(w)
@@ -184,7 +184,7 @@ def inside_any(curves: Iterable[Curve], w: Complex) -> NDArray[np.bool_]:
 
 
 def boundary_samples(polygon: Complex, per_edge: int = 4) -> Complex:
-    """(n · per_edge,) points of a polygon in order, its vertices among them."""
+    """Return (n · per_edge,) points of a polygon in order, its vertices among them."""
     t = np.arange(per_edge) / per_edge
     return (polygon[:, None] + (np.roll(polygon, -1) - polygon)[:, None] * t).ravel()
 
@@ -213,9 +213,10 @@ def hausdorff(a: Curve, b: Curve) -> float:
 
 
 def _farthest(a: Curve, b: Curve) -> float:
-    """The largest distance of a point of one curve to another: branch and bound over pieces of its edges. The distance
-    to one segment is convex, so that on a piece the distance is at most the larger of those of its ends to either
-    end's nearest segment."""
+    """Return the largest distance of a point of one curve to another: branch and bound over pieces of its edges. The
+    distance to one segment is convex, so that on a piece the distance is at most the larger of those of its ends to
+    either end's nearest segment.
+    """
     from .buckets import nearest_segments
 
     heads, steps = b.z[: b.edges.size], b.edges
@@ -233,7 +234,7 @@ def _farthest(a: Curve, b: Curve) -> float:
 
 
 def _to_segments(z: Complex, head: Complex, step: Complex) -> Real:
-    """(p,) distances of points to a segment each."""
+    """Return (p,) distances of points to a segment each."""
     part = np.clip(((z - head) * step.conj()).real / np.maximum(np.abs(step) ** 2, 1e-300), 0, 1)
     return np.abs(z - head - part * step)
 

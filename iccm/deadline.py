@@ -25,7 +25,7 @@ class TimeUp(InputError):
     """The time is spent; the message says how much there was, and what took it."""
 
     def named(self, place: object) -> "TimeUp":
-        """The same with the place in front."""
+        """Return the same with the place in front."""
         return TimeUp(f"{place}: {self}")
 
 
@@ -46,7 +46,7 @@ class Deadline:
     doing: str = ""
 
     def is_spent(self, share: float = 1.0) -> bool:
-        """Whether a share of the time is over."""
+        """Return whether a share of the time is over."""
         return time.monotonic() - self.began > share * self.seconds
 
     def check(self, what: str = "", share: float = 1.0) -> None:
@@ -59,7 +59,7 @@ class Deadline:
             raise TimeUp(self.message(what))
 
     def message(self, what: str = "") -> str:
-        """That the time is spent, and on what: by default on what is under way."""
+        """Return the message that the time is spent, and on what: by default on what is under way."""
         return (
             f"{what or self.doing or 'the command'}: took longer than {self.seconds:g} s; set a longer "
             "--time-limit"
@@ -80,12 +80,12 @@ def limited(seconds: float | None) -> Iterator[None]:
 
 
 def current() -> Deadline | None:
-    """The limit that this thread is under."""
+    """Return the limit that this thread is under."""
     return _current.get()
 
 
 def ends_search() -> bool:
-    """Whether a search for a map has to end with what it has found: then this is noted, too."""
+    """Return whether a search for a map has to end with what it has found: then this is noted, too."""
     deadline = _current.get()
     if deadline is None or not deadline.is_spent(SEARCH_TIME_SHARE):
         return False
@@ -104,5 +104,5 @@ def check(what: str = "") -> None:
 
 
 def searching(limit: Deadline) -> str:
-    """What a search for a map is at, for messages."""
+    """Return what a search for a map is at, for messages."""
     return f"the search for a map ({limit.doing})" if limit.doing else "the search for a map"

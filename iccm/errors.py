@@ -24,7 +24,7 @@ class InputError(IccmError, ValueError):
     """The user's input is wrong. The message is one line: file, place, what is wrong, what to do."""
 
     def named(self, place: object) -> "InputError":
-        """The same with the place where it is in front."""
+        """Return the same with the place where it is in front."""
         return InputError(f"{place}: {self}")
 
 
@@ -74,7 +74,9 @@ class JobError(ValueError):
 
 
 def lacks_memory(error: BaseException) -> bool:
-    """Whether an error is a lack of memory: also of a library that cannot be loaded, or a thread that cannot start."""
+    """Return whether an error is a lack of memory: also of a library that cannot be loaded, or a thread that cannot
+    start.
+    """
     if isinstance(error, MemoryError):
         return True
     if (

@@ -73,12 +73,12 @@ assert set(FITS) == set(get_args(FitName))
 
 
 def is_partial(name: str | None) -> bool:
-    """Whether a value of `fit` leaves parts of a shape out on demand; None is the default, which does not."""
+    """Return whether a value of `fit` leaves parts of a shape out on demand; None is the default, which does not."""
     return name is not None and FITS[name].is_partial
 
 
 def leaves_bare(name: str | None) -> bool:
-    """Whether a value of `fit` leaves parts of the target bare on demand."""
+    """Return whether a value of `fit` leaves parts of the target bare on demand."""
     return name is not None and FITS[name].leaves_bare
 
 

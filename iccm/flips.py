@@ -15,7 +15,7 @@ _neighbours = function(
 
 
 def neighbours(faces: Index, count: int) -> Index:
-    """(t, 3) the triangles across the edges of faces (t, 3), whose vertices are numbers below `count`."""
+    """Return (t, 3) the triangles across the edges of faces (t, 3), whose vertices are numbers below `count`."""
     faces = np.ascontiguousarray(faces, np.int64)
     across = np.empty_like(faces)
     _neighbours(faces, len(faces), count, across)

@@ -39,7 +39,7 @@ class Outlines:
 
 
 def outlines_of(shape: Any, name: str, axes: str = "xy") -> Outlines:
-    """The boundary and the holes of a shape that somebody has.
+    """Return the boundary and the holes of a shape that somebody has.
 
     Args:
         shape: see the head of this module.
@@ -67,13 +67,15 @@ def outlines_of(shape: Any, name: str, axes: str = "xy") -> Outlines:
 
 
 def flattening_of(shape: Any) -> Flattening | None:
-    """The surface that a shape stands for: a flattening, or a mesh read from a file; None of others."""
+    """Return the surface that a shape stands for: a flattening, or a mesh read from a file; None of others."""
     own = None if isinstance(shape, Curve) else getattr(shape, "domain", None)
     return next((each for each in (shape, own) if isinstance(each, Flattening)), None)
 
 
 def as_points_of(points: Any, name: str, axes: str = "xy", columns: int = 0) -> Any:
-    """(n,) complex points, or (n, columns), of complex ones or of pairs by their axes; also OpenCV's (n, 1, 2)."""
+    """Return (n,) complex points, or (n, columns), of complex ones or of pairs by their axes; also OpenCV's (n, 1,
+    2).
+    """
     if isinstance(points, Curve):
         return points.z
     geometry = points if hasattr(points, "geom_type") else None
@@ -93,7 +95,8 @@ def as_points_of(points: Any, name: str, axes: str = "xy", columns: int = 0) -> 
 
 
 def pins_of(pins: Any, axes: str = "xy") -> tuple[Any, Softness | None]:
-    """The pins as complex points (k, 2), and how they hold what is around them; None where nothing is said of that.
+    """Return the pins as complex points (k, 2), and how they hold what is around them; None where nothing is said of
+    that.
 
     Args:
         pins: pairs of points as `iccm.fit` takes them, or a sequence with `Pin` among them.
@@ -114,8 +117,8 @@ def pins_of(pins: Any, axes: str = "xy") -> tuple[Any, Softness | None]:
 
 
 def strokes_of(strokes: Any, axes: str = "xy") -> tuple[Any, list[float]]:
-    """The strokes as pairs of complex polylines, and the widths of the bands around them; `Problem.of`
-    refuses what is not a pair.
+    """Return the strokes as pairs of complex polylines, and the widths of the bands around them; `Problem.of` refuses
+    what is not a pair.
 
     Args:
         strokes: pairs of polylines as `iccm.fit` takes them, `Stroke` among them.
@@ -134,19 +137,19 @@ def strokes_of(strokes: Any, axes: str = "xy") -> tuple[Any, list[float]]:
 
 
 def _vertices(ring: Any) -> Real:
-    """(n, 2) vertices of a ring, the first of which is not repeated at its end."""
+    """Return (n, 2) vertices of a ring, the first of which is not repeated at its end."""
     points = shapely.get_coordinates(ring)
     return points[:-1] if len(points) > 1 and (points[0] == points[-1]).all() else points
 
 
 def _of_geometry(axes: str) -> str:
-    """What the coordinates of polygons mean, which are x and y always."""
+    """Return what the coordinates of polygons mean, which are x and y always."""
     return "xy" if axes == "xy" else "screen"
 
 
 def drawing_of(shape: Any, name: str, axes: str = "xy") -> Drawing | None:
-    """The whole drawing that a shape is: several polygons, a list of rings, a shape read from a file; None of a single
-    outline or polygon, and of surfaces.
+    """Return the whole drawing that a shape is: several polygons, a list of rings, a shape read from a file; None of a
+    single outline or polygon, and of surfaces.
 
     Raises:
         InputError: nothing that has an area.
@@ -174,7 +177,7 @@ def drawing_of(shape: Any, name: str, axes: str = "xy") -> Drawing | None:
 
 
 def _is_ring(value: Any) -> bool:
-    """Whether a value is an outline: an array of at least three points, complex or pairs."""
+    """Return whether a value is an outline: an array of at least three points, complex or pairs."""
     if not isinstance(value, np.ndarray):
         return False
     pairs = value.ndim == 2 and value.shape[1] == 2
@@ -182,7 +185,7 @@ def _is_ring(value: Any) -> bool:
 
 
 def _polygon(shape: Any, name: str) -> Any:
-    """The polygon or ring of a shape as shapely has it; None of what is an array.
+    """Return the polygon or ring of a shape as shapely has it; None of what is an array.
 
     Raises:
         InputError: several polygons, or a geometry without area.
@@ -192,7 +195,7 @@ def _polygon(shape: Any, name: str) -> Any:
 
 
 def _polygons(shape: Any, name: str) -> list[Any] | None:
-    """The polygons or rings of a shape as shapely has them; None of what is an array.
+    """Return the polygons or rings of a shape as shapely has them; None of what is an array.
 
     Raises:
         InputError: a geometry without area.
@@ -224,7 +227,7 @@ def _polygons(shape: Any, name: str) -> list[Any] | None:
 
 
 def _only(parts: Sequence[Any], name: str) -> Any:
-    """The only one of several polygons.
+    """Return the only one of several polygons.
 
     Raises:
         InputError: there are more, or none.

@@ -10,14 +10,14 @@ class Memory:
     """Memory without a bound."""
 
     def __call__(self, shape: tuple[int, ...], dtype: Any) -> NDArray:
-        """An array of any content."""
+        """Return an array of any content."""
         return np.empty(shape, dtype)
 
     def release(self) -> None:
-        """Called between pieces of work: what the arrays hold need not be at hand."""
+        """Release memory between pieces of work: what the arrays hold need not be at hand."""
 
     def threads(self, asked: int | None, each: int, what: str) -> int | None:
-        """How many threads there may be for some work of which each needs so many bytes."""
+        """Return how many threads there may be for some work of which each needs so many bytes."""
         return asked
 
     def check(self, each: int, what: str) -> None:

@@ -55,7 +55,7 @@ class OptionRow:
     most: float = math.inf
 
     def mistake(self, value: Any, default: Any) -> str:
-        """What is wrong with a value, as the end of a sentence; nothing if the option takes it."""
+        """Return what is wrong with a value, as the end of a sentence; nothing if the option takes it."""
         if value is None and default is None:
             return ""
         if self.is_number:
@@ -89,12 +89,12 @@ class OptionRow:
 
 
 def _field(default: Any, **row: Any) -> Any:
-    """A field of `Options` with its default and its row in the table."""
+    """Return a field of `Options` with its default and its row in the table."""
     return field(default=default, metadata={"row": OptionRow(**row)})
 
 
 def _number(default: Any, *, least: float = 0, **row: Any) -> Any:
-    """A field for numbers, of at least 0 unless something else is said."""
+    """Return a field for numbers, of at least 0 unless something else is said."""
     return _field(default, is_number=True, least=least, **row)
 
 
@@ -251,7 +251,7 @@ class Options:
         return others[0] if others and self.method is None else ""
 
     def _given(self, names: Iterable[str]) -> list[str]:
-        """Those of the options that are not as they are by default."""
+        """Return those of the options that are not as they are by default."""
         return [name for name in names if getattr(self, name) != getattr(Options, name)]
 
     def _refuse_others(self) -> None:

@@ -14,7 +14,7 @@ Result = TypeVar("Result")
 
 
 def thread_count(threads: int | None = None) -> int:
-    """The number of threads to use: as asked, or as many as this process may run on, at most OMP_NUM_THREADS."""
+    """Return the number of threads to use: as asked, or as many as this process may run on, at most OMP_NUM_THREADS."""
     if threads is not None:
         return max(1, threads)
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
@@ -25,7 +25,7 @@ def thread_count(threads: int | None = None) -> int:
 def over_slices(
     work: Callable[[slice], None], count: int, threads: int | None = None, step: int = SLICE_ITEMS
 ) -> None:
-    """Calls work(slice) for slices of `step` that cover range(count). The work must release the GIL to gain from it."""
+    """Call work(slice) for slices of `step` that cover range(count). The work must release the GIL to gain from it."""
     parts = [slice(k, min(k + step, count)) for k in range(0, count, step)]
     workers = min(thread_count(threads), len(parts))
     work = within_time(work)
@@ -39,7 +39,7 @@ def over_slices(
 
 
 def within_time(work: Callable[[Item], Result]) -> Callable[[Item], Result]:
-    """The same work, which other threads end, too, when the time of this one is over (see `deadline`)."""
+    """Return the same work, which other threads end, too, when the time of this one is over (see `deadline`)."""
     limit = deadline.current()
 
     def checked(item: Item) -> Result:

@@ -21,45 +21,45 @@ def cross(a: complex, b: complex) -> float: ...
 @overload
 def cross(a: Complex, b: Complex | complex) -> Real: ...
 def cross(a: Any, b: Any) -> Any:
-    """The determinants of vectors a and b: twice the signed areas of the triangles 0, a, b."""
+    """Return the determinants of vectors a and b: twice the signed areas of the triangles 0, a, b."""
     return a.real * b.imag - a.imag * b.real
 
 
 def triangle_areas(corners: Complex) -> Real:
-    """(m,) signed areas of triangles (m, 3), positive where they are counter-clockwise."""
+    """Return (m,) signed areas of triangles (m, 3), positive where they are counter-clockwise."""
     a, b, c = corners.T
     return 0.5 * cross(b - a, c - a)
 
 
 def triangle_heights(corners: Complex) -> Real:
-    """(m,) heights of (m, 3) triangles over their longest sides, below 0 where they are clockwise."""
+    """Return (m,) heights of (m, 3) triangles over their longest sides, below 0 where they are clockwise."""
     longest = np.abs(corners - np.roll(corners, 1, axis=-1)).max(axis=-1)
     return 2 * triangle_areas(corners) / np.maximum(longest, 1e-300)
 
 
 def polygon_area(z: Complex) -> float:
-    """The signed area of a closed polyline (n,), positive where it is counter-clockwise."""
+    """Return the signed area of a closed polyline (n,), positive where it is counter-clockwise."""
     w = z - z[0]  # far from the origin digits would cancel
     return 0.5 * float(np.sum(cross(w, np.roll(w, -1))))
 
 
 def bounding_box(z: Complex) -> Box:
-    """The lower left and the upper right corner of the smallest box around points (n,)."""
+    """Return the lower left and the upper right corner of the smallest box around points (n,)."""
     return complex(z.real.min(), z.imag.min()), complex(z.real.max(), z.imag.max())
 
 
 def diagonal(z: Complex) -> float:
-    """The length of the diagonal of the box around points."""
+    """Return the length of the diagonal of the box around points."""
     return float(np.hypot(np.ptp(z.real), np.ptp(z.imag)))
 
 
 def longer_side(low: complex, high: complex) -> float:
-    """The longer side of the box between two corners."""
+    """Return the longer side of the box between two corners."""
     return max((high - low).real, (high - low).imag)
 
 
 def distinct(z: Complex, closed: bool = True) -> Complex:
-    """A polyline (n,) without vertices that repeat their predecessor, to within 1e-12 of its size."""
+    """Return a polyline (n,) without vertices that repeat their predecessor, to within 1e-12 of its size."""
     if z.size < 2:
         return z
     tiny = 1e-12 * longer_side(*bounding_box(z))
@@ -68,7 +68,9 @@ def distinct(z: Complex, closed: bool = True) -> Complex:
 
 
 def rotation(z: Complex, w: Complex) -> complex:
-    """The number of modulus one that takes points z (n,), multiplied by it, closest to w; 1 where all are as close."""
+    """Return the number of modulus one that takes points z (n,), multiplied by it, closest to w; 1 where all are as
+    close.
+    """
     turn = complex(np.vdot(z, w))
     return turn / abs(turn) if abs(turn) > 0 else 1.0
 
@@ -90,7 +92,8 @@ class Similarity(NamedTuple):
 
     @classmethod
     def fit(cls, z: Complex, w: Complex, weights: Real | None = None) -> "Similarity":
-        """The similarity that takes points z (n,) closest to w, by least squares; a translation where z is one point.
+        """Return the similarity that takes points z (n,) closest to w, by least squares; a translation where z is one
+        point.
 
         Args:
             z: points.
@@ -104,12 +107,12 @@ class Similarity(NamedTuple):
         return cls(factor, complex(b - factor * a))
 
     def __call__(self, z: Complex) -> Complex:
-        """The images of points."""
+        """Return the images of points."""
         w = (z - self.centre) * self.factor
         return (np.conj(w) if self.mirrored else w) + self.shift
 
     def pull_back(self, w: Complex) -> Complex:
-        """The points with images w."""
+        """Return the points with images w."""
         w = w - self.shift
         return (np.conj(w) if self.mirrored else w) / self.factor + self.centre
 
@@ -130,7 +133,7 @@ class Similarity(NamedTuple):
 
 
 def orientation(a: Complex, b: Complex, c: Complex) -> Signs:
-    """Whether points a, b, c (p,), all finite, turn left (1), right (-1) or lie on a line (0), exactly.
+    """Return whether points a, b, c (p,), all finite, turn left (1), right (-1) or lie on a line (0), exactly.
 
     By floating point where its error bound is certain of the sign, by fractions elsewhere: Shewchuk, *Adaptive
     Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates*, Discrete & Computational Geometry 18,

@@ -127,13 +127,14 @@ class Problem:
 
 
 def as_domain(shape: "Curve | ArrayLike", name: str) -> Curve:
-    """A validated domain from a Curve or an array of vertices."""
+    """Return a validated domain from a Curve or an array of vertices."""
     return Curve.domain(shape.z if isinstance(shape, Curve) else shape, name)
 
 
 def from_known(curve: Curve) -> Curve:
-    """The closed curve started at a vertex that does not depend on where it was: the one closest to the vertices'
-    mean, and of several the leftmost, and the lowest of those."""
+    """Return the closed curve started at a vertex that does not depend on where it was: the one closest to the
+    vertices' mean, and of several the leftmost, and the lowest of those.
+    """
     base = bounding_box(curve.z)[0]
     away = curve.z - base
     mean = complex(math.fsum(away.real), math.fsum(away.imag)) / away.size
@@ -144,7 +145,7 @@ def from_known(curve: Curve) -> Curve:
 
 
 def _holes(outer: Curve | None, holes, name: str) -> tuple[Curve, ...]:
-    """The outlines of holes, clockwise, from known vertices on.
+    """Return the outlines of holes, clockwise, from known vertices on.
 
     Raises:
         InputError: one is not a simple polygon, or not inside and apart from the outline and the others.
@@ -165,7 +166,7 @@ def _holes(outer: Curve | None, holes, name: str) -> tuple[Curve, ...]:
 
 
 def _field(given, box: Box, name: str, least: float) -> Field | None:
-    """What a user gave, a picture (h, w) over the source's bounding box, or one with its box."""
+    """Return what a user gave, a picture (h, w) over the source's bounding box, or one with its box."""
     if given is None or isinstance(given, Field):
         return given
     if isinstance(given, tuple) and len(given) == 2 and np.ndim(given[0]) == 2:
@@ -180,7 +181,7 @@ def _field(given, box: Box, name: str, least: float) -> Field | None:
 
 
 def _regions(regions) -> tuple[Complex, ...]:
-    """The outlines of rigid regions, checked."""
+    """Return the outlines of rigid regions, checked."""
     return tuple(as_domain(region, f"rigid region {k + 1}").z for k, region in enumerate(regions))
 
 

@@ -51,7 +51,7 @@ def heard(listener: Listener | None) -> Iterator[None]:
 def listening(
     progress: Callable[[Progress], object] | None, cancel: Callable[[], bool] | None
 ) -> Iterator[None]:
-    """Calls the functions of a user while the block runs; whoever listened before hears it, too.
+    """Call the functions of a user while the block runs; whoever listened before hears it, too.
 
     Raises:
         Cancelled: in the block, once `cancel` returned true.
@@ -76,7 +76,7 @@ def listening(
 
 @contextmanager
 def within(what: str) -> Iterator[None]:
-    """Puts `what` before all that is reported in the block."""
+    """Put `what` before all that is reported in the block."""
     outer = _listener.get()
     inner = None if outer is None else lambda part, done, of: outer(f"{what}, {part}", done, of)
     with heard(inner):
@@ -99,7 +99,7 @@ def tell(what: str, done: int = 0, of: int = 0) -> None:
 
 
 def counted(what: str, items: Iterable[Item], of: int | None = None) -> Iterator[Item]:
-    """The items, telling before each how many are done."""
+    """Yield the items, telling before each how many are done."""
     total = of if of is not None else len(items) if isinstance(items, Sized) else 0
     for done, item in enumerate(items):
         tell(what, done, total)

@@ -190,7 +190,8 @@ class Fit:
         return max(0, len(self.energies) - 1)
 
     def inverse(self, w: Complex) -> Complex:
-        """Points z with map(z) = w; NaN where w has none (of balanced maps more than 1e-3 of the diagonal outside).
+        """Return points z with map(z) = w; NaN where w has none (of balanced maps more than 1e-3 of the diagonal
+        outside).
 
         Complex points of any shape, or pairs (…, 2): in the same form.
         """
@@ -211,7 +212,9 @@ class Fit:
         return Transform(self.map, self._inverse_inside, (source, target))
 
     def _inverse_inside(self, w: Complex) -> Complex:
-        """The inverse, and inside the target, where it is not covered, that of the nearest point of the image."""
+        """Return the inverse, and inside the target, where it is not covered, that of the nearest point of the
+        image.
+        """
         w = np.asarray(w, np.complex128)
         z = self.inverse(w)
         if self.target is None:
@@ -231,7 +234,7 @@ class Fit:
         return self.transform.inverse
 
     def then(self, other: "Fit | Transform") -> Transform:
-        """This map, then another from its target on."""
+        """Return this map, then another from its target on."""
         return self.transform.then(other.transform if isinstance(other, Fit) else other)
 
     def save(self, path: str | PathLike, planes: tuple[Plane, Plane] | None = None, **about: Any) -> None:
@@ -270,7 +273,7 @@ class Fit:
 
     @classmethod
     def of(cls, held: MapFile) -> "Fit":
-        """The result that was saved.
+        """Return the result that was saved.
 
         Raises:
             InputError: what goes with its map is not what a result has.
@@ -319,13 +322,13 @@ class Fit:
         )
 
     def _repr_png_(self) -> bytes:
-        """A numbered checkerboard carried by the map, as notebooks show it."""
+        """Return a numbered checkerboard carried by the map, as notebooks show it."""
         from .pixels.thumbnail import png
 
         return png(self._checkerboard()[0])
 
     def _repr_html_(self) -> str:
-        """The summary, and a numbered checkerboard carried by the map, as notebooks show them."""
+        """Return the summary, and a numbered checkerboard carried by the map, as notebooks show them."""
         from base64 import b64encode
         from html import escape
 
@@ -342,7 +345,7 @@ class Fit:
         *,
         ax: "Axes | None" = None,
     ) -> "Figure":
-        """A figure of the map as matplotlib has figures: `fit.plot().savefig("fit.png")`.
+        """Return a figure of the map as matplotlib has figures: `fit.plot().savefig("fit.png")`.
 
         With `ax` the picture carried and the target's outline are drawn there, and nothing else. Otherwise it shows
         a grid in the source and in the image, the picture carried, area scale and dilatation over the source,
@@ -376,11 +379,11 @@ class Fit:
         )
 
     def outline_of(self, region: Region) -> Complex:
-        """(p,) the outer outline of a rigid region in the source."""
+        """Return (p,) the outer outline of a rigid region in the source."""
         return self.inverse(region.rings[0]) if region.of_target else region.rings[0]
 
     def _checkerboard(self) -> tuple[NDArray, Box]:
-        """A numbered checkerboard on the source's bounding box, seen through the map, and where."""
+        """Return a numbered checkerboard on the source's bounding box, seen through the map, and where."""
         from .pixels.canvas import Canvas, proportional
         from .pixels.checkerboard import checkerboard
         from .pixels.texture import Texture
@@ -624,7 +627,7 @@ class Fit:
         return distortion.of_inverse(self.map, interior_grid(aim, INTERIOR_POINTS), float(mean))
 
     def summary(self) -> str:
-        """The figures that matter in one line, as the command line shows them.
+        """Return the figures that matter in one line, as the command line shows them.
 
         >>> import iccm
         >>> square = np.array([0, 1, 1 + 1j, 1j])
@@ -635,7 +638,7 @@ class Fit:
 
     @on_one_thread
     def report(self) -> dict[str, Any]:
-        """The figures of the JSON report that depend on the map alone; lengths relative to `diagonal`."""
+        """Return the figures of the JSON report that depend on the map alone; lengths relative to `diagonal`."""
         area = np.log10(np.maximum(np.abs(harmonic.area_scale(*self.map.jet(self.interior)[1:])), 1e-300))
         pin_errors = np.abs(self._image_of(self.pins[:, 0]) - self.pins[:, 1]) / self.diagonal
         return {
@@ -706,7 +709,7 @@ class Fit:
         return {"apart": surface_distances(self._samples, source, target)} if source and target else {}
 
     def doubts(self) -> list[str]:
-        """What the figures say against the map, as sentences."""
+        """Return what the figures say against the map, as sentences."""
         found = []
         if self.lost >= SEEN_FOLDS:
             found.append(
@@ -721,7 +724,7 @@ class Fit:
         return found
 
     def _image_of(self, z: Complex) -> Complex:
-        """The map at points of the source, some of which the map's polygon may leave outside."""
+        """Return the map at points of the source, some of which the map's polygon may leave outside."""
         return self.map(Curve(self.map.polygon).pulled_in(z))
 
     def _stroke_error(self, source: Curve, target: Curve) -> float:
@@ -731,7 +734,7 @@ class Fit:
 
 
 def load(path: str | PathLike) -> Fit:
-    """The result that `Fit.save`, or `iccm map -o map.npz`, wrote: it evaluates as that one does, bit for bit.
+    """Return the result that `Fit.save`, or `iccm map -o map.npz`, wrote: it evaluates as that one does, bit for bit.
 
     Raises:
         InputError: no such file, or what it holds is not a sound map.
@@ -750,7 +753,7 @@ def load(path: str | PathLike) -> Fit:
 
 
 def _softness(held: MapFile) -> Softness | None:
-    """How the pins of a saved map hold what is around them.
+    """Return how the pins of a saved map hold what is around them.
 
     Raises:
         InputError: there are not as many as pins.
@@ -773,7 +776,7 @@ def _drawings(held: MapFile) -> tuple[Drawing, Drawing] | None:
 
 
 def _regions(held: MapFile, holes: tuple[list[Curve], list[Curve]]) -> list[Region]:
-    """The rigid regions of a saved map.
+    """Return the rigid regions of a saved map.
 
     Raises:
         InputError: its rings are none.
@@ -796,5 +799,5 @@ def _regions(held: MapFile, holes: tuple[list[Curve], list[Curve]]) -> list[Regi
 
 
 def _quantile(values: np.ndarray, q: float) -> float:
-    """A quantile that stays well defined when some values are infinite."""
+    """Return a quantile that stays well defined when some values are infinite."""
     return float(np.quantile(values, q, method="inverted_cdf"))

@@ -8,7 +8,9 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def plain_signature(function: Function) -> Function:
-    """A function whose `help` shows names and defaults alone: types are in its text, and in its source for checkers."""
+    """Return a function whose `help` shows names and defaults alone: types are in its text, and in its source for
+    checkers.
+    """
     signature = inspect.signature(function)
     bare = [each.replace(annotation=inspect.Parameter.empty) for each in signature.parameters.values()]
     function.__signature__ = inspect.Signature(bare)  # type: ignore[attr-defined]

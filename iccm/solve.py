@@ -45,7 +45,7 @@ Solve = TypeVar("Solve", bound=Callable[..., Fit])
 
 
 def _within_time(solve: Solve) -> Solve:
-    """A solve that says so where the time that it was given (see `deadline`) ended the search."""
+    """Return a solve that says so where the time that it was given (see `deadline`) ended the search."""
 
     @wraps(solve)
     def timed(*args: Any, **options: Any) -> Fit:
@@ -389,7 +389,7 @@ def _solve(
     *,
     advised: bool,
 ) -> Fit:
-    """The map of a problem, by the method that is asked for; see `balanced.fit.solve` for `advised`."""
+    """Return the map of a problem, by the method that is asked for; see `balanced.fit.solve` for `advised`."""
     before = _map_of(start)
     capabilities.refuse(_given(problem, before), _method_of(settings), _kind_of(layouts), settings.fit)
     if settings.method == "paper":
@@ -418,7 +418,9 @@ def _solve(
 def _judged_by(
     settings: Options, found: Fit, layouts: tuple[Flattening | None, Flattening | None] = (None, None)
 ) -> Fit:
-    """The result of a method that weighs constraints, with the tolerance that judges it and a note on the method."""
+    """Return the result of a method that weighs constraints, with the tolerance that judges it and a note on the
+    method.
+    """
     notes = [_switch_note(settings), *found.notes] if settings.switched_by else found.notes
     return replace(found, layouts=layouts, tolerance=settings.tolerance, notes=notes)
 
@@ -429,7 +431,7 @@ def _switch_note(settings: Options) -> str:
 
 
 def _given(problem: Problem, start: TriangulatedMap | None) -> set[str]:
-    """The names of the constraints that a problem has, as in `capabilities`."""
+    """Return the names of the constraints that a problem has, as in `capabilities`."""
     names = ("strokes", "source_holes", "target_holes", "rigid", "rigid_target", "importance", "size_map")
     given = {name for name in names if getattr(problem, name)}
     if any(problem.stroke_widths):
@@ -442,12 +444,12 @@ def _given(problem: Problem, start: TriangulatedMap | None) -> set[str]:
 
 
 def _method_of(settings: Options) -> str:
-    """The method that solves."""
+    """Return the method that solves."""
     return "balanced" if settings.is_balanced else "paper" if settings.method == "paper" else "conformal"
 
 
 def _kind_of(layouts: tuple[Flattening | None, Flattening | None]) -> capabilities.Kind:
-    """Which of the two shapes are surfaces."""
+    """Return which of the two shapes are surfaces."""
     if all(layouts):
         return "between surfaces"
     if layouts[0]:
@@ -456,7 +458,7 @@ def _kind_of(layouts: tuple[Flattening | None, Flattening | None]) -> capabiliti
 
 
 def _options(function: Callable[..., Fit], options: OptionValues) -> Options:
-    """The options that a function was called with; for a misspelt name the nearest is suggested."""
+    """Return the options that a function was called with; for a misspelt name the nearest is suggested."""
     values: dict[str, Any] = {}
     for name, value in options.items():
         if name in FORMER_NAMES:
@@ -485,12 +487,12 @@ def refuse_unknown(
 
 
 def _points(shape: Outline, name: str, axes: str) -> Any:
-    """The outline of a hole or a region."""
+    """Return the outline of a hole or a region."""
     return outlines_of(shape, name, axes).outline
 
 
 def _with_axes(found: Fit, axes: str, shapes: tuple[Outline, ...]) -> Fit:
-    """The result with the axes of its sides."""
+    """Return the result with the axes of its sides."""
     sides = [_side(axes, shape) for shape in shapes]
     both = (sides[0], sides[-1])
     map = found.map if both == found.map.axes else replace(found.map, axes=both)
@@ -498,7 +500,7 @@ def _with_axes(found: Fit, axes: str, shapes: tuple[Outline, ...]) -> Fit:
 
 
 def _side(axes: str, shape: Outline) -> str:
-    """The axes of a shape: what is read or flattened lies y up, in pairs x and y."""
+    """Return the axes of a shape: what is read or flattened lies y up, in pairs x and y."""
     return axes if not isinstance(shape, Curve | Flattening) and not hasattr(shape, "curve") else "xy"
 
 
@@ -576,7 +578,7 @@ def deform(
 def _deformed(
     problem: Problem, settings: Options, start: Fit | TriangulatedMap | None, options: OptionValues
 ) -> Fit:
-    """The deformation of a problem, by the method that is asked for."""
+    """Return the deformation of a problem, by the method that is asked for."""
     if settings.is_balanced:
         from .balanced import fit as balanced
 

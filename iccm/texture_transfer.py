@@ -72,7 +72,7 @@ class Transfer:
     diagnostics: Diagnostics
 
     def _repr_png_(self) -> bytes:
-        """The picture, as notebooks show it."""
+        """Return the picture, as notebooks show it."""
         from .pixels.thumbnail import png
 
         return png(self.pixels)
@@ -324,7 +324,7 @@ def from_stmap(st: ArrayLike, *, texture_box: Box = (0j, 1 + 1j), target_box: Bo
 
 
 def _pixels(texture: ArrayLike) -> NDArray:
-    """(h, w, c) of one of TYPES."""
+    """Return (h, w, c) of one of TYPES."""
     pixels = _of_usual_type(np.ascontiguousarray(texture))
     pixels = pixels[..., None] if pixels.ndim == 2 else pixels
     if pixels.ndim != 3 or not pixels.size:
@@ -354,7 +354,7 @@ def _of_usual_type(pixels: NDArray) -> NDArray:
 
 
 def _canvas(size: int | tuple[int, int], box: Box) -> Canvas:
-    """A raster of this size, or longer side, that shows a box."""
+    """Return a raster of this size, or longer side, that shows a box."""
     low, high = box = _box(box, "target_box")
     sides = np.atleast_1d(size)
     if sides.dtype.kind not in "iu" or sides.shape not in ((1,), (2,)) or sides.min() < 1:

@@ -36,7 +36,7 @@ class Transform:
     axes: tuple[str, str] = UP
 
     def __call__(self, points: ArrayLike) -> Complex | Real:
-        """The images of complex points of any shape, or of real ones (…, 2): in the same form."""
+        """Return the images of complex points of any shape, or of real ones (…, 2): in the same form."""
         given = np.asarray(points)
         if np.iscomplexobj(given):
             return self.forward(given)
@@ -52,7 +52,7 @@ class Transform:
         return Transform(self.backward, self.forward, self.axes[::-1])
 
     def then(self, other: "Transform") -> "Transform":
-        """This one first, the other on what it gives."""
+        """Return this one first, the other on what it gives."""
         axes = self.axes[0], other.axes[1]
         return Transform(
             lambda z: other.forward(self.forward(z)), lambda w: self.backward(other.backward(w)), axes

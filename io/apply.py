@@ -60,7 +60,7 @@ class Saved:
 
     @classmethod
     def read(cls, name: str, *, inverse: bool = False) -> Saved:
-        """What a file holds.
+        """Return what a file holds.
 
         Raises:
             InputError: it is not a sound map.
@@ -74,7 +74,7 @@ class Saved:
         return found._turned() if inverse else found
 
     def _turned(self) -> Saved:
-        """The inverse; what is asked of pictures of the target is not asked of the source."""
+        """Return the inverse; what is asked of pictures of the target is not asked of the source."""
         fit, (source, target) = self.fit, self.planes
         if fit.target is None:
             target = replace(target, outline=fit.image)
@@ -218,7 +218,9 @@ class Saved:
 
 
 def _foot(plane: Plane) -> complex:
-    """Where y counts from in files that have it upwards, whatever the shape's file does: its canvas' lower edge."""
+    """Return where y counts from in files that have it upwards, whatever the shape's file does: its canvas' lower
+    edge.
+    """
     return complex(0, plane.box[0].imag) if plane.down else 0
 
 
@@ -230,7 +232,7 @@ def _shape(name: str, plane: Plane) -> Shape:
 
 
 def _job(held: MapFile) -> dict[str, Any]:
-    """The options of the saved job that decide how pictures are made through its map.
+    """Return the options of the saved job that decide how pictures are made through its map.
 
     A file may have been made by a stranger, so only these are taken from it. Others, such as names of files to write
     and limits on memory, come from the command alone, whatever the file holds.

@@ -48,7 +48,7 @@ class StrictModel(BaseModel):
 
 
 def mistakes(error: ValidationError) -> list[tuple[str, str]]:
-    """(key, what is wrong) for each mistake pydantic found."""
+    """Return (key, what is wrong) for each mistake pydantic found."""
     found: dict[str, str] = {}
     for item in error.errors(include_url=False, include_input=False):
         parts = [str(part) for part in item["loc"]]
@@ -60,7 +60,9 @@ def mistakes(error: ValidationError) -> list[tuple[str, str]]:
 
 
 def first(error: ValidationError, whole: str = "the file") -> str:
-    """The first mistake with its place, that of a key or the `whole` if not empty, and how many more there are."""
+    """Return the first mistake with its place, that of a key or the `whole` if not empty, and how many more there
+    are.
+    """
     (key, text), *rest = mistakes(error)
     more = f" (and {len(rest)} more error{'s' if len(rest) > 1 else ''})" if rest else ""
     place = key[:200] or whole

@@ -161,7 +161,7 @@ def _mesh(path: Path, max_faces: int) -> dict[str, Any]:
 
 
 def _charts(mesh: Any) -> dict[str, Any]:
-    """The charts of its texture coordinates with the names that `#` takes, the largest first."""
+    """Return the charts of its texture coordinates with the names that `#` takes, the largest first."""
     from ..flattening.charts import Atlas
     from .pictures.tiles import number_of
 
@@ -224,7 +224,7 @@ def _constraints(path: Path) -> dict[str, Any]:
 
 
 def _own(path: Path) -> dict[str, Any]:
-    """What iccm wrote itself: a report, or a saved verdict or result; nothing where it is none."""
+    """Return what iccm wrote itself: a report, or a saved verdict or result; nothing where it is none."""
     try:
         found = files.read_json(path, max_bytes=limits.COMPARED_BYTES)
     except InputError:
@@ -267,7 +267,7 @@ def _manifest(path: Path) -> dict[str, Any]:
 
 
 def lines(facts: dict[str, Any]) -> list[str]:
-    """The facts as text, one a line; what a terminal would act on is written out."""
+    """Return the facts as text, one a line; what a terminal would act on is written out."""
     out = []
     for key, value in facts.items():
         if isinstance(value, list) and value and isinstance(value[0], dict):
@@ -282,7 +282,9 @@ def _row(item: dict[str, Any]) -> str:
 
 
 def _text(key: str, value: Any) -> str:
-    """The text of a value; corners of boxes have digits by the size of the box, however far it is from the origin."""
+    """Return the text of a value; corners of boxes have digits by the size of the box, however far it is from the
+    origin.
+    """
     if key not in BOXES or not isinstance(value, list) or not value or not np.isfinite(value).all():
         return _plain(value)
     sides = np.array(value[-(len(value) // 2) :])

@@ -80,7 +80,7 @@ def _applies(requirement: Requirement, extra: str) -> bool:
 
 
 def _library(name: str, wanted: SpecifierSet, purpose: str) -> Finding:
-    """Whether a requirement is there, of a version that will do, and can be imported."""
+    """Return whether a requirement is there, of a version that will do, and can be imported."""
     try:
         version = metadata.version(name)
     except metadata.PackageNotFoundError:
@@ -116,7 +116,7 @@ def _writing() -> Iterator[Finding]:
 
 
 def _fonts() -> Finding:
-    """What finds the fonts that texts of drawings ask for."""
+    """Return what finds the fonts that texts of drawings ask for."""
     try:
         from .svg.lettering import finder
     except ImportError as error:  # a library that is missing has its own line
@@ -143,14 +143,14 @@ def _check(
 
 
 def _compiled_core() -> str:
-    """The compiled core must load; which of its variants this processor has."""
+    """Return the compiled core must load; which of its variants this processor has."""
     from ..native.library import library
 
     return Path(library()._name).name
 
 
 def _try_map() -> str:
-    """A square onto itself must be the identity, and so must a picture through it."""
+    """Return a square onto itself must be the identity, and so must a picture through it."""
     import numpy as np
 
     import iccm

@@ -45,7 +45,7 @@ def together() -> Iterator[None]:
 
 @contextmanager
 def replacing(path: str | os.PathLike, *, force: bool = False, private: bool = False) -> Iterator[Path]:
-    """A temporary sibling of `path`, with its suffix, that takes its place when the block ends well.
+    """Yield a temporary sibling of `path`, with its suffix, that takes its place when the block ends well.
 
     The content is flushed to the disk before the rename, so that a crash or a full disk never leaves a torn
     file; when the block fails nothing is left behind and an old `path` is untouched. The folder is not waited for:
@@ -87,7 +87,7 @@ def replacing(path: str | os.PathLike, *, force: bool = False, private: bool = F
 
 @contextmanager
 def scratch() -> Iterator[Path]:
-    """A temporary folder, removed when the block ends."""
+    """Yield a temporary folder, removed when the block ends."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         _unfinished.add(folder)
@@ -121,7 +121,7 @@ def writing(name: str, *, force: bool = False, suffix: str = ".png") -> Iterator
 
 
 def check_output(path: str | os.PathLike, *, force: bool = False) -> Path:
-    """The real path of an output that may be written, checked before any work is done for it.
+    """Return the real path of an output that may be written, checked before any work is done for it.
 
     Raises:
         InputError: the folder is missing or not writable, `path` is not a plain file, or it exists, or is a link
@@ -187,7 +187,7 @@ def check_outputs(
 
 
 def as_text(path: str | os.PathLike) -> str:
-    """The name of a file for libraries that take text only.
+    """Return the name of a file for libraries that take text only.
 
     Raises:
         InputError: it is bytes that are not UTF-8, as Linux allows them.
@@ -201,7 +201,7 @@ def as_text(path: str | os.PathLike) -> str:
 
 
 def open_input(path: str | os.PathLike, *, max_bytes: int | None = None) -> Path:
-    """The path of an input that is there, is a plain file, can be read and is not larger than `max_bytes`.
+    """Return the path of an input that is there, is a plain file, can be read and is not larger than `max_bytes`.
 
     Raises:
         InputError: otherwise.
@@ -227,7 +227,7 @@ def similar_name(path: Path) -> str:
 
 @contextmanager
 def opened(path: str | os.PathLike, *, max_bytes: int | None = None) -> Iterator[BufferedReader]:
-    """An input, open while the block runs.
+    """Yield an input, open while the block runs.
 
     Raises:
         InputError: as `open_input`.
@@ -253,7 +253,7 @@ def opened(path: str | os.PathLike, *, max_bytes: int | None = None) -> Iterator
 
 
 def read_bytes(path: str | os.PathLike, *, max_bytes: int) -> bytes:
-    """The content of an input, refused when it is larger than `max_bytes`.
+    """Return the content of an input, refused when it is larger than `max_bytes`.
 
     Raises:
         InputError: as `open_input`, or the file is empty.
@@ -268,7 +268,7 @@ def read_bytes(path: str | os.PathLike, *, max_bytes: int) -> bytes:
 
 
 def parse_json(data: str | bytes, *, once: bool = False) -> Any:
-    """What JSON says; with `once` the keys of an object must differ.
+    """Return what JSON says; with `once` the keys of an object must differ.
 
     Raises:
         InputError: it is none, or has text that cannot be written again; the message begins with what is wrong.
@@ -301,7 +301,7 @@ def _check_surrogates(content: Any) -> None:
 
 
 def distinct_keys(items: list[tuple[str, Any]]) -> dict[str, Any]:
-    """An object whose keys are all different: JSON leaves open what a repeated one means.
+    """Return an object whose keys are all different: JSON leaves open what a repeated one means.
 
     Raises:
         InputError: one is given twice.
@@ -315,7 +315,7 @@ def distinct_keys(items: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def read_json(path: str | os.PathLike, *, max_bytes: int) -> Any:
-    """What a JSON file says.
+    """Return what a JSON file says.
 
     Raises:
         InputError: as `read_bytes` and `parse_json`.
@@ -338,7 +338,7 @@ def write_bytes(
 
 
 def sha256(path: str | os.PathLike) -> str:
-    """The content's SHA-256 as 64 hexadecimal digits.
+    """Return the content's SHA-256 as 64 hexadecimal digits.
 
     Raises:
         InputError: the file is missing or cannot be read.
@@ -348,7 +348,7 @@ def sha256(path: str | os.PathLike) -> str:
 
 
 def _sibling(path: Path, private: bool) -> Path:
-    """An empty file beside `path`, because a rename is atomic only within one file system."""
+    """Return an empty file beside `path`, because a rename is atomic only within one file system."""
     try:
         handle, name = tempfile.mkstemp(prefix=f".{path.stem[:32]}.", suffix=path.suffix, dir=path.parent)
         _unfinished.add(Path(name))
@@ -394,7 +394,7 @@ def make_private_folder(path: Path, top: Path) -> None:
 
 
 def _prefixes(path: Path) -> list[Path]:
-    """The folders on the way down a relative path, the path itself the last."""
+    """Return the folders on the way down a relative path, the path itself the last."""
     return [Path(*path.parts[:count]) for count in range(1, len(path.parts) + 1)]
 
 
@@ -415,7 +415,7 @@ def sweep(paths: Iterable[str | os.PathLike]) -> list[Path]:
 
 
 def _temporary(name: str) -> list[re.Match[str]]:
-    """What the name of a temporary file says: the beginning of the stem, and the suffix."""
+    """Return what the name of a temporary file says: the beginning of the stem, and the suffix."""
     forms = (r"\.(.*)\.[a-z0-9_]{8}(\.[^.]+)", r"\.(.*)\.[a-z0-9_]{8}()")
     return [match for form in forms if (match := re.fullmatch(form, name, re.DOTALL))]
 

@@ -118,27 +118,29 @@ FORMATS = {
 
 
 def suffix_of(name: str | PathLike) -> str:
-    """The suffix, in lower case."""
+    """Return the suffix, in lower case."""
     return Path(name).suffix.lower()
 
 
 def written(output: str) -> str:
-    """A name whose suffix reports what an output holds: standard output is a PNG."""
+    """Return a name whose suffix reports what an output holds: standard output is a PNG."""
     return "stdout.png" if output == "-" else output
 
 
 def of(name: str | PathLike) -> Format:
-    """What a file holds by its suffix; nothing where that is unknown."""
+    """Return what a file holds by its suffix; nothing where that is unknown."""
     return FORMATS.get(suffix_of(name), Format())
 
 
 def picture(name: str | PathLike) -> PictureFormat:
-    """How a file holds pixels by its suffix; of a suffix that is not in the table anything is expected."""
+    """Return how a file holds pixels by its suffix; of a suffix that is not in the table anything is expected."""
     return of(name).picture or PictureFormat()
 
 
 def holding(what: str, *, written: bool = False) -> tuple[str, ...]:
-    """The suffixes of files that hold something, one of the attributes of `Format`; only those that are `written`."""
+    """Return the suffixes of files that hold something, one of the attributes of `Format`; only those that are
+    `written`.
+    """
     return tuple(suffix for suffix in FORMATS if _holds(suffix, what, written=written))
 
 
@@ -179,12 +181,12 @@ def check_report(name: str | None) -> None:
 
 
 def suffix_of_content(content: bytes) -> str:
-    """The suffix of a picture's file by its first bytes: ".png", ".jpg", ".webp", or "" for others."""
+    """Return the suffix of a picture's file by its first bytes: ".png", ".jpg", ".webp", or "" for others."""
     return HELD_SUFFIXES.get(picture_kind(content), "")
 
 
 def picture_kind(content: bytes) -> str:
-    """The format of a picture's file by its first bytes, such as "PNG", or "" for others."""
+    """Return the format of a picture's file by its first bytes, such as "PNG", or "" for others."""
     if content[8:12] == b"WEBP":
         return "WebP"
     return next((kind for start, kind in PICTURE_BEGINNINGS.items() if content.startswith(start)), "")

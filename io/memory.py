@@ -36,7 +36,7 @@ class Bounded(memory.Memory):
         self._maps: list[mmap.mmap] = []
 
     def __call__(self, shape: tuple[int, ...], dtype: Any) -> NDArray:
-        """An array of any content.
+        """Return an array of any content.
 
         Raises:
             InputError: the disk has no room for it.
@@ -65,7 +65,7 @@ class Bounded(memory.Memory):
                 pages.madvise(mmap.MADV_DONTNEED)
 
     def threads(self, asked: int | None, each: int, what: str) -> int | None:
-        """How many threads fit, each taking so many bytes, at most as many as asked.
+        """Return how many threads fit, each taking so many bytes, at most as many as asked.
 
         Raises:
             InputError: not even one.

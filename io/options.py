@@ -76,7 +76,7 @@ class Option:
     words: str = ""
 
     def value_of(self, given: Any, hint: Any) -> Any:
-        """The value of an option as a job keeps it.
+        """Return the value of an option as a job keeps it.
 
         Args:
             given: as it was typed, or as a manifest or Python has it.
@@ -99,7 +99,7 @@ class Option:
 
 
 def _option(*words: str, **more: Any) -> Any:
-    """An `Option` in the place of its default."""
+    """Return an `Option` in the place of its default."""
     return Option(*words, **more)
 
 
@@ -120,7 +120,7 @@ def _table(*commands: str) -> Callable[[type], type]:
 
 
 def _of_solver(name: str, hint: Any, option: Option) -> Option:
-    """The row of an option of the solver, with what `iccm.options` says of it.
+    """Return the row of an option of the solver, with what `iccm.options` says of it.
 
     Its default is the solver's where it has no other: where None stands for that, it is left to the solver. Its bounds
     are the solver's unless the row has narrower ones.
@@ -162,7 +162,7 @@ def size(value: Any) -> Any:
 
 
 def kind(value: Any) -> Any:
-    """What a picture's channels are; American spelling is taken, too."""
+    """Return what a picture's channels are; American spelling is taken, too."""
     value = "colour" if value == "color" else value
     if value not in KINDS:
         raise ValueError(f"{value!r} is not one of color, {', '.join(KINDS[1:])}")
@@ -223,7 +223,7 @@ def turn(value: Any) -> Any:
 
 
 def rigid_size(value: Any) -> Any:
-    """A factor above 0, or `free`."""
+    """Return a factor above 0, or `free`."""
     try:
         found = value if value == "free" or not isinstance(value, str) else float(value)
     except ValueError:
@@ -234,7 +234,7 @@ def rigid_size(value: Any) -> Any:
 
 
 def vertices(value: Any) -> Any:
-    """A number of vertices, or `source`."""
+    """Return a number of vertices, or `source`."""
     if value == "source":
         return value
     if isinstance(value, str) and not value.isdecimal():
@@ -246,7 +246,7 @@ def vertices(value: Any) -> Any:
 
 
 def share(value: Any) -> Any:
-    """A share of the area; true is the usual one, and false none."""
+    """Return a share of the area; true is the usual one, and false none."""
     if isinstance(value, bool):
         return CERTIFIED if value else None
     try:
@@ -259,7 +259,7 @@ def share(value: Any) -> Any:
 
 
 def many(value: Any) -> Any:
-    """One value where several may stand."""
+    """Return one value where several may stand."""
     return () if value is None else (value,) if isinstance(value, str | Path) else value
 
 
@@ -949,13 +949,15 @@ TABLE: tuple[type, ...] = (
 
 
 def options_of(table: type = JobOptions) -> dict[str, tuple[Any, Option]]:
-    """The type and the description of each option of a class, by name."""
+    """Return the type and the description of each option of a class, by name."""
     hints = get_type_hints(table, include_extras=True)
     return {name: (hint.__origin__, hint.__metadata__[0]) for name, hint in hints.items()}
 
 
 def of_command(command: str, *tables: type) -> dict[str, tuple[Any, Option]]:
-    """The type and the description of each option of a command, by name; of these tables alone, if any are named."""
+    """Return the type and the description of each option of a command, by name; of these tables alone, if any are
+    named.
+    """
     rows = (row for table in tables or TABLE for row in options_of(table).items())
     return {name: row for name, row in rows if command in row[1].commands}
 

@@ -53,7 +53,7 @@ class Row:
 
 
 def page(title: str, told: str, columns: list[str], rows: list[Row]) -> bytes:
-    """The page, as UTF-8."""
+    """Return the page, as UTF-8."""
     data = {"title": title, "told": told, "columns": columns, "rows": [asdict(row) for row in rows]}
     text = json.dumps(data).replace("<", "\\u003c")  # ASCII, without a tag that could end the script
     template = (files(__package__) / "page.html").read_text(encoding="utf-8")
@@ -61,7 +61,7 @@ def page(title: str, told: str, columns: list[str], rows: list[Row]) -> bytes:
 
 
 def address(pixels: NDArray[np.uint8], longer: int = LONGER) -> str:
-    """A `data:` address of (h, w, 3 or 4) pixels, at most so many on the longer side, as a PNG."""
+    """Return a `data:` address of (h, w, 3 or 4) pixels, at most so many on the longer side, as a PNG."""
     from PIL import Image
 
     picture = Image.fromarray(pixels)

@@ -20,7 +20,7 @@ PATIENCE = 60  # seconds for a program to name its folder
 
 
 def contents(program: str) -> dict[str, bytes]:
-    """The files of a plug-in by name, and the one that names the Python which runs now."""
+    """Return the files of a plug-in by name, and the one that names the Python which runs now."""
     home = resources("iccm.plugins")
     found = {each.name: each.read_bytes() for each in (home / program).iterdir() if each.is_file()}
     return found | {
@@ -67,18 +67,18 @@ def uninstall(program: str, to: str | None = None) -> list[Path]:
 
 
 def installed(program: str, to: str | None = None) -> list[Path]:
-    """The folders that a program's plug-in is in."""
+    """Return the folders that a program's plug-in is in."""
     homes = [Path(to)] if to else folders(program)
     return [home / OWN for home in homes if (home / OWN / PYTHON).is_file()]
 
 
 def interpreter(folder: Path) -> str:
-    """The Python that an installed plug-in runs iccm by."""
+    """Return the Python that an installed plug-in runs iccm by."""
     return (folder / PYTHON).read_text(encoding="utf-8").strip()
 
 
 def folders(program: str) -> list[Path]:
-    """Where a program looks for a user's extensions, as it, its environment variables or its defaults say."""
+    """Return where a program looks for a user's extensions, as it, its environment variables or its defaults say."""
     return _of_inkscape() if program == "inkscape" else _of_blender()
 
 
@@ -111,14 +111,14 @@ def _of_blender() -> list[Path]:
 
 
 def _settings(plain: str, windows: str) -> Path:
-    """A program's settings: by XDG, or in Windows' roaming data."""
+    """Return a program's settings: by XDG, or in Windows' roaming data."""
     if sys.platform == "win32":
         return Path(os.environ.get("APPDATA") or Path.home() / "AppData/Roaming") / windows
     return Path(os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config") / plain
 
 
 def _asked(command: list[str]) -> str:
-    """The last line that a program says, or nothing."""
+    """Return the last line that a program says, or nothing."""
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)
     except (OSError, subprocess.TimeoutExpired):
@@ -152,7 +152,7 @@ def _zipped(program: str, path: Path) -> Path:
 
 
 def _is_own_zip(path: Path) -> bool:
-    """Whether a file is a plug-in that `install` wrote: an archive of its files and no others."""
+    """Return whether a file is a plug-in that `install` wrote: an archive of its files and no others."""
     try:
         with zipfile.ZipFile(path) as archive:
             names = set(archive.namelist())

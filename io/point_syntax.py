@@ -20,7 +20,7 @@ _VERTEX = re.compile(r"[vV]?(\d{1,18})")
 
 
 def read(value: Any) -> "Place":
-    """A place as two or three numbers, or as the name of a vertex, such as "v5".
+    """Return a place as two or three numbers, or as the name of a vertex, such as "v5".
 
     Raises:
         ValueError: it is not a place, in a sentence.
@@ -38,7 +38,7 @@ def read(value: Any) -> "Place":
 
 
 def _point(numbers: Sequence[Any]) -> "Place":
-    """Two or three numbers as a place.
+    """Return two or three numbers as a place.
 
     Raises:
         ValueError: there are more or fewer, or something that is not a number, or too large a one.
@@ -68,7 +68,7 @@ class CheckedBy:
         self.check = check
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
-        """The schema of the type; pydantic, which is slow to import, is there when it asks for this."""
+        """Return the schema of the type; pydantic, which is slow to import, is there when it asks for this."""
         from pydantic_core import core_schema
 
         return core_schema.no_info_plain_validator_function(self.check)
@@ -78,17 +78,17 @@ Place = Annotated[tuple[float, float] | tuple[float, float, float] | str, Checke
 
 
 def written(place: Place) -> str:
-    """A place as it is typed."""
+    """Return a place as it is typed."""
     return place if isinstance(place, str) else ",".join(f"{value:.15g}" for value in place)
 
 
 def vertex_of(place: Place) -> int | None:
-    """The number of the vertex that a place names, if it names one."""
+    """Return the number of the vertex that a place names, if it names one."""
     return int(place[1:]) if isinstance(place, str) else None
 
 
 def pin(value: Any) -> "Pin":
-    """A pin: `SX,SY:TX,TY` as typed, also with settings such as `,radius=6`; or two places, or four numbers.
+    """Return a pin: `SX,SY:TX,TY` as typed, also with settings such as `,radius=6`; or two places, or four numbers.
 
     Raises:
         ValueError: it is not a pin, in a sentence.
@@ -106,7 +106,7 @@ def pin(value: Any) -> "Pin":
 
 
 def _typed_pin(text: str) -> "Pin":
-    """A pin as it is typed.
+    """Return a pin as it is typed.
 
     Raises:
         ValueError: it is not one, in a sentence.
@@ -125,7 +125,7 @@ def _typed_pin(text: str) -> "Pin":
 
 
 def _setting(word: str) -> tuple[str, float]:
-    """A setting of a pin and its value."""
+    """Return a setting of a pin and its value."""
     name, _, number = (part.strip() for part in word.partition("="))
     if name not in PIN_SETTINGS:
         known = ", ".join(dict.fromkeys(PIN_SETTINGS.values()))

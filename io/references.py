@@ -24,7 +24,7 @@ def outside(allowed: bool) -> Iterator[None]:
 
 
 def may_be_read(path: Path, folder: Path) -> bool:
-    """Whether a file that something in the folder refers to may be read; links count as what they lead to."""
+    """Return whether a file that something in the folder refers to may be read; links count as what they lead to."""
     if "\0" in str(path):
         return False
     return _ALLOWED.get() or Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))

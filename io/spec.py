@@ -24,7 +24,7 @@ class Spec:
 
     @classmethod
     def of(cls, text: str) -> Spec:
-        """What `file#part#number` names; what ends in no number is the name of a part."""
+        """Return what `file#part#number` names; what ends in no number is the name of a part."""
         file = path_of(text)
         part, mark, last = text[len(file) + 1 :].rpartition("#")
         if last.isdecimal():
@@ -37,12 +37,14 @@ class Spec:
         return "#".join(str(word) for word in (self.part, self.number) if word is not None) or None
 
     def among(self, names: Collection[str]) -> Spec:
-        """The same in a file that has parts of these names: one that is called like a number is meant before it."""
+        """Return the same in a file that has parts of these names: one that is called like a number is meant before
+        it.
+        """
         return replace(self, part=self.chosen, number=None) if self.chosen in names else self
 
 
 def path_of(text: str) -> str:
-    """The file of a spec; a file whose own name has a # wins."""
+    """Return the file of a spec; a file whose own name has a # wins."""
     marks = [k for k, letter in enumerate(text) if letter == "#"]
     for at in [len(text), *reversed(marks)]:
         if os.path.isfile(text[:at]):

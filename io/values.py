@@ -31,28 +31,29 @@ class WrongValue(ValueError):
 
 
 def at_least(bound: float) -> str:
-    """The message about a number below a bound."""
+    """Return the message about a number below a bound."""
     return f"must be at least {bound:.15g}"
 
 
 def above(bound: float) -> str:
-    """The message about a number that is not above a bound."""
+    """Return the message about a number that is not above a bound."""
     return f"must be greater than {bound:.15g}"
 
 
 def at_most(bound: float) -> str:
-    """The message about a number above a bound."""
+    """Return the message about a number above a bound."""
     return f"must be at most {bound:.15g}"
 
 
 def one_of(choices: Iterable[object]) -> str:
-    """The message about a value that is not one of these."""
+    """Return the message about a value that is not one of these."""
     *most, last = [repr(choice) for choice in choices]
     return f"must be {', '.join(most)} or {last}" if most else f"must be {last}"
 
 
 def convert(value: Any, hint: Any) -> Any:
-    """A value as a type has it: whole numbers for floats are floats, lists are tuples, numbers may be given as text.
+    """Return a value as a type has it: whole numbers for floats are floats, lists are tuples, numbers may be given as
+    text.
 
     Args:
         value: from outside.
@@ -76,7 +77,7 @@ def convert(value: Any, hint: Any) -> Any:
 
 
 def _one_of_types(value: Any, hint: Any, types: tuple[Any, ...]) -> Any:
-    """A value as the first type that it fits has it."""
+    """Return a value as the first type that it fits has it."""
     if value is None and NoneType in types:
         return None
     types = tuple(each for each in types if each is not NoneType)
@@ -91,7 +92,7 @@ def _one_of_types(value: Any, hint: Any, types: tuple[Any, ...]) -> Any:
 
 
 def _tuple(value: Any, hint: Any, args: tuple[Any, ...]) -> tuple[Any, ...]:
-    """A list or tuple as a tuple, each item of its type."""
+    """Return a list or tuple as a tuple, each item of its type."""
     if not isinstance(value, list | tuple):
         raise WrongValue(f"must be {describe(hint)}")
     if args[-1] is not Ellipsis:
@@ -102,7 +103,7 @@ def _tuple(value: Any, hint: Any, args: tuple[Any, ...]) -> tuple[Any, ...]:
 
 
 def each_of(values: Iterable[Any], check: Callable[[Any], Any]) -> tuple[Any, ...]:
-    """The results of a check for each of several values.
+    """Return the results of a check for each of several values.
 
     Raises:
         WrongValue: the number and the mistake of the first wrong one.
@@ -165,7 +166,7 @@ _CONVERSIONS: dict[Any, Callable[[Any], Any]] = {
 
 
 def describe(hint: Any) -> str:
-    """A type in words, such as "a finite number or 'any'"."""
+    """Return a type in words, such as "a finite number or 'any'"."""
     words = {bool: "true or false", int: "a whole number", float: "a finite number", str: "text"}
     origin, args = get_origin(hint), get_args(hint)
     if origin in (Union, UnionType):

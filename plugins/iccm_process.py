@@ -20,7 +20,7 @@ class Failed(Exception):
 
 
 def python(program: str) -> str:
-    """The path of iccm's Python, as the installation wrote it.
+    """Return the path of iccm's Python, as the installation wrote it.
 
     Raises:
         Failed: the path was not written, or the file does not exist any more.
@@ -32,7 +32,7 @@ def python(program: str) -> str:
 
 
 def start(interpreter: str, arguments: list[str], folder: str, log: str) -> subprocess.Popen:
-    """A process `iccm ARGUMENTS` in a folder, whose messages go to the file `log`."""
+    """Return a process `iccm ARGUMENTS` in a folder, whose messages go to the file `log`."""
     environment = {name: value for name, value in os.environ.items() if name not in THEIRS}
     command = [interpreter, "-c", "from iccm.__main__ import main; main()", *arguments]
     flags = {"creationflags": 0x08000000} if sys.platform == "win32" else {}  # no console window

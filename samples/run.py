@@ -16,19 +16,21 @@ ICCM = Path(sys.executable).parent / "iccm"
 
 
 def samples() -> list[Path]:
-    """The folders of all samples, by name."""
+    """Return the folders of all samples, by name."""
     return sorted(path.parent for path in HERE.glob("*/command.txt"))
 
 
 def commands(folder: Path) -> list[list[str]]:
-    """The sample's commands, to be run by the `iccm` that is installed beside this Python, over older results."""
+    """Return the sample's commands, to be run by the `iccm` that is installed beside this Python, over older
+    results.
+    """
     lines = (folder / "command.txt").read_text(encoding="utf-8").splitlines()
     words = [shlex.split(line, comments=True) for line in lines]
     return [[str(ICCM), *rest, "--force"] for _, *rest in filter(None, words)]
 
 
 def run(folder: Path, *, update: bool = False) -> bool:
-    """Runs a sample and prints a line about it; whether all went well."""
+    """Run a sample, print a line about it, and return whether all went well."""
     (folder / "out").mkdir(exist_ok=True)
     print(f"{folder.name:16} ...", end="\r", flush=True)
     start = time.perf_counter()

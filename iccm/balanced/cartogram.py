@@ -32,7 +32,7 @@ TOLD = "All {1} parts of the source have the requested areas up to {0:.1%} (size
 
 
 def match_areas(field: Field, first: Fit, again: Callable[[Field, TriangulatedMap, bool], Fit]) -> Fit:
-    """The map whose areas are those that a field of sizes asks for, or as close as rounds come.
+    """Return the map whose areas are those that a field of sizes asks for, or as close as rounds come.
 
     Args:
         field: the sizes.
@@ -65,7 +65,7 @@ def match_areas(field: Field, first: Fit, again: Callable[[Field, TriangulatedMa
 
 
 def parts_of(field: Field) -> Index:
-    """(h, w) the connected part of one size, distinguished by SIZE_LEVELS, that each pixel is in."""
+    """Return (h, w) the connected part of one size, distinguished by SIZE_LEVELS, that each pixel is in."""
     from scipy.ndimage import label  # slow to import, and seldom needed
 
     sizes, levels = np.unique(field.values, return_inverse=True)
@@ -95,7 +95,7 @@ class Missing(NamedTuple):
 
 
 def missing(fit: Fit, field: Field, parts: Index) -> Missing:
-    """What the parts of a field of sizes lack in a map."""
+    """Return what the parts of a field of sizes lack in a map."""
     map = triangulated(fit.map)
     places = map.source[map.faces] @ PLACES.T
     pixels = field.pixels(places)

@@ -50,8 +50,8 @@ NOTED_AREA_SHARE = 5e-4  # of the area: what is less is not worth a word
 def solve(
     problem: Problem, options: Options, start: TriangulatedMap | None = None, *, advised: bool = True
 ) -> Fit:
-    """The balanced map of a problem, from an earlier one on if there is one; if `advised` a note names the partial map
-    that was not asked for where that is much better.
+    """Return the balanced map of a problem, from an earlier one on if there is one; if `advised` a note names the
+    partial map that was not asked for where that is much better.
 
     Raises:
         NoMapError: no map without folds was found.
@@ -78,7 +78,9 @@ def solve(
 
 
 def better_partial(problem: Problem, options: Options, whole: Fit) -> list[str]:
-    """A sentence with the figures of what fit and holes of auto find, where that halves the dilatation of 95 %."""
+    """Return a sentence with the figures of what fit and holes of auto find, where that halves the dilatation of 95
+    %.
+    """
     asked = [name for name in ("fit", "holes") if getattr(options, name) != "auto"]
     with suppress(NoMapError):
         other = solve_once(problem, replace(options, fit="auto", holes="auto"))
@@ -99,7 +101,7 @@ def better_partial(problem: Problem, options: Options, whole: Fit) -> list[str]:
 def solve_once(
     problem: Problem, options: Options, start: TriangulatedMap | None = None, moved: bool = False
 ) -> Fit:
-    """The balanced map of a problem, from an earlier one on if there is one, with its notes.
+    """Return the balanced map of a problem, from an earlier one on if there is one, with its notes.
 
     Args:
         problem: what is asked.
@@ -137,7 +139,7 @@ def solve_once(
 
 
 def _map_of_less_balance(problem: Problem, options: Options) -> TriangulatedMap:
-    """The map of half the balance, but at least EVEN_BALANCE, to start from.
+    """Return the map of half the balance, but at least EVEN_BALANCE, to start from.
 
     Areas come to count more by a factor of two at a time: separate searches find minima that are farther and
     farther from the best, rotated and less even.
@@ -235,8 +237,8 @@ def solve_inverse(
     *,
     moved: bool,
 ) -> Solution:
-    """As `method.solve`, with rigid regions of the target: the inverse map has the same energy, and these are regions
-    of its source.
+    """Return as `method.solve`, with rigid regions of the target: the inverse map has the same energy, and these are
+    regions of its source.
 
     Raises:
         NoMapError: no map without folds was found.
@@ -264,7 +266,7 @@ def solve_inverse(
 
 
 def loses_too_much(fit: Fit, options: Options) -> bool:
-    """Whether more is left out, or stays uncovered, than is allowed, though the search took it for less."""
+    """Return whether more is left out, or stays uncovered, than is allowed, though the search took it for less."""
     return (
         fit.left_out > options.max_left_out + NOTED_AREA_SHARE
         or fit.uncovered > options.max_uncovered + NOTED_AREA_SHARE
@@ -272,8 +274,9 @@ def loses_too_much(fit: Fit, options: Options) -> bool:
 
 
 def cut_ring(problem: Problem, closed: Fit, options: Options, settings: Settings) -> Fit | None:
-    """The map of a ring opened by a seam, where one shape is a ring, the other has no hole, and it costs less than
-    the one found."""
+    """Return the map of a ring opened by a seam, where one shape is a ring, the other has no hole, and it costs less
+    than the one found.
+    """
     sides = problem.outlines
     holes = problem.source_holes, problem.target_holes
     if sorted(map(len, holes)) != [0, 1] or not (
@@ -300,7 +303,7 @@ def cut_ring(problem: Problem, closed: Fit, options: Options, settings: Settings
 
 
 def price_of(fit: Fit, settings: Settings) -> float:
-    """What a map costs; see `partial.price`."""
+    """Return what a map costs; see `partial.price`."""
     map = triangulated(fit.map)
     rotation = turn_of(map.source, map.image, map.faces) - (settings.turn or 0.0)
     lost = fit.left_out, fit.uncovered
@@ -317,7 +320,7 @@ def result_of(
     drawn: bool,
     laid: tuple[Complex, float] | None = None,
 ) -> Fit:
-    """The result of what was found.
+    """Return the result of what was found.
 
     Args:
         problem: what was asked.
@@ -354,7 +357,7 @@ def result_of(
 
 
 def deform(problem: Problem, options: Options, start: TriangulatedMap | None = None) -> Fit:
-    """The deformation of a problem without a target, from an earlier one on if there is one.
+    """Return the deformation of a problem without a target, from an earlier one on if there is one.
 
     Raises:
         NoMapError: the shape cannot be meshed.
@@ -397,13 +400,14 @@ def deform(problem: Problem, options: Options, start: TriangulatedMap | None = N
 
 
 def drawing_order(middles: Complex, bottom: complex) -> Index:
-    """(m,) an order of triangles, of which pictures show the later ones where several overlap, by the distance of their
-    middles in the source from what lies lowest."""
+    """Return (m,) an order of triangles, of which pictures show the later ones where several overlap, by the distance
+    of their middles in the source from what lies lowest.
+    """
     return np.argsort(np.abs(middles - bottom), kind="stable")
 
 
 def settings_of(options: Options) -> Settings:
-    """What is asked of a map, of the options.
+    """Return what is asked of a map, of the options.
 
     Raises:
         InputError: a term is not one.
@@ -430,20 +434,22 @@ def settings_of(options: Options) -> Settings:
 
 
 def straighten_lines(map: TriangulatedMap, lines: Index, linear: Index = NO_FACES) -> TriangulatedMap:
-    """The map with the edges of strokes going straight to straight lines, and linear on triangles `linear` (k,)."""
+    """Return the map with the edges of strokes going straight to straight lines, and linear on triangles `linear`
+    (k,).
+    """
     if not len(lines) and not linear.size:
         return map
     return replace(map, bulge=bulges(map.faces, map.image, map.source, map.edges, lines, linear))
 
 
 def in_regions(map: TriangulatedMap, regions: Sequence[Rings], *, of_target: bool = False) -> Index:
-    """(k,) the triangles in rigid regions of the source, or of the target."""
+    """Return (k,) the triangles in rigid regions of the source, or of the target."""
     return np.concatenate([NO_FACES, *(triangles_in(map, rings, of_target=of_target) for rings in regions)])
 
 
 def check_sizes(fit: Fit, asked: float | str | None) -> None:
-    """A note where rigid regions had to be smaller than usual; those of the target larger, since what surrounds them
-    needs room in the source.
+    """Add a note where rigid regions had to be smaller than usual, or those of the target larger, since what surrounds
+    them needs room.
 
     Raises:
         InputError: they had to be smaller, or larger, than they were asked to be.
@@ -478,7 +484,9 @@ def _status(found: Solution, drawn: bool, settings: Settings) -> Status:
 
 
 def stretch_notes(found: Distortion) -> list[str]:
-    """A sentence where the stretch cannot be small: a ring, a bar or a spiral onto a block, or the other way round."""
+    """Return a sentence where the stretch cannot be small: a ring, a bar or a spiral onto a block, or the other way
+    round.
+    """
     if found.strain is None:
         return []
     return [
@@ -528,7 +536,9 @@ def soft_pin_notes(map: TriangulatedMap, pins: Complex) -> list[str]:
 
 
 def rotation_notes(found: float, asked: float | None) -> list[str]:
-    """A sentence where the picture is rotated by another angle, in radians, than was asked for; None asks for any."""
+    """Return a sentence where the picture is rotated by another angle, in radians, than was asked for; None asks for
+    any.
+    """
     if asked is None:
         return []
     away = np.degrees(np.angle(np.exp(1j * (found - asked))))

@@ -10,13 +10,13 @@ from .errors import NoMapError
 
 
 def is_simple(loop: Complex) -> bool:
-    """Whether a closed polyline neither crosses nor touches itself."""
+    """Return whether a closed polyline neither crosses nor touches itself."""
     ring = np.append(loop, loop[0])
     return bool(shapely.LinearRing(xy_of(ring)).is_simple)
 
 
 def refuse_folds(name: str, w: Complex, faces: Index) -> None:
-    """Raises NoMapError unless all triangles are positive, in these very numbers."""
+    """Raise NoMapError unless all triangles are positive, in these very numbers."""
     if (orientation(*w[faces].T) <= 0).any():
         raise NoMapError(
             f"the {name} has triangles that have no area in double precision; move the shape closer to "
@@ -25,7 +25,7 @@ def refuse_folds(name: str, w: Complex, faces: Index) -> None:
 
 
 def refuse_touching(name: str, outer: Complex, *holes: Complex) -> None:
-    """Raises NoMapError unless an outline is simple, its holes too and inside it, in these very numbers."""
+    """Raise NoMapError unless an outline is simple, its holes too and inside it, in these very numbers."""
     if not is_simple(outer) or (holes and fault([outer, *holes])):
         raise NoMapError(
             f"the outline of the {name} touches itself in double precision; widen the gap, or move the "

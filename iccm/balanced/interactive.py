@@ -88,19 +88,19 @@ class _Pair:
         return (given.inverse() if self.inverted else given), patches
 
     def with_patches(self, settings: Settings, patches: PinnedPatches) -> Settings:
-        """The settings with soft pins in the energy of the map from source to target."""
+        """Return the settings with soft pins in the energy of the map from source to target."""
         soft = None if patches.are_none else patches.unit(self.frames)
         return replace(settings, energy=replace(settings.energy, pins=soft))
 
     def problem(self, given: Pins, settings: Settings, start: MeshMap | None = None) -> UnitProblem:
-        """The problem of the map that follows; see `problem_of`, of whose source and target `start` is."""
+        """Return the problem of the map that follows; see `problem_of`, of whose source and target `start` is."""
         source, target = unit_curve(self.frames[0], self.source), unit_curve(self.frames[1], self.target)
         own = given.inverse() if self.inverted else given
         problem = problem_of(source, target, self.holes.unit(self.frames), own, settings, start)
         return problem.inverse() if self.inverted else problem
 
     def carried(self, state: MeshMap, given: Pins, settings: Settings, *, coarse: bool) -> DiscreteMap:
-        """A map on a new mesh, a coarse one or one as fine as the last, brought to constraints.
+        """Return a map on a new mesh, a coarse one or one as fine as the last, brought to constraints.
 
         Raises:
             NoMapError: it folds there.
@@ -125,8 +125,8 @@ class _Pair:
     def carried_anyhow(
         self, state: MeshMap, given: Pins, settings: Settings, *, coarse: bool
     ) -> tuple[DiscreteMap, bool]:
-        """The same, and whether it is on a coarse mesh: where a fine one does not meet the constraints, too, since that
-        takes long.
+        """Return the same, and whether it is on a coarse mesh: where a fine one does not meet the constraints, too,
+        since that takes long.
 
         Raises:
             NoMapError: it folds on either.
@@ -215,7 +215,7 @@ class Live:
         *,
         dragged: bool = False,
     ) -> "Live":
-        """The map continued to pins and strokes that have moved, or to another balance.
+        """Return the map continued to pins and strokes that have moved, or to another balance.
 
         Args:
             pins: (k, 2) points of the source and their places.
@@ -237,7 +237,7 @@ class Live:
         return self._with_patches(patches, given)._moved(given, dragged=dragged)._stiffened()
 
     def _moved(self, given: Pins, *, dragged: bool) -> "Live":
-        """The map continued to exact pins and strokes, and to the soft pins of its energy."""
+        """Return the map continued to exact pins and strokes, and to the soft pins of its energy."""
         others = self._changes_vertices(given)
         coarse = self.coarse or others
         waits = dragged and not others and self.age + 1 < STEPS_A_MESH
@@ -272,7 +272,7 @@ class Live:
         return replace(self, given=given, state=state, least=least, coarse=coarse, age=age, behind=False)
 
     def _with_patches(self, patches: PinnedPatches, given: Pins) -> "Live":
-        """The same with other soft pins in its energy, beside the exact ones."""
+        """Return the same with other soft pins in its energy, beside the exact ones."""
         if not len(patches.points) and not len(self.patches.points):
             return self
         settings, factors = self.pair.with_patches(self.settings, patches), self.stiffening
@@ -286,7 +286,7 @@ class Live:
         return replace(self, settings=settings, patches=patches, state=state, stiffening=factors)
 
     def _stiffened(self) -> "Live":
-        """The same with the stiffness of springs that the next step is to use, by how far their pins miss."""
+        """Return the same with the stiffness of springs that the next step is to use, by how far their pins miss."""
         pins = self.state.energy.pins
         if pins is None or self.stiffening.size != self.state.energy.pin_count:
             return self
@@ -295,14 +295,15 @@ class Live:
         return replace(self, stiffening=np.maximum(factors, 1))
 
     def _changes_vertices(self, given: Pins) -> bool:
-        """Whether constraints need other vertices than those that the mesh has, which each step may do again."""
+        """Return whether constraints need other vertices than those that the mesh has, which each step may do again."""
         before = self.given
         same = before.inner.shape == given.inner.shape and np.array_equal(before.outer, given.outer)
         return not same or bool(before.strokes or given.strokes)
 
     def _pulled(self, given: Pins, steps: int) -> DiscreteMap | None:
-        """The map with new goals for the same vertices, or with these on their way to their new sources by half of so
-        many steps, and how many are `spared`; None where other vertices are needed."""
+        """Return the map with new goals for the same vertices, or with these on their way to their new sources by half
+        of so many steps, and how many are `spared`; None where other vertices are needed.
+        """
         before, now, inside = self.given, given, self.state.inside
         if self._changes_vertices(given):
             return None
@@ -350,19 +351,21 @@ def _least_area(state: DiscreteMap) -> float:
 
 
 def _at_sources(state: DiscreteMap) -> bool:
-    """Whether the vertices of pins are where these are in the source."""
+    """Return whether the vertices of pins are where these are in the source."""
     away = state.z[state.border : state.constrained] - state.inside.z[: state.constrained - state.border]
     return float(np.abs(away).max(initial=0.0)) < 1e-9
 
 
 def _towards(state: DiscreteMap) -> DiscreteMap:
-    """The map after some Newton steps, at FINE_POWER as the converged map; at 1 where that does not reach the goals."""
+    """Return the map after some Newton steps, at FINE_POWER as the converged map; at 1 where that does not reach the
+    goals.
+    """
     found = state.forward(FINE_POWER, FORWARD, AT_REST_DECREASE, corners=True)
     return found if found.miss == 0 else state.forward(1.0, FORWARD, AT_REST_DECREASE, corners=True)
 
 
 def _within(state: DiscreteMap) -> DiscreteMap:
-    """The same with the steps of a budget that are left, going on at 1 from where it came to at FINE_POWER."""
+    """Return the same with the steps of a budget that are left, going on at 1 from where it came to at FINE_POWER."""
     for power in (FINE_POWER, 1.0):
         if state.spared > 0 and (power == FINE_POWER or state.miss > 0):
             state = state.forward(power, state.spared, AT_REST_DECREASE, corners=True)
@@ -370,5 +373,5 @@ def _within(state: DiscreteMap) -> DiscreteMap:
 
 
 def _relax(state: DiscreteMap) -> DiscreteMap:
-    """The map after some Newton steps on its inverse, if it has reached its goals."""
+    """Return the map after some Newton steps on its inverse, if it has reached its goals."""
     return state if state.miss > 0 else state.backward(FINE_POWER, BACKWARD, AT_REST_DECREASE)

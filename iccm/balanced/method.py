@@ -51,7 +51,7 @@ def solve(
     softness: Softness | None = None,
     stroke_widths: Sequence[float] = (),
 ) -> Solution:
-    """The balanced map of two domains.
+    """Return the balanced map of two domains.
 
     Args:
         source: a domain, as from `Curve.domain`.
@@ -137,7 +137,7 @@ def _with_rigid(
     settings: Settings,
     journal: SolveLog,
 ) -> MeshMap:
-    """The map with rigid regions.
+    """Return the map with rigid regions.
 
     Raises:
         InputError: the target has holes that the source has not; pins in a region that no similarity takes along.
@@ -163,8 +163,9 @@ def _domains(source: Curve, target: Curve, holes: Holes) -> tuple[tuple[Curve, .
 def sketch_of(
     map: TriangulatedMap, frames: tuple[Similarity, Similarity], holes: Sequence[tuple[int, int, int]] = ()
 ) -> MeshMap:
-    """A map in unit coordinates, vertices of the outlines first; `holes` are (its loop, the hole of the source, that of
-    the target) for those that stay holes."""
+    """Return a map in unit coordinates, vertices of the outlines first; `holes` are (its loop, the hole of the source,
+    that of the target) for those that stay holes.
+    """
     mirrored = frames[0].mirrored
     rims = [map.loops[k][::-1] if mirrored else map.loops[k] for k in (0, *(k for k, _, _ in holes))]
     border = np.concatenate(rims)
@@ -180,7 +181,7 @@ def _world(state: MeshMap, frames: tuple[Similarity, Similarity]) -> tuple[Compl
 
 
 def holes_of(map: TriangulatedMap, holes: Holes) -> list[tuple[int, int, int]]:
-    """Which loops of a map are which holes of both domains, for those that have a partner.
+    """Return which loops of a map are which holes of both domains, for those that have a partner.
 
     Raises:
         InputError: it is a map of domains with other holes, or takes them to others than is wished.
@@ -208,7 +209,7 @@ def solution_of(
     journal: SolveLog,
     pins: Pins | None = None,
 ) -> Solution:
-    """The map in the given coordinates, checked there.
+    """Return the map in the given coordinates, checked there.
 
     Args:
         state: in unit coordinates.
@@ -258,7 +259,7 @@ def solution_of(
 def _goals(
     cut: Cut, filled: tuple[Complex, Complex] | None, w: Complex, curves: Sequence[Curve], side: int
 ) -> Iterator[tuple[Complex, Curve]]:
-    """The loops of a map with vertices w and the outlines they belong on, of the source (0) or the target (1)."""
+    """Yield the loops of a map with vertices w and the outlines they belong on, of the source (0) or the target (1)."""
     yield closer_outline(w[cut.loops[0]], filled and filled[side], curves[0]), curves[0]
     for loop, partners in zip(cut.loops[1:], cut.partners):
         if partners[side] >= 0:

@@ -36,7 +36,7 @@ def carry_map(
     target: Curve,
     holes: tuple[Sequence[Curve], Sequence[Curve]] = ((), ()),
 ) -> TriangulatedMap:
-    """The map with its outlines on those given, in each plane where they are others; it may fold.
+    """Return the map with its outlines on those given, in each plane where they are others; it may fold.
 
     Args:
         map: an earlier map.
@@ -76,7 +76,7 @@ def _is_on(z: Complex, curve: Curve) -> bool:
 
 
 def _partners(rims: Sequence[Curve], holes: Sequence[Curve]) -> list[Curve]:
-    """The hole that each of a map's inner loops is now: the nearest, each once."""
+    """Return the hole that each of a map's inner loops is now: the nearest, each once."""
     left, found = list(holes), list[Curve]()
     if len(rims) != len(left):
         raise NoMapError(HOLES)
@@ -88,7 +88,7 @@ def _partners(rims: Sequence[Curve], holes: Sequence[Curve]) -> list[Curve]:
 
 
 def match_outlines(before: Curve, now: Curve) -> Real:
-    """(n,) arclengths of an outline where the vertices of the one before (n,) are now, ascending as these do."""
+    """Return (n,) arclengths of an outline where the vertices of the one before (n,) are now, ascending as these do."""
     shares = np.arange(OUTLINE_SAMPLES) / OUTLINE_SAMPLES
     here, there = (_samples(curve, shares * curve.length) for curve in (before, now))
     turn = 1.0 + 0j
@@ -107,8 +107,8 @@ def match_outlines(before: Curve, now: Curve) -> Real:
 
 
 def is_reshaped(before: Curve, now: Curve) -> bool:
-    """Whether an outline did not only move: protrusions merged or came apart, so that a map that continues has to
-    jump.
+    """Return whether an outline did not only move: protrusions merged or came apart, so that a map that continues has
+    to jump.
     """
     ways = ((before, now), (now, before))
     apart = max(b.distances(a.z).max() for a, b in ways)
@@ -117,7 +117,7 @@ def is_reshaped(before: Curve, now: Curve) -> bool:
 
 
 def _path(here: Complex, there: Complex) -> tuple[int, int, Index, Index]:
-    """Where a match of samples (2, OUTLINE_SAMPLES) begins in both, and its rows and columns from there."""
+    """Return where a match of samples (2, OUTLINE_SAMPLES) begins in both, and its rows and columns from there."""
     score = (here[0, :, None] * there[0].conj()).real - POSITION_WEIGHT * np.abs(
         here[1, :, None] - there[1]
     ) ** 2
@@ -127,7 +127,9 @@ def _path(here: Complex, there: Complex) -> tuple[int, int, Index, Index]:
 
 
 def _samples(curve: Curve, s: Real) -> Complex:
-    """(2, n) unit tangents, and middles from their mean in radii of gyration, of equal pieces that begin at s."""
+    """Return (2, n) unit tangents, and middles from their mean in radii of gyration, of equal pieces that begin at
+    s.
+    """
     step, reach = curve.length / s.size, TANGENT_CHORD_SHARE * curve.length
     chord = curve.at(s + step + reach) - curve.at(s - reach)
     middles = 0.5 * (curve.at(s) + curve.at(s + step))
@@ -138,8 +140,9 @@ def _samples(curve: Curve, s: Real) -> Complex:
 
 
 def harmonic(w: Complex, faces: Index, border: Index, values: Complex) -> Complex:
-    """(n,) the function with these values at the border's vertices that is discretely harmonic at the others, and
-    between those of the border."""
+    """Return (n,) the function with these values at the border's vertices that is discretely harmonic at the others,
+    and between those of the border.
+    """
     from scipy.sparse import coo_array  # slow to import, and seldom needed
     from scipy.sparse.linalg import spsolve
 

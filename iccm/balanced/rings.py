@@ -32,7 +32,9 @@ of it beside one twice as close."""
 
 
 def open_ring(outer: Curve, hole: Curve, s: float) -> Curve | None:
-    """The outline of a ring cut from arclength s of its outer one to its hole; None where the cut leaves the ring."""
+    """Return the outline of a ring cut from arclength s of its outer one to its hole; None where the cut leaves the
+    ring.
+    """
     ring = polygon_of(outer.z, hole.z)
     start = complex(outer.at(np.array([s]))[0])
     line = shapely.shortest_line(shapely.Point(start.real, start.imag), ring.interiors[0])
@@ -51,8 +53,9 @@ def open_ring(outer: Curve, hole: Curve, s: float) -> Curve | None:
 def best_seam(
     outer: Curve, hole: Curve, price: Callable[[Curve], float], most: float = np.inf
 ) -> Curve | None:
-    """The ring opened where a map costs the least by `price`, which is infinite where there is none; None if none costs
-    less than `most`, or is going to."""
+    """Return the ring opened where a map costs the least by `price`, which is infinite where there is none; None if
+    none costs less than `most`, or is going to.
+    """
     found: dict[float, tuple[float, Curve]] = {}
 
     def attempt(share: float) -> None:
@@ -73,7 +76,7 @@ def best_seam(
 
 
 def coarse_cost(source: Curve, target: Curve, settings: Settings) -> float:
-    """What the best coarse map of two whole outlines costs, of elastic matches; infinite where there is none."""
+    """Return what the best coarse map of two whole outlines costs, of elastic matches; infinite where there is none."""
     frames = frames_of(source, target, settings.turn, ((), ()))
     outlines = unit_curve(frames[0], source), unit_curve(frames[1], target)
     problem = multilevel.problem_of(*outlines, NONE, UNPINNED, settings)

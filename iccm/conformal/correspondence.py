@@ -87,7 +87,7 @@ class View:
 
     @classmethod
     def of(cls, measure: HarmonicMeasure, centres: Complex) -> "list[View]":
-        """The views from points inside."""
+        """Return the views from points inside."""
         return [cls(measure, c, mass) for c, mass in zip(centres, measure.masses(centres))]
 
     @cached_property
@@ -101,7 +101,9 @@ class View:
         return Coarse(self.measure, self.mass)
 
     def disc(self, z: Complex) -> Complex:
-        """Images of points inside under the Riemann map to the disc: the Cauchy integral of its boundary values."""
+        """Return images of points inside under the Riemann map to the disc: the Cauchy integral of its boundary
+        values.
+        """
         values = np.exp(1j * TURN * self.circle.turns[:-1])
         return cauchy_green.coordinates(self.measure.z, z) @ values
 
@@ -136,7 +138,7 @@ class CircleMap:
 
     @classmethod
     def of(cls, c: Correspondence) -> "CircleMap":
-        """The circle map of a correspondence, with knots at every few panel ends of both shapes."""
+        """Return the circle map of a correspondence, with knots at every few panel ends of both shapes."""
         here, there = c.source.circle.turns[:-1], c.target.circle.turns[:-1]
         a = np.concatenate([here, c.between.inverse(there)])
         b = np.concatenate([c.between(here), there])
@@ -163,7 +165,7 @@ class CircleMap:
         return np.diff(np.append(self.b, self.b[0] + 1))
 
     def hats(self, turn: Real) -> Real:
-        """(p, k) piecewise linear basis at points."""
+        """Return (p, k) piecewise linear basis at points."""
         ends = np.append(self.a, self.a[0] + 1)
         x = turn - np.floor(turn - self.a[0])
         k = np.clip(np.searchsorted(ends, x, side="right") - 1, 0, self.a.size - 1)
@@ -175,18 +177,18 @@ class CircleMap:
         return out
 
     def strained(self, strain: Real, shift: float) -> "CircleMap":
-        """Each gap grown by its strain (never turned around) and all knots moved by a shift."""
+        """Return each gap grown by its strain (never turned around) and all knots moved by a shift."""
         gaps = self.gaps * np.where(strain > -0.5, 1 + strain, 0.5 * np.exp(np.clip(2 * strain + 1, -5, 0)))
         gaps /= gaps.sum()
         return CircleMap(self.a, self.b[0] + shift + np.concatenate([[0.0], np.cumsum(gaps[:-1])]))
 
     def shifted(self, turn: Real, by: Real) -> "CircleMap":
-        """Images moved by amounts that are given at some points, linear between them."""
+        """Return images moved by amounts that are given at some points, linear between them."""
         return CircleMap(self.a, np.maximum.accumulate(self.b + np.interp(self.a, turn, by, period=1.0)))
 
 
 def _apart(a: Real, b: Real) -> list[int]:
-    """Indices of knots that double precision distinguishes, on both circles."""
+    """Return indices of knots that double precision distinguishes, on both circles."""
     keep = [0]
     for k in range(1, a.size):
         if a[k] - a[keep[-1]] > CLOSEST and b[k] - b[keep[-1]] > CLOSEST:

@@ -76,7 +76,9 @@ class HarmonicMeasure:
         self._outflow = -stiffness[boundary][:, free]
 
     def masses(self, centres: Complex) -> Real:
-        """(c, p) positive masses of the panels, seen from the nodes closest to the centres; each row sums to one."""
+        """Return (c, p) positive masses of the panels, seen from the nodes closest to the centres; each row sums to
+        one.
+        """
         source = np.zeros((self._factors.shape[0], centres.size))
         source[self._corner[self._tree.query(xy_of(centres))[1]], np.arange(centres.size)] = 1.0
         flux = (self._outflow @ self._factors.solve(source)).T
@@ -105,7 +107,7 @@ class Circle:
         self._subdivide(power, falling)
 
     def _subdivide(self, power: Real, falling: np.ndarray) -> None:
-        """A table finer than the panels: monotone cubic inside them, a power law in those that touch a corner."""
+        """Fill a table finer than the panels: monotone cubic inside them, a power law in those that touch a corner."""
         parts = np.where(power == 1, SUBDIVISIONS, 1)
         panel = np.repeat(np.arange(parts.size), parts)
         t = (np.arange(panel.size) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[panel]
@@ -157,7 +159,9 @@ def _place(knots: Real, x: Real) -> tuple[np.ndarray, Real]:
 
 
 def inner_points(curve: Curve, ends: Real) -> Complex:
-    """Points for a graded triangulation: centres of the leaves of a quadtree whose cells grow away from the panels."""
+    """Return points for a graded triangulation: centres of the leaves of a quadtree whose cells grow away from the
+    panels.
+    """
     z = curve.at(ends)
     panel = np.abs(np.roll(z, -1) - z)
     places = np.concatenate([z, 0.5 * (z + np.roll(z, -1))])
@@ -214,8 +218,9 @@ def _stiffness(nodes: Complex, triangles: np.ndarray, panels: int):
 
 
 def _edge_numbers(triangles: np.ndarray, panels: int, nodes: int) -> tuple[np.ndarray, int]:
-    """(t, 3) numbers, after the nodes', of the edges opposite to a triangle's vertices, and their count;
-    panels come first."""
+    """Return (t, 3) numbers, after the nodes', of the edges opposite to a triangle's vertices, and their count; panels
+    come first.
+    """
     keys = np.stack(
         [triangulation.keys(triangles[:, (k + 1) % 3], triangles[:, (k + 2) % 3], nodes) for k in range(3)],
         axis=1,

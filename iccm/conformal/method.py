@@ -117,7 +117,7 @@ def _solve(problem: NormalisedProblem, settings: Options):
 
 
 def distinct_vertices(z: Complex) -> list[int]:
-    """Indices of vertices that the rounding of the user's coordinates leaves apart from the one before."""
+    """Return indices of vertices that the rounding of the user's coordinates leaves apart from the one before."""
     least = ULPS * np.spacing(np.abs(z).max())
     keep = [0]
     for k in range(1, z.size):
@@ -127,7 +127,7 @@ def distinct_vertices(z: Complex) -> list[int]:
 
 
 def simplify(curve: Curve, tolerance: float, name: str) -> tuple[Curve, list[str]]:
-    """A long outline without the detail far below the tolerance, and a note that says so."""
+    """Return a long outline without the detail far below the tolerance, and a note that says so."""
     if curve.z.size <= SIMPLIFIED_FROM_VERTICES:
         return curve, []
     for share in (
@@ -144,7 +144,7 @@ def simplify(curve: Curve, tolerance: float, name: str) -> tuple[Curve, list[str
 
 
 def without_hairs(curve: Curve, name: str) -> tuple[Curve, list[str]]:
-    """An outline without slits and spikes of no width, as of a path that goes a way and back; and a note on it.
+    """Return an outline without slits and spikes of no width, as of a path that goes a way and back; and a note on it.
 
     Raises:
         TooThinError: more would be lost than hairs.
@@ -170,7 +170,7 @@ def from_farthest(curve: Curve) -> Curve:
 
 
 def normalise(problem: NormalisedProblem, source: Curve, target: Curve, fineness: float) -> Correspondence:
-    """The boundary correspondence of the conformal map to start from.
+    """Return the boundary correspondence of the conformal map to start from.
 
     Args:
         problem: for its pins and strokes.
@@ -199,7 +199,9 @@ def normalise(problem: NormalisedProblem, source: Curve, target: Curve, fineness
 
 
 def measure(curve: Curve, sharp: Real, spacing: float) -> HarmonicMeasure:
-    """The harmonic measure of a boundary on panels graded towards its corners, longer where they would be too many."""
+    """Return the harmonic measure of a boundary on panels graded towards its corners, longer where they would be too
+    many.
+    """
     progress.tell("harmonic measure")
     ends = graded(curve, spacing, sharp)
     while ends.size > max(MOST_PANELS, 2 * curve.z.size):
@@ -209,7 +211,7 @@ def measure(curve: Curve, sharp: Real, spacing: float) -> HarmonicMeasure:
 
 
 def at_corners(curve: Curve, most: float) -> Real:
-    """(c,) panel lengths at the corners: as asked for, less beside short edges."""
+    """Return (c,) panel lengths at the corners: as asked for, less beside short edges."""
     beside = np.minimum(curve.lengths, np.roll(curve.lengths, 1))[corners(curve)]
     share = np.clip(curve.z.size / 2000, 0.1, 0.5)  # a thousand corners cannot all be graded finely
     return np.minimum(share * beside, most)
@@ -224,8 +226,9 @@ def grade_corners(curve: Curve, sharp: Real, to: Callable[[Real], Real], other: 
 
 
 def crowding(c: Correspondence) -> dict[str, str]:
-    """Notes, by "source" and "target", where parts of one boundary meet less of the other's than double precision can
-    distinguish."""
+    """Note, by "source" and "target", where parts of one boundary meet less of the other's than double precision can
+    distinguish.
+    """
     there = np.diff(c.between.inverse(c.target.circle.turns))
     here = np.diff(c.between(c.source.circle.turns))
     parts = [("target", c.target.circle, there), ("source", c.source.circle, here)]
@@ -275,7 +278,7 @@ def correspond(c: Correspondence, settings: Options) -> tuple[State, list[dict[s
 
 
 def pairs(c: Correspondence) -> tuple[Real, Real]:
-    """The correspondence at the panels' ends and middles of both shapes and around their corners."""
+    """Return the correspondence at the panels' ends and middles of both shapes and around their corners."""
     ends = [np.concatenate([m.ends, m.ends + 0.5 * m.lengths]) for m in (c.source.measure, c.target.measure)]
     source, target = c.source.measure.curve, c.target.measure.curve
     s = np.concatenate([ends[0], np.mod(around_corners(source), source.length)])

@@ -92,7 +92,7 @@ def charged_distortion(distortion: Real, cosine: Real) -> Real:
 def search(
     source: HarmonicMeasure, target: HarmonicMeasure, pins: Complex | None = None, upright: complex = 1.0
 ) -> Correspondence:
-    """The correspondence of least distortion, or with pins the one that meets them best and then distorts least.
+    """Return the correspondence of least distortion, or with pins the one that meets them best and then distorts least.
 
     Every pair of centres and rotations is tried, the best are polished over all three parameters. Of maps that distort
     about as much the one that turns the least from `upright` is taken, and none that turns where any turn is as good,
@@ -146,7 +146,7 @@ class Wish:
         ]
 
     def polished(self, t: Candidate, ends: dict[str, float], turn: float = 0.0) -> Candidate:
-        """The least cost that is found from a candidate, `turn` being the price of a turn by a right angle."""
+        """Return the least cost that is found from a candidate, `turn` being the price of a turn by a right angle."""
         a, b, cost = t.source, t.target, self.cost(t.source, t.target)
 
         def objective(p: Real) -> float:
@@ -160,12 +160,12 @@ class Wish:
         return Candidate(float(self.score(a, b, m, found)), float(found), a, b, p)
 
     def finished(self, t: Candidate, views: list[list[View]]) -> Candidate:
-        """A candidate polished to the end, from the centres that see it best unless that leads elsewhere."""
+        """Return a candidate polished to the end, from the centres that see it best unless that leads elsewhere."""
         polished = self.polished(_seen_well(t, views), FINE_SEARCH)
         return polished if polished.cost <= NEARLY_BEST * t.cost else self.polished(t, FINE_SEARCH)
 
     def stood(self, t: Candidate) -> Candidate:
-        """A candidate turned upright, if any turn is as good, as between discs."""
+        """Return a candidate turned upright, if any turn is as good, as between discs."""
         if self.pins is not None or (turned := self._turned(t)) < LESS:
             return t
         up = self.polished(t, FINE_SEARCH, turn=SYMMETRIC)
@@ -205,7 +205,7 @@ class Wish:
 
 
 def _distinct(tried: list[Candidate]) -> list[Candidate]:
-    """The best candidates, no two of which send the boundary to nearly the same places."""
+    """Return the best candidates, no two of which send the boundary to nearly the same places."""
     chosen: list[Candidate] = []
     places: list[Complex] = []
     for t in tried:

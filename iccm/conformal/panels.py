@@ -17,7 +17,7 @@ THIN = 0.35  # longest panel relative to the local thickness
 
 
 def corners(curve: Curve, least: float = CORNER) -> np.ndarray:
-    """Indices of the vertices that turn by more than `least`, in radians."""
+    """Return indices of the vertices that turn by more than `least`, in radians."""
     return np.flatnonzero(np.abs(np.angle(curve.edges / np.roll(curve.edges, 1))) > least)
 
 
@@ -76,6 +76,8 @@ def graded(curve: Curve, longest: float, at_corners: Real) -> Real:
 
 @cache
 def _positions(samples: int) -> Real:
-    """Places on an edge at which the panel length is asked for: even ones, and ever closer ones towards both ends."""
+    """Return places on an edge at which the panel length is asked for: even ones, and ever closer ones towards both
+    ends.
+    """
     ends = np.concatenate([[0.0], np.geomspace(1e-12, 0.5, 80)])
     return np.unique(np.concatenate([np.linspace(0, 1, 4 * samples + 1), ends, 1 - ends]))

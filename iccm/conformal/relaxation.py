@@ -84,7 +84,7 @@ def lay(c: Correspondence, pairs: Callable, allowed: Allowance, most: int) -> St
 
 
 def follow(c: Correspondence, state: State) -> Correspondence:
-    """The correspondence brought to where Newton's method moved the vertices' images.
+    """Return the correspondence brought to where Newton's method moved the vertices' images.
 
     Steps leave the target's corners where they are (`relaxation_step`); this moves them.
     """
@@ -93,7 +93,7 @@ def follow(c: Correspondence, state: State) -> Correspondence:
 
 
 def circle_map(c: Correspondence) -> CircleMap:
-    """The map between the circles with knots, made from a Möbius map where it is one."""
+    """Return the map between the circles with knots, made from a Möbius map where it is one."""
     return c.between if isinstance(c.between, CircleMap) else CircleMap.of(c)
 
 
@@ -136,7 +136,7 @@ def relax(
 
 
 def relaxation_step(c: Correspondence, state: State) -> Callable[[float], tuple[Real, float]]:
-    """The step in the strains of the circle map's gaps and its shift, as a function of the damping.
+    """Return the step in the strains of the circle map's gaps and its shift, as a function of the damping.
 
     A strain is the relative change of a gap: the corners' clusters of knots then move along with their
     surroundings at no cost. At the target's corners dw/dturn is singular: the vertices that crowd there would hold the

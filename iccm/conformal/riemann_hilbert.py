@@ -28,13 +28,13 @@ SHORTEST = 1e-15  # gap, relative to the length of the boundary
 
 
 def cyclic_gaps(s: Real, length: float) -> Real:
-    """(n,) steps from each arclength to the next, the last to the first one lap on."""
+    """Return (n,) steps from each arclength to the next, the last to the first one lap on."""
     return np.diff(np.append(s, s[0] + length))
 
 
 def shares(source: Curve, s: Real, target: Curve, tau: Real) -> Real:
-    """(n,) quadrature weights from both sides, ½(ds/|S| + dτ/|T|): a protrusion counts even where its preimage is
-    tiny.
+    """Return (n,) quadrature weights from both sides, ½(ds/|S| + dτ/|T|): a protrusion counts even where its preimage
+    is tiny.
     """
     parts = [cyclic_gaps(s, source.length) / source.length, cyclic_gaps(tau, target.length) / target.length]
     gaps = 0.5 * (parts[0] + parts[1])
@@ -42,13 +42,13 @@ def shares(source: Curve, s: Real, target: Curve, tau: Real) -> Real:
 
 
 def stretches(s: Real, source: Curve, tau: Real, target: Curve) -> Real:
-    """(n,) growth of lengths at the vertices, dτ/ds."""
+    """Return (n,) growth of lengths at the vertices, dτ/ds."""
     ds, dtau = cyclic_gaps(s, source.length), cyclic_gaps(tau, target.length)
     return (dtau + np.roll(dtau, 1)) / (ds + np.roll(ds, 1))
 
 
 def interpolate_means(w: Complex, z: Complex) -> Complex:
-    """Values φ for linear interpolation whose mean on every edge is that of the holomorphic function through w.
+    """Return values φ for linear interpolation whose mean on every edge is that of the holomorphic function through w.
 
     Linear interpolation errs by w'' Δz²/12 on the average. Vertices raised by a sixth of their distance from the linear
     function through their neighbours make up for it, so that maps of smooth boundaries err by O(h³), not O(h²).
@@ -62,7 +62,8 @@ def interpolate_means(w: Complex, z: Complex) -> Complex:
 
 
 def consistency(z: Complex) -> Complex:
-    """(n, n) matrix D = (C - ½I)(I + P) - ½I: D w = 0 for the boundary values w of a holomorphic map at vertices z.
+    """Return (n, n) matrix D = (C - ½I)(I + P) - ½I: D w = 0 for the boundary values w of a holomorphic map at vertices
+    z.
 
     C holds the Cauchy coordinates of the vertices, and φ = (I + P) w are the values of `interpolate_means`. Their
     linear interpolation errs by an oscillation without mean, of which one half is holomorphic: at vertices the
@@ -79,8 +80,9 @@ def consistency(z: Complex) -> Complex:
 
 
 def _neighbours(z: Complex) -> tuple[Complex, Complex]:
-    """A sixth of the weights of the vertices before and after in linear interpolation; zero at corners, where w is
-    not smooth."""
+    """Return a sixth of the weights of the vertices before and after in linear interpolation; zero at corners, where w
+    is not smooth.
+    """
     ahead = np.roll(z, -1) - z
     back = np.roll(ahead, 1)
     share = np.where(np.abs(np.angle(ahead / back)) < CORNER, RAISE, 0.0) / (ahead + back)

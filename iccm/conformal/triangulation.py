@@ -31,20 +31,20 @@ class PlaneMesh(NamedTuple):
 
 
 def delaunay(nodes: Complex) -> PlaneMesh:
-    """The Delaunay triangulation of the nodes' convex hull."""
+    """Return the Delaunay triangulation of the nodes' convex hull."""
     found = Delaunay(xy_of(nodes))
     return PlaneMesh(found.simplices.astype(np.int64), found.neighbors.astype(np.int64))
 
 
 def missing(mesh: PlaneMesh, panels: int, nodes: int) -> Flags:
-    """(panels,) whether a panel, from each of the first nodes to the next, is not an edge."""
+    """Return (panels,) whether a panel, from each of the first nodes to the next, is not an edge."""
     present = [keys(mesh.faces[:, k], mesh.faces[:, (k + 1) % 3], nodes) for k in range(3)]
     start = np.arange(panels)
     return ~np.isin(keys(start, (start + 1) % panels, nodes), np.concatenate(present))
 
 
 def constrained(nodes: Complex, mesh: PlaneMesh, lacking: Flags) -> PlaneMesh:
-    """The triangulation with all panels as edges, and all others Delaunay but for them (Sloan 1993).
+    """Return the triangulation with all panels as edges, and all others Delaunay but for them (Sloan 1993).
 
     Args:
         nodes: (n,) nodes, the panels' ends first and in order.
@@ -69,7 +69,9 @@ def constrained(nodes: Complex, mesh: PlaneMesh, lacking: Flags) -> PlaneMesh:
 
 
 def inside(curve: Curve, nodes: Complex, mesh: PlaneMesh) -> Index:
-    """(m, 3) the triangles inside a closed curve, without those of three nodes on one of its edges, which are none."""
+    """Return (m, 3) the triangles inside a closed curve, without those of three nodes on one of its edges, which are
+    none.
+    """
     a, b, c = nodes[mesh.faces].T
     longest = np.maximum.reduce([np.abs(b - a), np.abs(c - b), np.abs(a - c)])
     faces = mesh.faces[2 * triangle_areas(nodes[mesh.faces]) > FLAT * longest**2]
@@ -77,5 +79,5 @@ def inside(curve: Curve, nodes: Complex, mesh: PlaneMesh) -> Index:
 
 
 def keys(a: Index, b: Index, nodes: int) -> Index:
-    """One number for each unordered pair of nodes."""
+    """Return one number for each unordered pair of nodes."""
     return np.minimum(a, b).astype(np.int64) * nodes + np.maximum(a, b)

@@ -52,7 +52,7 @@ def around_corners(curve: Curve) -> Real:
 
 
 def radius_along(curve: Curve, spacing: float) -> Callable[[Real], Real]:
-    """The local thickness of a domain as a function of arclength."""
+    """Return the local thickness of a domain as a function of arclength."""
     edge, z, radius = thickness(curve, spacing)
     s = curve.knots[edge] + np.abs(z - curve.z[edge])
     return lambda x: np.interp(x, s, radius, period=curve.length)
@@ -71,7 +71,7 @@ class Allowance:
     least: float
 
     def __call__(self, s: Real, stretch: Real) -> Real:
-        """Allowed error at arclengths s, where lengths grow by `stretch`."""
+        """Return allowed error at arclengths s, where lengths grow by `stretch`."""
         return np.clip(RELATIVE * stretch * self.radius(s), self.least, self.error)
 
 

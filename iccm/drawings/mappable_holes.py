@@ -16,7 +16,7 @@ CLOSE = 2e-4
 
 
 def mappable(curve: Curve, holes: Sequence[Complex]) -> list[int]:
-    """The numbers of those holes of an outline, ascending."""
+    """Return the numbers of those holes of an outline, ascending."""
     rings = [polygon_of(hole) for hole in holes]
     sizes = shapely.area(rings)
     domain = curve.polygon

@@ -267,7 +267,7 @@ def _program(search: _Search, copy: Similarity, step: float, *, turns: bool) -> 
     arm = x - copy.shift
 
     def towards(w: Complex) -> NDArray[np.float64]:
-        """The components of vectors along the normals."""
+        """Return the components of vectors along the normals."""
         return (n.conj() * w).real
 
     # changes: relative scale, rotation in radians, translation in units of the extent

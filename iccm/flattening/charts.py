@@ -68,7 +68,7 @@ class Atlas:
 
     @classmethod
     def of(cls, mesh: Mesh) -> "Atlas":
-        """All charts of a mesh.
+        """Return all charts of a mesh.
 
         Raises:
             InputError: an element at fault (see `mesh.checked`), or no face has texture coordinates.
@@ -136,7 +136,7 @@ class Atlas:
         return self._order.size
 
     def triangles(self, number: int) -> Index:
-        """The triangles of a chart.
+        """Return the triangles of a chart.
 
         Raises:
             InputError: there is no such chart.
@@ -149,16 +149,16 @@ class Atlas:
         return order[starts[number - 1] : starts[number]]
 
     def tile(self, number: int) -> complex:
-        """The lower left corner of the tile that the middle of a chart is in."""
+        """Return the lower left corner of the tile that the middle of a chart is in."""
         u, v = self.uv[np.unique(self.shape.faces[self.triangles(number)])].T
         return complex(np.floor((u.min() + u.max()) / 2), np.floor((v.min() + v.max()) / 2))
 
     def mirrored(self, number: int) -> bool:
-        """Whether the layout shows the back of a chart's faces, as most of them are wound."""
+        """Return whether the layout shows the back of a chart's faces, as most of them are wound."""
         return float(self.turn[self.triangles(number)].sum()) < 0
 
     def shared(self, number: int) -> float:
-        """The share of a chart that others lie on, looked at on a coarse grid; 0 below a hundredth."""
+        """Return the share of a chart that others lie on, looked at on a coarse grid; 0 below a hundredth."""
         own = np.zeros(len(self.shape.faces), bool)
         own[self.triangles(number)] = True
         at = self.uv[self.shape.faces]
@@ -171,7 +171,7 @@ class Atlas:
         return share if share >= UNREPORTED_SHARE else 0.0
 
     def chart(self, number: int, aspect: float = 1.0) -> LaidOut:
-        """A chart as a flattening, as it is seen from the faces' front.
+        """Return a chart as a flattening, as it is seen from the faces' front.
 
         Args:
             number: 1 for the largest.
@@ -209,13 +209,13 @@ class Atlas:
 
 
 def _unfolded(shape: Triangles, turn: Real) -> Index:
-    """(m,) pieces of a layout joined across the edges at which it does not fold."""
+    """Return (m,) pieces of a layout joined across the edges at which it does not fold."""
     one, two = _across(shape, turn)[0].T
     return labels(one, two, len(shape.faces))
 
 
 def _across(shape: Triangles, turn: Real) -> tuple[Index, Index]:
-    """(e, 2) triangles that meet at an edge at which the layout does not fold, and (f, 2) at which it does."""
+    """Return (e, 2) triangles that meet at an edge at which the layout does not fold, and (f, 2) at which it does."""
     half = np.flatnonzero(shape.twin > np.arange(shape.twin.size))
     other = shape.twin[half]
     alike = (turn[half // 3] > 0) == (turn[other // 3] > 0)
@@ -295,7 +295,7 @@ def _separate_boundaries(shape: Triangles, flat: Complex) -> Complex:
 
 
 def _known(mesh: Mesh, uv: Real, uv_corners: Index, corner: Index) -> Flags:
-    """(m,) which triangles have coordinates at all corners, and finite ones."""
+    """Return (m,) which triangles have coordinates at all corners, and finite ones."""
     faces = uv_corners[corner]
     good = np.logical_and.reduce(np.isfinite(uv), axis=1)
     if (uv_corners >= len(uv)).any():

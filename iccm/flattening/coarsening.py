@@ -73,7 +73,7 @@ class Removed(NamedTuple):
         )
 
     def first(self, count: int) -> "Removed":
-        """The first so many vertices."""
+        """Return the first so many vertices."""
         return Removed(
             vertex=self.vertex[:count],
             into=self.into[:count],
@@ -85,7 +85,7 @@ class Removed(NamedTuple):
 
     @classmethod
     def joined(cls, rounds: "Sequence[Removed]") -> "Removed":
-        """The vertices of several rounds, one after the other."""
+        """Return the vertices of several rounds, one after the other."""
         offsets = np.cumsum([0, *(len(each.edges) for each in rounds)])
         starts = [each.starts[:-1] + offset for each, offset in zip(rounds, offsets)]
         return cls(
@@ -106,7 +106,8 @@ def relaxed(
     steps: int,
     tolerance: float,
 ) -> Complex:
-    """(n,) positions of less energy, from some without folds; of large surfaces by way of a coarser triangulation.
+    """Return (n,) positions of less energy, from some without folds; of large surfaces by way of a coarser
+    triangulation.
 
     Args:
         sheet: the surface, all of whose vertices move.
@@ -134,8 +135,8 @@ def by_coarser(
     solve: Callable[[Elastic, Index], Complex],
     stay: Index = NONE,
 ) -> Complex:
-    """(n,) positions of less energy by way of a coarser triangulation; those given where the surface is small or there
-    are none.
+    """Return (n,) positions of less energy by way of a coarser triangulation; those given where the surface is small or
+    there are none.
 
     Args:
         sheet, points, u, theta: as of `relaxed`.
@@ -154,8 +155,9 @@ def by_coarser(
 
 
 def coarser_layout(layout: Flattening, large: int) -> tuple[Flattening, Index] | None:
-    """A layout without folds on a coarser triangulation, a separate mesh, and the patch's vertex (k,) behind each of
-    its vertices; None where the surface has fewer vertices than `large`, or there is none."""
+    """Return a layout without folds on a coarser triangulation, a separate mesh, and the patch's vertex (k,) behind
+    each of its vertices; None where the surface has fewer vertices than `large`, or there is none.
+    """
     patch = layout.patch
     small = _much_coarser(patch.points, patch.faces, layout.flat, large, NONE)
     if small is None:
@@ -176,7 +178,7 @@ def coarser_layout(layout: Flattening, large: int) -> tuple[Flattening, Index] |
 def _much_coarser(
     points: Real, faces: Index, z: Complex, large: int, stay: Index
 ) -> tuple[Index, Index, Removed] | None:
-    """The vertices (k,) that are left of many, the triangles (m, 3) of these, and what was taken out."""
+    """Return the vertices (k,) that are left of many, the triangles (m, 3) of these, and what was taken out."""
     if z.size < large:
         return None
     coarse, removed = coarser(points, faces, z, z.size // COARSER_FACTOR, stay)
@@ -185,8 +187,9 @@ def _much_coarser(
 
 
 def coarser(points: Real, faces: Index, z: Complex, goal: int, stay: Index = NONE) -> tuple[Index, Removed]:
-    """(k, 3) triangles with about `goal` vertices or as few as there can be, some of which stay, without folds in a
-    layout z (n,) that has none; and what was taken out."""
+    """Return (k, 3) triangles with about `goal` vertices or as few as there can be, some of which stay, without folds
+    in a layout z (n,) that has none; and what was taken out.
+    """
     faces = np.array(faces, np.int64)
     points, z = np.ascontiguousarray(points, np.float64), np.ascontiguousarray(z, np.complex128)
     rounds: list[Removed] = []

@@ -51,7 +51,7 @@ class Elastic:
         return cls._on(system_of(faces, np.arange(held), int(faces.max()) + 1), faces, shapes, weights, held)
 
     def with_shapes(self, shapes: Complex) -> "Elastic":
-        """The same triangles with other rest shapes (m, 3), which weigh as much as their areas."""
+        """Return the same triangles with other rest shapes (m, 3), which weigh as much as their areas."""
         return self._on(self.pattern, self.faces, shapes, None, self.held)
 
     @classmethod
@@ -65,8 +65,8 @@ class Elastic:
         return cls(faces, shapes, pattern, rest, held)
 
     def relaxed(self, u: Complex, theta: float, steps: int, tolerance: float) -> Complex:
-        """(n,) positions of less energy, from some without folds, until a step gains less than `tolerance` of it; see
-        `newton.descend`.
+        """Return (n,) positions of less energy, from some without folds, until a step gains less than `tolerance` of
+        it; see `newton.descend`.
 
         A few steps at a time, so that a signal is heard in between. A large surface's factor serves for the steps after
         one of SMALL_GAIN_SHARE gain, too, as long as each gains at most half of what the one before did.
@@ -100,7 +100,7 @@ def _objective(theta: float) -> Objective:
 
 
 def surface(points: Real, faces: Index) -> Elastic:
-    """The triangles (m, 3) of a surface in space, its area taken as one."""
+    """Return the triangles (m, 3) of a surface in space, its area taken as one."""
     rest = laid_flat(points[faces])
     areas = triangle_areas(rest)
     return Elastic.of(faces, rest / np.sqrt(areas.sum()))

@@ -98,5 +98,7 @@ def _power(jacobian: Linear, share: float) -> tuple[Real, Complex]:
 
 
 def _blend(a: Complex, b: Complex, share: float, turn: float) -> Complex:
-    """(n,) the blend of both ends, each turned by its share of the whole turn, by which shapes between are turned."""
+    """Return (n,) the blend of both ends, each turned by its share of the whole turn, by which shapes between are
+    turned.
+    """
     return (1 - share) * a * np.exp(1j * share * turn) + share * b * np.exp(-1j * (1 - share) * turn)

@@ -92,13 +92,15 @@ def flatten(
 
 
 def convex(layout: Flattening) -> Flattening:
-    """The layout with polygons convex where moving a vertex makes them so; as it is where it would overlap itself."""
+    """Return the layout with polygons convex where moving a vertex makes them so; as it is where it would overlap
+    itself.
+    """
     opened = replace(layout, flat=open_up(layout.flat, layout.patch, np.zeros(0, np.int64)))
     return layout if overlap(opened) else opened
 
 
 def even_layout(layout: Flattening) -> Flattening:
-    """The layout of least symmetric Dirichlet energy, from one of the same patch without folds or overlaps.
+    """Return the layout of least symmetric Dirichlet energy, from one of the same patch without folds or overlaps.
 
     Raises:
         InputError: none without overlap was found.
@@ -127,7 +129,7 @@ def _least_squares(patch: Patch, loop: int, growing: bool) -> Flattening:
 def _even_with_seam(
     layout: Flattening, growing: bool, joins: bool, sound: Flattening | None
 ) -> tuple[Flattening, Elastic]:
-    """The layout of least symmetric Dirichlet energy, its seam long enough, and the surface as it was found on.
+    """Return the layout of least symmetric Dirichlet energy, its seam long enough, and the surface as it was found on.
 
     Args:
         layout: any, for its patch and outline.
@@ -147,9 +149,10 @@ def _even_with_seam(
 
 
 def _with_seam(start: Flattening, joins: bool) -> tuple[Flattening, Elastic, list[int]]:
-    """A layout that is nearly even, its seam long enough, from one without folds; its surface, and the vertices to
-    which the seam was extended, of large surfaces on a coarser triangulation first. Of the ways to these, such are left
-    out as are not needed with those that came later."""
+    """Return a layout that is nearly even, its seam long enough, from one without folds; its surface, and the vertices
+    to which the seam was extended, of large surfaces on a coarser triangulation first. Of the ways to these, such are
+    left out as are not needed with those that came later.
+    """
     small = coarser_layout(start, COARSE_SEAM_VERTICES)
     ends = [] if small is None else small[1][_with_seam(small[0], joins)[2]].tolist()
     result, sheet, _ = _roughly(_cut_to(start, ends, joins))
@@ -172,7 +175,7 @@ def _with_seam(start: Flattening, joins: bool) -> tuple[Flattening, Elastic, lis
 
 
 def _cut_to(start: Flattening, ends: list[int], joins: bool) -> Flattening:
-    """A layout without folds, the seam extended to some vertices; as it is if there are none."""
+    """Return a layout without folds, the seam extended to some vertices; as it is if there are none."""
     if not ends:
         return start
     patch = seams.lengthened(start, ends, joins)
@@ -180,7 +183,7 @@ def _cut_to(start: Flattening, ends: list[int], joins: bool) -> Flattening:
 
 
 def _roughly(start: Flattening) -> tuple[Flattening, Elastic, float]:
-    """A layout that is nearly even, from one without folds; its surface, and its energy."""
+    """Return a layout that is nearly even, from one without folds; its surface, and its energy."""
     points = start.patch.points
     sheet = surface(points, start.patch.faces)
     flat = relaxed(sheet, points, _unit(start), 1, PLACING_STEPS, LEAST_DECREASE_OF_SEAMS)
@@ -196,7 +199,9 @@ def _conformal(even: Flattening, sheet: Elastic, steps: Iterable[int] = range(SC
 
 
 def _lengthen_seam(found: Flattening) -> Flattening:
-    """The conformal layout that keeps angles best as the seam continues, at most until it does, or has taken long."""
+    """Return the conformal layout that keeps angles best as the seam continues, at most until it does, or has taken
+    long.
+    """
     best, fewest, steps = found, _angle_loss(found), iter(range(SCAFFOLD_STEPS))
     for _ in range(ANGLE_ROUNDS):
         if fewest <= KEPT_DILATATION_P95 or next(steps, None) is None:
@@ -211,15 +216,16 @@ def _lengthen_seam(found: Flattening) -> Flattening:
 
 
 def _angle_loss(result: Flattening) -> float:
-    """How little a layout keeps angles: p95 of its dilatation, infinite where it overlaps itself."""
+    """Return how little a layout keeps angles: p95 of its dilatation, infinite where it overlaps itself."""
     return np.inf if overlap(result) else result.dilated(95)
 
 
 def _relax(
     start: Flattening, sheet: Elastic, theta: float, steps: Iterable[int] = range(SCAFFOLD_STEPS)
 ) -> Flattening:
-    """A layout without folds relaxed to the end; where it overlaps itself then, from one that does not, with a
-    scaffold."""
+    """Return a layout without folds relaxed to the end; where it overlaps itself then, from one that does not, with a
+    scaffold.
+    """
     points = start.patch.points
     result = _place(start, relaxed(sheet, points, _unit(start), theta, NEWTON_STEPS, LEAST_DECREASE))
     if overlap(result) is None:
@@ -239,7 +245,7 @@ def _relax(
 
 
 def _start(patch: Patch, outline: Index) -> Flattening:
-    """A layout without folds, as far from even as it may be."""
+    """Return a layout without folds, as far from even as it may be."""
     try:
         return Flattening(patch, upright(patch, tutte.convex(patch, outline)), outline, "balanced")
     except RuntimeError:  # scipy's word for a singular matrix
@@ -272,7 +278,7 @@ def _spread(result: Flattening) -> float:
 
 
 def _most_shrunk(result: Flattening) -> int:
-    """The inner vertex around which the plane shows the surface smallest."""
+    """Return the inner vertex around which the plane shows the surface smallest."""
     mean = at_vertices(
         np.log(np.maximum(np.abs(result.stretch[0]), 1e-300)), result.patch.faces, len(result.flat)
     )

@@ -107,13 +107,13 @@ def _tuck(
 
 
 def concave(uv: Real, patch: Patch) -> int:
-    """How many of these polygons are not convex with texture coordinates (n, 2) of the vertices, exactly."""
+    """Return how many of these polygons are not convex with texture coordinates (n, 2) of the vertices, exactly."""
     triangles, face = patch.fans
     return np.unique(face[orientation(*complex_of(uv)[triangles].T) <= 0]).size
 
 
 def not_convex(count: int) -> str:
-    """What that means, for people."""
+    """Return what that means, for people."""
     polygons = "polygon is" if count == 1 else "polygons are"
     return (
         f"{count} {polygons} not convex in the new coordinates; programs that triangulate differently "
@@ -122,7 +122,9 @@ def not_convex(count: int) -> str:
 
 
 def _room(z: complex, heads: Complex, tails: Complex, height: float) -> complex | None:
-    """A point height times their length or more to the left of all edges from heads to tails; None if none is found."""
+    """Return a point height times their length or more to the left of all edges from heads to tails; None if none is
+    found.
+    """
     base = tails - heads
     length = np.maximum(np.abs(base), 1e-300)
     for _ in range(ROOM_STEPS):

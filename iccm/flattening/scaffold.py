@@ -64,7 +64,7 @@ def frame(outline: Complex) -> Complex:
 
 
 def outside(u: Complex, around: Complex, loops: list[Index]) -> Index:
-    """(k, 3) counter-clockwise triangles between the frame and the outline and in the holes.
+    """Return (k, 3) counter-clockwise triangles between the frame and the outline and in the holes.
 
     Vertices are those of the frame, then those of the layout.
     """
@@ -78,12 +78,12 @@ def outside(u: Complex, around: Complex, loops: list[Index]) -> Index:
 
 
 def filling(u: Complex, hole: Index) -> Index:
-    """(k, 3) counter-clockwise triangles of the vertices u (n,) in a hole whose vertices are given."""
+    """Return (k, 3) counter-clockwise triangles of the vertices u (n,) in a hole whose vertices are given."""
     return _numbered(u, [hole], [shapely.Polygon(xy_of(u[hole]))], 0.0)
 
 
 def _numbered(at: Complex, rings: list[Index], polygons: list[shapely.Polygon], thin: float) -> Index:
-    """The triangles of polygons by the numbers of their corners, but for those of no more area than `thin`."""
+    """Return the triangles of polygons by the numbers of their corners, but for those of no more area than `thin`."""
     number = {complex(at[v]): v for ring in rings for v in ring.tolist()}
     parts = np.concatenate([_triangles(polygon) for polygon in polygons])
     xy = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3]

@@ -37,7 +37,7 @@ class Ways(NamedTuple):
         return cls(*patch.triangles.paths(patch.points, sources, patch.drawn, rims=not joins))
 
     def summed(self, values: Real) -> Real:
-        """(n,) sums of values at vertices along the ways, the ends included and the sources not."""
+        """Return (n,) sums of values at vertices along the ways, the ends included and the sources not."""
         start = self.before < 0
         total, before = np.where(start, 0.0, values), np.where(start, np.arange(start.size), self.before)
         while not start[before].all():
@@ -64,7 +64,7 @@ def ends(result: Flattening, joins: bool) -> Iterator[int]:
 
 
 def lengthened(result: Flattening, ends: Iterable[int], joins: bool) -> Patch:
-    """The patch, its seam extended to some vertices by the shortest ways, one after another."""
+    """Return the patch, its seam extended to some vertices by the shortest ways, one after another."""
     sources, found = _sources(result, joins), []
     for end in ends:
         found.append(walk(Ways.of(result.patch, sources, joins).before, end))
@@ -73,7 +73,7 @@ def lengthened(result: Flattening, ends: Iterable[int], joins: bool) -> Patch:
 
 
 def sharper(result: Flattening) -> Patch:
-    """The patch, its seam extended along the ways that pass most dilatation for the root of their length.
+    """Return the patch, its seam extended along the ways that pass most dilatation for the root of their length.
 
     They end at convex vertices: at others, about which there is more than a full turn, the sides of a seam overlap.
     """
@@ -96,30 +96,30 @@ def sharper(result: Flattening) -> Patch:
 
 
 def _sources(result: Flattening, joins: bool) -> Index:
-    """The vertices from which ways go."""
+    """Return the vertices from which ways go."""
     return result.loop if joins else np.unique(np.concatenate(result.patch.loops))
 
 
 def _sums(faces: Index, values: Real) -> Real:
-    """(n,) sums of values (3m,) at corners."""
+    """Return (n,) sums of values (3m,) at corners."""
     sums: Real = np.bincount(faces.ravel(), values).astype(float)
     return sums
 
 
 def turns(patch: Patch) -> Real:
-    """(n,) the sums of the angles about each vertex: 2π where the surface is flat, less at a tip."""
+    """Return (n,) the sums of the angles about each vertex: 2π where the surface is flat, less at a tip."""
     return _sums(patch.faces, face_angles(patch.points[patch.faces]).ravel())
 
 
 def _log_dilatation(result: Flattening) -> Real:
-    """(n,) the integral of the logarithm of the dilatation over the triangles around each vertex."""
+    """Return (n,) the integral of the logarithm of the dilatation over the triangles around each vertex."""
     faces = result.patch.faces
     area = result.patch.areas
     return _sums(faces, np.repeat(area * np.log(np.minimum(result.dilatation, 1e3)), 3))
 
 
 def _worthwhile(patch: Patch, sources: Index, dilated: Real, ends: Flags) -> list[int]:
-    """The way to one of some ends that passes most."""
+    """Return the way to one of some ends that passes most."""
     ways = Ways.of(patch, sources, joins=True)
     there = ends & (ways.reach > 0) & np.isfinite(ways.reach)
     reach = np.where(there, ways.reach, 1.0)

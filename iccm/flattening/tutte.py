@@ -15,7 +15,7 @@ from ..meshes.topology import Triangles
 
 @on_one_thread
 def convex(patch: Patch, outline: Index) -> Complex:
-    """(p,) positions in the unit disk, one to one but for rounding; holes are closed for it.
+    """Return (p,) positions in the unit disk, one to one but for rounding; holes are closed for it.
 
     Raises:
         RuntimeError: a singular system.
@@ -50,7 +50,7 @@ def settled(shape: Triangles, z: Complex, inner: Index) -> Complex:
 
 
 def filled(patch: Patch, outline: Index) -> Triangles:
-    """The triangles of the patch with every hole but the outline closed by a fan around a separate vertex."""
+    """Return the triangles of the patch with every hole but the outline closed by a fan around a separate vertex."""
     faces, count = [patch.faces], patch.triangles.count
     for loop in patch.loops:
         if np.array_equal(loop, outline):

@@ -55,7 +55,7 @@ def flatten_each(pieces: Sequence[Patch], *, grow: bool, method: str) -> list[Fl
 
 
 def _of_copy(copy: Patch, piece: Patch, flat: Flattening) -> Flattening:
-    """The flattening of a piece for a copy of it, which is cut alike."""
+    """Return the flattening of a piece for a copy of it, which is cut alike."""
     before = np.empty(flat.flat.size, np.int64)  # the vertex of the piece behind each that was cut
     before[flat.patch.faces] = piece.faces
     number = np.zeros(int(piece.vertex.max()) + 1, np.int64)
@@ -73,7 +73,7 @@ def _of_copy(copy: Patch, piece: Patch, flat: Flattening) -> Flattening:
 
 
 def _key(piece: Patch) -> bytes:
-    """What copies of a piece that were moved have in common: triangles and lengths of edges."""
+    """Return what copies of a piece that were moved have in common: triangles and lengths of edges."""
     corners = piece.points[piece.faces]
     lengths = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
     unit = SAME_LENGTH_SHARE * max(float(lengths.max()), 1e-300)
@@ -90,7 +90,7 @@ def pack_all(
     rotates: bool = True,
     margin: int,
 ) -> tuple[Flattening, float]:
-    """One layout of several pieces, packed at one scale, and the side of the square that they are in.
+    """Return one layout of several pieces, packed at one scale, and the side of the square that they are in.
 
     Args:
         mesh: that the pieces are of.

@@ -179,7 +179,7 @@ class _Judge:
         return found
 
     def is_good(self, choice: Choice) -> bool:
-        """Whether a map of the whole outlines of both only parts does, without looking further."""
+        """Return whether a map of the whole outlines of both only parts does, without looking further."""
         return choice in self._good and all(frame.radius == 0 for frame in choice.frames)
 
     def _seen(self, coarse: CoarseMap) -> Seen:
@@ -272,7 +272,7 @@ class _FrameSearch:
         return np.inf if choice is None else choice.cost
 
     def _is_given_up(self, pair: tuple[int, int]) -> bool:
-        """Whether a pair of frames has a map that costs so much that its neighbours are not looked at."""
+        """Return whether a pair of frames has a map that costs so much that its neighbours are not looked at."""
         cost = self._cost(self._compared.get(pair))
         return bool(GIVEN_UP * self.judge.least_cost < cost < np.inf)
 
@@ -284,7 +284,7 @@ def _of_area_one(map: MeshMap) -> tuple[Complex, Complex, Index]:
 
 
 def may_pair(source: Drawing, target: Drawing) -> bool:
-    """Whether each part of a drawing may have a separate partner."""
+    """Return whether each part of a drawing may have a separate partner."""
     return 2 <= len(source.parts) == len(target.parts) <= MOST_PAIRED_PARTS
 
 

@@ -44,7 +44,7 @@ class Placement(NamedTuple):
     target: Curve
 
     def meets(self, pins: Complex) -> bool:
-        """Whether the similarity alone is the map, and takes pins (k, 2) where they go."""
+        """Return whether the similarity alone is the map, and takes pins (k, 2) where they go."""
         images = self.similarity(self.source.z)
         is_whole = images.size == self.target.z.size and bool(
             np.allclose(images, self.target.z, rtol=0, atol=self._near)

@@ -141,7 +141,7 @@ class Factor:
 
 
 def system_of(faces: Index, following: Index, count: int, stencils: Sequence[Index] = ()) -> BlockPattern:
-    """The pattern for triangles (m, 3) of `count` vertices.
+    """Return the pattern for triangles (m, 3) of `count` vertices.
 
     Args:
         faces: triangles.
@@ -175,7 +175,7 @@ def system_of(faces: Index, following: Index, count: int, stencils: Sequence[Ind
 
 
 def _pairs_of(stencils: Sequence[Index]) -> Index:
-    """(p, 2) all pairs of different vertices of stencils (k, s)."""
+    """Return (p, 2) all pairs of different vertices of stencils (k, s)."""
     if not stencils:
         return np.empty((0, 2), np.int64)
     pairs = [np.empty((0, 2), np.int64)]

@@ -45,7 +45,9 @@ class Fronts(NamedTuple):
 
 
 def fronts_of(found: Elimination) -> tuple[Index, Fronts]:
-    """The vertices (n,) in an order of elimination with the same factor, in which fronts are contiguous; and these."""
+    """Return the vertices (n,) in an order of elimination with the same factor, in which fronts are contiguous; and
+    these.
+    """
     n, ends = found.order.size, found.ends
     counts, rows = np.diff(ends), np.empty(found.order.size, np.int64)
     rows[found.order] = np.arange(n)
@@ -87,7 +89,7 @@ def fronts_of(found: Elimination) -> tuple[Index, Fronts]:
 
 
 def _waiting(wide: Index, parents: Index) -> int:
-    """The most numbers that wait for parents, with those of the front under way."""
+    """Return the most numbers that wait for parents, with those of the front under way."""
     squares = (2 * wide + 1) ** 2
     taken = np.bincount(parents, squares, wide.size + 1)[:-1].astype(np.int64)
     before = np.append(0, np.cumsum(squares - taken))[:-1]

@@ -57,7 +57,8 @@ class Front(NamedTuple):
 
 @on_one_thread
 def solve(matrix: Hermitian, points: Real, right: Complex) -> Complex:
-    """(n,) the solution of a Hermitian positive definite system of which every unknown belongs to a point (n, 3).
+    """Return (n,) the solution of a Hermitian positive definite system of which every unknown belongs to a point (n,
+    3).
 
     Raises:
         numpy.linalg.LinAlgError: it is not positive definite.
@@ -79,7 +80,7 @@ def solve(matrix: Hermitian, points: Real, right: Complex) -> Complex:
 
 
 def _permute(matrix: Hermitian, order: Index) -> tuple[Real, csr_matrix]:
-    """The diagonal, and what is above it, with the unknowns in another order."""
+    """Return the diagonal, and what is above it, with the unknowns in another order."""
     place = np.empty(order.size, np.int32)
     place[order] = np.arange(order.size, dtype=np.int32)
     row, column = place[matrix.ends[0]], place[matrix.ends[1]]
@@ -119,7 +120,7 @@ def _eliminate(diagonal: Real, above: csr_matrix, nodes: list[Node]) -> Iterator
 
 
 def _extend_add(update: Complex, to: Complex, place: Index, firsts: range, end: int) -> None:
-    """Adds the columns up to `end` of a lower half, in strips that begin at `firsts`, at their places in another's."""
+    """Add the columns up to `end` of a lower half, in strips that begin at `firsts`, at their places in another's."""
     for first in firsts:
         last = min(first + STRIP_COLUMNS, end)
         to.T[np.ix_(place[first:last], place[first:])] += update.T[first:last, first:]  # row by row

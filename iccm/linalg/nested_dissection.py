@@ -16,7 +16,7 @@ Node = tuple[int, int, list[int]]
 
 
 def nested_dissection(ends: Numbers, points: Real) -> tuple[Index, list[Node]]:
-    """An order of elimination (n,), and its tree: start, end and children of each node, children first.
+    """Return an order of elimination (n,), and its tree: start, end and children of each node, children first.
 
     Vertices are halved along the longest side of their box; those of one half next to the other come last.
 
@@ -45,7 +45,8 @@ def nested_dissection(ends: Numbers, points: Real) -> tuple[Index, list[Node]]:
 
 
 def _bisect(ends: Numbers, xyz: Real, vertices: Numbers, side: np.ndarray) -> list[tuple[Numbers, Numbers]]:
-    """Two parts that are not coupled, and the vertices between them, each with the ends of what is coupled inside.
+    """Return two parts that are not coupled, and the vertices between them, each with the ends of what is coupled
+    inside.
 
     Taken by their numbers, not by flags, which takes five times as long.
     """

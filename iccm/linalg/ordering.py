@@ -45,7 +45,7 @@ class Elimination(NamedTuple):
 
 
 def minimum_degree(faces: Index, count: int) -> Elimination:
-    """A minimum degree ordering of triangles (m, 3) of `count` vertices, each of which has one."""
+    """Return a minimum degree ordering of triangles (m, 3) of `count` vertices, each of which has one."""
     return _by_superlu(faces, count) if count > LARGE_VERTEX_COUNT else _by_quotient_graph(faces, count)
 
 

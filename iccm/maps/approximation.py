@@ -42,7 +42,7 @@ _made: WeakKeyDictionary[HarmonicMap, dict[tuple[float, float], TriangulatedMap]
 def triangulated(
     map: AnyMap, source_error: float | None = None, image_error: float | None = None
 ) -> TriangulatedMap:
-    """A map as a triangulated one; those of a harmonic map are kept with it, one for each error.
+    """Return a map as a triangulated one; those of a harmonic map are kept with it, one for each error.
 
     Args:
         map: source → target; a triangulated one is its own.
@@ -68,13 +68,13 @@ def _asked(error: float | None, usual: float) -> float:
 
 
 def _texels(map: HarmonicMap) -> tuple[float, float]:
-    """A texel of the source and one of the image."""
+    """Return a texel of the source and one of the image."""
     planes = map.polygon, map.jet_inside(map.polygon)[0]
     return tuple(float(max(np.ptp(z.real), np.ptp(z.imag))) / TEXELS_ACROSS for z in planes)  # type: ignore[return-value]
 
 
 def _centred(map: HarmonicMap, source_error: float, image_error: float) -> TriangulatedMap:
-    """The approximation, worked out about the centres of both shapes: else refinement continues for lost digits'
+    """Return the approximation, worked out about the centres of both shapes: else refinement continues for lost digits'
     sake.
     """
     near, source, image = map.centred()
@@ -119,13 +119,13 @@ class Samples:
         self.checked = np.empty(0, np.int64)
 
     def extend(self, z: Complex) -> None:
-        """Takes up the vertices that are new."""
+        """Take up the vertices that are new."""
         w, f_z, f_zbar = self.map.jet_inside(z[self.w.size :])
         values = zip((self.w, self.p, self.q), (w, *inverted(f_z, f_zbar)))
         self.w, self.p, self.q = (np.concatenate(both) for both in values)
 
     def edges(self, z: Complex, edges: Edges) -> tuple[Complex, Flags]:
-        """(e,) the bulges of edges, and which are to be cut."""
+        """Return (e,) the bulges of edges, and which are to be cut."""
         i, j = edges.ends.T
         along, step = z[j] - z[i], self.w[j] - self.w[i]
         with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
@@ -154,7 +154,9 @@ class Samples:
         return bulge, np.where(corner.all(axis=1), np.inf, error)
 
     def triangles(self, mesh: Triangulation, bulge: Complex, marked: Flags) -> Flags:
-        """(e,) longest sides of triangles whose middles err. Each is looked at once, when its sides are accurate."""
+        """Return (e,) longest sides of triangles whose middles err. Each is looked at once, when its sides are
+        accurate.
+        """
         sides = mesh.edges.sides
         i, j = mesh.edges.ends.T
         along, step = np.abs(mesh.z[j] - mesh.z[i]), np.abs(self.w[j] - self.w[i])
@@ -174,7 +176,7 @@ class Samples:
         return found
 
     def _off(self, w: Complex, z: Complex) -> tuple[Complex, Complex]:
-        """How far the preimages of points w (p,) are from points z close to them, and w from their images."""
+        """Return how far the preimages of points w (p,) are from points z close to them, and w from their images."""
         image, f_z, f_zbar = self.map.jet_inside(z)
         p, q = inverted(f_z, f_zbar)
         return p * (w - image) + q * (w - image).conj(), w - image
@@ -183,14 +185,15 @@ class Samples:
         return (source <= self.errors[0]) & (image <= self.errors[1])
 
     def _known(self, along: Complex | Real, step: Complex | Real) -> Flags:
-        """Whether edges are long enough to be cut, in the image to be seen, and in the source for their ends to be
-        distinguished. NaN is not."""
+        """Return whether edges are long enough to be cut, in the image to be seen, and in the source for their ends to
+        be distinguished. NaN is not.
+        """
         digits = DIGITS_SHARE * float(np.abs(self.map.polygon).max())
         return (np.abs(step) > self.errors[1]) & (np.abs(along) > digits)
 
 
 def _folds(image: Complex, faces: Index, loop: Index) -> bool:
-    """Whether the image of a mesh covers some places twice, or the wrong way round."""
+    """Return whether the image of a mesh covers some places twice, or the wrong way round."""
     a, b, c = image[faces].T
     area = cross(b - a, c - a)
     if -area[area < 0].sum() > FOLDED_AREA_SHARE * np.abs(area).sum():
@@ -199,7 +202,7 @@ def _folds(image: Complex, faces: Index, loop: Index) -> bool:
 
 
 def _clearances(image: Complex, faces: Index, loop: Index) -> Real:
-    """(m,) how far the middles of the triangles' images are from the image of the boundary."""
+    """Return (m,) how far the middles of the triangles' images are from the image of the boundary."""
     middle, start, end = image[faces].mean(axis=1), image[loop], image[np.roll(loop, -1)]
     edge, part = nearest_segments(middle, start, end)
     return np.abs(start[edge] + part * (end - start)[edge] - middle)

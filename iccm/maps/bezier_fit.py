@@ -55,7 +55,7 @@ def _cubics(
     hi: NDArray[np.float64],
     tolerance: float,
 ) -> tuple[Complex, NDArray[np.float64]]:
-    """(p, 4) control points on each interval, and how far they are from the curve.
+    """Return (p, 4) control points on each interval, and how far they are from the curve.
 
     Where the curve all but stands still at an end, as at a corner that the map smooths, its tangent says nothing: the
     inner control point is the end then, and the cubic's direction that from the other one.

@@ -11,7 +11,9 @@ MOST_POINTS = 400_000  # points (by hand): a wild map's image may be longer than
 
 
 def outline(map: HarmonicMap, flatness: float) -> Complex:
-    """(k,) the image of the polygon: a closed polyline, straight to `flatness` (target units) between its points."""
+    """Return (k,) the image of the polygon: a closed polyline, straight to `flatness` (target units) between its
+    points.
+    """
     map, _, shift = map.centred()
     z = map.polygon
     steps = np.repeat((np.roll(z, -1) - z) / FIRST_PARTS, FIRST_PARTS)

@@ -18,7 +18,7 @@ STRAIGHTENING_ROUNDS = (
 def straighten_beyond_bounds(
     map: TriangulatedMap, max_dilatation: float | None, max_stretch: float | None
 ) -> TriangulatedMap:
-    """The map with triangles left straight where their patches exceed a bound asked for."""
+    """Return the map with triangles left straight where their patches exceed a bound asked for."""
     for _ in range(STRAIGHTENING_ROUNDS):
         sides = np.unique(map.edges.sides[_excess(map, max_dilatation, max_stretch) > 1])
         bent = sides[map.bulges[sides] != 0]
@@ -31,13 +31,14 @@ def straighten_beyond_bounds(
 
 
 def meets_bounds(map: TriangulatedMap, max_dilatation: float | None, max_stretch: float | None) -> bool:
-    """Whether what is drawn meets the bounds asked for, but for rounding."""
+    """Return whether what is drawn meets the bounds asked for, but for rounding."""
     return bool(_excess(map, max_dilatation, max_stretch).max() <= 1 + ROUNDING_SHARE)
 
 
 def bound_notes(map: TriangulatedMap, max_dilatation: float | None, max_stretch: float | None) -> list[str]:
-    """A sentence for each bound asked for: on how much of the target it is exceeded, and the least that the outlines'
-    angles allow."""
+    """Return a sentence for each bound asked for: on how much of the target it is exceeded, and the least that the
+    outlines' angles allow.
+    """
     found, ratio = distortion.of_triangles(map), angle_ratio(map)
     asked = [
         ("dilatation", max_dilatation, found.dilatations, ratio),
@@ -58,7 +59,7 @@ def bound_notes(map: TriangulatedMap, max_dilatation: float | None, max_stretch:
 
 
 def angle_ratio(map: TriangulatedMap) -> float:
-    """The largest ratio of the angles inside a vertex of the outline and its image, the larger to the smaller.
+    """Return the largest ratio of the angles inside a vertex of the outline and its image, the larger to the smaller.
 
     Around a vertex a piecewise smooth map is r e^{it} -> r ρ(t) e^{iφ(t)}, its dilatation at least φ' or 1/φ', and φ'
     is that ratio on average: no such map has less dilatation, nor less stretch than its root.
@@ -72,7 +73,7 @@ def angle_ratio(map: TriangulatedMap) -> float:
 
 
 def _excess(map: TriangulatedMap, max_dilatation: float | None, max_stretch: float | None) -> Real:
-    """(m,) how many times the bounds the largest dilatation and stretch of each patch are."""
+    """Return (m,) how many times the bounds the largest dilatation and stretch of each patch are."""
     worst = np.zeros(len(map.faces))
     if max_dilatation is None and max_stretch is None:
         return worst

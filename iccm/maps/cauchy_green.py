@@ -82,7 +82,7 @@ def derivatives(polygon: Complex, z: Complex) -> Complex:
 
 
 def _filled(kernel: Function, polygon: Complex, z: Complex) -> Complex:
-    """The matrix that a kernel fills, on all threads; what it holds does not depend on their number."""
+    """Return the matrix that a kernel fills, on all threads; what it holds does not depend on their number."""
     polygon, z = np.ascontiguousarray(polygon, dtype=complex), np.ascontiguousarray(z, dtype=complex)
     out = np.empty((z.size, polygon.size), dtype=np.complex128)
     over_slices(lambda rows: kernel(polygon, polygon.size, z, rows.start, rows.stop, out), z.size, step=SLICE)

@@ -57,8 +57,10 @@ class Distortion:
         return np.sqrt(np.abs(np.abs(self.f_z) ** 2 - np.abs(self.f_zbar) ** 2)) / self.scale
 
     def energies(self, balance: float = 1.0) -> dict[str, Real]:
-        """(p,) what the balanced energy is made of: `angle` (s₁/s₂ + s₂/s₁) / 2, `area` (d + 1/d) / 2 with d the scale
-        of areas by the mean, and `total` angle · area^θ, with θ the balance; 1 for a similarity, inf where folded."""
+        """Return (p,) what the balanced energy is made of: `angle` (s₁/s₂ + s₂/s₁) / 2, `area` (d + 1/d) / 2 with d the
+        scale of areas by the mean, and `total` angle · area^θ, with θ the balance; 1 for a similarity, inf where
+        folded.
+        """
         # The solver's density is in core/include/iccm/density.h; it has no parts, which figures show one by one.
         d = (np.abs(self.f_z) ** 2 - np.abs(self.f_zbar) ** 2) / self.scale**2
         angle = _ratio((np.abs(self.f_z) ** 2 + np.abs(self.f_zbar) ** 2) / self.scale**2, d)
@@ -66,7 +68,7 @@ class Distortion:
         return {"angle": angle, "area": area, "total": angle * area**balance}
 
     def within(self, factor: float) -> float:
-        """The share of the target whose scale is within a factor of the mean."""
+        """Return the share of the target whose scale is within a factor of the mean."""
         near = (self.scales <= factor) & (self.scales >= 1 / factor)
         return min(1.0, float(self.area @ near / self.area.sum()))
 
@@ -91,11 +93,11 @@ class Distortion:
         return float(np.degrees(np.angle(mean)))
 
     def quantile(self, values: Real, share: float) -> float:
-        """The least of values (p,) that those of a share of the target do not exceed."""
+        """Return the least of values (p,) that those of a share of the target do not exceed."""
         return weighted_quantile(values, self.area, share)
 
     def report(self) -> dict:
-        """As in the JSON report."""
+        """Return as in the JSON report."""
         return {
             "stretch": self._figures(self.stretches, ("p50", 0.5), ("p95", 0.95)),
             "dilatation": self._figures(self.dilatations, ("median", 0.5), ("p95", 0.95)),
@@ -108,14 +110,14 @@ class Distortion:
 
 
 def weighted_quantile(values: Real, weights: Real, share: float) -> float:
-    """The least of values (p,) that those of a share of their weights (p,) do not exceed."""
+    """Return the least of values (p,) that those of a share of their weights (p,) do not exceed."""
     order = np.argsort(values)
     summed = np.cumsum(weights[order])
     return float(values[order][min(np.searchsorted(summed, share * summed[-1]), values.size - 1)])
 
 
 def _ratio(a: Real | float, b: Real) -> Real:
-    """a / b, inf where b is not positive."""
+    """Return a / b; inf where b is not positive."""
     return np.where(b > 0, a / np.where(b > 0, b, 1), np.inf)
 
 
@@ -141,7 +143,7 @@ def of_triangles(map: TriangulatedMap, chosen: Index | None = None, shares: Real
 
 
 def in_middles(map: TriangulatedMap) -> Distortion:
-    """One sample in the middle of each triangle, in their order, with its place."""
+    """Return one sample in the middle of each triangle, in their order, with its place."""
     a, b, c = map.corners.T
     d, e, f = map.source[map.faces].T
     area, before = (0.5 * np.abs(turn) for turn in (cross(b - a, c - a), cross(e - d, f - d)))
@@ -152,7 +154,7 @@ def in_middles(map: TriangulatedMap) -> Distortion:
 
 
 def inside_triangles(map: TriangulatedMap) -> Distortion:
-    """The same without the corners, where surfaces that the planes stand for bend; with the samples' places."""
+    """Return the same without the corners, where surfaces that the planes stand for bend; with the samples' places."""
     a, b, c = map.corners.T
     area = 0.5 * np.abs(cross(b - a, c - a))
     triangle = np.repeat(np.arange(len(map.faces)), len(_INNER))
@@ -163,7 +165,7 @@ def inside_triangles(map: TriangulatedMap) -> Distortion:
 
 
 def of_inverse(map: AnyMap, w: Complex, scale: float) -> Distortion:
-    """Points w (p,) spread evenly over the target, through the inverse of a map.
+    """Return points w (p,) spread evenly over the target, through the inverse of a map.
 
     Where no point of the source goes nothing is painted: scale 0 and infinite stretch.
 

@@ -90,7 +90,7 @@ class Pieces:
         return np.rint(np.bincount(self.ring, turn) / (2 * np.pi)).astype(int)
 
     def rings(self) -> list[Complex]:
-        """The images of the starts, ring by ring."""
+        """Return the images of the starts, ring by ring."""
         return np.split(self.image, np.flatnonzero(np.diff(self.ring)) + 1)
 
 
@@ -122,7 +122,7 @@ class Encloser:
         return self._bounded(start, ring)
 
     def split(self, pieces: Pieces, which: np.ndarray) -> Pieces:
-        """The same curves with some pieces (k,) halved."""
+        """Return the same curves with some pieces (k,) halved."""
         middle, _ = _middles(pieces.start, pieces.ring)
         fresh = np.repeat(which, 1 + which)
         start, ring = _halved(pieces.start, middle, which), np.repeat(pieces.ring, 1 + which)
@@ -135,7 +135,7 @@ class Encloser:
         return Pieces(**parts)
 
     def _bounded(self, start: Complex, ring: Index, only: np.ndarray | None = None) -> Pieces:
-        """The bounds of all pieces, or of those that are marked."""
+        """Return the bounds of all pieces, or of those that are marked."""
         following = _following(ring)
         if only is None:
             only = np.ones(start.size, dtype=bool)
@@ -193,7 +193,7 @@ def too_close(pieces: Pieces, fresh: np.ndarray | None = None) -> tuple[Index, I
 
 
 def _following(ring: Index) -> Index:
-    """The next index in the same ring, cyclic."""
+    """Return the next index in the same ring, cyclic."""
     following = np.arange(1, ring.size + 1)
     last = np.append(np.flatnonzero(np.diff(ring)), ring.size - 1)
     following[last] = np.concatenate([[0], last[:-1] + 1])
@@ -206,5 +206,5 @@ def _middles(start: Complex, ring: Index) -> tuple[Complex, Real]:
 
 
 def _halved(start: Complex, middle: Complex, which: np.ndarray) -> Complex:
-    """Starts with the middles of some pieces inserted."""
+    """Start with the middles of some pieces inserted."""
     return np.insert(start, np.flatnonzero(which) + 1, middle[which])

@@ -44,13 +44,13 @@ class ExtendedInverse:
         self._map = triangulated(self.map)
 
     def __call__(self, w: Complex) -> Complex:
-        """(p,) preimages of (p,) points, never NaN for a finite point."""
+        """Return (p,) preimages of (p,) points, never NaN for a finite point."""
         z, away = self._map.extended_inverse(w, self.threads)
         self._count(away)
         return z
 
     def reached(self, w: Complex) -> tuple[Complex, Flags]:
-        """(p,) preimages, and which of the points have one, to within what a map counts as its outline."""
+        """Return (p,) preimages, and which of the points have one, to within what a map counts as its outline."""
         z, away = self._map.extended_inverse(w, self.threads)
         near = away <= self._map.near * self._map.image_diagonal
         self._count(away[near])
@@ -71,7 +71,7 @@ class ExtendedInverse:
 
 
 def bends(faces: NDArray, w: Complex, z_w: Complex, z_wbar: Complex, threads: int | None = None) -> Real:
-    """(m,) estimate of how far the inverse strays from its linear interpolation in each triangle (m, 3).
+    """Return (m,) estimate of how far the inverse strays from its linear interpolation in each triangle (m, 3).
 
     Along an edge e a smooth function differs from its chord by about |slope(b) e - slope(a) e| / 8. Unknown slopes
     give inf.

@@ -27,7 +27,7 @@ class Field:
 
     @classmethod
     def of(cls, given: ArrayLike, box: Box, least: float, name: str) -> "Field":
-        """The numbers (h, w), those below a share `least` of the largest raised to that; `name` is for messages.
+        """Return the numbers (h, w), those below a share `least` of the largest raised to that; `name` is for messages.
 
         Raises:
             InputError: no array (h, w), not finite, negative, or all zero.
@@ -45,7 +45,7 @@ class Field:
         return cls(np.maximum(values, least * values.max()), box)
 
     def __call__(self, z: Complex) -> Real:
-        """The numbers at points of any shape."""
+        """Return the numbers at points of any shape."""
         height, width = self.values.shape
         y, x = (np.clip(at - 0.5, 0, most - 1) for at, most in zip(self._in_pixels(z), (height, width)))
         i, j = np.minimum(y.astype(int), max(height - 2, 0)), np.minimum(x.astype(int), max(width - 2, 0))
@@ -61,7 +61,7 @@ class Field:
         return i.astype(int), j.astype(int)
 
     def _in_pixels(self, z: Complex) -> tuple[Real, Real]:
-        """How far points are below the upper edge, and to the right of the left one."""
+        """Return how far points are below the upper edge, and to the right of the left one."""
         (low, high), (height, width) = self.box, self.values.shape
         size = high - low
         return (high.imag - z.imag) / size.imag * height, (z.real - low.real) / size.real * width

@@ -101,7 +101,7 @@ def figure(
 
 
 def draw_carried(axes: Any, carried: tuple[NDArray, Box], target: Curve) -> None:
-    """A picture seen through a map, with its box, and the target's outline, into axes that somebody has."""
+    """Draw a picture seen through a map, with its box and the target's outline, into given axes."""
     pixels, (low, high) = carried
     axes.imshow(pixels, extent=(low.real, high.real, low.imag, high.imag), interpolation="none")
     _outline(axes, target.z, INK, 1.0)

@@ -13,7 +13,7 @@ _flood = function(
 
 
 def by_sheets(image: Complex, faces: Index, across: Index, clearance: Real) -> tuple[Index, int]:
-    """The triangles in the order in which they lie over each other, and how many are seen at all.
+    """Return the triangles in the order in which they lie over each other, and how many are seen at all.
 
     Of two triangles over one place the one lies on top to which a wider way leads from the triangle with most room
     around its image, over triangles that are not turned over. These are not seen, and come last.

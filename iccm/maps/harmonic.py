@@ -61,7 +61,7 @@ class HarmonicMap:
         return tuple(values.reshape(z.shape) for values in found)  # type: ignore[return-value]
 
     def jet_inside(self, z: Complex, threads: int | None = None) -> tuple[Complex, Complex, Complex]:
-        """The same at points (p,) that are known to lie inside or on the boundary, or are NaN."""
+        """Return the same at points (p,) that are known to lie inside or on the boundary, or are NaN."""
         if self.conformal:
             (value,), (rate,) = cauchy_green.jets(self.polygon, self.phi[None], z, threads)
             return value, rate, np.where(np.isnan(rate), rate, 0)
@@ -70,8 +70,9 @@ class HarmonicMap:
         return values[0] + values[1].conj(), rates[0], rates[1].conj()
 
     def centred(self) -> "tuple[HarmonicMap, complex, complex]":
-        """The map about the centres of source and image, and these centres: far from the origin digits are lost.
-        Coordinates add up to 1, so that a shift of the coefficients shifts the map."""
+        """Return the map about the centres of source and image, and these centres: far from the origin digits are lost.
+        Coordinates add up to 1, so that a shift of the coefficients shifts the map.
+        """
         source, image = (0.5 * sum(bounding_box(plane)) for plane in (self.polygon, self.phi + self.psi))
         return replace(self, polygon=self.polygon - source, phi=self.phi - image), source, image
 
@@ -91,7 +92,9 @@ class HarmonicMap:
         return Curve(self.polygon)
 
     def placed(self, z: Complex) -> Complex:
-        """(p,) points inside as they are, others at the closest point of the polygon, NaN where that is too far."""
+        """Return (p,) points inside as they are, others at the closest point of the polygon, NaN where that is too
+        far.
+        """
         out = z.copy()
         beyond = np.flatnonzero(~self.outline.contains(z))
         known = beyond[np.isfinite(z[beyond])]
@@ -124,7 +127,7 @@ class HarmonicMap:
         return f_z.reshape(z.shape), f_zbar.reshape(z.shape)
 
     def _blocks(self, coordinates, z: Complex):
-        """The coordinate matrix of z in blocks of bounded memory, at least one."""
+        """Yield the coordinate matrix of z in blocks of bounded memory, at least one."""
         for rows in cauchy_green.blocks(z.size, self.polygon.size) or [slice(0, 0)]:
             yield coordinates(self.polygon, z[rows])
 

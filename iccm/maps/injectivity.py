@@ -41,7 +41,7 @@ class Certificate:
     share: float = 0.0
 
     def report(self) -> dict:
-        """As in the JSON report."""
+        """Return as in the JSON report."""
         return {
             "certified": self.certified,
             "depth": self.depth,
@@ -54,8 +54,8 @@ class Certificate:
 
 
 def certify(f: HarmonicMap, depths: Real = DEPTHS) -> Certificate:
-    """The least depth found at which f is certainly injective: the least of `depths`, or by bisection of them, since
-    what holds at a depth holds deeper; then between the last two.
+    """Return the least depth found at which f is certainly injective: the least of `depths`, or by bisection of them,
+    since what holds at a depth holds deeper; then between the last two.
 
     A harmonic map with |f_z̄| < |f_z| on the boundary and no zero of f_z inside keeps its orientation inside,
     because f_z̄ / f_z is holomorphic there; if it also takes the boundary to a simple curve, it is injective (degree
@@ -85,7 +85,7 @@ def certify(f: HarmonicMap, depths: Real = DEPTHS) -> Certificate:
 
 
 def at_depth(f: HarmonicMap, depth: float) -> Certificate:
-    """What holds on the source moved inwards by `depth` times its inradius."""
+    """Return what holds on the source moved inwards by `depth` times its inradius."""
     return InsetDomain.of(f).at_depth(depth)
 
 
@@ -105,13 +105,13 @@ class InsetDomain:
 
     @classmethod
     def of(cls, f: HarmonicMap) -> "InsetDomain":
-        """A map made ready."""
+        """Return a map made ready."""
         outline = polygon_of(f.polygon)
         radius = shapely.maximum_inscribed_circle(outline, tolerance=1e-3 * np.sqrt(outline.area)).length
         return cls(Encloser(f), outline, float(radius))
 
     def at_depth(self, depth: float) -> Certificate:
-        """What holds on the part that lies deeper."""
+        """Return what holds on the part that lies deeper."""
         inner = self.outline.buffer(-depth * self.inradius, join_style="mitre")
         parts = [part for part in shapely.get_parts(inner) if part.area > 0]
         if not parts:
@@ -159,14 +159,16 @@ class InsetDomain:
 
 
 def ring_of(part: shapely.Polygon) -> Complex:
-    """(k,) vertices of a polygon's boundary, counter-clockwise, without those that rounding hardly distinguishes."""
+    """Return (k,) vertices of a polygon's boundary, counter-clockwise, without those that rounding hardly
+    distinguishes.
+    """
     z = complex_of(shapely.get_coordinates(part.exterior)[:-1])
     kept = z[np.abs(z - np.roll(z, 1)) > SHORTEST_EDGE_SHARE * part.exterior.length]
     return kept if Curve(kept).area > 0 else kept[::-1]
 
 
 def _fold_between(pieces: Pieces) -> str:
-    """What the samples alone tell against a map; empty where they do not."""
+    """Return what the samples alone tell against a map; empty where they do not."""
     if not np.isfinite(pieces.jacobian).all():
         return "the map cannot be evaluated"
     if pieces.jacobian.min() > 0:
@@ -182,7 +184,7 @@ def _failed(depth: float, what: str, pieces: Pieces | None = None, zeros: int = 
 
 
 def _apart(images: list[Complex]) -> bool:
-    """Whether the rings are simple, one after the other, and do not meet or nest."""
+    """Return whether the rings are simple, one after the other, and do not meet or nest."""
     polygons = [polygon_of(w) for w in images]
     if not all(p.is_valid for p in polygons):
         return False

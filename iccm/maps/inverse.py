@@ -23,7 +23,7 @@ ROUNDING_SHARE = 1e-14  # of the image's size: |r| where there is no slope, at v
 
 
 def inverse(map: HarmonicMap, w: Complex) -> Complex:
-    """The points z inside the source polygon with map(z) = w; any shape in, the same shape out.
+    """Return the points z inside the source polygon with map(z) = w; any shape in, the same shape out.
 
     Of several the one on the sheet that continues from the widest place; NaN where w has none.
     """
@@ -32,8 +32,9 @@ def inverse(map: HarmonicMap, w: Complex) -> Complex:
 
 
 def extended_inverse(map: HarmonicMap, w: Complex) -> tuple[Complex, Real]:
-    """The same, the nearest point of the boundary standing for points that have none, and how far away these are; 0 for
-    the others, NaN for what is not finite."""
+    """Return the same, the nearest point of the boundary standing for points that have none, and how far away these
+    are; 0 for the others, NaN for what is not finite.
+    """
     w = as_points(w)
     flat = w.ravel()
     z, away = np.full(flat.size, complex(np.nan, np.nan)), np.full(flat.size, np.nan)

@@ -43,7 +43,7 @@ class Triangulation:
 
     @classmethod
     def of(cls, polygon: Complex) -> "Triangulation":
-        """The inside of a simple counter-clockwise polygon; its vertices come first."""
+        """Return the inside of a simple counter-clockwise polygon; its vertices come first."""
         parts = shapely.constrained_delaunay_triangles(polygon_of(polygon))
         corners = complex_of(shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, 2::-1])
         order = np.argsort(polygon)
@@ -55,7 +55,7 @@ class Triangulation:
         return edges_across(self.faces, self.across)
 
     def refined(self, marked: Flags) -> "Triangulation":
-        """The same with the marked edges (e,) cut in the middle."""
+        """Return the same with the marked edges (e,) cut in the middle."""
         ends, sides = self.edges.ends[marked], self.edges.sides
         middle = np.full(marked.size, -1)
         middle[marked] = self.z.size + np.arange(len(ends))
@@ -90,7 +90,7 @@ class Triangulation:
 
 
 def shaped(z: Complex, faces: Index) -> Triangulation:
-    """A triangulation made Delaunay, with vertices added where triangles are thin."""
+    """Return a triangulation made Delaunay, with vertices added where triangles are thin."""
     n, m = z.size, len(faces)
     room = 3 * n + 2000
     points, triangles, across = np.empty(room, np.complex128), *np.empty((2, 2 * room, 3), np.int64)

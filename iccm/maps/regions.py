@@ -51,7 +51,7 @@ class Region:
         of_target: bool = False,
         flat: Complex | None = None,
     ) -> "Region":
-        """The region of a map whose mesh follows its outline, and whose mean scale is given.
+        """Return the region of a map whose mesh follows its outline, and whose mean scale is given.
 
         Args:
             map: the map.
@@ -88,14 +88,14 @@ class Region:
         )
 
     def report(self) -> dict[str, Any]:
-        """The figures."""
+        """Return the figures."""
         size = dict(zip(("p05", "p50", "p95"), self.sizes))
         side = {"of": "target"} if self.of_target else {}
         return {"dilatation": self.dilatation, "size": size, "scale": self.scale, "turn": self.turn, **side}
 
 
 def mean_scale(domain: Curve, target: Curve | None, holes: tuple[Sequence[Curve], Sequence[Curve]]) -> float:
-    """The root of the ratio of both areas, holes of both apart; 1 without a target."""
+    """Return the root of the ratio of both areas, holes of both apart; 1 without a target."""
     if target is None:
         return 1.0
     areas = [
@@ -105,7 +105,7 @@ def mean_scale(domain: Curve, target: Curve | None, holes: tuple[Sequence[Curve]
 
 
 def triangles_in(map: TriangulatedMap, rings: Rings, *, of_target: bool = False) -> Index:
-    """(k,) the triangles of a map whose middles are in a region of the source, or of the target."""
+    """Return (k,) the triangles of a map whose middles are in a region of the source, or of the target."""
     polygon = polygon_of(*rings)
     shapely.prepare(polygon)
     middles = (map.image if of_target else map.source)[map.faces].mean(axis=1)
@@ -113,8 +113,9 @@ def triangles_in(map: TriangulatedMap, rings: Rings, *, of_target: bool = False)
 
 
 def rings_of(z: Complex, faces: Index) -> list[Rings]:
-    """The outlines of what triangles (m, 3) of a mesh without folds cover, part by part, each counter-clockwise before
-    those of its holes."""
+    """Return the outlines of what triangles (m, 3) of a mesh without folds cover, part by part, each counter-clockwise
+    before those of its holes.
+    """
     sides = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
     edges, times = np.unique(sides, axis=0, return_counts=True)
     lines = shapely.linestrings(xy_of(z[edges[times == 1]]))

@@ -13,7 +13,7 @@ CERTAIN_SHARE = 0.99
 
 
 def summary(report: dict[str, Any]) -> list[str]:
-    """The figures that a person wants to see, a line each."""
+    """Return the figures that a person wants to see, a line each."""
     lines = []
     boundary, dilatation = report.get("boundary", {}), report.get("dilatation", {})
     area, injective = report.get("log10_area", {}), report.get("injective", {})
@@ -58,13 +58,14 @@ def summary(report: dict[str, Any]) -> list[str]:
 
 
 def in_words(report: dict[str, Any]) -> list[str]:
-    """The report's message, figures and notes, a line each."""
+    """Return the report's message, figures and notes, a line each."""
     return [report["message"], "", *summary(report), "", *(f"note: {note}" for note in report["notes"])]
 
 
 def in_short(report: dict[str, Any]) -> str:
-    """What a glance wants to know, in one line: size, how even scales are, folds, a missed outline, seconds, and
-    whether the picture is the test picture."""
+    """Return what a glance wants to know, in one line: size, how even scales are, folds, a missed outline, seconds, and
+    whether the picture is the test picture.
+    """
     seconds = report.get("seconds")
     parts = [
         _picture_size(report.get("pixels", {})),
@@ -84,7 +85,7 @@ def _picture_size(pixels: dict[str, Any]) -> str:
 
 
 def _outline_gap(report: dict[str, Any]) -> str:
-    """How far the outline is off, where the status says that it is missed."""
+    """Return how far the outline is off, where the status says that it is missed."""
     gap = (report.get("boundary") or {}).get("hausdorff")
     if gap is None or report["status"] not in ("gap", "source_gap", "crowded"):
         return ""
@@ -92,7 +93,7 @@ def _outline_gap(report: dict[str, Any]) -> str:
 
 
 def _shares_seen(report: dict[str, Any]) -> str:
-    """How much of both drawings is seen, where much of either is not."""
+    """Return how much of both drawings is seen, where much of either is not."""
     shown, covered = report.get("shown"), report.get("covered")
     if shown is None or covered is None or min(shown, covered) >= WELL_SEEN:
         return ""
@@ -100,7 +101,7 @@ def _shares_seen(report: dict[str, Any]) -> str:
 
 
 def _cracks(report: dict[str, Any]) -> str:
-    """How much of the target drawing cracks take, where they are seen."""
+    """Return how much of the target drawing cracks take, where they are seen."""
     cracks = report.get("cracks") or 0.0
     return f"CRACKS on {_percent(cracks)} of the target" if cracks > SEEN_CRACKS else ""
 
@@ -111,7 +112,7 @@ def _scale(scale: dict[str, Any]) -> str:
 
 
 def _folds(injective: dict[str, Any]) -> str:
-    """Whether the map folds: by what the inverse does not bring back, else by the certificate."""
+    """Return whether the map folds: by what the inverse does not bring back, else by the certificate."""
     folded, share = injective.get("folded") or 0.0, injective.get("share") or 0.0
     if folded >= SEEN_FOLDS:
         return f"FOLDS on {_percent(folded)}"
@@ -123,7 +124,7 @@ def _folds(injective: dict[str, Any]) -> str:
 
 
 def _percent(share: float) -> str:
-    """A share as a percentage with two digits that count: 64 %, 0.3 %."""
+    """Return a share as a percentage with two digits that count: 64 %, 0.3 %."""
     return f"{100 * share:.0f} %" if share >= 0.0995 or share == 0 else f"{100 * share:.2g} %"
 
 

@@ -65,7 +65,7 @@ def bake(
     alpha: bool = False,
     threads: int | None = None,
 ) -> tuple[NDArray, dict]:
-    """The target's UV charts filled from the source's texture.
+    """Return the target's UV charts filled from the source's texture.
 
     Args:
         parts: of the target, each with a separate map.
@@ -98,7 +98,8 @@ def bake_stmap(
     max_error: float = 0.05,
     threads: int | None = None,
 ) -> tuple[NDArray[np.float32], dict]:
-    """The STMap of the target's UV charts (see `pixels.stmap`): (h, w, 4) s, t, 0 and 1 where something is known.
+    """Return the STMap of the target's UV charts (see `pixels.stmap`): (h, w, 4) s, t, 0 and 1 where something is
+    known.
 
     Args:
         parts: as for `bake`, placed in textures of one texel.
@@ -161,7 +162,7 @@ class _Source:
         self.flat = affine(self.corners, self.w[self.faces], threads) if self.exact.any() else None
 
     def rows(self, rows: slice) -> tuple[Index, Callable[[slice], Origins]]:
-        """The covered texels of some rows, numbered from their first, and where a slice of them comes from."""
+        """Return the covered texels of some rows, numbered from their first, and where a slice of them comes from."""
         owner = self.owner[rows].ravel() - self.first
         at = np.flatnonzero((owner >= 0) & (owner < len(self.faces)))
         block = (at % self.owner.shape[1] // TEXELS_AT_ONCE).astype(np.int16)
@@ -193,12 +194,14 @@ class _Source:
         return z, zx, zy
 
     def _flat_places(self, own: NDArray, at: Index, first: int) -> Complex:
-        """(p,) where texels are in the target's plane, in the triangles that own them."""
+        """Return (p,) where texels are in the target's plane, in the triangles that own them."""
         assert self.flat is not None
         return _into(self.w[self.faces[own]], self._affine(self.flat, own, at, first)[0])
 
     def _solved(self, own: NDArray, at: Index, first: int, z: Complex) -> Origins:
-        """Where texels come from, z (p,), and how it changes; the linear steps stay where the map has no derivative."""
+        """Return where texels come from, z (p,), and how it changes; the linear steps stay where the map has no
+        derivative.
+        """
         assert self.flat is not None
         _, wx, wy = self._affine(self.flat, own, at, first)
         _, zx, zy = self._affine(self.linear, own, at, first)
@@ -210,7 +213,9 @@ class _Source:
 
 
 def _into(triangle: Complex, w: Complex) -> Complex:
-    """Points (p,) moved into their triangles (p, 3): texels that a chart's border only touches have centres outside."""
+    """Return points (p,) moved into their triangles (p, 3): texels that a chart's border only touches have centres
+    outside.
+    """
     a, b, c = triangle.T
     area = cross(b - a, c - a)
     weights = np.stack([cross(q - p, w - p) / area for p, q in ((b, c), (c, a), (a, b))], axis=1)

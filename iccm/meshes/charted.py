@@ -38,7 +38,7 @@ class Charted:
 
     @classmethod
     def of(cls, mesh: Mesh) -> "Charted":
-        """All triangles of a mesh.
+        """Return all triangles of a mesh.
 
         Raises:
             InputError: an element at fault, or no texture coordinates; naming it.
@@ -124,17 +124,17 @@ class Charted:
 
 
 def _same(rows: np.ndarray) -> Index:
-    """(n,) a number for each row, the same for equal ones."""
+    """Return (n,) a number for each row, the same for equal ones."""
     return distinct_rows(rows)[1]
 
 
 def _square(vectors: Real, normal: Real) -> Real:
-    """What of vectors is square to normals."""
+    """Return what of vectors is square to normals."""
     return vectors - normal * np.sum(vectors * normal, axis=-1, keepdims=True)
 
 
 def _gathered(group: Index, values: Real) -> Real:
-    """(m, 3, 3) sums of values (m, 3, 3) over corners of the same group (m, 3)."""
+    """Return (m, 3, 3) sums of values (m, 3, 3) over corners of the same group (m, 3)."""
     flat = values.reshape(-1, 3)
     sums = np.stack([np.bincount(group.ravel(), flat[:, k]) for k in range(3)], axis=-1).astype(
         float, copy=False
@@ -147,7 +147,7 @@ def _unit(vectors: Real) -> Real:
 
 
 def _angles(at: Real, normal: Real | None = None) -> Real:
-    """(m, 3) angles at the corners of triangles (m, 3, 3), as they are seen along normals of the corners."""
+    """Return (m, 3) angles at the corners of triangles (m, 3, 3), as they are seen along normals of the corners."""
     a, b = np.roll(at, -1, axis=1) - at, np.roll(at, 1, axis=1) - at
     if normal is not None:
         a, b = _square(a, normal), _square(b, normal)

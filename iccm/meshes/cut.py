@@ -27,7 +27,7 @@ MOST_KEPT_PATHS = (
 
 
 def open_to_disk(whole: Patch) -> Patch:
-    """A disk, with or without holes: a closed surface cut between far-apart vertices, handles along loops."""
+    """Return a disk, with or without holes: a closed surface cut between far-apart vertices, handles along loops."""
     if whole.genus:
         result = whole.cut(_on(whole, *handle_loops(whole)))
         if (
@@ -44,21 +44,22 @@ def open_to_disk(whole: Patch) -> Patch:
 
 
 def cut_through(whole: Patch, stops: Sequence[int]) -> Patch:
-    """A closed surface without handles cut along ways through vertices that keep to geodesics, so that they hardly
-    depend on the triangles."""
+    """Return a closed surface without handles cut along ways through vertices that keep to geodesics, so that they
+    hardly depend on the triangles.
+    """
     return cut_along_path(whole, way_through(whole, stops))
 
 
 def cut_along_path(whole: Patch, way: Sequence[int]) -> Patch:
-    """A closed surface without handles cut along a way of vertices."""
+    """Return a closed surface without handles cut along a way of vertices."""
     if len(way) == 2:  # one edge alone does not open a surface
         way = _detour(whole, list(way))
     return whole.cut(_on(whole, np.array(way[:-1]), np.array(way[1:])))
 
 
 def way_through(whole: Patch, stops: Sequence[int], dear: Sequence[Real] | None = None) -> list[int]:
-    """The vertices along ways from each of some vertices to the next, which touch neither each other nor the other
-    vertices.
+    """Return the vertices along ways from each of some vertices to the next, which touch neither each other nor the
+    other vertices.
 
     Args:
         whole: a closed surface.
@@ -93,7 +94,7 @@ def way_through(whole: Patch, stops: Sequence[int], dear: Sequence[Real] | None 
 
 @lru_cache(maxsize=MOST_KEPT_PATHS)
 def _beside_geodesic(whole: Patch, start: int, end: int) -> Real:
-    """(n,) factors of lengths that are 1 on the geodesic between two vertices, and large an edge beside it.
+    """Return (n,) factors of lengths that are 1 on the geodesic between two vertices, and large an edge beside it.
 
     A detour by a vertex at a small distance x from a geodesic of length L is 2x²/L longer in its middle.
     """
@@ -111,19 +112,19 @@ def _beside_geodesic(whole: Patch, start: int, end: int) -> Real:
 
 
 def extend_cut(opening: Patch, to: int) -> Patch:
-    """The patch cut further, along the shortest path from its boundary to one of its inner vertices."""
+    """Return the patch cut further, along the shortest path from its boundary to one of its inner vertices."""
     border = np.unique(np.concatenate(opening.loops))
     return cut_along(opening, [walk(_paths(opening, border)[1], to)])
 
 
 def cut_along(opening: Patch, ways: Sequence[Sequence[int]]) -> Patch:
-    """The patch cut along ways from vertex to vertex, itself if they have no edges."""
+    """Return the patch cut along ways from vertex to vertex, itself if they have no edges."""
     ends = np.array([edge for way in ways for edge in pairwise(way)], np.int64).reshape(-1, 2)
     return opening.cut(_on(opening, *ends.T)) if ends.size else opening
 
 
 def vertex_path(patch: Patch, stops: list[int]) -> Index:
-    """The vertices along the shortest ways on edges from each of the stops to the next."""
+    """Return the vertices along the shortest ways on edges from each of the stops to the next."""
     way = stops[:1]
     for start, end in pairwise(stops):
         way += walk(_paths(patch, np.array([start]))[1], end)[-2::-1]
@@ -131,7 +132,7 @@ def vertex_path(patch: Patch, stops: list[int]) -> Index:
 
 
 def handle_loops(whole: Patch) -> tuple[Index, Index]:
-    """The ends of the edges of 2g loops that open all handles.
+    """Return the ends of the edges of 2g loops that open all handles.
 
     Erickson, Whittlesey, *Greedy Optimal Homotopy and Homology Generators*, SODA 2005.
     A tree of shortest paths, a tree of triangles joined across the other edges, those of the longest loops first;
@@ -160,7 +161,8 @@ def handle_loops(whole: Patch) -> tuple[Index, Index]:
 
 
 def spanning_cut(whole: Patch) -> tuple[Index, Index]:
-    """The ends of edges that open the surface into one disk without holes: those that no tree of triangles crosses.
+    """Return the ends of edges that open the surface into one disk without holes: those that no tree of triangles
+    crosses.
 
     Loose ends are taken back; what remains joins handles and holes.
     """
@@ -193,7 +195,7 @@ def _on(patch: Patch, a: Index, b: Index):
 
 
 def _detour(patch: Patch, way: list[int]) -> list[int]:
-    """The way through a third vertex next to both of its ends' neighbours, along edges of the file."""
+    """Return the way through a third vertex next to both of its ends' neighbours, along edges of the file."""
     ends = patch.triangles.tail[patch.drawn], patch.triangles.head[patch.drawn]
     near = [np.union1d(ends[1][ends[0] == v], ends[0][ends[1] == v]) for v in way]
     common = np.intersect1d(near[0], near[1])
@@ -201,7 +203,7 @@ def _detour(patch: Patch, way: list[int]) -> list[int]:
 
 
 def _hole_of(patch: Patch, vertex: Index) -> Index:
-    """Which boundary loop each vertex lies on; 0 where it lies on none."""
+    """Return which boundary loop each vertex lies on; 0 where it lies on none."""
     number = np.zeros(patch.triangles.count, np.int64)
     for k, loop in enumerate(patch.loops):
         number[loop] = k
@@ -209,7 +211,7 @@ def _hole_of(patch: Patch, vertex: Index) -> Index:
 
 
 def _spanning(a: Index, b: Index, cost: Real, count: int) -> np.ndarray:
-    """Whether each edge a - b is in a minimum spanning tree; between two nodes only the cheapest can be."""
+    """Return whether each edge a - b is in a minimum spanning tree; between two nodes only the cheapest can be."""
     low, high = np.minimum(a, b), np.maximum(a, b)
     order = np.lexsort([cost, low * count + high])
     key = (low * count + high)[order]

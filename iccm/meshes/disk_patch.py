@@ -33,7 +33,7 @@ class Joined:
 
     @classmethod
     def of(cls, mesh: Mesh) -> "Joined":
-        """All triangles.
+        """Return all triangles.
 
         Raises:
             InputError: naming the first element at fault (see `mesh.checked`).
@@ -64,8 +64,9 @@ class Joined:
         return Joined(self.mesh, shape, self.corner[kept], self.vertex[first], (*self.notes, note))
 
     def _single(self) -> "Joined":
-        """One triangle of those between the same three vertices, where edges have more than two: a side of both; none
-        of those between two cells of a solid, whose surface is closed without them."""
+        """Return one triangle of those between the same three vertices, where edges have more than two: a side of both;
+        none of those between two cells of a solid, whose surface is closed without them.
+        """
         if not self.shape.crowded_edges:
             return self
         first, which = distinct_rows(np.sort(self.shape.faces, axis=1))
@@ -123,7 +124,7 @@ class Joined:
         return np.argsort(label, kind="stable"), np.append(0, np.cumsum(np.bincount(label)))
 
     def triangles_of(self, label: int) -> Index:
-        """The triangles of a piece, by its number among the components."""
+        """Return the triangles of a piece, by its number among the components."""
         order, starts = self._by_piece
         return order[starts[label] : starts[label + 1]]
 
@@ -136,7 +137,7 @@ class Joined:
 def disk_patch(
     mesh: Mesh | Joined, *, cut: bool = False, piece: int = 1, through: Real | None = None
 ) -> Patch:
-    """One piece of the mesh, as a patch that can be flattened.
+    """Return one piece of the mesh, as a patch that can be flattened.
 
     Edges without length become a vertex, coinciding vertices are joined where that makes fewer pieces, edges
     with more than two faces are cut, vertices where the surface touches itself are split, faces turned the
@@ -156,7 +157,7 @@ def disk_patch(
 
 
 def open_piece(whole: Patch, *, cut: bool, through: Real | None = None) -> Patch:
-    """A sound piece opened to a disk, where it has to be; arguments and errors as for `disk_patch`."""
+    """Return a sound piece opened to a disk, where it has to be; arguments and errors as for `disk_patch`."""
     if whole.loops and whole.genus == 0:
         return whole
     if not cut:
@@ -174,7 +175,9 @@ def open_piece(whole: Patch, *, cut: bool, through: Real | None = None) -> Patch
 
 
 def sound_piece(mesh: Mesh | Joined, piece: int = 1) -> Patch:
-    """One piece of the mesh, sound and oriented, but as closed as it is; arguments and errors as for `disk_patch`."""
+    """Return one piece of the mesh, sound and oriented, but as closed as it is; arguments and errors as for
+    `disk_patch`.
+    """
     joined = mesh if isinstance(mesh, Joined) else Joined.of(mesh)
     mesh, vertex, notes = joined.mesh, joined.vertex, list(joined.notes)
     shape, corner = _one_piece(joined, piece, notes)
@@ -186,12 +189,12 @@ def sound_piece(mesh: Mesh | Joined, piece: int = 1) -> Patch:
 
 
 def nearest(whole: Patch, points: Real) -> list[int]:
-    """The vertices nearest to points (k, 3)."""
+    """Return the vertices nearest to points (k, 3)."""
     return [int(np.argmin(((whole.points - point) ** 2).sum(axis=1))) for point in points]
 
 
 def _one_piece(joined: Joined, piece: int, notes: list[str]) -> tuple[Triangles, Index]:
-    """The triangles of the piece that is the piece-th largest."""
+    """Return the triangles of the piece that is the piece-th largest."""
     shape, area, name = joined.shape, joined.areas, joined.mesh.name
     if area.size and not 1 <= piece <= area.size:
         raise InputError(f"{name}: there is no piece {piece}; choose 1 (the largest) to {area.size}")
@@ -226,7 +229,7 @@ def _orient(mesh, shape: Triangles, corner: Index, vertex: Index, notes) -> tupl
 
 
 def split_non_manifold(shape: Triangles, vertex: Index, notes: list[str]) -> tuple[Triangles, Index]:
-    """A vertex for every fan of triangles: edges with more than two faces and bow ties come apart."""
+    """Return a vertex for every fan of triangles: edges with more than two faces and bow ties come apart."""
     crowded = shape.crowded_edges
     fan = shape.fans()
     apart = shape.apart(fan)

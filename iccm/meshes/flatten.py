@@ -46,7 +46,7 @@ class Flattening:
     outlines: tuple[Index, ...] = ()
 
     def cut_further(self, patch: Patch) -> "Flattening":
-        """The same layout of the patch cut further: both sides of the cut lie on each other."""
+        """Return the same layout of the patch cut further: both sides of the cut lie on each other."""
         flat = np.empty(len(patch.points), complex)
         flat[patch.faces] = self.flat[self.patch.faces]
         return replace(self, patch=patch, flat=flat, loop=patch.loop_of(self.patch, self.loop))
@@ -79,7 +79,7 @@ class Flattening:
         return np.where(minor > 0, major / np.where(minor > 0, minor, 1.0), np.inf)
 
     def dilated(self, percent: int) -> float:
-        """The dilatation below which this percentage of the surface lies."""
+        """Return the dilatation below which this percentage of the surface lies."""
         return self._below(self.dilatation, percent)
 
     @property
@@ -89,7 +89,7 @@ class Flattening:
         return np.maximum(major, 1 / np.maximum(minor, 1e-300))
 
     def strained(self, percent: int) -> float:
-        """The strain below which this percentage of the surface lies."""
+        """Return the strain below which this percentage of the surface lies."""
         return self._below(self.strain, percent)
 
     def _below(self, values: Real, percent: int) -> float:
@@ -120,7 +120,7 @@ class Flattening:
 
 
 def overlap(result: Flattening) -> str | None:
-    """What keeps the flattening from being one to one, or None."""
+    """Return what keeps the flattening from being one to one, or None."""
     if not np.isfinite(result.flat).all():
         return "no finite positions"
     if result.turned.size:
@@ -135,7 +135,7 @@ def overlap(result: Flattening) -> str | None:
 
 
 def _overlap_inside(flat: Complex, outline: Index, holes: Sequence[Index]) -> str | None:
-    """What keeps the boundary of a chart from being the boundary of a region, or None."""
+    """Return what keeps the boundary of a chart from being the boundary of a region, or None."""
     xy = xy_of(flat)
     region = shapely.Polygon(xy[outline], [xy[hole] for hole in holes])
     if not (region.is_valid and region.exterior.is_ccw):
@@ -144,7 +144,7 @@ def _overlap_inside(flat: Complex, outline: Index, holes: Sequence[Index]) -> st
 
 
 def _overlap_of_charts(result: Flattening) -> str | None:
-    """What keeps charts from being apart, and each from being one-to-one, or None."""
+    """Return what keeps charts from being apart, and each from being one-to-one, or None."""
     chart = np.empty(result.flat.size, np.int64)
     chart[result.patch.faces] = result.patch.triangles.components()[:, None]
     outer = {int(chart[loop[0]]): loop for loop in result.outlines}
@@ -165,7 +165,8 @@ def _overlap_of_charts(result: Flattening) -> str | None:
 
 
 def lscm(patch: Patch, outline: Index) -> Complex:
-    """(p,) flat positions of least squares with the two farthest vertices of the outline pinned; NaN when it fails.
+    """Return (p,) flat positions of least squares with the two farthest vertices of the outline pinned; NaN when it
+    fails.
 
     By libigl, and of large patches by a solver whose time grows little faster than they. The patch has been checked
     vertex by vertex: libigl ends the process or returns NaN for one that has not.
@@ -188,7 +189,9 @@ def lscm(patch: Patch, outline: Index) -> Complex:
 
 
 def _lscm_large(patch: Patch, pins: Index, at: Complex) -> Complex | None:
-    """As `lscm`, by the Hermitian form |Σ Wⱼ uⱼ|² / 2A of each triangle (Lévy et al., §2.3); None if it is singular."""
+    """Return as `lscm`, by the Hermitian form |Σ Wⱼ uⱼ|² / 2A of each triangle (Lévy et al., §2.3); None if it is
+    singular.
+    """
     from ..linalg import hermitian
 
     diagonal, ends, values = form = _form(patch)
@@ -230,7 +233,7 @@ def _form(patch: Patch) -> tuple[Real, NDArray[np.integer], Complex]:
 
 
 def farthest(points: Real) -> tuple[int, int]:
-    """Two of the (k, 3) points that are about as far apart as any (exactly, up to 2000 points)."""
+    """Return two of the (k, 3) points that are about as far apart as any (exactly, up to 2000 points)."""
     if len(points) <= 2000:
         from scipy.spatial.distance import pdist, squareform
 
@@ -269,7 +272,7 @@ def upright(patch: Patch, flat: Complex) -> Complex:
 
 
 def weighted_percentiles(values: Real, weight: Real, percents: tuple[int, ...]) -> list[float]:
-    """Values below which these percents of the weight lie."""
+    """Return values below which these percents of the weight lie."""
     order = np.argsort(values)
     share = np.cumsum(weight[order])
     at = np.searchsorted(share, np.array(percents) / 100 * share[-1])

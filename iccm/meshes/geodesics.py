@@ -38,7 +38,7 @@ class GeodesicGraph:
 
     @classmethod
     def of(cls, points: Real, shape: Triangles, finest: int = MOST_PARTS_OF_EDGE) -> "GeodesicGraph":
-        """The vertices and points on the edges, as many on each as keep the graph small.
+        """Return the vertices and points on the edges, as many on each as keep the graph small.
 
         Args:
             points: (n, 3) vertices.
@@ -68,7 +68,7 @@ class GeodesicGraph:
 
     @classmethod
     def within(cls, points: Real, groups: Index) -> "GeodesicGraph":
-        """Points (p, 3), and lines between all of each flat group (m, k) of them."""
+        """Return points (p, 3), and lines between all of each flat group (m, k) of them."""
         tails, heads = (groups[:, k].ravel() for k in np.triu_indices(groups.shape[1], 1))
         low, high = np.minimum(tails, heads), np.maximum(tails, heads)
         _, first = np.unique(low * len(points) + high, return_index=True)
@@ -80,11 +80,11 @@ class GeodesicGraph:
         return coo_array((lengths, (self.tails, self.heads)), shape=2 * (len(self.points),)).tocsr()
 
     def distances(self, stops: Index) -> Real:
-        """(k, p) from vertices (k,) to all points; infinite where no way leads."""
+        """Return (k, p) from vertices (k,) to all points; infinite where no way leads."""
         return dijkstra(self._graph, directed=False, indices=stops)
 
     def way(self, start: int, end: int) -> Real:
-        """(p, 3) points along the shortest way between two vertices, close to each other."""
+        """Return (p, 3) points along the shortest way between two vertices, close to each other."""
         before = dijkstra(self._graph, directed=False, indices=start, return_predecessors=True)[1]
         ends = self.points[walk(before, end)]
         share = np.arange(SAMPLES_PER_PART)[:, None, None] / SAMPLES_PER_PART

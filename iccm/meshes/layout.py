@@ -80,7 +80,7 @@ def layout(
 
 
 def check_layout(name: str, uv: Real, uv_faces: Index, most: float = MOST_TILES) -> Real:
-    """The texture coordinates (m, 3, 2) of the triangles' corners; arguments and errors as for `layout`.
+    """Return the texture coordinates (m, 3, 2) of the triangles' corners; arguments and errors as for `layout`.
 
     `most` is how many pictures a triangle may span; those of a layout that is only looked up may be any.
     """
@@ -106,31 +106,33 @@ def check_layout(name: str, uv: Real, uv_faces: Index, most: float = MOST_TILES)
 
 
 def turned_over(corners: Real) -> dict[str, int]:
-    """How many of the triangles with texture coordinates (m, 3, 2), v up, are `flipped` or `degenerate`; exactly."""
+    """Return how many of the triangles with texture coordinates (m, 3, 2), v up, are `flipped` or `degenerate`;
+    exactly.
+    """
     z = complex_of(corners)
     turn = orientation(*z.T)
     return {"flipped": int((turn < 0).sum()), "degenerate": int((turn == 0).sum())}
 
 
 def outside(corners: Real) -> NDArray[np.bool_]:
-    """(m,) which triangles of (m, 3, 2) texture coordinates leave 0..1."""
+    """Return (m,) which triangles of (m, 3, 2) texture coordinates leave 0..1."""
     low, high = _over_corners(np.minimum, corners), _over_corners(np.maximum, corners)
     return (np.minimum(low[:, 0], low[:, 1]) < -1e-9) | (np.maximum(high[:, 0], high[:, 1]) > 1 + 1e-9)
 
 
 def _over_corners(function: np.ufunc, corners: Real) -> Real:
-    """(m, 2) least or greatest coordinates of (m, 3, 2) corners; numpy's own reduction over three is slow."""
+    """Return (m, 2) least or greatest coordinates of (m, 3, 2) corners; numpy's own reduction over three is slow."""
     return function(function(corners[:, 0], corners[:, 1]), corners[:, 2])
 
 
 def turns(corners: Real) -> Real:
-    """(m,) twice the areas of (m, 3, 2) corners, positive where they turn from x to y."""
+    """Return (m,) twice the areas of (m, 3, 2) corners, positive where they turn from x to y."""
     e1, e2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     return e1[:, 0] * e2[:, 1] - e1[:, 1] * e2[:, 0]
 
 
 def charts(corners: Index, count: int, starts: Index | None = None) -> Index:
-    """(count,) the chart that each texture coordinate belongs to, joined by faces; -1 where no face has it.
+    """Return (count,) the chart that each texture coordinate belongs to, joined by faces; -1 where no face has it.
 
     Args:
         corners: (m, 3) texture coordinate of each triangle's corner, or (c,) of each face's; -1 where it has none.

@@ -66,14 +66,14 @@ class Locator:
 
     @staticmethod
     def _filled(owner: NDArray[np.int32]) -> NDArray[np.int32]:
-        """The grid with empty cells given the nearest cell's triangle."""
+        """Return the grid with empty cells given the nearest cell's triangle."""
         from scipy.ndimage import distance_transform_edt
 
         rows, columns = distance_transform_edt(owner < 0, return_distances=False, return_indices=True)
         return owner[rows, columns]
 
     def __call__(self, z: Complex, threads: int | None = None) -> tuple[Index, Real]:
-        """(p,) triangle and (p, 3) barycentric coordinates of points.
+        """Return (p,) triangle and (p, 3) barycentric coordinates of points.
 
         Points of a hole or outside count as being on the border of a triangle near by.
         """
@@ -92,14 +92,14 @@ class Locator:
 
 
 def barycentric(corners: Real, points: Real) -> Real:
-    """(p, 3) barycentric coordinates of points (p, 3) on triangles (p, 3, 3) in space, none below 0."""
+    """Return (p, 3) barycentric coordinates of points (p, 3) on triangles (p, 3, 3) in space, none below 0."""
     inner = along(corners[:, 1:] - corners[:, :1], points - corners[:, 0])
     weights = np.clip(np.column_stack([1 - inner.sum(axis=1), inner]), 0, 1)
     return weights / weights.sum(axis=1, keepdims=True)
 
 
 def along(edges: Real, way: Real) -> Real:
-    """(p, 2) coordinates of ways (p, 3) along two edges (p, 2, 3), what is square to them left out."""
+    """Return (p, 2) coordinates of ways (p, 3) along two edges (p, 2, 3), what is square to them left out."""
     gram, right = np.einsum("pki,pli->pkl", edges, edges), np.einsum("pki,pi->pk", edges, way)
     det = gram[:, 0, 0] * gram[:, 1, 1] - gram[:, 0, 1] ** 2
     det = np.where(det > 0, det, 1.0)

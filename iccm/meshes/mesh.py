@@ -56,7 +56,7 @@ class Mesh:
 
     @classmethod
     def triangles(cls, name: str, points: Real, faces: Index, **more) -> "Mesh":
-        """A mesh of triangles from (n, 3) points and (m, 3) vertex indices."""
+        """Return a mesh of triangles from (n, 3) points and (m, 3) vertex indices."""
         faces = np.asarray(faces, dtype=np.int64)
         return cls(name, np.asarray(points, float), faces.ravel(), 3 * np.arange(len(faces) + 1), **more)
 
@@ -66,16 +66,16 @@ class Mesh:
         return np.diff(self.starts)
 
     def face_name(self, face: int) -> str:
-        """What to call a face in a message."""
+        """Return what to call a face in a message."""
         line = f" (line {self.lines[face]})" if self.lines is not None else ""
         return f"face {face + self.base}{line}"
 
     def vertex_name(self, vertex: int) -> str:
-        """What to call a vertex in a message."""
+        """Return what to call a vertex in a message."""
         return f"vertex {vertex + self.base}"
 
     def part(self, faces: NDArray[np.bool_], name: str) -> "Mesh":
-        """The mesh of the faces marked in (f,), over the same points."""
+        """Return the mesh of the faces marked in (f,), over the same points."""
         keep = np.repeat(faces, self.sizes)
         return replace(
             self,
@@ -106,7 +106,9 @@ def merge(meshes: Sequence[Mesh], name: str) -> Mesh:
 def _united(
     said: Sequence[tuple[Real | None, Index | None]], meshes: Sequence[Mesh], width: int
 ) -> tuple[Real | None, Index | None]:
-    """Values of corners of several meshes and which are whose, -1 where a mesh has none; None where none has any."""
+    """Return values of corners of several meshes and which are whose, -1 where a mesh has none; None where none has
+    any.
+    """
     if all(values is None for values, _ in said):
         return None, None
     given = [np.zeros((0, width)) if values is None else values for values, _ in said]
@@ -119,7 +121,7 @@ def _united(
 
 
 def check(mesh: Mesh) -> Mesh:
-    """The mesh itself, when every element of it is sound.
+    """Return the mesh itself, when every element of it is sound.
 
     Raises:
         InputError: naming the first element at fault: no faces, an index out of range, a face with fewer than
@@ -159,7 +161,7 @@ def check(mesh: Mesh) -> Mesh:
 
 
 def triangulate(mesh: Mesh) -> Index:
-    """(m, 3) corners (indices into mesh.corners) of the triangles of a checked mesh, face after face.
+    """Return (m, 3) corners (indices into mesh.corners) of the triangles of a checked mesh, face after face.
 
     Quads take the diagonal whose two triangles agree with the quad's own normal, the shorter one if both do, and the
     other one where that is an edge already, which would have more than two faces; larger polygons a fan where that has
@@ -191,7 +193,7 @@ def triangulate(mesh: Mesh) -> Index:
 
 
 def fans(mesh: Mesh) -> tuple[Index, Index]:
-    """(k, 3) corners of triangles that some program or other may cut faces into, and (k,) the face of each.
+    """Return (k, 3) corners of triangles that some program or other may cut faces into, and (k,) the face of each.
 
     Those of all fans of quads, and of larger polygons, up to MOST_EARS corners, that are convex in space.
     """
@@ -212,13 +214,13 @@ def fans(mesh: Mesh) -> tuple[Index, Index]:
 
 
 def proper(faces: Index) -> NDArray[np.bool_]:
-    """(m,) which triangles (m, 3) have three different vertices."""
+    """Return (m,) which triangles (m, 3) have three different vertices."""
     a, b, c = faces.T
     return (a != b) & (b != c) & (c != a)
 
 
 def face_areas(triangle: Real) -> Real:
-    """(m,) areas of (m, 3, 3) triangles in space."""
+    """Return (m,) areas of (m, 3, 3) triangles in space."""
     areas = np.empty(len(triangle))
 
     def work(part: slice) -> None:
@@ -231,7 +233,7 @@ def face_areas(triangle: Real) -> Real:
 
 
 def face_angles(triangle: Real) -> Real:
-    """(m, 3) angles of (m, 3, 3) triangles in space at their corners; 0 where two of them are one point."""
+    """Return (m, 3) angles of (m, 3, 3) triangles in space at their corners; 0 where two of them are one point."""
     ahead, behind = np.roll(triangle, -1, axis=1) - triangle, np.roll(triangle, 1, axis=1) - triangle
     across = np.linalg.norm(np.cross(ahead, behind), axis=-1)
     return np.arctan2(across, np.einsum("mij,mij->mi", ahead, behind))
@@ -254,8 +256,9 @@ def _refuse_corner(mesh: Mesh, corners: NDArray[np.bool_], what: str) -> None:
 
 
 def _split_quads(quad: Real, vertices: Index, sides: Index) -> Index:
-    """(q, 2, 3) local corners of the two triangles of (q, 4, 3) quads with these vertices (q, 4), in a mesh with these
-    sides (see `_edges`)."""
+    """Return (q, 2, 3) local corners of the two triangles of (q, 4, 3) quads with these vertices (q, 4), in a mesh with
+    these sides (see `_edges`).
+    """
     diagonals = np.array([[[0, 1, 2], [0, 2, 3]], [[0, 1, 3], [1, 2, 3]]])
     normal = np.cross(quad[:, 2] - quad[:, 0], quad[:, 3] - quad[:, 1])
     agree = [_agreement(quad[:, way], normal).min(axis=1) for way in diagonals]
@@ -278,19 +281,19 @@ def _split_quads(quad: Real, vertices: Index, sides: Index) -> Index:
 
 
 def _edges(tails: Index, heads: Index) -> Index:
-    """A number for each edge between two vertices, whichever way it runs."""
+    """Return a number for each edge between two vertices, whichever way it runs."""
     return np.minimum(tails, heads) << 32 | np.maximum(tails, heads)
 
 
 def _sides(mesh: Mesh, place: Index) -> Index:
-    """Those between the places (c,) of neighbouring corners of all faces."""
+    """Return those between the places (c,) of neighbouring corners of all faces."""
     following = np.arange(1, mesh.corners.size + 1)
     following[mesh.starts[1:] - 1] = mesh.starts[:-1]
     return _edges(place, place[following])
 
 
 def _repeated(values: Index) -> NDArray[np.bool_]:
-    """Which of some values are there more than once."""
+    """Return which of some values are there more than once."""
     _, place, count = np.unique(values, return_inverse=True, return_counts=True)
     return count[place] > 1
 
@@ -302,7 +305,7 @@ def _agreement(triangles: Real, normal: Real) -> Real:
 
 
 def _split_polygon(polygon: Real) -> Index:
-    """(k - 2, 3) local corners of the triangles of a (k, 3) polygon with more than four corners."""
+    """Return (k - 2, 3) local corners of the triangles of a (k, 3) polygon with more than four corners."""
     k = len(polygon)
     normal = np.cross(polygon, np.roll(polygon, -1, axis=0)).sum(axis=0)
     fan = np.column_stack([np.zeros(k - 2, int), np.arange(1, k - 1), np.arange(2, k)])
@@ -316,7 +319,7 @@ def _split_polygon(polygon: Real) -> Index:
 
 
 def _delaunay(z: NDArray[np.complex128]) -> Index:
-    """The constrained Delaunay triangulation of a simple polygon, for which ears would take too long.
+    """Return the constrained Delaunay triangulation of a simple polygon, for which ears would take too long.
 
     Raises:
         ValueError: it is not simple.

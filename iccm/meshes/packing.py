@@ -43,7 +43,7 @@ class Packing(NamedTuple):
     filled: float
 
     def of(self, flat: Complex, chart: int) -> Complex:
-        """Points (n,) of a chart where they are packed."""
+        """Return points (n,) of a chart where they are packed."""
         return flat * self.factor[chart] + self.shift[chart]
 
 
@@ -80,7 +80,7 @@ def pack(
     outside = dict[int, NDArray[np.int64]]()
 
     def at(scale: float, cells: int) -> Real | None:
-        """Places of all charts at a scale, in units of the region's plane; None where one does not fit."""
+        """Return places of all charts at a scale, in units of the region's plane; None where one does not fit."""
         texels = max(1, round(margin * cells / CELLS)) if margin else 0
         if cells not in outside:
             outside[cells] = _outside(region, low, high, side / cells, -(-texels // 2))
@@ -115,7 +115,7 @@ class _Stack:
         self._alike = np.array([False, *alike])
 
     def placed(self, scale: float, taken: NDArray[np.int64], margin: int) -> Real | None:
-        """(k, 3) quarters and shifts, in cells, of all charts at a scale; None where one does not fit."""
+        """Return (k, 3) quarters and shifts, in cells, of all charts at a scale; None where one does not fit."""
         height, words = taken.shape
         count = self._starts.size - 1
         places = np.zeros((count, 3))
@@ -137,7 +137,7 @@ class _Stack:
 def _outside(
     region: shapely.Geometry, low: complex, high: complex, cell: float, border: int
 ) -> NDArray[np.int64]:
-    """(h, words) bits of the cells that are not wholly in a region, at least `border` cells from its outline."""
+    """Return (h, words) bits of the cells that are not wholly in a region, at least `border` cells from its outline."""
     width, height = (
         max(1, int(np.ceil(extent / cell - 1e-9))) for extent in ((high - low).real, (high - low).imag)
     )
@@ -152,7 +152,7 @@ def _outside(
 
 
 def _upright(flat: Complex) -> complex:
-    """The rotation of a chart by which its smallest rectangle has upright sides."""
+    """Return the rotation of a chart by which its smallest rectangle has upright sides."""
     box = shapely.oriented_envelope(shapely.MultiPoint(xy_of(flat)))
     if not isinstance(box, shapely.Polygon):
         return 1 + 0j
@@ -168,7 +168,7 @@ def _areas(corners: Complex) -> Real:
 
 
 def _size(corners: Complex) -> float:
-    """What charts are sorted by: the sum of the sides of their boxes; long ones leave fewest places."""
+    """Return what charts are sorted by: the sum of the sides of their boxes; long ones leave fewest places."""
     if not corners.size:
         return 0.0
     return float(np.ptp(corners.real) + np.ptp(corners.imag))

@@ -48,7 +48,7 @@ class Patch:
         return float(np.linalg.norm(self.points[loop] - self.points[np.roll(loop, -1)], axis=1).sum())
 
     def loop_of(self, before: "Patch", loop: Index) -> Index:
-        """The boundary loop that holds a loop of the patch that this one was cut from."""
+        """Return the boundary loop that holds a loop of the patch that this one was cut from."""
         half = np.flatnonzero((before.triangles.twin < 0) & (before.triangles.tail == loop[0]))[0]
         vertex = self.triangles.tail[half]
         return next(found for found in self.loops if vertex in found)
@@ -98,7 +98,7 @@ class Patch:
         return (2 - euler - len(self.loops)) // 2
 
     def flat_vertex(self, vertex: int) -> int:
-        """The first of the patch's vertices that stands for a vertex of the mesh.
+        """Return the first of the patch's vertices that stands for a vertex of the mesh.
 
         Raises:
             InputError: the patch does not use that vertex.
@@ -111,7 +111,7 @@ class Patch:
         return int(found[0])
 
     def cut(self, half_edges: NDArray[np.bool_]) -> "Patch":
-        """The patch opened along the edges under the marked half-edges (3m,)."""
+        """Return the patch opened along the edges under the marked half-edges (3m,)."""
         fan = self.triangles.fans(half_edges)
         first = firsts(fan, int(fan.max()) + 1)
         old = self.triangles.tail[first]

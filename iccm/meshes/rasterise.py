@@ -77,7 +77,7 @@ def rasterise(
 
 
 def _filled(corners: Real, owner: NDArray[np.int32], wrap: bool, threads: int | None) -> int:
-    """Gives all texels to triangles; how many times one lies in a further triangle."""
+    """Give all texels to triangles; how many times one lies in a further triangle."""
     again: list[int] = []
 
     def fill(rows: slice) -> None:
@@ -88,7 +88,9 @@ def _filled(corners: Real, owner: NDArray[np.int32], wrap: bool, threads: int | 
 
 
 def affine(corners: Real, values: NDArray, threads: int | None = None) -> NDArray:
-    """(m, 3) coefficients of c0 + cx x + cy y that takes (m, 3, 2) corners to (m, 3) values; flat where no area."""
+    """Return (m, 3) coefficients of c0 + cx x + cy y that takes (m, 3, 2) corners to (m, 3) values; flat where no
+    area.
+    """
     kind = np.complex128 if np.iscomplexobj(values) else np.float64
     out = np.empty((len(corners), 3), kind)
     corners, values = np.ascontiguousarray(corners, np.float64), np.ascontiguousarray(values, kind)
@@ -103,7 +105,7 @@ def affine(corners: Real, values: NDArray, threads: int | None = None) -> NDArra
 
 
 def open_edges(uv_corners: Index, twin: Index) -> NDArray[np.bool_]:
-    """(m,) whether a triangle lies on a chart's border: an edge has no neighbour, or one with other coordinates.
+    """Return (m,) whether a triangle lies on a chart's border: an edge has no neighbour, or one with other coordinates.
 
     Args:
         uv_corners: (m, 3) texture coordinate of each corner.

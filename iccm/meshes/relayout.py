@@ -99,13 +99,13 @@ class Origin:
         return cls(old, new, grid, partner, order, slots, *near, wraps=tile is None)
 
     def far(self, limit: float) -> Flags:
-        """(h, w) texels that lie farther from the old mesh than a distance."""
+        """Return (h, w) texels that lie farther from the old mesh than a distance."""
         found = np.zeros(self.slots.shape, bool)
         found[self.slots >= 0] = self.distance > limit
         return found
 
     def reached(self, limit: float) -> Flags:
-        """(h, w) texels that lie on the old mesh, or no farther from it than a distance."""
+        """Return (h, w) texels that lie on the old mesh, or no farther from it than a distance."""
         return (self.grid.owners.owner >= 0) & ~self.far(limit)
 
     @property
@@ -116,7 +116,7 @@ class Origin:
         return float(areas[flat].sum()), float(areas.sum())
 
     def over(self, old: Charted) -> "Origin":
-        """The same places for other texture coordinates of the old mesh."""
+        """Return the same places for other texture coordinates of the old mesh."""
         return self if old is self.old else replace(self, old=old)
 
     @cached_property
@@ -135,7 +135,7 @@ class Origin:
         tiles: Box | None = None,
         wrap: Wrap = REPEAT,
     ) -> Places:
-        """Where texels (p,) of the new layout lie in a texture of the old one, of this width and height.
+        """Return where texels (p,) of the new layout lie in a texture of the old one, of this width and height.
 
         `tiles` is what of the old layout it covers; None: 0..1, and beyond that what `wrap` says.
         """
@@ -156,7 +156,7 @@ class Origin:
         return wrapped(found, size, wrap) if tiles is None else found
 
     def _steps(self, own: Index) -> tuple[Real, Real]:
-        """(p, 3) how a place in space changes with the new layout's x and y."""
+        """Return (p, 3) how a place in space changes with the new layout's x and y."""
         corners, at = self.grid.corners[own], self.new.points[self.new.faces[own]]
         (ax, ay), (bx, by) = ((corners[:, k] - corners[:, 0]).T for k in (1, 2))
         e, f, area = at[:, 1] - at[:, 0], at[:, 2] - at[:, 0], ax * by - ay * bx
@@ -164,7 +164,7 @@ class Origin:
         return (e * by[:, None] - f * ay[:, None]) / area, (f * ax[:, None] - e * bx[:, None]) / area
 
     def _directions(self, own: Index, weights: Real, triangle: Index, there: Real) -> tuple[NDArray, NDArray]:
-        """(p,) the new layout's tangent, and its downward bitangent, in the old layout's frame."""
+        """Return (p,) the new layout's tangent, and its downward bitangent, in the old layout's frame."""
         (_, tangent, side), (_, t, b) = (
             _frame(mesh, faces, at)
             for mesh, faces, at in ((self.new, own, weights), (self.old, triangle, there))
@@ -178,7 +178,7 @@ class Origin:
 def texels_across(
     probe: Origin, where: Flags, size: tuple[int, int], tiles: Box | None = None, wrap: Wrap = REPEAT
 ) -> int:
-    """How many texels a square picture of the new layout is wide that shows what a texture of the old one shows.
+    """Return how many texels a square picture of the new layout is wide that shows what a texture of the old one shows.
 
     As many as the texture has along the surface where these are closest, as a root of the mean square over the layout:
     the texels of a triangle, however few or many, count for its area there.
@@ -242,7 +242,7 @@ def too_small(across: int, made: int, size: tuple[int, int]) -> str:
 
 
 def _extents(old: Charted) -> Real:
-    """(m, 2) width and height of the chart that each triangle is in."""
+    """Return (m, 2) width and height of the chart that each triangle is in."""
     corners = distinct_rows(old.uv)[1][old.uv_faces]
     chart = charts(corners, len(old.uv))[corners]
     low, high = np.full((len(old.uv), 2), np.inf), np.full((len(old.uv), 2), -np.inf)
@@ -252,7 +252,7 @@ def _extents(old: Charted) -> Real:
 
 
 def _frame(mesh: Charted, triangle: Index, weights: Real) -> tuple[Real, Real, Real]:
-    """(p, 3) normal, tangent and upward bitangent at points of triangles."""
+    """Return (p, 3) normal, tangent and upward bitangent at points of triangles."""
     normal, tangent = (_at(corner[triangle], weights) for corner in mesh.frames)
     return normal, tangent, np.cross(normal, tangent) * mesh.hands[triangle, None]
 
@@ -267,7 +267,8 @@ def carry(
     padding: int | None = None,
     threads: int | None = None,
 ) -> NDArray:
-    """(h, w, c) pixels of the new layout from a texture of the old one; 0 beyond the limit, where nothing reaches.
+    """Return (h, w, c) pixels of the new layout from a texture of the old one; 0 beyond the limit, where nothing
+    reaches.
 
     Args:
         origin: where its texels lie.
@@ -317,7 +318,9 @@ def spread(out: NDArray, known: Flags, padding: int | None) -> None:
 
 
 def partners(old: Charted, new: Charted) -> tuple[Index, Index]:
-    """(m,) the old triangle with the same corners as each new one, -1 without, and (m, 3) in which order they are."""
+    """Return (m,) the old triangle with the same corners as each new one, -1 without, and (m, 3) in which order they
+    are.
+    """
     from scipy.spatial import cKDTree
 
     first, at = distinct_rows(old.points)
@@ -339,7 +342,7 @@ def partners(old: Charted, new: Charted) -> tuple[Index, Index]:
 
 
 def nearest(old: Charted, points: Real) -> tuple[Index, Real, Real]:
-    """The triangle of the old mesh nearest to each point, the barycentric coordinates there, the distance."""
+    """Return the triangle of the old mesh nearest to each point, the barycentric coordinates there, the distance."""
     if not len(points):
         return np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0)
     import igl
@@ -355,19 +358,21 @@ def nearest(old: Charted, points: Real) -> tuple[Index, Real, Real]:
 
 
 def _at(corners: Real, weights: Real) -> Real:
-    """(p, c) points of triangles (p, 3, c)."""
+    """Return (p, c) points of triangles (p, 3, c)."""
     return np.einsum("pk,pkc->pc", weights, corners)
 
 
 def _of_owners(partner: Index, owner: NDArray) -> Index:
-    """(h, w) partners of the triangles (h, w) that texels lie in, -1 where there is none."""
+    """Return (h, w) partners of the triangles (h, w) that texels lie in, -1 where there is none."""
     found, inside = np.full(owner.shape, -1), owner >= 0
     found[inside] = partner[owner[inside]]
     return found
 
 
 def _barycentric(corners: Real, columns: NDArray, rows: NDArray, shape: tuple[int, int], wraps: bool) -> Real:
-    """(p, 3) of texel centres in triangles (p, 3, 2), moved into them where a chart's border only touches the texel."""
+    """Return (p, 3) of texel centres in triangles (p, 3, 2), moved into them where a chart's border only touches the
+    texel.
+    """
     height, width = shape
     at = np.column_stack([columns + 0.5, rows + 0.5])
     if wraps:  # texels that came in from the other side: out of reach of their triangles

@@ -19,7 +19,7 @@ CREASE_COSINE = 0.7  # cosine of 45 degrees
 
 
 def view(points: Real, faces: Index) -> Real:
-    """(3, 3) rows right, up, towards the viewer: a little aside of the surface's mean normal, +y up.
+    """Return (3, 3) rows right, up, towards the viewer: a little aside of the surface's mean normal, +y up.
 
     A closed surface, whose mean normal is about zero, is seen from front left and above.
     """
@@ -38,7 +38,7 @@ def view(points: Real, faces: Index) -> Real:
 def render(
     points: Real, faces: Index, uv: Real, sampler: Sampler | None, size: int, axes: Real | None = None
 ) -> NDArray[np.uint8]:
-    """An (h, w, 4) picture with transparent background, `size` pixels on its longer side.
+    """Return an (h, w, 4) picture with transparent background, `size` pixels on its longer side.
 
     Args:
         points: (n, 3) positions.
@@ -84,7 +84,7 @@ def _frame(toward: Real, up: Real) -> Real:
 
 
 def _light(points: Real, faces: Index, axes: Real) -> Real:
-    """(m, 3) brightness at each triangle's corners: a lamp over the viewer's left shoulder, both sides lit.
+    """Return (m, 3) brightness at each triangle's corners: a lamp over the viewer's left shoulder, both sides lit.
 
     A corner takes the normal of its vertex, but that of its triangle across an edge sharper than CREASE_COSINE.
     """

@@ -18,7 +18,7 @@ class Linear(NamedTuple):
     b: Complex
 
     def __matmul__(self, first: "Linear") -> "Linear":
-        """The maps after others."""
+        """Return the maps after others."""
         a, b = first
         return Linear(self.a * a + self.b * b.conj(), self.a * b + self.b * a.conj())
 
@@ -33,14 +33,14 @@ class Linear(NamedTuple):
 
 
 def linear(z: Complex, w: Complex) -> Linear:
-    """The linear parts of the affine maps of triangles z (m, 3) to w (m, 3)."""
+    """Return the linear parts of the affine maps of triangles z (m, 3) to w (m, 3)."""
     e, f, p, q = z[:, 1] - z[:, 0], z[:, 2] - z[:, 0], w[:, 1] - w[:, 0], w[:, 2] - w[:, 0]
     across = e * f.conj() - f * e.conj()
     return Linear((p * f.conj() - q * e.conj()) / across, (q * e - p * f) / across)
 
 
 def laid_flat(space: Real) -> Complex:
-    """(m, 3) congruent copies in the plane of (m, 3, 3) triangles in space, counter-clockwise.
+    """Return (m, 3) congruent copies in the plane of (m, 3, 3) triangles in space, counter-clockwise.
 
     All have an area: a sliver is made a little higher, a triangle that is a point is equilateral and small.
     """
@@ -58,7 +58,7 @@ def laid_flat(space: Real) -> Complex:
 
 
 def _laid_flat(space: Real) -> tuple[Complex, Real]:
-    """The copies of triangles, of no size where they are points, and the lengths of their longest sides."""
+    """Return the copies of triangles, of no size where they are points, and the lengths of their longest sides."""
     sides = np.linalg.norm(np.roll(space, -1, axis=1) - space, axis=-1)
     order = (np.argmax(sides, axis=1)[:, None] + np.arange(3)) % 3  # the longest side first
     a, b, c = np.moveaxis(np.take_along_axis(space, order[..., None], axis=1), 1, 0)

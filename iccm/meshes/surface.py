@@ -38,7 +38,7 @@ class Surface:
         return (float(np.sqrt(own / flat)),) * 2
 
     def places(self, z: Complex, right: NDArray, down: NDArray) -> Places:
-        """As `Placing.places`."""
+        """Return as `Placing.places`."""
         triangle, weights = self.locator(z, 1)
         place = np.einsum("pk,pkc->pc", weights, self.corners[triangle])
         at = self.locator.flat[self.locator.faces[triangle]]
@@ -69,7 +69,7 @@ class Surface:
 
 
 def texels(uv: Real, size: tuple[int, int], tiles: Box | None, wrap: Wrap = REPEAT) -> Real:
-    """(m, 3, 2) corners of triangles in texels, y down, of a picture that covers a box of the layout.
+    """Return (m, 3, 2) corners of triangles in texels, y down, of a picture that covers a box of the layout.
 
     Without a box it covers 0..1 and is wrapped: each triangle comes to where its middle is on the picture.
     """

@@ -15,7 +15,7 @@ NEAR_SHARE = 1e-3  # as far as outlines may be apart, the default tolerance
 
 
 def on_surfaces(flat: Distortion, layouts: tuple[Flattening | None, Flattening | None]) -> Distortion:
-    """The distortion between surfaces, from samples of the map between their planes.
+    """Return the distortion between surfaces, from samples of the map between their planes.
 
     Args:
         flat: in the planes, with the samples' places.
@@ -59,8 +59,9 @@ def surface_distances(flat: Distortion, source: Flattening, target: Flattening) 
 
 
 def gap_between(source: Flattening, target: Flattening) -> float:
-    """How far two surfaces lie from each other: p95 of the distances of each one's vertices and triangle middles to the
-    other, the larger of both, relative to the diagonal of the target's box."""
+    """Return how far two surfaces lie from each other: p95 of the distances of each one's vertices and triangle middles
+    to the other, the larger of both, relative to the diagonal of the target's box.
+    """
     import igl
 
     gaps = []
@@ -74,20 +75,21 @@ def gap_between(source: Flattening, target: Flattening) -> float:
 
 
 def distances_at(pairs: Complex, source: Flattening, target: Flattening) -> Real:
-    """(k,) distances in space between the two ends of pairs (k, 2) of points of both layouts, relative to the diagonal
-    of the target's box."""
+    """Return (k,) distances in space between the two ends of pairs (k, 2) of points of both layouts, relative to the
+    diagonal of the target's box.
+    """
     away = np.linalg.norm(_in_space(source, pairs[:, 0]) - _in_space(target, pairs[:, 1]), axis=1)
     return away / np.linalg.norm(np.ptp(target.patch.points, axis=0))
 
 
 def _in_space(layout: Flattening, z: Complex) -> Real:
-    """(p, 3) the points of a surface that are at z in its layout."""
+    """Return (p, 3) the points of a surface that are at z in its layout."""
     face, place = Locator(layout)(z, 1)
     return np.einsum("pk,pkc->pc", place, layout.patch.points[layout.patch.faces[face]])
 
 
 def _on_surface(layout: Flattening, z: Complex) -> Flags:
-    """(p,) which points are on the surface, and not in its holes, but for NEAR_SHARE of its diagonal."""
+    """Return (p,) which points are on the surface, and not in its holes, but for NEAR_SHARE of its diagonal."""
     face, place = Locator(layout)(z, 1)
     found = np.einsum("pk,pk->p", place, layout.flat[layout.patch.faces[face]])
     return np.abs(found - z) <= NEAR_SHARE * diagonal(layout.flat)

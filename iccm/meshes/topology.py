@@ -71,7 +71,7 @@ class Triangles:
         return twin
 
     def mended(self, points: Real) -> tuple["Triangles", Index, int]:
-        """The triangles over separate vertices at each side of edges that more than two of them share.
+        """Return the triangles over separate vertices at each side of edges that more than two of them share.
 
         Of the faces at such an edge the two that continue from each other most evenly, and as they are wound, stay
         joined, where they belong to surfaces that nothing else joins; so these do not fall into pieces. Surfaces that
@@ -96,14 +96,14 @@ class Triangles:
         return Triangles(fan.reshape(-1, 3), old.size), old, crowded
 
     def apart(self, fan: Index) -> "Triangles":
-        """The triangles over their fans (3m,) as vertices; neighbours stay neighbours."""
+        """Return the triangles over their fans (3m,) as vertices; neighbours stay neighbours."""
         found = Triangles(fan.reshape(-1, 3), int(fan.max()) + 1)
         if not self.crowded_edges:  # so they need not be looked for again
             found.__dict__["twin"] = self.twin
         return found
 
     def components(self) -> Index:
-        """(m,) component of each triangle, joined across edges; the first triangle's is 0."""
+        """Return (m,) component of each triangle, joined across edges; the first triangle's is 0."""
         return self._components
 
     @cached_property
@@ -112,7 +112,7 @@ class Triangles:
         return labels(inner // 3, self.twin[inner] // 3, len(self.faces))
 
     def oriented(self) -> tuple["Triangles", int] | None:
-        """The triangles turned to agree with most of them and how many were; None for a one-sided surface.
+        """Return the triangles turned to agree with most of them and how many were; None for a one-sided surface.
 
         Two copies of every triangle, one a side, are joined across edges: a surface is one-sided exactly when both
         copies of a triangle meet.
@@ -131,7 +131,8 @@ class Triangles:
         return Triangles(faces, self.count), int(turn.sum())
 
     def fans(self, cut: NDArray[np.bool_] | None = None) -> Index:
-        """(3m,) which fan of triangles each corner belongs to, when the half-edges in `cut` part their triangles.
+        """Return (3m,) which fan of triangles each corner belongs to, when the half-edges in `cut` part their
+        triangles.
 
         Without a cut a vertex has one fan, or the surface touches itself there. With one, fans are the new vertices.
         """
@@ -160,7 +161,8 @@ class Triangles:
         *,
         rims: bool = True,
     ) -> tuple[Real, Index]:
-        """(n,) length of the shortest way along usable half-edges (3m,) from a source, and the vertex before each.
+        """Return (n,) length of the shortest way along usable half-edges (3m,) from a source, and the vertex before
+        each.
 
         The vertex before a source is negative. Edges are longer by the factors `dear` (n,), the mean of both ends', and
         those of boundaries have no length if `rims` do not count.
@@ -182,7 +184,7 @@ class Triangles:
         return reach, before
 
     def along(self, ends: tuple[Index, Index]) -> NDArray[np.bool_]:
-        """(3m,) which half-edges lie on the edges between ends[0] and ends[1]."""
+        """Return (3m,) which half-edges lie on the edges between ends[0] and ends[1]."""
         return np.isin(self._edge_key(self.tail, self.head), self._edge_key(*ends))
 
     def _edge_key(self, a: Index, b: Index) -> Index:
@@ -190,7 +192,9 @@ class Triangles:
 
 
 def _fans(twin: Index) -> Index:
-    """(3m,) which fan of triangles each corner belongs to, by the other half-edge (3m,) on each one's edge or -1."""
+    """Return (3m,) which fan of triangles each corner belongs to, by the other half-edge (3m,) on each one's edge or
+    -1.
+    """
     joined = np.flatnonzero(twin >= 0)
     other = twin[joined]
     return labels(joined, 3 * (other // 3) + (other + 1) % 3, twin.size)
@@ -210,7 +214,7 @@ def _seams(shape: Triangles, points: Real) -> list[Index]:
 
 
 def _even(shape: Triangles, points: Real, half: Index) -> list[tuple[int, int]]:
-    """The half-edges (k,) of an edge in pairs that continue from each other most evenly, each once."""
+    """Return the half-edges (k,) of an edge in pairs that continue from each other most evenly, each once."""
     a, b, c = (
         points[v] for v in (shape.tail[half], shape.head[half], shape.tail[3 * (half // 3) + (half + 2) % 3])
     )
@@ -228,7 +232,9 @@ def _even(shape: Triangles, points: Real, half: Index) -> list[tuple[int, int]]:
 
 
 def _flattens(before: Index, after: Index, pairs: Index) -> bool:
-    """Whether surfaces joined at pairs of half-edges hang together there, and can be flattened if one of them could."""
+    """Return whether surfaces joined at pairs of half-edges hang together there, and can be flattened if one of them
+    could.
+    """
     label = _labels_of(before)
     own = _labels_of(after) == _labels_of(after)[pairs[0, 0] // 3]
     whole, half = _apart(after, own), np.cumsum(np.repeat(own, 3)) - 1
@@ -239,13 +245,13 @@ def _flattens(before: Index, after: Index, pairs: Index) -> bool:
 
 
 def _labels_of(twin: Index) -> Index:
-    """(m,) the surface of each triangle, joined across half-edges."""
+    """Return (m,) the surface of each triangle, joined across half-edges."""
     inner = np.flatnonzero(twin > np.arange(twin.size))
     return labels(inner // 3, twin[inner] // 3, twin.size // 3)
 
 
 def _apart(twin: Index, own: NDArray[np.bool_]) -> Triangles:
-    """The marked triangles (m,), all of a surface, with a vertex for each of their fans."""
+    """Return the marked triangles (m,), all of a surface, with a vertex for each of their fans."""
     half = np.flatnonzero(np.repeat(own, 3))
     number = np.full(twin.size, -1)
     number[half] = np.arange(half.size)
@@ -254,7 +260,7 @@ def _apart(twin: Index, own: NDArray[np.bool_]) -> Triangles:
 
 
 def _is_open(surface: Triangles) -> bool:
-    """Whether a surface has a boundary and no handles, by Euler's formula."""
+    """Return whether a surface has a boundary and no handles, by Euler's formula."""
     border = np.flatnonzero(surface.twin < 0)
     tail, head = surface.tail[border], surface.head[border]
     loops = np.unique(labels(tail, head, surface.count)[tail]).size
@@ -262,7 +268,7 @@ def _is_open(surface: Triangles) -> bool:
 
 
 def walk(before: Index, end: int) -> list[int]:
-    """The way from `end` back to a source, following `before` of `Triangles.paths`."""
+    """Return the way from `end` back to a source, following `before` of `Triangles.paths`."""
     way = [end]
     while before[way[-1]] >= 0:
         way.append(int(before[way[-1]]))
@@ -270,7 +276,7 @@ def walk(before: Index, end: int) -> list[int]:
 
 
 def labels(a: Index, b: Index, count: int) -> Index:
-    """(count,) component of each node of a graph with edges a[i] - b[i], numbered by first appearance."""
+    """Return (count,) component of each node of a graph with edges a[i] - b[i], numbered by first appearance."""
     from scipy.sparse import coo_matrix  # slow to import, and no picture between drawings needs it
     from scipy.sparse.csgraph import connected_components
 
@@ -283,7 +289,7 @@ def labels(a: Index, b: Index, count: int) -> Index:
 
 
 def firsts(label: Index, count: int) -> Index:
-    """(count,) where each of the labels 0 .. count - 1, all of which are there, comes first."""
+    """Return (count,) where each of the labels 0 .. count - 1, all of which are there, comes first."""
     first = np.empty(count, np.int64)
     first[label[::-1]] = np.arange(label.size)[::-1]  # of several the last one is kept
     return first

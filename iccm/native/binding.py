@@ -198,7 +198,7 @@ def _address_of(converter: Any) -> Callable[[Any], int]:
 
 
 def _argument(text: str) -> Any:
-    """What ctypes converts an argument with."""
+    """Return what ctypes converts an argument with."""
     found = ARGUMENT.fullmatch(text)
     if found is None:
         raise ValueError(f"not an argument of a function of the core: {text}")
@@ -210,7 +210,7 @@ def _argument(text: str) -> Any:
 
 
 def _array(found: re.Match[str]) -> Any:
-    """What ctypes converts an array with."""
+    """Return what ctypes converts an array with."""
     dtype = np.dtype(ARRAYS[found["type"]])
     return _constant(found["name"], dtype) if found["const"] else _written(found["name"], dtype)
 

@@ -26,7 +26,7 @@ class CoreMissing(IccmError, ImportError):
 
 @cache
 def library() -> ctypes.CDLL:
-    """The core, loaded at the first call; its functions release the GIL.
+    """Return the core, loaded at the first call; its functions release the GIL.
 
     Raises:
         CoreMissing: there is none for this platform.

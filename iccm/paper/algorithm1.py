@@ -33,7 +33,7 @@ STEP_HALVINGS = 6  # of a first-order step that does not lower the energy
 
 @on_one_thread
 def solve(problem: Problem, settings: Options) -> Fit:
-    """The map onto a target: Algorithm 1, from arclength or from the constraints."""
+    """Return the map onto a target: Algorithm 1, from arclength or from the constraints."""
     normalised = NormalisedProblem.of(problem, as_begun=True)
     polygon, s, basis, system = _discretised(normalised, settings)
     targets = first_targets(normalised, settings, system, polygon, s, basis)
@@ -43,7 +43,7 @@ def solve(problem: Problem, settings: Options) -> Fit:
 
 @on_one_thread
 def deform(problem: Problem, settings: Options) -> Fit:
-    """The map without a target, by the constraints alone (§3.3)."""
+    """Return the map without a target, by the constraints alone (§3.3)."""
     normalised = NormalisedProblem.of(problem, as_begun=True)
     polygon, _, basis, system = _discretised(normalised, settings)
     x, energies, status = iterate(system, initial.from_constraints(normalised, basis, polygon), settings)
@@ -51,7 +51,7 @@ def deform(problem: Problem, settings: Options) -> Fit:
 
 
 def _discretised(problem: NormalisedProblem, settings: Options) -> tuple[Curve, Real, Basis, System]:
-    """The polygon, the source's arclengths at its vertices, its functions and the system of all energies."""
+    """Return the polygon, the source's arclengths at its vertices, its functions and the system of all energies."""
     polygon, s = discretise(problem.source, "source" if settings.literal else settings.vertices)
     basis = Basis(polygon.z, settings.quasi is not None)
     terms = assemble(problem, settings, basis, polygon)
@@ -60,8 +60,8 @@ def _discretised(problem: NormalisedProblem, settings: Options) -> tuple[Curve, 
 
 
 def discretise(source: Curve, vertices: int | str | None) -> tuple[Curve, Real]:
-    """The map's polygon, and the source's arclengths (n,) at its vertices: about as many as asked for, evenly between
-    the corners, or the source's own ("source"), as in the paper.
+    """Return the map's polygon, and the source's arclengths (n,) at its vertices: about as many as asked for, evenly
+    between the corners, or the source's own ("source"), as in the paper.
 
     Raises:
         InputError: the source has too many vertices.
@@ -79,8 +79,9 @@ def discretise(source: Curve, vertices: int | str | None) -> tuple[Curve, Real]:
 def assemble(
     problem: NormalisedProblem, settings: Options, basis: Basis, polygon: Curve, share: Real | None = None
 ) -> list[Term]:
-    """All energies of a problem (paper §4.1); `share` weighs the vertices, by their part of the source's
-    length if None."""
+    """Return all energies of a problem (paper §4.1); `share` weighs the vertices, by their part of the source's length
+    if None.
+    """
     if share is None:
         share = (polygon.lengths + np.roll(polygon.lengths, 1)) / (2 * polygon.length)
     per_edge = samples_of_edge(settings).size
@@ -107,7 +108,7 @@ def assemble(
 
 
 def samples_of_edge(settings: Options) -> Real:
-    """(k,) where on each edge the samples of the boundary lie, as shares of it."""
+    """Return (k,) where on each edge the samples of the boundary lie, as shares of it."""
     if settings.literal:
         count = settings.samples_per_edge or 1
         return np.arange(count) / count
@@ -116,8 +117,9 @@ def samples_of_edge(settings: Options) -> Real:
 
 
 def literal(terms: list[Term], radius: float) -> list[Term]:
-    """The energies as the paper writes them: sums over samples, each of which counts one, in the coordinates as
-    given, where the source's radius is `radius` (the target's is in all energies alike)."""
+    """Return the energies as the paper writes them: sums over samples, each of which counts one, in the coordinates as
+    given, where the source's radius is `radius` (the target's is in all energies alike).
+    """
     return [
         replace(t, weight=t.weight * radius ** UNITS.get(t.name, 0), measure=np.ones_like(t.measure))
         for t in terms
@@ -160,7 +162,9 @@ def iterate(system: System, x: Complex, settings: Options) -> tuple[Complex, lis
 
 
 def _descend(system: System, x: Complex, targets: list[Target], most: float):
-    """One global step and the local step after it; the old state where no part of the step has at most this energy."""
+    """Return one global step and the local step after it; the old state where no part of the step has at most this
+    energy.
+    """
     step = system.solve(targets, x) - x
     for halving in range(STEP_HALVINGS):
         trial = x + step * 0.5**halving

@@ -32,22 +32,24 @@ class Basis:
     harmonic: bool = False
 
     def positions(self, z: Complex) -> Complex:
-        """(p, k) matrix of f at z."""
+        """Return (p, k) matrix of f at z."""
         return self._both(cauchy_green.coordinates(self.polygon, z))
 
     def second_derivatives(self, z: Complex) -> Complex:
-        """((1 or 2)·p, k) matrix of Φ″ at z, off the vertices, and below it of Ψ's second derivative by z̄: D2 φ
-        and conj(D2) ψ, each in separate rows, for their phases turn against each other with the plane."""
+        """Return ((1 or 2)·p, k) matrix of Φ″ at z, off the vertices, and below it of Ψ's second derivative by z̄: D2 φ
+        and conj(D2) ψ, each in separate rows, for their phases turn against each other with the plane.
+        """
         return self._apart(cauchy_green.second_derivatives(self.polygon, z))
 
     def antiholomorphic(self, z: Complex) -> Complex:
-        """(p, k) matrix of f_z̄ = conj(D) ψ at z, off the vertices."""
+        """Return (p, k) matrix of f_z̄ = conj(D) ψ at z, off the vertices."""
         d = cauchy_green.derivatives(self.polygon, z).conj()
         return np.hstack([np.zeros_like(d), d])
 
     def inconsistency(self) -> Complex:
-        """((1 or 2)·n, k) matrix of boundary values that the coordinates do not reproduce, (C_v - I) φ and its
-        twin for ψ."""
+        """Return ((1 or 2)·n, k) matrix of boundary values that the coordinates do not reproduce, (C_v - I) φ and its
+        twin for ψ.
+        """
         defect = cauchy_green.coordinates(self.polygon, self.polygon) - np.eye(self.polygon.size)
         return self._apart(defect)
 
@@ -108,7 +110,9 @@ class Term:
 
 
 def closest(curve: Curve, *, tangent: bool) -> Callable[[Complex], Target]:
-    """The local step of Algorithm 1: closest points of a curve, with normals for the first-order distance (Eq. 13)."""
+    """Return the local step of Algorithm 1: closest points of a curve, with normals for the first-order distance (Eq.
+    13).
+    """
 
     def follow(image: Complex) -> Target:
         edge, t = curve.locate(np.minimum(curve.closest(image), np.nextafter(curve.length, 0)))
@@ -119,7 +123,9 @@ def closest(curve: Curve, *, tangent: bool) -> Callable[[Complex], Target]:
 
 
 def _normals(curve: Curve, image: Complex, foot: Complex, edge) -> Complex:
-    """Unit normals of the squared distance at its foot: the offset where there is one (corners), else the edge's."""
+    """Return unit normals of the squared distance at its foot: the offset where there is one (corners), else the
+    edge's.
+    """
     offset = image - foot
     away = np.abs(offset)
     far = away > 1e-12 * curve.diagonal
@@ -127,7 +133,7 @@ def _normals(curve: Curve, image: Complex, foot: Complex, edge) -> Complex:
 
 
 def fixed(points: Complex) -> Callable[[Complex], Target]:
-    """A target that does not follow the image."""
+    """Return a target that does not follow the image."""
     target = Target(points)
     return lambda image: target
 
@@ -167,7 +173,7 @@ def consistency(basis: Basis, measure: Real, weight: float) -> Term:
 
 
 def _vanishing(name: str, weight: float, matrix: Complex, measure: Real) -> Term:
-    """A term that pulls to zero; of a matrix with rows for φ and for ψ, both are measured alike."""
+    """Return a term that pulls to zero; of a matrix with rows for φ and for ψ, both are measured alike."""
     rows = matrix.shape[0]
     return Term(name, weight, matrix, np.tile(measure, rows // measure.size), fixed(np.zeros(rows, complex)))
 

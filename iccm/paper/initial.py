@@ -48,8 +48,9 @@ def from_constraints(problem: NormalisedProblem, basis: Basis, polygon: Curve) -
 
 
 def least_norm(matrix: Complex, right: Complex) -> tuple[Complex, Complex]:
-    """The least x (n,) that minimises ‖M x - right‖ for M (k, n), k < n, and a basis (n, n - rank) of what M does not
-    see."""
+    """Return the least x (n,) that minimises ‖M x - right‖ for M (k, n), k < n, and a basis (n, n - rank) of what M
+    does not see.
+    """
     if not right.size:
         return np.zeros(matrix.shape[1], complex), np.eye(matrix.shape[1], dtype=complex)
     u, s, vh = scipy.linalg.svd(matrix, lapack_driver="gesvd")

@@ -34,7 +34,7 @@ class System:
         self.back = vh[:rank].conj().T / s[:rank]
 
     def targets(self, x: Complex) -> list[Target]:
-        """The local step: where each term pulls the image of x."""
+        """Return the local step: where each term pulls the image of x."""
         return [t.follow(t.matrix @ x) for t in self.terms]
 
     def energies(self, x: Complex, targets: Sequence[Target]) -> dict[str, float]:
@@ -46,8 +46,9 @@ class System:
         return out
 
     def solve(self, targets: Sequence[Target], x: Complex | None = None) -> Complex:
-        """The global step: coefficients of least energy for given targets, those closest to x where several
-        are as good."""
+        """Return the global step: coefficients of least energy for given targets, those closest to x where several are
+        as good.
+        """
         if x is not None:
             rest = [Target(t.points - m.matrix @ x, t.normals) for m, t in zip(self.terms, targets)]
             return x + self.solve(rest)

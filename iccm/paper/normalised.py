@@ -118,5 +118,5 @@ def overhang(polygon: Curve, outline: Complex) -> float:
 
 
 def measure_of(curve: Curve, per_edge: int) -> Real:
-    """(e · per_edge,) share of the curve's length that each sample of `curve.sample(per_edge)` stands for."""
+    """Return (e · per_edge,) share of the curve's length that each sample of `curve.sample(per_edge)` stands for."""
     return np.repeat(curve.lengths / (per_edge * curve.length), per_edge)

@@ -41,12 +41,12 @@ class Canvas:
         return size.real / self.width, size.imag / self.height
 
     def centres(self, row: int = 0, rows: int | None = None) -> Complex:
-        """(rows, width) pixel centres of a band of rows."""
+        """Return (rows, width) pixel centres of a band of rows."""
         rows = self.height - row if rows is None else rows
         return self.centre(np.arange(row, row + rows)[:, None], np.arange(self.width))
 
     def centre(self, row, column, size: int = 1):
-        """The point of the plane in the centre of the blocks of size × size pixels at such rows and columns of
+        """Return the point of the plane in the centre of the blocks of size × size pixels at such rows and columns of
         blocks.
         """
         dx, dy = self.step
@@ -54,7 +54,7 @@ class Canvas:
         return low.real + (column + 0.5) * size * dx + 1j * (high.imag - (row + 0.5) * size * dy)
 
     def pixels(self, w: Complex) -> Complex:
-        """Points of the plane in pixel units, x right, y down."""
+        """Return points of the plane in pixel units, x right, y down."""
         dx, dy = self.step
         return (w.real - self.box[0].real) / dx + 1j * (self.box[1].imag - w.imag) / dy
 
@@ -74,7 +74,7 @@ class Diagnostics:
     fallback: int = 0
 
     def add(self, other: "Diagnostics") -> None:
-        """Adds the counts of another part of the raster."""
+        """Add the counts of another part of the raster."""
         for name, value in vars(other).items():
             setattr(self, name, getattr(self, name) + value)
 

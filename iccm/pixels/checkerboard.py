@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 
 def checkerboard(size: int = 1024, cells: int = 8) -> NDArray[np.uint8]:
-    """(size, size, 3) sRGB picture of cells × cells numbered squares, 0 at the top left, row by row.
+    """Return (size, size, 3) sRGB picture of cells × cells numbered squares, 0 at the top left, row by row.
 
     Digits show a mirror or a turn at once; hue runs along x and lightness along y, so that a place is known by colour.
 
@@ -39,7 +39,7 @@ def _cell(i: int, j: int, cells: int) -> list[int]:
 
 
 def _number(out: NDArray[np.uint8], text: str, x: float, y: float, cell: float, light: int) -> None:
-    """Writes text centred at (x, y), dark on light cells and light on dark ones."""
+    """Write text centred at (x, y), dark on light cells and light on dark ones."""
     digits = [_drawn(digit, HEIGHT * cell) for digit in text]
     mask = np.concatenate(digits, axis=1)
     top, left = round(y - mask.shape[0] / 2), round(x - mask.shape[1] / 2)
@@ -50,7 +50,7 @@ def _number(out: NDArray[np.uint8], text: str, x: float, y: float, cell: float, 
 
 
 def _arc(x: float, y: float, width: float, height: float, start: int, end: int) -> list[tuple[float, float]]:
-    """Points of an ellipse's arc around (x, y), by its half axes; degrees from the right downwards."""
+    """Return points of an ellipse's arc around (x, y), by its half axes; degrees from the right downwards."""
     angles = np.radians(np.linspace(start, end, 1 + (end - start) // 15))
     return list(zip(x + width * np.cos(angles), y + height * np.sin(angles)))
 
@@ -74,7 +74,7 @@ STROKES: tuple[Sequence[Sequence[tuple[float, float]]], ...] = (
 
 @cache
 def _drawn(digit: str, height: float) -> NDArray[np.float32]:
-    """(rows, columns) how much of each pixel a digit covers, with the gap to its neighbours."""
+    """Return (rows, columns) how much of each pixel a digit covers, with the gap to its neighbours."""
     rows, columns = round((1 + 2 * BOLD) * height), round((WIDTH + BOLD + GAP) * height)
     x, y = np.meshgrid(np.arange(columns) - (columns - 1) / 2, np.arange(rows) - (rows - 1) / 2)
     z, nearest = x + 1j * y, np.full((rows, columns), np.inf)

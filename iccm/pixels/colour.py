@@ -34,7 +34,7 @@ def _table(levels: int, srgb: bool) -> Float:
 
 
 def decode(pixels: NDArray, alpha: int, *, srgb: bool, associated: bool, premultiply: bool) -> Float:
-    """(h, w, c) pixels as float32 in linear light, premultiplied when asked. Integers become 0..1.
+    """Return (h, w, c) pixels as float32 in linear light, premultiplied when asked. Integers become 0..1.
 
     Args:
         pixels: uint8, uint16, float16 or float32.
@@ -63,7 +63,9 @@ def decode(pixels: NDArray, alpha: int, *, srgb: bool, associated: bool, premult
 
 
 def encode(values: Float, dtype: np.dtype, alpha: int, *, srgb: bool, associated: bool = False) -> NDArray:
-    """The stored form of (h, w, c) linear values, premultiplied if `associated`; integers are rounded and clipped."""
+    """Return the stored form of (h, w, c) linear values, premultiplied if `associated`; integers are rounded and
+    clipped.
+    """
     if srgb and associated and alpha >= 0:
         straight = _scaled(values, alpha, divide=True)
         for k in _colours(straight, alpha):
@@ -96,7 +98,7 @@ def byte_edges() -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
 
 
 def tables(dtype: np.dtype, channels: int, alpha: int, *, srgb: bool) -> Float:
-    """(levels, channels) the linear value of every unsigned integer, by channel."""
+    """Return (levels, channels) the linear value of every unsigned integer, by channel."""
     levels = np.iinfo(dtype).max + 1
     return np.column_stack([_table(levels, srgb and k != alpha) for k in range(channels)])
 

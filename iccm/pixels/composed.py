@@ -26,7 +26,7 @@ class Several:
         self.maps, self.boxes = maps, boxes
 
     def preimages(self, canvas: Canvas, tolerance: float, slopes: bool) -> preimages.Bands:
-        """As `preimages.Mapping` has it."""
+        """Return as `preimages.Mapping` has it."""
         sources = [preimages.of(map, canvas, tolerance, slopes) for map in self.maps]
         corners = canvas.pixels(np.array(self.boxes))
         rows = [(float(high.imag) - 1, float(low.imag) + 1) for low, high in corners]
@@ -36,7 +36,7 @@ class Several:
 def _band_of_several(
     parts: Sequence[preimages.Bands], rows: Sequence[tuple[float, float]], canvas: Canvas, row: int
 ) -> Band:
-    """The band that starts at a row; `rows` are the first and the last that the image of each part may touch.
+    """Return the band that starts at a row; `rows` are the first and the last that the image of each part may touch.
 
     A pixel shows the first part that covers half of it, or else the one that covers most; what is seen of another
     one there is mixed in, the first part lying over the others. Counts are of all parts, hidden ones included.
@@ -64,7 +64,9 @@ def _band_of_several(
 
 
 def _mixed(above: Band, below: Band, shown: NDArray[np.bool_], at: NDArray[np.intp]) -> Mixed:
-    """What is seen, at pixels that two parts cover, of the one that is not shown; `shown` is where the lower one is."""
+    """Return what is seen, at pixels that two parts cover, of the one that is not shown; `shown` is where the lower one
+    is.
+    """
     upper, lower = (band.coverage.ravel()[at] for band in (above, below))
     lower = np.minimum(lower, 1 - upper)
     swapped = shown.ravel()[at]
@@ -85,14 +87,14 @@ class Reflected:
         self.map, self.source, self.target = map, source, target
 
     def preimages(self, canvas: Canvas, tolerance: float, slopes: bool) -> preimages.Bands:
-        """As `preimages.Mapping` has it."""
+        """Return as `preimages.Mapping` has it."""
         seen = replace(canvas, box=reflected(canvas.box, self.target))
         whole = preimages.of(self.map, seen, tolerance, slopes)
         return partial(_reflected_band, whole, self.source, self.target is not None)
 
 
 def reflected(box: Box, line: float | None) -> Box:
-    """The mirror image of a box about a vertical line, or itself."""
+    """Return the mirror image of a box about a vertical line, or itself."""
     low, high = box
     if line is None:
         return box
@@ -100,7 +102,9 @@ def reflected(box: Box, line: float | None) -> Box:
 
 
 def _reflected_band(whole: preimages.Bands, line: float | None, turned: bool, row: int) -> Band:
-    """The band that starts at a row, the source mirrored about a line, if there is one, and the canvas if `turned`."""
+    """Return the band that starts at a row, the source mirrored about a line, if there is one, and the canvas if
+    `turned`.
+    """
     band = whole(row)
     z, right, down, covered = band.z, band.right, band.down, band.coverage
     if turned:
@@ -124,14 +128,14 @@ class Cut:
         self.map, self.rings = map, rings
 
     def preimages(self, canvas: Canvas, tolerance: float, slopes: bool) -> preimages.Bands:
-        """As `preimages.Mapping` has it."""
+        """Return as `preimages.Mapping` has it."""
         whole = preimages.of(self.map, canvas, tolerance, slopes)
         loops = [(canvas.pixels(ring), polygon_area(ring) > 0) for ring in self.rings]
         return partial(_cut_band, whole, loops)
 
 
 def _cut_band(whole: preimages.Bands, loops: Sequence[tuple[Complex, bool]], row: int) -> Band:
-    """The band that starts at a row, no pixel of it covered more than by the loops, given in pixels.
+    """Return the band that starts at a row, no pixel of it covered more than by the loops, given in pixels.
 
     Parts do not overlap each other and holes lie in parts, so the covered area of a pixel is the sum over parts minus
     that over holes. The map's own coverage is not multiplied by it: where both outlines are one, an edge pixel that is
@@ -165,13 +169,13 @@ class Holed:
         self.map, self.holes = map, holes
 
     def preimages(self, canvas: Canvas, tolerance: float, slopes: bool) -> preimages.Bands:
-        """As `preimages.Mapping` has it."""
+        """Return as `preimages.Mapping` has it."""
         whole = preimages.of(self.map, canvas, tolerance, slopes)
         return partial(_holed_band, whole, [canvas.pixels(hole) for hole in self.holes])
 
 
 def _holed_band(whole: preimages.Bands, loops: Sequence[Complex], row: int) -> Band:
-    """The band that starts at a row, without what is in holes, given in pixels."""
+    """Return the band that starts at a row, without what is in holes, given in pixels."""
     band = whole(row)
     rows, width = band.coverage.shape
     for loop in loops:

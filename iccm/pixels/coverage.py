@@ -12,7 +12,7 @@ _cover = function("""int64_t iccm_pixels_cover(
 
 
 def coverage(loop: Complex, row: int, rows: int, width: int) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """How much of each pixel a closed polyline covers, and which pixel centres it surrounds.
+    """Return how much of each pixel a closed polyline covers, and which pixel centres it surrounds.
 
     Args:
         loop: (k,) points in pixel units, x right, *y down*, pixel (i, j) being the square [j, j+1] × [i, i+1].
@@ -28,14 +28,14 @@ def coverage(loop: Complex, row: int, rows: int, width: int) -> tuple[NDArray[np
 
 
 def coverage_box(loop: Complex, row: int, rows: int, width: int) -> NDArray[np.float32]:
-    """The first that `coverage` gives."""
+    """Return the first that `coverage` gives."""
     return _coverage(loop, row, rows, width, np.empty((0, width), dtype=np.bool_))
 
 
 def _coverage(
     loop: Complex, row: int, rows: int, width: int, inside: NDArray[np.bool_]
 ) -> NDArray[np.float32]:
-    """The covered area; fills in `inside`, unless it has no rows."""
+    """Return the covered area; fills in `inside`, unless it has no rows."""
     start = loop.astype(np.complex128) - 1j * row
     end = np.roll(start, -1)
     falls = start.imag > end.imag

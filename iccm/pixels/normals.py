@@ -14,7 +14,7 @@ def rotate(
     up: bool,
     mirrored: NDArray[np.bool_] | None = None,
 ) -> NDArray[np.float32]:
-    """Normals turned in the plane by the angle of a complex number and made unit again.
+    """Return normals turned in the plane by the angle of a complex number and made unit again.
 
     In integers the middle value, 128 of 255, is exactly zero, so that a flat surface stays flat.
 

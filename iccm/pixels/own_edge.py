@@ -22,7 +22,7 @@ BYTES = 64  # that each texel takes on the way (by hand)
 
 
 def without_own_edge(texture: Texture, outlines: Sequence[Complex]) -> Texture:
-    """The texture with its inside bled beyond the outlines, if they are where its alpha ends; else as it is.
+    """Return the texture with its inside bled beyond the outlines, if they are where its alpha ends; else as it is.
 
     They are if along most of them alpha all but ends: more than a texel and at most REACH outside, it is under NONE of
     the greatest inside. Texels outside change, and the alpha of those inside that fade towards the outline.
@@ -76,7 +76,7 @@ def _bleed(pixels: NDArray, channels: list[int], known: NDArray[np.bool_], wante
 
 
 def _inside(texture: Texture, outlines: Sequence[Complex]) -> NDArray[np.bool_]:
-    """(h, w) the texels whose centres an odd number of outlines surround."""
+    """Return (h, w) the texels whose centres an odd number of outlines surround."""
     left, top, across, down = texture.corner
     height, width = texture.pixels.shape[:2]
     inside = np.zeros((height, width), np.bool_)

@@ -9,7 +9,7 @@ from .raster import depths, doubled, nearest
 
 
 def pad(pixels: NDArray, known: NDArray[np.bool_], reach: int, method: str = "push-pull") -> None:
-    """Fills unknown pixels from known ones, in place.
+    """Fill unknown pixels from known ones, in place.
 
     Args:
         pixels: (h, w, c) of any type.

@@ -29,7 +29,7 @@ AnyMap = HarmonicMap | TriangulatedMap | Mapping
 
 
 def of(map: AnyMap, canvas: Canvas, tolerance: float, slopes: bool = True) -> Bands:
-    """Where the pixels of a canvas come from under a map.
+    """Return where the pixels of a canvas come from under a map.
 
     Args:
         map: source → target.

@@ -73,7 +73,7 @@ def pyramid(
     spline: bool = False,
     clamped: bool = False,
 ) -> Pyramid:
-    """What a filter reads of an (h, w, c) picture that is ready: linear and premultiplied.
+    """Return what a filter reads of an (h, w, c) picture that is ready: linear and premultiplied.
 
     Args:
         picture: the picture.
@@ -101,7 +101,7 @@ def compact(
     reduced: bool = True,
     clamped: bool = False,
 ) -> Pyramid:
-    """The same of a large picture that stays as it is stored, in unsigned integers.
+    """Return the same of a large picture that stays as it is stored, in unsigned integers.
 
     Its first reduction is by four, so that all of them together take a third of the memory of 8-bit pixels; a spline
     gives way to the cubic.
@@ -122,7 +122,7 @@ def compact(
 
 
 def ready(pixels: NDArray, decode: Float, alpha: int) -> Float:
-    """(h, w, c) stored integers decoded and premultiplied; arguments as for `compact`."""
+    """Return (h, w, c) stored integers decoded and premultiplied; arguments as for `compact`."""
     height, width, channels = pixels.shape
     out = np.empty(pixels.shape, dtype=np.float32)
     stored = np.ascontiguousarray(pixels)
@@ -132,7 +132,7 @@ def ready(pixels: NDArray, decode: Float, alpha: int) -> Float:
 
 
 def strip_rows(width: int, channels: int) -> int:
-    """How many rows of a picture are worked on at a time."""
+    """Return how many rows of a picture are worked on at a time."""
     return max(LEAST_ROWS, STRIP // max(1, width * channels) // 8 * 8)
 
 
@@ -145,7 +145,7 @@ def _reductions(
     memory: Memory | None,
     threads: int | None,
 ) -> tuple[Float, list[Float], list[int]]:
-    """All reductions' texels, the reductions as views of them, and by how much each is reduced.
+    """Return all reductions' texels, the reductions as views of them, and by how much each is reduced.
 
     Args:
         shape: (h, w, c) of the picture.
@@ -223,7 +223,7 @@ def _reduced(a: Float, edge: int, clamped: bool = False) -> Float:
 
 
 def _repeated(rows: NDArray[np.int64], height: int, edge: int) -> NDArray[np.int64]:
-    """The rows of a picture that stand for those with any numbers, where it is there again beyond its edges."""
+    """Return the rows of a picture that stand for those with any numbers, where it is there again beyond its edges."""
     if edge == REPEAT:
         return rows % height
     rows = rows % (2 * height)

@@ -134,7 +134,7 @@ class Sampler:
         )
 
     def __call__(self, places: Callable[[slice], Places], count: int, threads: int | None = None) -> NDArray:
-        """(count, c) pixels as the texture stores them.
+        """Return (count, c) pixels as the texture stores them.
 
         Args:
             places: takes a slice of the points to where they lie.
@@ -151,7 +151,7 @@ class Sampler:
         return out
 
     def values(self, at: Places) -> Float:
-        """(p, c) filtered values in linear light, normals turned."""
+        """Return (p, c) filtered values in linear light, normals turned."""
         values = filters.read(self.pyramid, at.xy, at.turn, self.filter, self.clamped)
         if self.kind.startswith("normal"):
             assert at.right is not None
@@ -176,7 +176,7 @@ class Sampler:
         filters.paint(self.pyramid, band, columns, corner, kind, self.clamped, alpha, out)
 
     def stored(self, values: Float, cover: Float | None = None) -> NDArray:
-        """(p, c) filtered values, which may be changed, unpremultiplied and encoded.
+        """Return (p, c) filtered values, which may be changed, unpremultiplied and encoded.
 
         With (p,) coverage alpha is multiplied by it; an alpha channel is appended where the texture has none.
         """

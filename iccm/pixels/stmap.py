@@ -36,7 +36,7 @@ def stmap(
     texels: int = FINEST,
     threads: int | None = None,
 ) -> Iterator[NDArray[np.float32]]:
-    """The rows of an STMap, band by band from the top.
+    """Yield the rows of an STMap, band by band from the top.
 
     Args:
         map: source → target.
@@ -67,27 +67,29 @@ def stmap(
 
 
 def flat(box: Box, turn: complex = 1) -> Texture:
-    """A texture of one texel that covers a box of the plane, turned about its middle."""
+    """Return a texture of one texel that covers a box of the plane, turned about its middle."""
     return Texture(np.zeros((1, 1, 1), np.uint8), box, turn=turn)
 
 
 def st_of(placing: Placing, z: Complex) -> Real:
-    """(p, 2) s and t of points of the source's plane, by where they lie in a texture of one texel."""
+    """Return (p, 2) s and t of points of the source's plane, by where they lie in a texture of one texel."""
     still = np.zeros(z.size, complex)
     xy = placing.places(z, still, still).xy
     return np.column_stack([xy[:, 0], 1 - xy[:, 1]])
 
 
 def point_of(lying: Texture, st: Real) -> Complex:
-    """(p,) points of the source's plane from s and t (p, 2): the other way round, in a texture that lies flat."""
+    """Return (p,) points of the source's plane from s and t (p, 2): the other way round, in a texture that lies
+    flat.
+    """
     low, size = lying.box[0], lying.box[1] - lying.box[0]
     z, middle = low + st[:, 0] * size.real + 1j * st[:, 1] * size.imag, low + size / 2
     return middle + (z - middle) * lying.turn
 
 
 def transform(st: NDArray, box: Box, canvas: Canvas) -> Transform:
-    """The map whose STMap this is: on the triangles between pixel centres, but where one is empty or a seam runs. Up
-    to a pixel outside of them the nearest point counts, farther out there is none.
+    """Return the map whose STMap this is: on the triangles between pixel centres, but where one is empty or a seam
+    runs. Up to a pixel outside of them the nearest point counts, farther out there is none.
 
     Args:
         st: (H, W, c) as for `Stored`; it may be mirrored.
@@ -126,7 +128,7 @@ def transform(st: NDArray, box: Box, canvas: Canvas) -> Transform:
 
 
 def _torn(z: Complex, slope: Complex, axis: int) -> Flags:
-    """Whether a seam runs between a pixel and the next along an axis, by their slopes along it."""
+    """Return whether a seam runs between a pixel and the next along an axis, by their slopes along it."""
     usual = np.abs(slope)
     first, last = (np.take(usual, range(k, z.shape[axis] - 1 + k), axis) for k in (0, 1))
     step = np.abs(np.diff(z, axis=axis))
@@ -151,7 +153,7 @@ class Stored:
         return self.band
 
     def band(self, row: int) -> Band:
-        """The band that starts at the given row."""
+        """Return the band that starts at the given row."""
         last = min(row + BAND, self.canvas.height)
         first, end = max(row - 1, 0), min(last + 1, self.canvas.height)
         st = self.st[first:end].astype(np.float64)

@@ -39,7 +39,7 @@ def strip_bytes(height: int, width: int, channels: int) -> int:
 
 
 def mend(picture: Float, alpha: int = -1, memory: Memory | None = None, threads: int | None = None) -> None:
-    """Takes out what is not finite, so that a filter does not spread it: texels around it stand for it.
+    """Take out what is not finite, so that a filter does not spread it: texels around it stand for it.
 
     Args:
         picture: (h, w, c) ready to be filtered; changed in place, channel by channel, where it is not finite.
@@ -95,7 +95,7 @@ class Placing(Protocol):
         """Texels a unit of the source's plane, across and down."""
 
     def places(self, z: Complex, right: NDArray, down: NDArray) -> Places:
-        """Places of points z (p,), given their derivatives (p,) by the output's x and y."""
+        """Return places of points z (p,), given their derivatives (p,) by the output's x and y."""
 
 
 ROUNDED = 1e-6  # texels beyond the texture's edge that are still on it (by hand: above round-off)
@@ -107,7 +107,7 @@ REPEAT: Wrap = ("repeat", "repeat")
 
 
 def wrapped(at: Places, size: tuple[float, float], wrap: Wrap = REPEAT) -> Places:
-    """Places in a picture of this width and height of those beyond its edges."""
+    """Return places in a picture of this width and height of those beyond its edges."""
     xy, turn = at.xy.copy(), at.turn.copy()
     for k, (extent, how) in enumerate(zip(size, wrap)):
         beyond = np.flatnonzero((xy[:, k] < -ROUNDED) | (xy[:, k] > extent + ROUNDED))
@@ -134,7 +134,7 @@ class Wrapped:
         return self.texture.scale
 
     def places(self, z: Complex, right: NDArray, down: NDArray) -> Places:
-        """As `Placing.places`."""
+        """Return as `Placing.places`."""
         height, width = self.texture.pixels.shape[:2]
         return wrapped(self.texture.places(z, right, down), (width, height), self.wrap)
 
@@ -171,7 +171,7 @@ class Texture:
         return (self.box[0].real, self.box[1].imag, *self.scale)
 
     def places(self, z: Complex, right: NDArray, down: NDArray) -> Places:
-        """As `Placing.places`."""
+        """Return as `Placing.places`."""
         xy, turn = np.empty((z.size, 2)), np.empty((z.size, 4))
         if self.turn != 1:
             back = np.complex64(self.turn.conjugate())
@@ -181,6 +181,6 @@ class Texture:
         return Places(xy, turn, right, down)
 
     def turned_back(self, z: Complex) -> Complex:
-        """Where points of the source's plane would lie, were the picture not turned."""
+        """Return where points of the source's plane would lie, were the picture not turned."""
         middle = (self.box[0] + self.box[1]) / 2
         return middle + (z - middle) * self.turn.conjugate()

@@ -10,7 +10,7 @@ LARGEST = 640
 
 
 def png(pixels: NDArray) -> bytes:
-    """A PNG of (h, w, c) pixels, integers or floats of 0..1, of grey or colours with or without alpha."""
+    """Return a PNG of (h, w, c) pixels, integers or floats of 0..1, of grey or colours with or without alpha."""
     from PIL import Image
 
     step = max(1, -(-max(pixels.shape[:2]) // LARGEST))

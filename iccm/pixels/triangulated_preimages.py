@@ -55,7 +55,7 @@ class TriangulatedPreimages:
         self.top, self.bottom = (f(centres.imag, axis=1) for f in (np.min, np.max))
 
     def band(self, row: int) -> Band:
-        """The band that starts at the given row."""
+        """Return the band that starts at the given row."""
         rows, width = min(BAND, self.canvas.height - row), self.canvas.width
         area = coverage_box(self.loop, row, rows, width)
         z, right, down, state = self.blocks.arrays(rows, width)
@@ -136,14 +136,14 @@ class Blocks:
 
 
 def _joined(loops: list[Complex]) -> Complex:
-    """One closed polyline through all loops: to each hole there is a way, and back, which covers nothing."""
+    """Return one closed polyline through all loops: to each hole there is a way, and back, which covers nothing."""
     start = loops[0][:1]
     parts = [np.concatenate([start, hole, hole[:1]]) for hole in loops[1:]]
     return np.concatenate([loops[0], *parts])
 
 
 def powers(corners: Complex, patches: Complex) -> Complex:
-    """(m, 6) coefficients of 1, x, y, x², xy, y² of each patch, x and y being counted from its first corner.
+    """Return (m, 6) coefficients of 1, x, y, x², xy, y² of each patch, x and y being counted from its first corner.
 
     Args:
         corners: (m, 3) in the plane of x and y, of either turn.

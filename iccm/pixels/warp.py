@@ -57,7 +57,7 @@ def warp(
     max_error: float = 0.05,
     threads: int | None = None,
 ) -> Warped:
-    """The texture seen through the map.
+    """Return the texture seen through the map.
 
     Args:
         map: source → target, or a stored one.
@@ -89,7 +89,7 @@ def whole(
     fill: str = "push-pull",
     threads: int | None = None,
 ) -> Warped:
-    """All of a warp's pixels at once; arguments as for `warp`."""
+    """Return all of a warp's pixels at once; arguments as for `warp`."""
     out = np.zeros((job.canvas.height, job.canvas.width, job.channels), dtype=job.dtype)
     row = 0
     for block in job.blocks(threads):
@@ -106,7 +106,9 @@ def whole(
 
 
 def padded(pixels: NDArray, alpha: int, reach: int, fill: str) -> NDArray:
-    """(h, w, c) straight pixels, their colours extended where the channel `alpha` is 0; arguments as for `warp`."""
+    """Return (h, w, c) straight pixels, their colours extended where the channel `alpha` is 0; arguments as for
+    `warp`.
+    """
     if fill not in ("push-pull", "nearest"):
         raise InputError(f"fill {fill!r}: must be push-pull or nearest")
     from .padding import pad
@@ -150,7 +152,7 @@ class Warp:
         self.preimages = preimages.of(map, canvas, max_error / scale)
 
     def blocks(self, threads: int | None = None) -> Iterator[NDArray]:
-        """(rows, W, c) finished pixels from top to bottom."""
+        """Yield (rows, W, c) finished pixels from top to bottom."""
 
         def finished(row: int) -> tuple[NDArray, Diagnostics]:
             band = self.preimages(row)
@@ -165,7 +167,7 @@ class Warp:
             yield block
 
     def _finish(self, band: Band) -> NDArray:
-        """Stored pixels of a band; zero where nothing is."""
+        """Return stored pixels of a band; zero where nothing is."""
         out = np.zeros((*band.coverage.shape, self.channels), dtype=self.dtype)
         simple = self.sampler.paints and self.placing is self.sampler.texture
         paint = self.sampler.paint if simple and self.antialias and band.mixed is None else self._put
@@ -185,8 +187,9 @@ class Warp:
         put(out.reshape(-1, self.channels), part, self.sampler.stored(self._values(band, part), share))
 
     def _values(self, band: Band, at: NDArray[np.intp]) -> NDArray:
-        """Filtered values of the band's pixels numbered `at`; two places that are seen in one are mixed, if colours
-        may be."""
+        """Return filtered values of the band's pixels numbered `at`; two places that are seen in one are mixed, if
+        colours may be.
+        """
         z, right, down = band.z.ravel()[at], band.right.ravel()[at], band.down.ravel()[at]
         values = self.sampler.values(self._places(z, right, down))
         if band.mixed is None or not (self.sampler.mixes and self.antialias):
@@ -199,7 +202,7 @@ class Warp:
         return values
 
     def _places(self, z: Complex, right: NDArray[np.complex64], down: NDArray[np.complex64]) -> Places:
-        """Where points of the source's plane lie in the texture; normals turn by the map's angle."""
+        """Return where points of the source's plane lie in the texture; normals turn by the map's angle."""
         places = self.placing.places(z, right, down)
         if not self.sampler.kind.startswith("normal"):
             return places

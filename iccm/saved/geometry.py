@@ -49,7 +49,7 @@ class Carrier:
         shapely.prepare(self._reach)
 
     def points(self, z: Complex) -> Complex:
-        """(p,) images, NaN outside."""
+        """Return (p,) images, NaN outside."""
         w = self.map(z)
         self.counts["points outside"] += int(np.isnan(w[np.isfinite(z)]).sum())
         return w
@@ -79,7 +79,9 @@ class Carrier:
         return [_flat(group) for group in _grouped(images, parts)]
 
     def _simple(self, polygons: Sequence[Rings]) -> list[list[Rings]]:
-        """The image of each polygon inside, refined further where it is not simple; what still is not falls apart."""
+        """Return the image of each polygon inside, refined further where it is not simple; what still is not falls
+        apart.
+        """
         found: dict[int, Any] = {}
         tolerance, todo = self.tolerance, list(range(len(polygons)))
         for _ in range(FINER_ROUNDS):
@@ -92,7 +94,7 @@ class Carrier:
         return [[_rings(part) for part in _parts(found[k], "Polygon")] for k in range(len(polygons))]
 
     def _images(self, lines: Sequence[Complex], tolerance: float) -> list[Complex]:
-        """The images of polylines inside: those of their vertices, and as many points between as are needed."""
+        """Return the images of polylines inside: those of their vertices, and as many points between as are needed."""
         if not lines:
             return []
         last = np.cumsum([line.size for line in lines]) - 1
@@ -140,7 +142,7 @@ class Carrier:
 
 
 def _off(points: Complex, a: Complex, b: Complex) -> Real:
-    """(p,) the largest distance of points (p, k) from the segments a to b (p,)."""
+    """Return (p,) the largest distance of points (p, k) from the segments a to b (p,)."""
     step = (b - a)[:, None]
     away = points - a[:, None]
     part = np.clip((away * step.conj()).real / np.maximum(np.abs(step) ** 2, 1e-300), 0, 1)
@@ -148,7 +150,7 @@ def _off(points: Complex, a: Complex, b: Complex) -> Real:
 
 
 def _thinned(owner: Any, points: Complex, tolerance: float) -> tuple[Any, Complex]:
-    """The polylines of segments, points by owner, without points that a tolerance does not need."""
+    """Return the polylines of segments, points by owner, without points that a tolerance does not need."""
     counts = np.bincount(owner)
     many = counts[owner] > 2
     many &= ~np.isin(owner, owner[np.isnan(points)])
@@ -170,7 +172,7 @@ def _polygon(rings: Sequence[Complex]) -> shapely.Polygon:
 
 
 def _rings(polygon: shapely.Polygon) -> Rings:
-    """The rings of a polygon, the outer one first; none repeats its first point."""
+    """Return the rings of a polygon, the outer one first; none repeats its first point."""
     return [_z(ring)[:-1] for ring in (polygon.exterior, *polygon.interiors)]
 
 
@@ -179,7 +181,7 @@ def _z(line: Any) -> Complex:
 
 
 def _parts(shape: Any, kind: str) -> list[Any]:
-    """The parts of a geometry that are of a kind, and not empty."""
+    """Return the parts of a geometry that are of a kind, and not empty."""
     found = shapely.get_parts(shapely.line_merge(shape) if kind == "LineString" else shape)
     nested = [part for each in found for part in shapely.get_parts(each)]
     return [part for part in nested if part.geom_type == kind and not part.is_empty]

@@ -41,15 +41,17 @@ class Inverted:
         return self.map.image_diagonal
 
     def preimages(self, canvas: Canvas, tolerance: float, slopes: bool) -> Bands:
-        """As `preimages.Mapping` has it: where the map itself takes the centres of pixels, exact whatever the
-        tolerance."""
+        """Return as `preimages.Mapping` has it: where the map itself takes the centres of pixels, exact whatever the
+        tolerance.
+        """
         loops = [canvas.pixels(rim) for rim in self.map.rims]
         return partial(_band, self.map, canvas, loops)
 
 
 def _band(map: TriangulatedMap, canvas: Canvas, loops: list[Complex], row: int) -> Band:
-    """The band that starts at a row, of a canvas in whose pixels the source's boundaries are `loops`; of what is only
-    touched the nearest boundary point counts."""
+    """Return the band that starts at a row, of a canvas in whose pixels the source's boundaries are `loops`; of what is
+    only touched the nearest boundary point counts.
+    """
     rows = min(BAND, canvas.height - row)
     area, inside = coverage(loops[0], row, rows, canvas.width)
     for loop in loops[1:]:

@@ -67,11 +67,11 @@ class Plane:
 
     @classmethod
     def of(cls, outline: Complex, holes: Sequence[Curve]) -> "Plane":
-        """That of an outline given as an array: y up, its box the canvas."""
+        """Return that of an outline given as an array: y up, its box the canvas."""
         return cls(outline, bounding_box(outline), holes=[hole.z for hole in holes])
 
     def turned(self, z: Complex) -> Complex:
-        """Points x + iy in the file's units as points of the plane, and the other way round."""
+        """Return points x + iy in the file's units as points of the plane, and the other way round."""
         return z.conj() if self.down else z
 
 
@@ -139,7 +139,7 @@ def _joined(name: str, rings: Sequence[Complex]) -> dict[str, Any]:
 
 
 def read(path: str | PathLike) -> MapFile:
-    """What a file holds that `MapFile.write` wrote.
+    """Return what a file holds that `MapFile.write` wrote.
 
     Raises:
         InputError: it is missing, no such file, of another version, or what it holds is not a map.
@@ -177,7 +177,7 @@ class _Archive:
         self.names = set(archive.namelist())
 
     def __contains__(self, name: str) -> bool:
-        """Whether there is an array of this name."""
+        """Return whether there is an array of this name."""
         return f"{name}.npy" in self.names
 
     def map_file(self) -> MapFile:
@@ -194,7 +194,7 @@ class _Archive:
         return MapFile(map, (planes[0], planes[1]), arrays, rings, about)
 
     def about(self) -> dict[str, Any]:
-        """What the archive says beside its arrays, each value of the type that `MapFile` states."""
+        """Return what the archive says beside its arrays, each value of the type that `MapFile` states."""
         about = json.loads(self.text("about"))
         if not isinstance(about, dict):
             raise InputError("about: not a JSON object")
@@ -220,7 +220,7 @@ class _Archive:
         return about
 
     def lacks(self, name: str) -> bool:
-        """Whether the file is from before there was such a thing."""
+        """Return whether the file is from before there was such a thing."""
         return name in LATER and name not in self
 
     def triangulated(self) -> TriangulatedMap:
@@ -276,7 +276,7 @@ class _Archive:
         return found
 
     def rings(self, name: str) -> list[Complex]:
-        """Lists of points, by their ends in one array."""
+        """List of points, by their ends in one array."""
         found = self.split(name, self.array(name, "complex128"))
         least = 2 if name.startswith("stroke") else 3
         if any(ring.size < least for ring in found):
@@ -293,7 +293,7 @@ class _Archive:
         return self.array(name, "int32", 2 if columns else 1, columns).astype(np.int64)
 
     def array(self, name: str, dtype: str, dimensions: int = 1, columns: int = 0) -> Any:
-        """An array of a kind and shape, all of it finite and none of it larger than MOST_COORDINATE."""
+        """Return an array of a kind and shape, all of it finite and none of it larger than MOST_COORDINATE."""
         found = self.member(name)
         fits = found.dtype == dtype and found.ndim == dimensions
         if not fits or (columns and found.shape[1] != columns):
@@ -313,7 +313,7 @@ class _Archive:
         return text
 
     def member(self, name: str) -> Any:
-        """An array as it is stored; its size is that of its file."""
+        """Return an array as it is stored; its size is that of its file."""
         if name not in self:
             raise InputError(f"{name}: missing")
         entry = self.archive.getinfo(f"{name}.npy")
@@ -324,7 +324,7 @@ class _Archive:
 
 
 def _read_array(file: Any, size: int) -> Any:
-    """The array in a file of `size` bytes in NumPy's format (NEP 1), which must be as long as its header says.
+    """Return the array in a file of `size` bytes in NumPy's format (NEP 1), which must be as long as its header says.
 
     Raises:
         InputError: it is not, or holds Python objects.
@@ -353,14 +353,14 @@ class _Counted:
         self.file, self.count = file, 0
 
     def read(self, size: int = -1) -> bytes:
-        """As of the file."""
+        """Return as of the file."""
         data = self.file.read(size)
         self.count += len(data)
         return data
 
 
 def _are(values: Any, *types: type) -> TypeGuard[list[Any]]:
-    """Whether something is a list of values of some types; a truth value is not a number."""
+    """Return whether something is a list of values of some types; a truth value is not a number."""
     return isinstance(values, list) and all(
         isinstance(value, types) and not isinstance(value, bool) for value in values
     )

@@ -54,7 +54,7 @@ class Written:
         )
 
     def report(self) -> dict[str, Any]:
-        """As in the JSON report."""
+        """Return as in the JSON report."""
         found = self.distortion.report()
         found.pop("turn")  # triangles in space have no upright
         boundary = {} if self.packed else {"boundary": self.boundary}
@@ -70,7 +70,7 @@ class Written:
 
 
 def _is_one_to_one(z: Complex, layout: Flattening) -> bool:
-    """Whether a layout's triangles at z (n,) are certain not to overlap, by exact signs.
+    """Return whether a layout's triangles at z (n,) are certain not to overlap, by exact signs.
 
     If all triangles are positive, as many lie over a point as the boundary winds around it. A simple outer boundary
     winds around no point twice. A hole that winds around none, or clockwise, adds nothing; so it may also be a slit.
@@ -86,7 +86,7 @@ def _is_one_to_one(z: Complex, layout: Flattening) -> bool:
 
 
 def _area_wound(loop: Complex) -> float:
-    """The area that a closed polyline winds around counter-clockwise."""
+    """Return the area that a closed polyline winds around counter-clockwise."""
     if not fault([loop]):
         return max(polygon_area(loop), 0.0)
     if not fault([loop[::-1]]):

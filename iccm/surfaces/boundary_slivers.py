@@ -17,7 +17,8 @@ LEAST_HEIGHT_SHARE = 2e-7  # and of the diagonal: single precision's ulp at 1 is
 
 
 def with_room(image: Complex, layout: Flattening, diagonal: float) -> Complex:
-    """Images (n,) of a layout's vertices; triangles and polygons have room that the outline leaves them none for.
+    """Return images (n,) of a layout's vertices; triangles and polygons have room that the outline leaves them none
+    for.
 
     `diagonal` is the outline's; see `lift`, `open_up` and `tuck_in`.
     """
@@ -62,5 +63,7 @@ def lift(flat: Complex, faces: Index, loop: Index, diagonal: float) -> Complex:
 
 
 def _gaps(places: Index, length: int) -> Index:
-    """(m, 3) how many edges of the boundary lie between the two other corners, on the side away from each one."""
+    """Return (m, 3) how many edges of the boundary lie between the two other corners, on the side away from each
+    one.
+    """
     return np.mod(np.roll(places, -2, axis=1) - np.roll(places, -1, axis=1), length)

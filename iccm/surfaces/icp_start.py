@@ -23,8 +23,9 @@ CLOSE_RMS = 0.15  # root mean square distance of outlines and pins, of areas of 
 
 
 def similarity_sketch(problem: UnitProblem) -> MeshMap | None:
-    """The similarity that fits pins and outlines best, as a map on two triangles around both outlines, whose points
-    come first; None where none fits well."""
+    """Return the similarity that fits pins and outlines best, as a map on two triangles around both outlines, whose
+    points come first; None where none fits well.
+    """
     if problem.strokes or len(problem.holes[0]) != len(problem.holes[1]):
         return None
     near = similarity(problem)
@@ -40,7 +41,7 @@ def similarity_sketch(problem: UnitProblem) -> MeshMap | None:
 
 
 def _partners(problem: UnitProblem, near: Similarity) -> list[tuple[int, int]]:
-    """Which hole of the source goes to which of the target: those wished, the others by their middles."""
+    """Return which hole of the source goes to which of the target: those wished, the others by their middles."""
     from scipy.optimize import linear_sum_assignment
 
     here, there = (np.array([curve.z.mean() for curve in side], complex) for side in problem.holes)
@@ -51,14 +52,14 @@ def _partners(problem: UnitProblem, near: Similarity) -> list[tuple[int, int]]:
 
 
 def similarity(problem: UnitProblem) -> Similarity | None:
-    """The similarity that takes the source closest to the target; None if that is not close."""
+    """Return the similarity that takes the source closest to the target; None if that is not close."""
     found = [_icp(problem, match) for match in _matches(problem)]
     away, near = min(found, key=lambda each: each[0])
     return near if away < CLOSE_RMS else None
 
 
 def unlikeness(source: Curve, target: Curve, here: Complex, there: Complex) -> float:
-    """How far the similarity that fits two outlines best leaves them apart, relative to the root of the area.
+    """Return how far the similarity that fits two outlines best leaves them apart, relative to the root of the area.
 
     Args:
         source: an outline.
@@ -91,7 +92,7 @@ def _interpolate(source: Curve, target: Curve, pins: tuple[Complex, Complex]) ->
 
 
 def _icp(problem: UnitProblem, match: Match) -> tuple[float, Similarity]:
-    """The similarity for a correspondence, made better by closest points, and how far it is off."""
+    """Return the similarity for a correspondence, made better by closest points, and how far it is off."""
     pins, goals = problem.all_pins.T
     s = problem.source.length * SHARES
     z, w = problem.source.at(s), problem.target.at(match.at(s))

@@ -24,7 +24,7 @@ class Opening(NamedTuple):
 
 
 def with_vertices(whole: Patch, points: Real) -> Mesh:
-    """The triangles of a patch, with vertices at those of its points that are nearest to given ones (k, 3).
+    """Return the triangles of a patch, with vertices at those of its points that are nearest to given ones (k, 3).
 
     New vertices come after the mesh's own; texture coordinates lie between those of the corners around.
     """
@@ -32,8 +32,9 @@ def with_vertices(whole: Patch, points: Real) -> Mesh:
 
 
 def with_way(whole: Patch, points: Real) -> Opening | None:
-    """The same, with edges along the straight ways from each point to the next; None where the way crosses itself, or
-    gets lost."""
+    """Return the same, with edges along the straight ways from each point to the next; None where the way crosses
+    itself, or gets lost.
+    """
     refined, stops = _at_points(whole, points)
     way = stops[:1]
     for stop in stops[1:]:
@@ -88,7 +89,7 @@ def _insert_line(
 
 
 def _crossing(fan: Real, end: Real) -> tuple[int, float] | None:
-    """Which triangle of those around a vertex the straight way to a point leads through, and where on the side
+    """Return which triangle of those around a vertex the straight way to a point leads through, and where on the side
     opposite it leaves; at a corner if close by. None where it leads nowhere.
 
     Args:
@@ -129,7 +130,7 @@ def _as_mesh(whole: Patch, refined: RefinedSurface) -> Mesh:
 
 
 def _nearest(points: Real, faces: Index, point: Real) -> tuple[int, Real]:
-    """The triangle with the nearest point, and that one's barycentric coordinates (3,)."""
+    """Return the triangle with the nearest point, and that one's barycentric coordinates (3,)."""
     import igl
 
     faces = np.ascontiguousarray(faces)

@@ -92,14 +92,14 @@ class Polygons:
 
 
 def _mixed(x: NDArray[np.uint64]) -> NDArray[np.uint64]:
-    """The finaliser of SplitMix64 (Steele, Lea and Flood 2014)."""
+    """Return the finaliser of SplitMix64 (Steele, Lea and Flood 2014)."""
     x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     return x ^ (x >> np.uint64(31))
 
 
 def isomorphism(old: Polygons, new: Polygons) -> Index | None:
-    """(c,) the corner of the old mesh for each of the new one; None where the connectivity is not the same, too
+    """Return (c,) the corner of the old mesh for each of the new one; None where the connectivity is not the same, too
     regular to find a seed, or that of too many pieces.
 
     Example:
@@ -151,8 +151,9 @@ def isomorphism(old: Polygons, new: Polygons) -> Index | None:
 
 
 def _steps(old: Polygons, seed: int, known: Flags) -> list[tuple[Index, Index, Flags]]:
-    """The half-edges of a surface in rings around one: those of each ring, where they are reached from, and whether
-    along a polygon, not across an edge. Marks them in `known` (c,)."""
+    """Return the half-edges of a surface in rings around one: those of each ring, where they are reached from, and
+    whether along a polygon, not across an edge. Marks them in `known` (c,).
+    """
     known[seed] = True
     ring, found = np.array([seed]), []
     while ring.size:
@@ -169,8 +170,9 @@ def _steps(old: Polygons, seed: int, known: Flags) -> list[tuple[Index, Index, F
 def _followed(
     old: Polygons, new: Polygons, steps: list[tuple[Index, Index, Flags]], seed: int, other: int, there: Index
 ) -> tuple[Index, Index] | None:
-    """The half-edges of a surface and their partners, if one is given; None where connectivity differs. Overwrites
-    those in `there` (c,)."""
+    """Return the half-edges of a surface and their partners, if one is given; None where connectivity differs.
+    Overwrites those in `there` (c,).
+    """
     there[seed] = other
     for ring, origin, along in steps:
         at = there[origin]
@@ -218,7 +220,7 @@ class _Fit:
         return float(1 - values.sum() ** 2 / spread)
 
     def of(self, points: Real) -> Real:
-        """Points (…, 3) by the best similarity."""
+        """Return points (…, 3) by the best similarity."""
         covariance, _ = self._moments
         left, values, right = np.linalg.svd(covariance)
         signs = np.array([1, 1, np.sign(np.linalg.det(left @ right)) or 1.0])

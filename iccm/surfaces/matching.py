@@ -17,7 +17,7 @@ from .isomorphism import Polygons, isomorphism
 
 
 def matched(old: Charted, new: Charted, match: str = "auto") -> Charted:
-    """The new mesh where its triangles lie on the old one's.
+    """Return the new mesh where its triangles lie on the old one's.
 
     Args:
         old, new: the meshes.
@@ -57,22 +57,23 @@ def matched(old: Charted, new: Charted, match: str = "auto") -> Charted:
 
 
 def _laid_on(old: Charted, new: Charted, corner: Index) -> Charted:
-    """The new mesh on the old one's surface, by the old corner (3m,) of each of its corners."""
+    """Return the new mesh on the old one's surface, by the old corner (3m,) of each of its corners."""
     normal_faces = None if old.normal_faces is None else old.normal_faces.ravel()[corner].reshape(-1, 3)
     points = _moved(old.points, old.faces.ravel()[corner], new.points, new.faces.ravel())
     return replace(new, points=points, normals=old.normals, normal_faces=normal_faces, stated=None)
 
 
 def _moved(points: Real, corners: Index, new_points: Real, new_corners: Index) -> Real:
-    """(n, 3) the new mesh's vertices, those of its corners where their partners are."""
+    """Return (n, 3) the new mesh's vertices, those of its corners where their partners are."""
     found = np.zeros_like(new_points)
     found[new_corners] = points[corners]
     return found
 
 
 def cut_alike(old: Mesh, new: Mesh) -> Mesh:
-    """The new mesh, its polygons cut into triangles as the old one's are, where they are the same in the same order or
-    are connected in the same way."""
+    """Return the new mesh, its polygons cut into triangles as the old one's are, where they are the same in the same
+    order or are connected in the same way.
+    """
     if (np.diff(new.starts) == 3).all() or old.corners.size != new.corners.size:
         return new
     corners = old.corners
@@ -86,8 +87,9 @@ def cut_alike(old: Mesh, new: Mesh) -> Mesh:
 
 
 def _by_index(points: Real, corners: Index, new_points: Real, new_corners: Index) -> bool:
-    """Whether corners go to each other in their order, and that tears and joins no vertices. Vertices of the same place
-    count as one."""
+    """Return whether corners go to each other in their order, and that tears and joins no vertices. Vertices of the
+    same place count as one.
+    """
     if corners.size != new_corners.size or min(corners.min(), new_corners.min()) < 0:
         return False
     place, new_place = (
@@ -102,7 +104,9 @@ def _by_index(points: Real, corners: Index, new_points: Real, new_corners: Index
 
 
 def _by_similarity(old: Charted, new: Charted) -> Charted | None:
-    """The new mesh by the similarity that takes its vertices to those of the old one; None where there is none."""
+    """Return the new mesh by the similarity that takes its vertices to those of the old one; None where there is
+    none.
+    """
     from scipy.spatial import cKDTree
 
     a, b = (distinct_rows(mesh.points[np.unique(mesh.faces)])[0] for mesh in (old, new))

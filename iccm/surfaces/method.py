@@ -41,8 +41,8 @@ NEWTON_STEPS, LEAST_DECREASE = 40, 1e-3  # of Newton's method in space, and the 
 
 
 def solve(problem: Problem, options: Options, layouts: Layouts, start: TriangulatedMap | None = None) -> Fit:
-    """The balanced map of a problem whose source, target or both are layouts of surfaces; without holes it continues
-    from an earlier one, if given.
+    """Return the balanced map of a problem whose source, target or both are layouts of surfaces; without holes it
+    continues from an earlier one, if given.
 
     Raises:
         NoMapError: no map without folds was found.
@@ -81,7 +81,7 @@ def solve(problem: Problem, options: Options, layouts: Layouts, start: Triangula
 
 
 def _gone_on(asked: SurfaceProblem, start: TriangulatedMap) -> DiscreteMap:
-    """An earlier map with the constraints met, where the problem is solved."""
+    """Return an earlier map with the constraints met, where the problem is solved."""
     z, u = (side.inward(w) for side, w in zip(asked.sides, (start.source, start.image)))
     sketch = method.sketch_of(TriangulatedMap(z, u, start.faces, start.loops), asked.frames)
     try:
@@ -91,7 +91,7 @@ def _gone_on(asked: SurfaceProblem, start: TriangulatedMap) -> DiscreteMap:
 
 
 def _solve(asked: SurfaceProblem, start: TriangulatedMap | None) -> tuple[Solution, bool]:
-    """The map in the user's planes, and whether it is on a surface's own triangles."""
+    """Return the map in the user's planes, and whether it is on a surface's own triangles."""
     alike = None if start is not None else _from_similarity(asked)
     if alike is not None and alike.energy < SURE_ENERGY:
         return _of_own(asked, alike), True
@@ -125,7 +125,7 @@ def _solve(asked: SurfaceProblem, start: TriangulatedMap | None) -> tuple[Soluti
 
 
 def _among(w: Complex, outer: slice) -> Flags:
-    """(n,) which of a map's vertices are on its outer outline."""
+    """Return (n,) which of a map's vertices are on its outer outline."""
     on = np.zeros(w.size, bool)
     on[outer] = True
     return on
@@ -138,7 +138,7 @@ def _solution(asked: SurfaceProblem, last: MeshMap, z: Complex, u: Complex) -> S
 
 
 def _of_own(asked: SurfaceProblem, own: OwnMap) -> Solution:
-    """The map on a surface's own triangles in the user's planes."""
+    """Return the map on a surface's own triangles in the user's planes."""
     onto, other, frame = asked.onto, asked.sides[not asked.onto], asked.frames[not asked.onto]
     here = own.of_layout(asked.sides[onto].given.flat)
     there = _repair(
@@ -152,8 +152,9 @@ def _of_own(asked: SurfaceProblem, own: OwnMap) -> Solution:
 
 
 def _own_start(asked: SurfaceProblem, used: UnitProblem, state: DiscreteMap) -> DiscreteMap | None:
-    """The map from which that on the own triangles continues, these being its source; None where it is to be on others:
-    with strokes, and where holes of the other side are to shrink."""
+    """Return the map from which that on the own triangles continues, these being its source; None where it is to be on
+    others: with strokes, and where holes of the other side are to shrink.
+    """
     if state.inside.strokes or (not state.bound and state.inside.z.size):
         return None
     if used.inverted == asked.onto:
@@ -162,7 +163,7 @@ def _own_start(asked: SurfaceProblem, used: UnitProblem, state: DiscreteMap) -> 
 
 
 def _from_similarity(asked: SurfaceProblem) -> OwnMap | None:
-    """The map that comes from the similarity of both layouts; None where they are not alike, or it folds."""
+    """Return the map that comes from the similarity of both layouts; None where they are not alike, or it folds."""
     if not all(side.layout for side in asked.sides):
         return None
     sketch = icp_start.similarity_sketch(asked.unit)
@@ -175,7 +176,7 @@ def _from_similarity(asked: SurfaceProblem) -> OwnMap | None:
 
 
 def _on_own(asked: SurfaceProblem, state: MeshMap) -> OwnMap:
-    """The map on the own triangles of one side, from one of which that side is the source.
+    """Return the map on the own triangles of one side, from one of which that side is the source.
 
     Raises:
         Stuck: there is none.
@@ -192,7 +193,7 @@ def _on_own(asked: SurfaceProblem, state: MeshMap) -> OwnMap:
 
 
 def _slid(asked: SurfaceProblem, own: OwnMap, level: Level) -> OwnMap:
-    """The map on the own triangles of one side, its boundary slid to rest.
+    """Return the map on the own triangles of one side, its boundary slid to rest.
 
     Corners of the other side's outline are images of vertices, which keeps these from sliding. The outline's place then
     comes from coarser meshes; that is not close enough where nothing but weak springs says how the map is rotated. So
@@ -216,7 +217,7 @@ def _slid(asked: SurfaceProblem, own: OwnMap, level: Level) -> OwnMap:
 
 
 def _descended(asked: SurfaceProblem, own: OwnMap) -> OwnMap:
-    """The map on the own triangles of one side in the rest shape, with the bounds asked for met.
+    """Return the map on the own triangles of one side in the rest shape, with the bounds asked for met.
 
     Raises:
         OutOfTime: the time for the search is over.
@@ -238,7 +239,7 @@ def _descended(asked: SurfaceProblem, own: OwnMap) -> OwnMap:
 
 
 def _with_rigid(asked: SurfaceProblem, own: OwnMap | None) -> OwnMap:
-    """The map on the own triangles with rigid regions.
+    """Return the map on the own triangles with rigid regions.
 
     Raises:
         InputError: as `rigid.keep_rigid`.
@@ -252,8 +253,9 @@ def _with_rigid(asked: SurfaceProblem, own: OwnMap | None) -> OwnMap:
 
 
 def _repair(state: DiscreteMap, there: Complex, *, mirrored: bool) -> Complex:
-    """Images (n,) in the user's plane, the few triangles that fold on the way there unfolded; as they are where that
-    fails."""
+    """Return images (n,) in the user's plane, the few triangles that fold on the way there unfolded; as they are where
+    that fails.
+    """
     held = np.arange(there.size) < state.constrained
     try:
         found = unfold_in(there.conj() if mirrored else there, state.faces, held, state.u)

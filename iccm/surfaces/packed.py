@@ -40,12 +40,12 @@ class PackedFit(Fit):
         return self.map.source[self.map.faces].mean(axis=1)
 
     def report(self) -> dict[str, Any]:
-        """As of other maps; charts have no outline to reach."""
+        """Return as of other maps; charts have no outline to reach."""
         return super().report() | {"message": MESSAGE}
 
 
 def place(source: Curve, layout: Flattening) -> PackedFit:
-    """The map from the outline of a picture to a mesh whose charts are packed inside it, in the same plane."""
+    """Return the map from the outline of a picture to a mesh whose charts are packed inside it, in the same plane."""
     flat, patch = layout.flat, layout.patch
     outer = {int(loop[0]) for loop in layout.outlines}
     holes = [loop for loop in patch.loops if int(loop[0]) not in outer]

@@ -15,7 +15,7 @@ from .problem import Layouts, SurfaceProblem
 
 
 def solve(problem: Problem, options: Options, layouts: Layouts) -> Fit | None:
-    """The map with concavities filled; None where that loses more than is allowed.
+    """Return the map with concavities filled; None where that loses more than is allowed.
 
     Raises:
         NoMapError, InputError: as `method.solve`.
@@ -32,7 +32,7 @@ def solve(problem: Problem, options: Options, layouts: Layouts) -> Fit | None:
 
 
 def _solve(asked: SurfaceProblem) -> Solution:
-    """The map in the user's planes."""
+    """Return the map in the user's planes."""
     sides, pins = asked.sides, asked.inner_pins
     points = np.concatenate([pins.inner, pins.outer])
     strokes = [(stroke.source, stroke.target) for stroke in pins.strokes]

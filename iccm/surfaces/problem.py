@@ -60,7 +60,7 @@ class SurfaceProblem:
 
     @classmethod
     def of(cls, problem: Problem, options: Options, layouts: Layouts) -> "SurfaceProblem":
-        """Checked.
+        """Check a problem, and set it up.
 
         Raises:
             InputError: pins or strokes that no one-to-one map meets; a surface without an even layout.
@@ -159,7 +159,9 @@ class SurfaceProblem:
         return points, _scaled(self.patches.softness, 1 / here, 1 / there)
 
     def _scales(self, points: Complex) -> tuple[Real, Real]:
-        """How many times as long small lengths are where the problem is solved, at points (k, 2) of both planes."""
+        """Return how many times as long small lengths are where the problem is solved, at points (k, 2) of both
+        planes.
+        """
         here, there = (side.scale_inward(z) for side, z in zip(self.sides, points.T))
         return here, there
 

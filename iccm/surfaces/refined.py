@@ -30,14 +30,14 @@ class RefinedSurface:
     added: tuple[tuple[Index, Real], ...] = ()
 
     def carried(self, values: np.ndarray) -> np.ndarray:
-        """Values (n, …) at the first vertices, and linearly between them at those that were added."""
+        """Return values (n, …) at the first vertices, and linearly between them at those that were added."""
         for parents, weights in self.added:
             values = np.concatenate([values, np.einsum("ij,ij...->i...", weights, values[parents])])
         return values
 
     @classmethod
     def of(cls, faces: Index, count: int) -> "RefinedSurface":
-        """As it is."""
+        """Return as it is."""
         return cls(faces, np.arange(len(faces)), count)
 
     def _with(
@@ -106,7 +106,7 @@ class RefinedSurface:
 
 
 def _parts(corners: Index, middle: Index) -> Sequence[tuple]:
-    """The parts of a triangle with vertices in the middle of some of its sides; -1 for none."""
+    """Return the parts of a triangle with vertices in the middle of some of its sides; -1 for none."""
     split = middle >= 0
     if split.all():
         (i, j, k), (a, b, c) = corners, middle

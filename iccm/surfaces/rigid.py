@@ -35,7 +35,8 @@ def keep_rigid(
     settings: Settings,
     journal: SolveLog,
 ) -> OwnMap:
-    """The map on a surface's own triangles continued to one that keeps regions, which turn with what is around them.
+    """Return the map on a surface's own triangles continued to one that keeps regions, which turn with what is around
+    them.
 
     Args:
         own: the map without them.
@@ -81,8 +82,9 @@ def keep_rigid(
 def laid_by_themselves(
     map: TriangulatedMap, layout: Flattening, regions: Sequence[Complex], *, of_target: bool
 ) -> tuple[tuple[Rings, ...], Complex]:
-    """The regions of a map on a surface's own triangles: outlines in the surface's layout, and (n,) where their
-    vertices lie if each is flattened on its own, in the surface's units."""
+    """Return the regions of a map on a surface's own triangles: outlines in the surface's layout, and (n,) where their
+    vertices lie if each is flattened on its own, in the surface's units.
+    """
     z = map.image if of_target else map.source
     on_outline = np.zeros(z.size, bool)
     on_outline[np.concatenate(map.loops)] = True
@@ -95,8 +97,9 @@ def laid_by_themselves(
 
 
 def labels_of(faces: Index, z: Complex, on_outline: Flags, regions: Sequence[Complex]) -> tuple[Index, float]:
-    """(m,) the connected region that each triangle is in, -1 for none; and the share of regions that is left out, as
-    its triangles touch the outline, whose vertices slide."""
+    """Return (m,) the connected region that each triangle is in, -1 for none; and the share of regions that is left
+    out, as its triangles touch the outline, whose vertices slide.
+    """
     inside = inside_any(map(Curve, regions), z[faces].mean(axis=1))
     touching = inside & on_outline[faces].any(axis=1)
     labels, kept = np.full(len(faces), -1), np.flatnonzero(inside & ~touching)
@@ -110,8 +113,8 @@ def labels_of(faces: Index, z: Complex, on_outline: Flags, regions: Sequence[Com
 
 
 def flat_by_itself(z: Complex, faces: Index, shapes: Complex, labels: Index) -> Complex:
-    """(n,) vertices of a layout z, those of each region flattened on its own, as even as that goes, and turned as they
-    lie in z.
+    """Return (n,) vertices of a layout z, those of each region flattened on its own, as even as that goes, and turned
+    as they lie in z.
 
     Args:
         z: (n,) vertices, without folds.

@@ -63,7 +63,7 @@ class Opened(NamedTuple):
         return cls((split, target), (cut_along_path(split, nearest(split, opening.points)), there), marks)
 
     def pins(self, layouts: Sequence[Flattening]) -> tuple[Complex, Complex]:
-        """Where layouts of the patches have the landmarks, around the outlines from the first on."""
+        """Return where layouts of the patches have the landmarks, around the outlines from the first on."""
         here, there = (
             on_seam(layout, side)
             for layout, side in zip(layouts, zip(self.wholes, self.stops.T), strict=True)
@@ -71,7 +71,7 @@ class Opened(NamedTuple):
         return here, there
 
     def unlikeness(self) -> float:
-        """How far the even layouts of both are from each other.
+        """Return how far the even layouts of both are from each other.
 
         Raises:
             InputError: one has no even layout.
@@ -103,8 +103,8 @@ def agreed_orders(source: Patch, target: Patch, stops: Index) -> list[Index]:
 
 
 def same_seam(source: Patch, target: Patch, stops: Index) -> Opening | None:
-    """A closed surface opened where the seam of another one runs; None where that makes their layouts no more alike, or
-    triangles are so small that edges are about geodesics.
+    """Return a closed surface opened where the seam of another one runs; None where that makes their layouts no more
+    alike, or triangles are so small that edges are about geodesics.
 
     Args:
         source: a closed surface without handles.
@@ -125,7 +125,9 @@ def same_seam(source: Patch, target: Patch, stops: Index) -> Opening | None:
 
 
 def _orders(cost: Real) -> Iterator[Index]:
-    """The cheapest orders, each one way round, by a beam search: landmark after landmark, the cheapest continue."""
+    """Yield the cheapest orders, each one way round, by a beam search: landmark after landmark, the cheapest
+    continue.
+    """
     ways, total = np.arange(len(cost))[:, None], np.zeros(len(cost))
     while ways.shape[1] < len(cost):
         further = total[:, None] + cost[ways[:, -1]]
@@ -138,7 +140,7 @@ def _orders(cost: Real) -> Iterator[Index]:
 
 
 def _unlikeness(source: Patch, target: Patch, stops: Index) -> float:
-    """That of both cut through the stops (k, 2) in their order; infinite where they cannot be."""
+    """Return that of both cut through the stops (k, 2) in their order; infinite where they cannot be."""
     try:
         return Opened.of(source, target, stops).unlikeness()
     except InputError:
@@ -146,7 +148,9 @@ def _unlikeness(source: Patch, target: Patch, stops: Index) -> float:
 
 
 def on_seam(layout: Flattening, stops: tuple[Patch, Index]) -> Complex:
-    """Where a layout that is cut through vertices of a whole surface has them, around the outline from the first on."""
+    """Return where a layout that is cut through vertices of a whole surface has them, around the outline from the first
+    on.
+    """
     whole, vertices = stops
     vertex = layout.patch.vertex[layout.loop]
     marks = whole.vertex[vertices]
@@ -155,7 +159,7 @@ def on_seam(layout: Flattening, stops: tuple[Patch, Index]) -> Complex:
 
 
 def _cost(source: Patch, target: Patch, stops: Index) -> Real:
-    """(k, k) what it costs to cut along the way between two landmarks."""
+    """Return (k, k) what it costs to cut along the way between two landmarks."""
     (here, from_here), (there, from_there) = (
         _geodesics(whole, side) for whole, side in zip((source, target), stops.T)
     )
@@ -170,8 +174,9 @@ def _cost(source: Patch, target: Patch, stops: Index) -> Real:
 
 
 def _geodesics(whole: Patch, stops: Index) -> tuple[Real, Real]:
-    """(k, k) lengths of the geodesics between vertices, the area taken as one, and the angles at which each leaves its
-    first vertex, of which a full turn there is 2 π."""
+    """Return (k, k) lengths of the geodesics between vertices, the area taken as one, and the angles at which each
+    leaves its first vertex, of which a full turn there is 2 π.
+    """
     reach = GeodesicGraph.of(whole.points, whole.triangles).distances(stops)
     angles = np.zeros((len(stops), len(stops)))
     for i, vertex in enumerate(stops):
@@ -185,7 +190,7 @@ def _geodesics(whole: Patch, stops: Index) -> tuple[Real, Real]:
 
 
 def _fan(whole: Patch, vertex: int) -> tuple[Index, Real]:
-    """The vertices around one of a closed surface, in order, and the angles at which they are seen."""
+    """Return the vertices around one of a closed surface, in order, and the angles at which they are seen."""
     first = np.argmax(whole.faces == vertex, axis=1)
     fan = np.flatnonzero((whole.faces == vertex).any(axis=1))
     ends = np.array([np.roll(whole.faces[t], -first[t])[1:] for t in fan])

@@ -81,7 +81,9 @@ class Side:
         return [Curve(self.even.flat[loop]) for loop in self.loops]
 
     def inward(self, z: Complex) -> Complex:
-        """Points (p,) of the user's plane, where the problem is solved; those close to the outline come onto it."""
+        """Return points (p,) of the user's plane, where the problem is solved; those close to the outline come onto
+        it.
+        """
         if self.layout is None:
             return z
         on = _is_near(Curve(self.layout.flat[self.loops[0]]), z)
@@ -97,11 +99,11 @@ class Side:
         return np.sqrt(areas[0] / areas[1])
 
     def is_on(self, z: Complex) -> Flags:
-        """(n,) which points of where the problem is solved are on the outer outline."""
+        """Return (n,) which points of where the problem is solved are on the outer outline."""
         return _is_near(self.solved[0], z)
 
     def loop_outward(self, z: Complex) -> Complex:
-        """A closed polyline (n,) from there in the user's plane, straight where it leaves the surface."""
+        """Return a closed polyline (n,) from there in the user's plane, straight where it leaves the surface."""
         if self.even is None:
             return z
         z = z[self.solved[0].contains(z) | self.is_on(z)]
@@ -112,7 +114,7 @@ class Side:
         return z if self.layout is None else _transfer(self.own, self.layout, self.loops[0], z, on)
 
     def curve_inward(self, stroke: Curve, points: int = 64) -> Curve:
-        """A polyline of the user's plane, by points along it."""
+        """Return a polyline of the user's plane, by points along it."""
         if self.layout is None:
             return stroke
         s = np.union1d(stroke.knots, np.linspace(0, stroke.length, points))
@@ -124,7 +126,7 @@ def _is_near(outline: Curve, z: Complex) -> Flags:
 
 
 def _transfer(here: Flattening, there: Flattening, loop: Index, z: Complex, on: Flags) -> Complex:
-    """Points z (p,) of one layout in another one of the same surface; those `on` the outline's loop along it."""
+    """Return points z (p,) of one layout in another one of the same surface; those `on` the outline's loop along it."""
     if here is there or not z.size:
         return z
     face, place = Locator(here)(z, 1)
@@ -136,7 +138,7 @@ def _transfer(here: Flattening, there: Flattening, loop: Index, z: Complex, on: 
 
 
 def _loop_of(layout: Flattening, outline: Curve) -> Index:
-    """The boundary loop of a layout that an outline is, in the outline's direction."""
+    """Return the boundary loop of a layout that an outline is, in the outline's direction."""
     near = [np.abs(layout.flat[loop] - outline.z[0]).min() for loop in layout.patch.loops]
     loop = layout.patch.loops[int(np.argmin(near))]
     return loop if (Curve(layout.flat[loop]).area > 0) == (outline.area > 0) else loop[::-1]

@@ -33,7 +33,7 @@ class Subdivision:
 
     @classmethod
     def joined(cls, parts: Sequence["Subdivision"]) -> "Subdivision":
-        """Those of several parts of a mesh as one."""
+        """Return those of several parts of a mesh as one."""
         order = np.argsort(np.concatenate([part.faces for part in parts]), kind="stable")
         return cls(
             *(
@@ -43,7 +43,8 @@ class Subdivision:
         )
 
     def mixtures(self, items: Index, count: int) -> "Mixtures":
-        """What the corners of the triangles have, where each corner (c,) of the mesh has one of `count` items or -1.
+        """Return what the corners of the triangles have, where each corner (c,) of the mesh has one of `count` items or
+        -1.
 
         Corners on the same place of an edge between the same items have the same.
         """
@@ -61,7 +62,9 @@ class Subdivision:
         return Mixtures(np.maximum(rows[0][first], 0), rows[1][first], number)
 
     def sizes(self, before: Index) -> Index:
-        """(f,) how many faces stand in the place of each one, of which there were as many as of sizes `before`."""
+        """Return (f,) how many faces stand in the place of each one, of which there were as many as of sizes
+        `before`.
+        """
         count = np.bincount(self.faces, minlength=before.size)
         return np.where(count > 0, count, 1)
 
@@ -80,7 +83,7 @@ class Mixtures(NamedTuple):
     number: Index
 
     def of(self, values: np.ndarray) -> Real:
-        """(n, …) of values of the old ones."""
+        """Return (n, …) of values of the old ones."""
         return np.einsum("nk,nk...->n...", self.weights, values[self.parents].astype(float))
 
 
@@ -120,7 +123,7 @@ class RimSplits:
         maps: Sequence[AnyMap],
         tolerance: float,
     ) -> "RimSplits":
-        """Those by which the chords between images of rims follow what the rims of maps come from.
+        """Return those by which the chords between images of rims follow what the rims of maps come from.
 
         Args:
             layouts: each the image of a map.
@@ -142,7 +145,7 @@ class RimSplits:
         return len(self.shares)
 
     def layouts_split(self) -> list[SplitLayout]:
-        """The layouts, split so."""
+        """Return the layouts, split so."""
         return [_split(*each, self.shares) for each in zip(self.layouts, self.rims, self.kinds)]
 
     def without(self, turned: Sequence[Index]) -> "RimSplits":
@@ -161,8 +164,9 @@ class RimSplits:
 
 
 def least_heights(layout: Flattening, z: Complex) -> Real:
-    """(m,) of each triangle, with its vertices (p,) at z, the least height of all that its polygon can be cut into;
-    below 0 where one of these is turned over."""
+    """Return (m,) of each triangle, with its vertices (p,) at z, the least height of all that its polygon can be cut
+    into; below 0 where one of these is turned over.
+    """
     patch = layout.patch
     triangles, face = patch.fans
     lowest = np.full(patch.mesh.sizes.size, np.inf)
@@ -179,7 +183,7 @@ class _Places(NamedTuple):
 
 
 def _rim(layout: Flattening) -> Index:
-    """(e, 2) the edges of the rim that may be split: not those of polygons of which parts are missing."""
+    """Return (e, 2) the edges of the rim that may be split: not those of polygons of which parts are missing."""
     patch = layout.patch
     shape, mesh = patch.triangles, patch.mesh
     half = np.flatnonzero(shape.twin < 0)
@@ -198,7 +202,7 @@ def _oriented(layout: Flattening, rim: Index) -> Index:
 
 
 def _places(layout: Flattening, image: Complex, map: AnyMap, tolerance: float) -> _Places:
-    """Where the edges of a layout's rim have to be split."""
+    """Return where the edges of a layout's rim have to be split."""
     made, rim = triangulated(map), _oriented(layout, _rim(layout))
     tails, heads = rim.T
     here, there = (np.concatenate([each[loop] for loop in made.loops]) for each in (made.image, made.source))
@@ -219,7 +223,7 @@ def _places(layout: Flattening, image: Complex, map: AnyMap, tolerance: float) -
 
 
 def _kept(z: Complex, allowed: float) -> Flags:
-    """(n,) which points of a chain of lines are needed for it to be followed (Douglas and Peucker, 1973)."""
+    """Return (n,) which points of a chain of lines are needed for it to be followed (Douglas and Peucker, 1973)."""
     kept = np.zeros(z.size, bool)
     kept[[0, -1]] = True
     waiting = [(0, z.size - 1)]
@@ -238,13 +242,13 @@ def _kept(z: Complex, allowed: float) -> Flags:
 
 
 def _same_edges(ends: Real) -> Index:
-    """(e,) a number for each edge (e, 2, 3), the same for those between the same points."""
+    """Return (e,) a number for each edge (e, 2, 3), the same for those between the same points."""
     _, point = distinct_rows(ends.reshape(-1, 3))
     return distinct_rows(np.sort(point.reshape(-1, 2), axis=1))[1]
 
 
 def _shares(kinds: Index, shares: Real) -> dict[int, Real]:
-    """The shares at which edges of each kind are split, ascending; of those that are next to equal, one."""
+    """Return the shares at which edges of each kind are split, ascending; of those that are next to equal, one."""
     order = np.lexsort((shares, kinds))
     kinds, shares = kinds[order], shares[order]
     far = (np.diff(kinds, prepend=-1) != 0) | (np.diff(shares, prepend=-1.0) > ON_EDGE_BARYCENTRIC)
@@ -254,7 +258,7 @@ def _shares(kinds: Index, shares: Real) -> dict[int, Real]:
 
 
 def _split(layout: Flattening, rim: Index, kinds: Index, shares: dict[int, Real]) -> SplitLayout:
-    """A layout with the edges (e, 2) of its rim split as those of their kinds are."""
+    """Return a layout with the edges (e, 2) of its rim split as those of their kinds are."""
     faces, count = layout.patch.faces, len(layout.patch.points)
     surface = RefinedSurface.of(faces, count)
     hit = [(k, shares[kind]) for k, kind in enumerate(kinds.tolist()) if kind in shares]
@@ -272,7 +276,7 @@ def _split(layout: Flattening, rim: Index, kinds: Index, shares: dict[int, Real]
 
 
 def subdivision(layout: Flattening, surface: RefinedSurface) -> tuple[Subdivision, Index, Index]:
-    """What the split triangles of a layout are in its mesh.
+    """Return what the split triangles of a layout are in its mesh.
 
     Returns:
         The triangles in the place of polygons, corners as wound there; (k,) which triangles of the surface they are;

@@ -51,7 +51,7 @@ class OwnMetric(Metric):
     material: Flags
 
     def over(self, z: Complex) -> Linear:
-        """Those of all triangles, or of those that are not in holes; they keep their places in the plane."""
+        """Return those of all triangles, or of those that are not in holes; they keep their places in the plane."""
         return (
             self.maps
             if len(z) == self.material.size
@@ -76,7 +76,7 @@ class OwnMap:
     energy: float = np.inf
 
     def near(self, hit: Flags) -> Flags:
-        """(n,) the mesh's vertices whose triangles touch some of the map's (m,)."""
+        """Return (n,) the mesh's vertices whose triangles touch some of the map's (m,)."""
         faces = self.state.faces
         beside = np.isin(faces, faces[hit]).any(axis=1)
         found = np.zeros(self.mesh.count, bool)
@@ -84,7 +84,7 @@ class OwnMap:
         return found
 
     def of_layout(self, flat: Complex) -> Complex:
-        """Values at the surface's vertices, at those of the map."""
+        """Return values at the surface's vertices, at those of the map."""
         return self.mesh.carried(flat)[self.order]
 
 
@@ -94,7 +94,7 @@ def on_own_mesh(
     level: Level,
     state: MeshMap,
 ) -> OwnMap:
-    """A map without folds on the surface's own triangles, from one on any mesh.
+    """Return a map without folds on the surface's own triangles, from one on any mesh.
 
     Args:
         sides: the surface, source of the map, and what it is mapped to.
@@ -127,7 +127,7 @@ class _ExactOutline:
 
 
 def _outline_of(z: Complex, simple: Curve) -> _ExactOutline:
-    """The outline through all vertices z (n,), of which `simple` has some, and others on edges."""
+    """Return the outline through all vertices z (n,), of which `simple` has some, and others on edges."""
     first = int(np.argmin(np.abs(z - simple.z[0])))
     z = np.roll(z, -first)
     kept = [int(np.argmin(np.abs(z - w))) for w in simple.z]
@@ -144,8 +144,9 @@ def _outline_of(z: Complex, simple: Curve) -> _ExactOutline:
 def _rims(
     side: Side, frame: Similarity, met: list[int], simple: tuple[Curve, Sequence[Curve]]
 ) -> tuple[list[Index], list[_ExactOutline]]:
-    """A surface's loops and outlines, the outer one and those of the holes `met`, in unit coordinates; `simple` are
-    those of the problem."""
+    """Return a surface's loops and outlines, the outer one and those of the holes `met`, in unit coordinates; `simple`
+    are those of the problem.
+    """
     flat, outlines = frame(side.own.flat), [simple[0], *(simple[1][k] for k in met)]
     loops = [side.loops[k] for k in (0, *(1 + k for k in met))]
     loops = [loop[::-1] if frame.mirrored else loop for loop in loops]
@@ -153,7 +154,9 @@ def _rims(
 
 
 def _with_exact(level: Level, rims: list[_ExactOutline], met: list[int], *, target: bool) -> Level:
-    """The level with a surface's exact outlines, of the source or the target, and of the holes `met` with partners."""
+    """Return the level with a surface's exact outlines, of the source or the target, and of the holes `met` with
+    partners.
+    """
     both = [list(holes) for holes in level.holes]
     for hole, rim in zip(met, rims[1:]):
         both[target][hole] = rim.outline
@@ -162,7 +165,7 @@ def _with_exact(level: Level, rims: list[_ExactOutline], met: list[int], *, targ
 
 
 def _reanchor(level: Level) -> Level:
-    """The level with pins on its outlines where these have them now."""
+    """Return the level with pins on its outlines where these have them now."""
     if level.anchors is None:
         return level
     s = level.source.curve.closest(np.array(level.problem.anchors[0]))
@@ -180,8 +183,9 @@ def _mesh(
     boundary: MatchedBoundary,
     loops: list[Index],
 ) -> OwnMap:
-    """The mesh with the boundary asked for, and the map on it; where triangles have no room, on smaller ones. `loops`
-    are the surface's own vertices along each outline."""
+    """Return the mesh with the boundary asked for, and the map on it; where triangles have no room, on smaller ones.
+    `loops` are the surface's own vertices along each outline.
+    """
     closing = [side.loops[1 + loop.source] for loop in state.filled]
     mesh, given = _cover_holes(side, closing)
     mesh, pinned = _with_pins(mesh, side, frame.pull_back(problem.pins[:, 0]))
@@ -213,7 +217,7 @@ class _On(NamedTuple):
     first: list[Index]
 
     def map(self, mesh: RefinedSurface, weights: Real, state: MeshMap) -> OwnMap:
-        """The map so far on a mesh, whatever folds there."""
+        """Return the map so far on a mesh, whatever folds there."""
         side, frame, boundary, (rim, pinned) = self.side, self.frame, self.boundary, self.first[:2]
         first = np.concatenate(self.first)
         order = np.append(first, np.setdiff1d(np.arange(mesh.count), first))
@@ -242,7 +246,7 @@ class _On(NamedTuple):
 
 
 def _cover_holes(side: Side, closing: list[Index]) -> tuple[RefinedSurface, Real]:
-    """The surface with triangles in its holes, those `closing` and those that are ignored, and their weights."""
+    """Return the surface with triangles in its holes, those `closing` and those that are ignored, and their weights."""
     patch = side.given.patch
     kinds = [FILLED] * len(closing) + [PASSED_OVER] * len(side.passed_over)
     fills = [filling(side.given.flat, loop) for loop in (*closing, *side.passed_over)]
@@ -274,7 +278,7 @@ def _unfold(map: DiscreteMap, *, harmonic: bool) -> DiscreteMap:
 
 
 def _relax_slivers(map: DiscreteMap) -> DiscreteMap:
-    """The map with triangles in holes, slivers as they are, in the rest shape where they are."""
+    """Return the map with triangles in holes, slivers as they are, in the rest shape where they are."""
     metric = map.metrics[0]
     assert isinstance(metric, OwnMetric)
     if metric.material.all():
@@ -285,7 +289,7 @@ def _relax_slivers(map: DiscreteMap) -> DiscreteMap:
 
 
 def _with_pins(mesh: RefinedSurface, side: Side, places: Complex) -> tuple[RefinedSurface, Index]:
-    """The mesh with vertices at places (k,) of the even layout, and their numbers."""
+    """Return the mesh with vertices at places (k,) of the even layout, and their numbers."""
     numbers = []
     for z in places:
         flat = mesh.carried(side.own.flat)
@@ -297,8 +301,9 @@ def _with_pins(mesh: RefinedSurface, side: Side, places: Complex) -> tuple[Refin
 
 
 def _holding(corners: Complex, z: complex) -> tuple[int, Real]:
-    """The triangle of (m, 3) whose sides a point is farthest inside of, relative to its size, and the point's
-    barycentric coordinates (3,), none below 0."""
+    """Return the triangle of (m, 3) whose sides a point is farthest inside of, relative to its size, and the point's
+    barycentric coordinates (3,), none below 0.
+    """
     a, b, c = (corners - z).T
     areas = np.array([cross(p, q) for p, q in ((b, c), (c, a), (a, b))])
     shares = areas / areas.sum(axis=0)
@@ -309,7 +314,9 @@ def _holding(corners: Complex, z: complex) -> tuple[int, Real]:
 def _with_boundary(
     mesh: RefinedSurface, loops: list[Index], boundary: MatchedBoundary
 ) -> tuple[RefinedSurface, Index]:
-    """The mesh with all vertices (b,) of the boundary, which lie along its loops, and their numbers, in order."""
+    """Return the mesh with all vertices (b,) of the boundary, which lie along its loops, and their numbers, in
+    order.
+    """
     s = boundary.pairs.s
     rim = np.empty(s.size, np.int64)
     tails, heads, new = ([np.empty(0, np.int64)] for _ in range(3))

@@ -32,9 +32,9 @@ def subdivide(points: Real, faces: Index) -> RefinedSurface:
 
 
 def distances(fine: RefinedSurface, points: Real, stops: Index) -> Real:
-    """(n, k) geodesic distances from vertices, the area taken as one: along ways that are straight within the first
-    mesh's triangles and change direction at vertices on their edges, so 0.2 to 0.7 % too long
-    (medians of two capsules).
+    """Return (n, k) geodesic distances from vertices, the area taken as one: along ways that are straight within the
+    first mesh's triangles and change direction at vertices on their edges, so 0.2 to 0.7 % too long (medians of two
+    capsules).
 
     Args:
         fine: triangles halved, see `subdivide`.
@@ -46,13 +46,14 @@ def distances(fine: RefinedSurface, points: Real, stops: Index) -> Real:
 
 
 def _lattices(fine: RefinedSurface) -> Index:
-    """(m, p) vertices on each of the first triangles; all have as many."""
+    """Return (m, p) vertices on each of the first triangles; all have as many."""
     keys = np.unique(np.repeat(fine.own, 3) * fine.count + fine.faces.ravel())
     return (keys % fine.count).reshape(fine.own.max() + 1, -1)
 
 
 def same_way(source: Patch, target: Patch, stops: Index, way: list[int]) -> Real:
-    """(p, 3) where a way on the target runs on the source, in straight lines from point to point on its triangles.
+    """Return (p, 3) where a way on the target runs on the source, in straight lines from point to point on its
+    triangles.
 
     Args:
         source: a closed surface.
@@ -83,13 +84,13 @@ def same_way(source: Patch, target: Patch, stops: Index, way: list[int]) -> Real
 
 
 def _detour(here: Real, there: Real) -> Real:
-    """(k,) by how much distances (k, k) from each landmark to the others are longer there."""
+    """Return (k,) by how much distances (k, k) from each landmark to the others are longer there."""
     others = ~np.eye(len(here), dtype=bool)
     return np.array([np.median(b[on] / a[on]) for a, b, on in zip(here.T, there.T, others)])
 
 
 def _off(values: Real, goals: Real) -> Real:
-    """(n,) distances of values (n, k) to the polyline of goals (p, k)."""
+    """Return (n,) distances of values (n, k) to the polyline of goals (p, k)."""
     from scipy.spatial import cKDTree
 
     share = np.arange(SAMPLES_PER_EDGE)[:, None, None] / SAMPLES_PER_EDGE
@@ -98,7 +99,7 @@ def _off(values: Real, goals: Real) -> Real:
 
 
 def _on_edges(whole: Patch, points: Real) -> Flags:
-    """(p,) which points (p, 3) of a surface are on its edges."""
+    """Return (p,) which points (p, 3) of a surface are on its edges."""
     import igl
 
     faces = np.ascontiguousarray(whole.faces)

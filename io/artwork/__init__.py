@@ -51,7 +51,7 @@ def carry(
     *,
     tolerance: float | None = None,
 ) -> tuple[str, ...]:
-    """Writes the drawing that the source shape was read from, carried to the target.
+    """Write the drawing that the source shape was read from, carried to the target.
 
     Args:
         source: a shape from an SVG file; all that the file draws inside of it is carried, not only the outline.
@@ -79,7 +79,7 @@ def carry_parts(
     painted: Sequence[Complex] = (),
     opacity: float = 0.0,
 ) -> tuple[str, ...]:
-    """The same of a drawing of which several shapes were read, each with its own map.
+    """Return the same of a drawing of which several shapes were read, each with its own map.
 
     `painted` are the rings of what the target paints, if not all is to be shown, filled by the even-odd rule; what lies
     outside of them is seen with an `opacity`.

@@ -51,14 +51,14 @@ class Samples:
     control: Complex
 
     def part(self, where: slice, lined: NDArray[np.bool_], control: Sequence[Complex]) -> "Samples":
-        """Some of the samples, with what is known of these."""
+        """Return some of the samples, with what is known of these."""
         hull = np.concatenate([np.empty(0, np.complex128), *(each.ravel() for each in control)])
         at = (self.z[where], self.w[where], self.alpha[where], self.beta[where])
         return Samples(*at, self.length[where], lined, hull)
 
 
 def affine_part(samples: Sequence[Samples]) -> AffinePart | None:
-    """The map over some shapes together; None where nothing of them is left."""
+    """Return the map over some shapes together; None where nothing of them is left."""
     names = ("z", "w", "alpha", "beta", "length", "lined", "control")
     joined = [np.concatenate([getattr(each, name) for each in samples]) for name in names if samples]
     if not joined:
@@ -83,7 +83,9 @@ def affine_part(samples: Sequence[Samples]) -> AffinePart | None:
 
 
 def _nearest(z: Complex, w: Complex, alpha: Complex, beta: Complex, weight: NDArray[np.float64]) -> Affine:
-    """The affine map nearest to one known by values and derivatives, which decide where the points lie on a line."""
+    """Return the affine map nearest to one known by values and derivatives, which decide where the points lie on a
+    line.
+    """
     centre = np.average(z, weights=weight)
     step = 0.1 * float(np.average(np.abs(z - centre), weights=weight)) or 1e-9
     moves = np.array([0, 1, -1, 1j, -1j])[:, None] * step

@@ -23,7 +23,7 @@ _PLACED |= {"version", "baseProfile", "requiredExtensions", "requiredFeatures", 
 
 
 def kept(document: Document, element: Element, tag: str, *, named: bool) -> dict[str, str]:
-    """The attributes of an element that becomes a `tag`: no place, no script, and no id unless `named`.
+    """Return the attributes of an element that becomes a `tag`: no place, no script, and no id unless `named`.
 
     What style sheets said of it by its old tag or id becomes its own style, as far as they don't say it any more.
     """
@@ -45,7 +45,7 @@ def kept(document: Document, element: Element, tag: str, *, named: bool) -> dict
 
 
 def settled(document: Document) -> Document:
-    """The document with what its style sheet says by the place of elements as their own styles, in place."""
+    """Return the document with what its style sheet says by the place of elements as their own styles, in place."""
     sheet = document.sheet
     if sheet is None or not sheet.contextual:
         return document

@@ -39,7 +39,7 @@ class Span:
     stop: float
 
     def at(self, t: NDArray[np.float64]) -> Complex:
-        """Points at parameters in [0, 1]."""
+        """Return points at parameters in [0, 1]."""
         return self.whole.at(self.start + (self.stop - self.start) * t)
 
 
@@ -81,7 +81,7 @@ class _Stretch:
     away: bool
 
     def between(self, start: float, stop: float, away: bool) -> "_Stretch":
-        """The part between two places."""
+        """Return the part between two places."""
         inner = (self.place > start) & (self.place < stop)
         place = np.concatenate([[start], self.place[inner], [stop]])
         return _Stretch(place, _between(self.place, self.z, place), away)
@@ -95,7 +95,7 @@ class _Ring:
         self.tree = shapely.STRtree(shapely.linestrings(xy_of(np.column_stack([self.a, self.b]))))
 
     def crossings(self, place: NDArray[np.float64], z: Complex) -> NDArray[np.float64]:
-        """Where a polyline with known places crosses it, in order."""
+        """Return where a polyline with known places crosses it, in order."""
         lines = shapely.linestrings(xy_of(np.column_stack([z[:-1], z[1:]])))
         segment, wall = self.tree.query(lines)
         p, d, e = z[segment], z[segment + 1] - z[segment], self.b[wall] - self.a[wall]
@@ -137,7 +137,7 @@ class Domain:
         }
 
     def _hole_of(self, z: Complex) -> int | None:
-        """The hole that a polyline outside lies in."""
+        """Return the hole that a polyline outside lies in."""
         middle = z[z.size // 2 : z.size // 2 + 1] if z.size > 2 else z.mean(keepdims=True)
         return next((k for k, (hole, _) in enumerate(self.holes) if hole.contains(middle)[0]), None)
 
@@ -178,24 +178,24 @@ class Domain:
         return out
 
     def _laps(self, run: PenPath) -> bool:
-        """Whether a run winds around a hole."""
+        """Return whether a run winds around a hole."""
         place, z = _polyline(_closed(run), self.near / 10)
         return any(self._turns([_Stretch(place, z, False)]))
 
     def _turns(self, stretches: Sequence[_Stretch]) -> list[int]:
-        """How often a closed run winds around a point of each hole."""
+        """Return how often a closed run winds around a point of each hole."""
         angles = [sum(_angle(each.z - point) for each in stretches) for _, point in self.holes]
         return [round(angle / (2 * math.pi)) for angle in angles]
 
     def around(self, turns: int) -> list[Part]:
-        """The boundary, so many times, clockwise where negative."""
+        """Return the boundary, so many times, clockwise where negative."""
         return self._arcs(self.rim, 0.0, turns * self.rim.length)
 
     def _within(self, z: Complex) -> NDArray[np.bool_]:
         return shapely.contains_xy(self.reach, z.real, z.imag)
 
     def _stretches(self, pieces: Sequence[Piece], closed: bool) -> list[_Stretch]:
-        """A run as stretches inside and outside by turns; those of a closed one go over its seam."""
+        """Return a run as stretches inside and outside by turns; those of a closed one go over its seam."""
         place, z = _polyline(pieces, self.near / 10)
         cuts = self.shore.crossings(place, z)
         whole = _Stretch(place, z, not self._within(z[:1])[0])
@@ -212,7 +212,7 @@ class Domain:
         return found
 
     def _landed(self, pieces: Sequence[Piece], stretch: _Stretch) -> _Stretch:
-        """A stretch inside without what of its ends is beyond the boundary, though still near it."""
+        """Return a stretch inside without what of its ends is beyond the boundary, though still near it."""
         cuts = self.ring.crossings(stretch.place, stretch.z)
         if not cuts.size:
             return stretch
@@ -229,8 +229,9 @@ class Domain:
         return stretch.between(start, stop, False) if start < stop else stretch
 
     def _detour(self, stretch: _Stretch) -> list[Part]:
-        """The boundary's arc between the ends of an excursion that winds around the inside as it does, or around a
-        point of the hole that it goes through."""
+        """Return the boundary's arc between the ends of an excursion that winds around the inside as it does, or around
+        a point of the hole that it goes through.
+        """
         hole = self._hole_of(stretch.z)
         rim, point = (self.rim, self.inner) if hole is None else self.holes[hole]
         a, b = (float(s) for s in rim.closest(stretch.z[[0, -1]]))
@@ -241,7 +242,7 @@ class Domain:
         return self._arcs(rim, a, a + forth + (turns if hole is None else -turns) * rim.length)
 
     def _arcs(self, rim: Curve, start: float, stop: float) -> list[Part]:
-        """A boundary from one arclength to another, cut at its corners."""
+        """Return a boundary from one arclength to another, cut at its corners."""
         low, high = sorted((start, stop))
         whole = rim.length * np.arange(math.floor(low / rim.length), high // rim.length + 1)
         corners = np.add.outer(whole, self._corners[rim]).ravel()
@@ -250,12 +251,12 @@ class Domain:
 
 
 def _closed(run: PenPath) -> Sequence[Piece]:
-    """The pieces of a run as a fill closes it."""
+    """Return the pieces of a run as a fill closes it."""
     return run.pieces if run.closed else [*run.pieces, Bezier((run.pieces[-1].last(), run.start))]
 
 
 def is_flat(pieces: Sequence[Part]) -> bool:
-    """Whether a run stays on a straight line, so that its fill paints nothing, wherever the run goes."""
+    """Return whether a run stays on a straight line, so that its fill paints nothing, wherever the run goes."""
     z = np.concatenate([piece.at(np.linspace(0, 1, 17)) for piece in pieces])
     away = z - z[0]
     far = away[np.argmax(np.abs(away))]
@@ -263,20 +264,20 @@ def is_flat(pieces: Sequence[Part]) -> bool:
 
 
 def _point_in(hole: Curve) -> complex:
-    """A point deep in a hole, but not the middle, through which drawings pass."""
+    """Return a point deep in a hole, but not the middle, through which drawings pass."""
     circle = shapely.get_coordinates(shapely.maximum_inscribed_circle(polygon_of(hole.z)))
     middle, touched = complex_of(circle)
     return complex(middle + OFF_MIDDLE * (touched - middle))
 
 
 def _shrunk(hole: shapely.Polygon, near: float) -> shapely.Polygon:
-    """The largest part of a hole that is farther than `near` from its outline; all of it where there is none."""
+    """Return the largest part of a hole that is farther than `near` from its outline; all of it where there is none."""
     parts = [part for part in shapely.get_parts(hole.buffer(-near)) if part.area > 0]
     return max(parts, key=lambda part: part.area, default=hole)
 
 
 def _polyline(pieces: Sequence[Piece], tolerance: float) -> tuple[NDArray[np.float64], Complex]:
-    """Places (piece + parameter) and points of a polyline near a run."""
+    """Return places (piece + parameter) and points of a polyline near a run."""
     counts = [min(MOST, max(1, math.ceil(math.sqrt(piece.bend() / (8 * tolerance))))) for piece in pieces]
     t = [np.arange(count) / count for count in counts]
     place = np.concatenate([k + part for k, part in enumerate(t)] + [[len(pieces)]])
@@ -289,7 +290,7 @@ def _between(place: NDArray[np.float64], z: Complex, at: NDArray[np.float64]) ->
 
 
 def _spans(pieces: Sequence[Piece], stretch: _Stretch) -> list[Part]:
-    """The pieces of a stretch, the first and the last as far as they are in it."""
+    """Return the pieces of a stretch, the first and the last as far as they are in it."""
     parts: list[Part] = []
     for k in range(math.floor(stretch.place[0]), math.ceil(stretch.place[-1])):
         a, b = max(stretch.place[0] - k, 0.0), min(stretch.place[-1] - k, 1.0)
@@ -305,7 +306,7 @@ def _point(pieces: Sequence[Piece], place: float) -> complex:
 
 
 def _speed(pieces: Sequence[Piece], place: float) -> float:
-    """How far the run goes there by a unit of place; no less than a thousandth of its piece."""
+    """Return how far the run goes there by a unit of place; no less than a thousandth of its piece."""
     piece, t = pieces[int(place) % len(pieces)], place % 1
     z = piece.at(np.array([0, 0.5, 1, max(t - 1e-4, 0), min(t + 1e-4, 1)]))
     size = float(np.abs(np.diff(z[:3])).sum())
@@ -313,5 +314,5 @@ def _speed(pieces: Sequence[Piece], place: float) -> float:
 
 
 def _angle(z: Complex) -> float:
-    """The angle that a polyline, seen from the origin, runs through."""
+    """Return the angle that a polyline, seen from the origin, runs through."""
     return float(np.angle(z[1:] * z[:-1].conj()).sum())

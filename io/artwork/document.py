@@ -79,8 +79,8 @@ class MappedDocument:
 
     @classmethod
     def of(cls, data: bytes, source: Shape, target: Shape, copies: int = 1) -> "MappedDocument":
-        """The document that the source was read from, on the target's canvas, its shapes still without paths; with
-        several copies each is a group.
+        """Return the document that the source was read from, on the target's canvas, its shapes still without paths;
+        with several copies each is a group.
 
         Raises:
             InputError: it is malformed.
@@ -166,7 +166,7 @@ class MappedDocument:
             self.add(child, parent)
 
     def add(self, node: Node, parent: Element) -> None:
-        """Adds a node, and what is in it, to the parent in the new document."""
+        """Add a node, and what is in it, to the parent in the new document."""
         if node.hidden:
             self.notes["hidden element (display: none, opacity 0), omitted"] += not self.aside
         elif node.tag in tree.SHAPES:
@@ -293,7 +293,7 @@ class MappedDocument:
                 self.effects.append(Effect([shape], made[1]))
 
     def _applied(self, node: Node, out: Element, shapes: list[MappedElement]) -> None:
-        """Gives `out` the clip path, mask and filter that its node has, each a separate copy to be mapped."""
+        """Give `out` the clip path, mask and filter that its node has, each a separate copy to be mapped."""
         space = Space(node.affine, node.size, shapes)
         kinds = (
             ("clip-path", "clipPath", self._clip),
@@ -345,14 +345,14 @@ class MappedDocument:
         return made[0]
 
     def _definition(self, found: Element, node: Node, space: Space, units: str) -> Node | None:
-        """A clip path or mask that a node uses; None where it is in units of a box without area."""
+        """Return a clip path or mask that a node uses; None where it is in units of a box without area."""
         boxed = self.document.own(found).get(units) == "objectBoundingBox"
         if boxed and not space.area:
             return None
         return self.document.definition(found, node, space.units if boxed else tree.IDENTITY)
 
     def _clip_to(self, place: Rectangle, node: Node) -> tuple[str, list[MappedElement]]:
-        """A clip path of a rectangle in the node's user space, and its shape."""
+        """Return a clip path of a rectangle in the node's user space, and its shape."""
         mapped = self.definitions.new("clipPath")
         sides = {name: repr(value) for (name, _), value in zip(SIDES, place)}
         rectangle = Node(
@@ -373,13 +373,13 @@ class MappedDocument:
             self.shapes, self.aside = shapes, aside
 
     def _styled(self, node: Node, tag: str) -> dict[str, str]:
-        """What a node keeps of its element's attributes; no id where it may be there twice."""
+        """Return what a node keeps of its element's attributes; no id where it may be there twice."""
         once = not node.used and not self.copy and tag not in ("clipPath", "mask")
         return attributes.kept(self.document, node.element, tag, named=once)
 
     @staticmethod
     def _nested(parent: Element, attributes: dict[str, str]) -> Element:
-        """A group in the parent; in a clip path, which may hold shapes only, the parent itself."""
+        """Return a group in the parent; in a clip path, which may hold shapes only, the parent itself."""
         return parent if local(parent) == "clipPath" else SubElement(parent, f"{SVG}g", attributes)
 
 
@@ -390,7 +390,7 @@ def _rectangle(node: Node) -> Rectangle:
 
 
 def _holds(outer: Rectangle, inner: Rectangle) -> bool:
-    """Whether a rectangle is in another, but for rounding."""
+    """Return whether a rectangle is in another, but for rounding."""
     tiny = 1e-6 * max(inner[2:])
     return all(
         a <= b + tiny and a + sides >= b + size - tiny
@@ -399,7 +399,7 @@ def _holds(outer: Rectangle, inner: Rectangle) -> bool:
 
 
 def _picture_place(node: Node, ratio: float, height: float) -> Rectangle:
-    """The rectangle of a picture in its user space, by its own size where the drawing states none."""
+    """Return the rectangle of a picture in its user space, by its own size where the drawing states none."""
     wide, high = (
         node.properties.get(name, "auto").strip() not in ("", "auto") for name in ("width", "height")
     )
@@ -410,13 +410,13 @@ def _picture_place(node: Node, ratio: float, height: float) -> Rectangle:
 
 
 def _corners(place: Rectangle) -> Complex:
-    """The corners of a rectangle, one after the other."""
+    """Return the corners of a rectangle, one after the other."""
     x, y, width, height = place
     return complex(x, y) + np.array([0, width, complex(width, height), 1j * height])
 
 
 def _path_of(rings: Sequence[Complex]) -> str:
-    """The path data of rings of the core plane, whose y axis points up."""
+    """Return the path data of rings of the core plane, whose y axis points up."""
     return "".join(
         "M" + "L".join(f"{z.real:.9g} {-z.imag:.9g}" for z in ring.tolist()) + "Z" for ring in rings
     )

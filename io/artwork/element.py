@@ -73,7 +73,7 @@ class MappedElement:
         *,
         line_is_filled: bool = True,
     ) -> None:
-        """Makes the element a path, or a group where fill, line and markers need one each.
+        """Make the element a path, or a group where fill, line and markers need one each.
 
         Args:
             clipped: what of the shape is inside.
@@ -115,7 +115,7 @@ class MappedElement:
 
 
 def runs_of(drawn: Node) -> list[PenPath]:
-    """The shape's runs in the root's user units, y down; closed ones end where they begin.
+    """Return the shape's runs in the root's user units, y down; closed ones end where they begin.
 
     Raises:
         InputError: a malformed attribute, or coordinates that are too large.
@@ -136,7 +136,7 @@ def runs_of(drawn: Node) -> list[PenPath]:
 
 
 def box_of(shapes: Sequence[MappedElement], affine: Affine) -> Rectangle | None:
-    """The bounding box of shapes in the user space that `affine` takes to the root's; None without any."""
+    """Return the bounding box of shapes in the user space that `affine` takes to the root's; None without any."""
     points = [shape.points for shape in shapes]
     if not points or not affine.determinant:
         return None
@@ -146,13 +146,13 @@ def box_of(shapes: Sequence[MappedElement], affine: Affine) -> Rectangle | None:
 
 
 def length_of(runs: Sequence[PenPath]) -> float:
-    """The length of all runs together, in the root's units, to about a thousandth."""
+    """Return the length of all runs together, in the root's units, to about a thousandth."""
     z = [piece.at(np.linspace(0, 1, 33)) for run in runs for piece in run.pieces]
     return float(sum(np.abs(np.diff(points)).sum() for points in z))
 
 
 def restyle(out: Element, style: dict[str, str]) -> None:
-    """Adds declarations to an element's own, which win over attributes and style sheets."""
+    """Add declarations to an element's own, which win over attributes and style sheets."""
     for name in style:
         out.attrib.pop(name, None)
     both = css.declarations(out.get("style", ""))
@@ -178,10 +178,10 @@ def _pair(z: complex, digits: int) -> str:
 
 
 def _outer(run: list[Complex]) -> Complex:
-    """One cubic for each piece, with its ends and its directions there."""
+    """Return one cubic for each piece, with its ends and its directions there."""
     return np.array([[fitted[0, 0], fitted[0, 1], fitted[-1, 2], fitted[-1, 3]] for fitted in run])
 
 
 def _square(turns: int) -> str:
-    """A square beyond every canvas, run around so many times, clockwise on the screen where negative."""
+    """Return a square beyond every canvas, run around so many times, clockwise on the screen where negative."""
     return f"M-{FAR} -{FAR}{'V{0}H{0}V-{0}Z' if turns > 0 else 'H{0}V{0}H-{0}Z'}".format(FAR) * abs(turns)

@@ -119,7 +119,9 @@ class EmbeddedPicture:
 
 
 def size_of(address: str) -> tuple[bytes, int, int] | None:
-    """The file that an address holds, and its width and height as shown; None where it is not one that is read."""
+    """Return the file that an address holds, and its width and height as shown; None where it is not one that is
+    read.
+    """
     content = content_of(typed(address))
     if not content:
         return None
@@ -158,7 +160,7 @@ class _Placing:
         return largest, largest
 
     def places(self, z: Complex, right: NDArray, down: NDArray) -> Places:
-        """As `Placing.places`."""
+        """Return as `Placing.places`."""
         linear = Affine(self.texels.alpha, self.texels.beta)
         at, across, below = self.texels(z.conj()), linear(right.conj()), linear(down.conj())
         turn = np.stack([across.real, below.real, across.imag, below.imag], axis=1)
@@ -168,7 +170,7 @@ class _Placing:
 def _warped(
     region: Region, image: Image, texels: Affine, canvas: Canvas, *, smooth: bool, alone: bool
 ) -> Image:
-    """The picture as the map shows it on a canvas, its colours extended over what the map does not cover.
+    """Return the picture as the map shows it on a canvas, its colours extended over what the map does not cover.
 
     Unless it is `alone`, it is transparent there.
     """
@@ -203,7 +205,7 @@ def _warped(
 
 
 def _canvas(box: Box, density: float, texels: float) -> Canvas:
-    """The raster over a box with a number of pixels a unit, within what pictures may have."""
+    """Return the raster over a box with a number of pixels a unit, within what pictures may have."""
     width, height = _size(box)
     most = min(MAX_PIXELS, max(MAX_ENLARGEMENT * texels, LEAST_PIXELS))
     density *= min(1.0, np.sqrt(most / max(width * density * height * density, 1e-300)))
@@ -215,7 +217,9 @@ def _canvas(box: Box, density: float, texels: float) -> Canvas:
 def _affine_map(
     region: Region, polygon: shapely.Polygon, corners: Complex, tolerance: float
 ) -> Affine | None:
-    """The affine map that a region's map is over all of a picture, in the core plane; None where it is another."""
+    """Return the affine map that a region's map is over all of a picture, in the core plane; None where it is
+    another.
+    """
     z = _inside(shapely.intersection(polygon, region.domain.polygon), polygon)
     if z.size < 3:
         return None
@@ -231,7 +235,7 @@ def _affine_map(
 
 
 def _inside(visible: shapely.Geometry, polygon: shapely.Polygon) -> Complex:
-    """Points of a picture, in the core plane, all over what is seen of it."""
+    """Return points of a picture, in the core plane, all over what is seen of it."""
     a, b, _, d = complex_of(shapely.get_coordinates(polygon)[:4])
     share = (np.arange(ACROSS) + 0.5) / ACROSS
     z = (a + share * (b - a) + share[:, None] * (d - a)).ravel()
@@ -239,20 +243,20 @@ def _inside(visible: shapely.Geometry, polygon: shapely.Polygon) -> Complex:
 
 
 def _outline(visible: shapely.Geometry) -> Complex:
-    """Points around what is seen of a picture, close to each other."""
+    """Return points around what is seen of a picture, close to each other."""
     step = max(np.ptp(shapely.get_coordinates(visible), axis=0).max() / OUTLINE_POINTS, 1e-300)
     return complex_of(shapely.get_coordinates(shapely.segmentize(visible, step)))
 
 
 def _conjugated(map: Affine) -> Affine:
-    """A map of the core plane, whose y points up, as one with y down."""
+    """Return a map of the core plane, whose y points up, as one with y down."""
     return Affine(
         complex(map.alpha).conjugate(), complex(map.beta).conjugate(), complex(map.gamma).conjugate()
     )
 
 
 def _address(image: Image, before: str) -> str:
-    """The picture in an address: as JPEG where it was one and nothing of it is transparent."""
+    """Return the picture in an address: as JPEG where it was one and nothing of it is transparent."""
     lossy = image.alpha < 0 and before[:16].lower().startswith("data:image/jp")
     kind, content = ("jpeg", image_files.as_jpeg(image)) if lossy else ("png", image_files.as_png(image))
     return f"data:image/{kind};base64,{base64.b64encode(content).decode()}"

@@ -21,7 +21,7 @@ _DEPTHS |= {"feSpotLight": {"z": 0.0, "pointsAtZ": 0.0}}
 
 
 def filtered(definitions: Definitions, found: Element, space: Space) -> tuple[str, Apply] | None:
-    """A filter as `url(#id)` of a separate copy, and what makes that follow the map.
+    """Return a filter as `url(#id)` of a separate copy, and what makes that follow the map.
 
     The copy's region has the margins of the original's around the image of what it is used on.
 
@@ -58,7 +58,7 @@ def filtered(definitions: Definitions, found: Element, space: Space) -> tuple[st
 
 
 def _under(element: Element, map: Affine) -> None:
-    """Takes a primitive through an affine map."""
+    """Take a primitive through an affine map."""
     tag, linear, factor = local(element), replace(map, gamma=0), scale(map)
     if tag in ("feOffset", "feDropShadow"):
         default = 2.0 if tag == "feDropShadow" else 0.0

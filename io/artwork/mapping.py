@@ -56,7 +56,7 @@ class PathMapping:
         self.notes: Counter[str] = Counter()
 
     def carry(self, shapes: Sequence[MappedElement], effects: Sequence[Effect]) -> None:
-        """Applies the effects, then gives every shape's element its path, or takes the element out."""
+        """Apply the effects, then gives every shape's element its path, or takes the element out."""
         left = [self._left(shape) for shape in shapes]
         clipped = [_together([clipped for _, clipped in each]) for each in left]
         parts = [_to_fit(shape, each) for shape, each in zip(shapes, left)]
@@ -106,7 +106,7 @@ class PathMapping:
         self.notes = +self.notes
 
     def _left(self, shape: MappedElement) -> list[tuple[Region, Clipped]]:
-        """What is left of a shape in each region that it is carried by."""
+        """Return what is left of a shape in each region that it is carried by."""
         runs = [_core(run) for run in shape.runs]
         regions = self.regions.of(runs) if shape.copy is None else [self.regions.given[shape.copy]]
         found = [
@@ -140,7 +140,7 @@ class ToFit(NamedTuple):
 
 
 def _together(found: Sequence[Clipped]) -> Clipped:
-    """What is left of a shape in several regions."""
+    """Return what is left of a shape in several regions."""
     if len(found) == 1:
         return found[0]
     lines, fills = ([run for each in found for run in getattr(each, name)] for name in ("line", "fill"))
@@ -150,7 +150,7 @@ def _together(found: Sequence[Clipped]) -> Clipped:
 
 
 def _to_fit(shape: MappedElement, left: Sequence[tuple[Region, Clipped]]) -> "ToFit":
-    """What is to be fitted of a shape."""
+    """Return what is to be fitted of a shape."""
     cut = any(clipped.cut for _, clipped in left)
     lines = [Placement(run, closed, region) for region, each in left for run, closed in each.line]
     if not shape.filled and (shape.lined or not cut):
@@ -176,7 +176,7 @@ def _to_fit(shape: MappedElement, left: Sequence[tuple[Region, Clipped]]) -> "To
 
 
 def _closed(run: list[Part]) -> list[Part]:
-    """A run as its fill closes it: by a chord of the source, which the map carries like any other line."""
+    """Return a run as its fill closes it: by a chord of the source, which the map carries like any other line."""
     ends = np.array([0.0, 1.0])
     start, end = complex(run[0].at(ends)[0]), complex(run[-1].at(ends)[1])
     return run if start == end else [*run, Bezier((end, start))]
@@ -230,7 +230,7 @@ class Places:
             self._place[numbers[batch.number]] = np.arange(batch.number.size)
 
     def __call__(self, which: NDArray[np.intp], t: NDArray[np.float64]) -> Complex:
-        """Points at parameters in [0, 1]; `which` is not sorted, but comes in runs."""
+        """Return points at parameters in [0, 1]; `which` is not sorted, but comes in runs."""
         out = np.empty(t.size, dtype=np.complex128)
         batch = self._batch[which]
         along = self._start[which] + (self._stop - self._start)[which] * t

@@ -97,20 +97,20 @@ class Definitions:
         self._pictures: dict[tuple[tuple[str, str], ...], Element] = {}
 
     def new(self, tag: str, attributes: Mapping[str, str] | None = None) -> Element:
-        """A new, empty definition with a separate id."""
+        """Return a new, empty definition with a separate id."""
         made = Element(f"{SVG}{tag}", {"id": next(self._free), **(attributes or {})})
         self.out.append(made)
         return made
 
     def picture(self, attributes: Mapping[str, str]) -> Element:
-        """A picture at the origin, the same for all that are alike."""
+        """Return a picture at the origin, the same for all that are alike."""
         key = tuple(sorted(attributes.items()))
         if key not in self._pictures:
             self._pictures[key] = self.new("image", attributes)
         return self._pictures[key]
 
     def copied(self, element: Element) -> list[Element]:
-        """Copies of what is in an element.
+        """Return copies of what is in an element.
 
         Raises:
             InputError: the drawing makes too many copies.
@@ -119,7 +119,7 @@ class Definitions:
         return [copy.deepcopy(child) for child in element]
 
     def collect(self, top: Element) -> None:
-        """Adds copies of all that the new document refers to and does not have, and drops what is not referred to."""
+        """Add copies of all that the new document refers to and does not have, and drops what is not referred to."""
         wanted, ids = [top], self.document.ids
         known = {e.get("id") for e in top.iter()}
         made = {e.get("id"): e for e in self.out}
@@ -164,7 +164,7 @@ class Definitions:
         return said, next((each for each in chain if len(each)), element)
 
     def painted(self, found: Element, space: Space) -> tuple[str, Apply] | None:
-        """A gradient or pattern as `url(#id)` of a copy in place; None where its box has no area."""
+        """Return a gradient or pattern as `url(#id)` of a copy in place; None where its box has no area."""
         make = self._pattern if local(found) == "pattern" else self._gradient
         made = make(found, space)
         return (f"url(#{made[0].get('id')})", made[1]) if made else None
@@ -203,7 +203,7 @@ class Definitions:
         return new, _following(new, "patternTransform", to_root, "pattern")
 
     def marker(self, found: Element, unit: float) -> tuple[str, Apply] | None:
-        """A marker in user space as `url(#id)` of a copy; None where its unit is the line's width.
+        """Return a marker in user space as `url(#id)` of a copy; None where its unit is the line's width.
 
         Args:
             found: the marker.
@@ -237,14 +237,14 @@ def _following(new: Element, name: str, to_root: Affine, kind: str) -> Apply:
 
 
 def told(kind: str, over: AffinePart) -> str:
-    """What to note of something that follows only the map's affine part, where that is not near enough."""
+    """Return what to note of something that follows only the map's affine part, where that is not near enough."""
     return (
         f"{kind} that follows the map only approximately (by an affine map)" if over.curved > CURVED else ""
     )
 
 
 def lined(shape: MappedElement, element: Element, said: Mapping[str, str], space: Space) -> Apply:
-    """What makes a line's width and dashes follow the map's mean scale along it.
+    """Return what makes a line's width and dashes follow the map's mean scale along it.
 
     Raises:
         InputError: a length is malformed.
@@ -276,11 +276,11 @@ def lined(shape: MappedElement, element: Element, said: Mapping[str, str], space
 
 
 def scale(map: Affine) -> float:
-    """The factor by which an affine map scales lengths, as the square root of that of areas."""
+    """Return the factor by which an affine map scales lengths, as the square root of that of areas."""
     return abs(map.determinant) ** 0.5
 
 
 def unevenness(map: Affine) -> float:
-    """The largest factor of lengths by the smallest; infinite without area."""
+    """Return the largest factor of lengths by the smallest; infinite without area."""
     large, small = abs(map.alpha) + abs(map.beta), abs(abs(map.alpha) - abs(map.beta))
     return large / small if small else math.inf

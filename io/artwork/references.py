@@ -41,7 +41,7 @@ LINKS = {"href", "src", "data", "base", "action", "formaction"}
 
 
 def confine(top: Element) -> int:
-    """Takes out of a document, in place, all that leads out of it or could run.
+    """Take out of a document, in place, all that leads out of it or could run.
 
     Returns:
         How many references were left out.
@@ -67,7 +67,7 @@ def confine(top: Element) -> int:
 
 
 def typed(address: str) -> str:
-    """The address of an embedded picture with its kind, which old drawings of Illustrator leave out."""
+    """Return the address of an embedded picture with its kind, which old drawings of Illustrator leave out."""
     untyped = UNTYPED.match(address)
     content = address[untyped.end() :] if untyped else ""
     kind = next((kind for first, kind in SIGNATURES.items() if content.startswith(first)), "")
@@ -75,12 +75,12 @@ def typed(address: str) -> str:
 
 
 def sheet(text: str) -> tuple[str, int]:
-    """A style sheet without what leads out of the document, and how many declarations and rules went."""
+    """Return a style sheet without what leads out of the document, and how many declarations and rules went."""
     return _confined(_rules, tinycss2.parse_stylesheet, text)
 
 
 def style(text: str) -> tuple[str, int]:
-    """The declarations of a style attribute without those that lead out, and how many went."""
+    """Return the declarations of a style attribute without those that lead out, and how many went."""
     return _confined(_declarations, tinycss2.parse_blocks_contents, text)
 
 
@@ -100,7 +100,7 @@ def _active(element: Element) -> bool:
 
 
 def _attribute(name: str, value: str) -> tuple[str | None, int]:
-    """What becomes of an attribute, None where it goes; and whether it led out."""
+    """Return what becomes of an attribute, None where it goes; and whether it led out."""
     bare = name.rpartition("}")[2].lower()
     if bare.startswith("on"):
         return None, 0
@@ -141,7 +141,7 @@ def _rules(nodes: list[Any], lost: list[Any]) -> Iterator[Any]:
 
 
 def _declarations(nodes: list[Any], lost: list[Any]) -> Iterator[Any]:
-    """Declarations that stay inside, as values; rules that are nested in them, and what cannot be read, go."""
+    """Yield declarations that stay inside, as values; rules that are nested in them, and what cannot be read, go."""
     first = True
     for node in nodes:
         if node.type in ("whitespace", "comment"):
@@ -155,7 +155,9 @@ def _declarations(nodes: list[Any], lost: list[Any]) -> Iterator[Any]:
 
 
 def _leads_out(values: list[Any], inert: bool = False) -> bool:
-    """Whether component values name anything that is not in the document; `inert` where addresses are only names."""
+    """Return whether component values name anything that is not in the document; `inert` where addresses are only
+    names.
+    """
     for value in values:
         if value.type == "url" and not inert and not _inside(value.value):
             return True
@@ -178,6 +180,6 @@ def _names_inside(arguments: list[Any]) -> bool:
 
 
 def _inside(address: str) -> bool:
-    """Whether an address is an id of the document, or a picture in itself."""
+    """Return whether an address is an id of the document, or a picture in itself."""
     address = address.strip()
     return address.startswith("#") or bool(PICTURE.match(address))

@@ -53,7 +53,7 @@ class Region:
         return z, *jet
 
     def _on_rim(self, z: Complex, inward: float) -> Complex:
-        """The closest points of the boundary, moved inward."""
+        """Return the closest points of the boundary, moved inward."""
         arclengths = np.array([rim.closest(z) for rim in self.rims])
         feet = np.array([rim.at(s) for rim, s in zip(self.rims, arclengths)])
         nearest = np.abs(feet - z).argmin(axis=0)
@@ -77,7 +77,7 @@ class Regions:
         ]
 
     def of(self, runs: Sequence[PenPath]) -> list[Region]:
-        """The smallest that holds all of the runs; where none does, those that are in no other."""
+        """Return the smallest that holds all of the runs; where none does, those that are in no other."""
         if len(self.all) == 1:
             return self.all
         z = np.concatenate([piece.at(ALONG) for run in runs for piece in run.pieces])

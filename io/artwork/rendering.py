@@ -52,13 +52,13 @@ def render(path: Path, box: Box, size: tuple[int, int], *, max_bytes: int = limi
 
 
 def render_png(path: Path, box: Box, size: tuple[int, int], *, max_bytes: int = limits.SVG_BYTES) -> bytes:
-    """The same as the content of a PNG file."""
+    """Return the same as the content of a PNG file."""
     with naming(path):
         return _rasterized(*_cleaned(drawing_bytes(path, max_bytes), box, size))
 
 
 def canvas_of(path: Path, *, max_bytes: int = limits.SVG_BYTES) -> Box:
-    """The canvas of a drawing in the core plane: its viewBox or size; what it paints where it states none.
+    """Return the canvas of a drawing in the core plane: its viewBox or size; what it paints where it states none.
 
     Raises:
         InputError: it cannot be read, or it paints nothing.
@@ -86,7 +86,7 @@ def pixels_across(box: Box, density: float, most: int) -> tuple[int, int]:
 
 
 def _rasterized(text: str, fonts: bool) -> bytes:
-    """A PNG file of a document that states its size; `fonts` says whether the system's may be needed."""
+    """Return a PNG file of a document that states its size; `fonts` says whether the system's may be needed."""
     seconds = limits.RENDER_SECONDS
     ends_by_itself = str(math.ceil(seconds) + 1)  # where this process is killed meanwhile
     command = [sys.executable, "-P", rasterize.__file__, ends_by_itself, *(["fonts"] if fonts else [])]
@@ -102,8 +102,9 @@ def _rasterized(text: str, fonts: bool) -> bytes:
 
 
 def _cleaned(data: bytes, box: Box, size: tuple[int, int]) -> tuple[str, bool]:
-    """The document without constraints, scripts and references to other files, in a view of a box; and whether there
-    is text in it that is not outlined."""
+    """Return the document without constraints, scripts and references to other files, in a view of a box; and whether
+    there is text in it that is not outlined.
+    """
     document = tree.parse(data)
     top, texts = document.top, _outlined_texts(document)
     for parent in list(top.iter()):
@@ -162,7 +163,7 @@ def _outlined_texts(document: tree.Document) -> dict[Element, Element]:
 
 
 def _without_text(text: Element, node: tree.Node, tag: str) -> Element:
-    """A <text> as another element, with what applies to it as a whole."""
+    """Return a <text> as another element, with what applies to it as a whole."""
     attributes = {name: value for name, value in text.attrib.items() if name not in _OF_TEXT}
     element = Element(f"{SVG}{tag}", attributes)
     restyle(element, {name: value for name, value in node.own.items() if name in ("opacity", "transform")})

@@ -8,7 +8,7 @@ from ..run.job import KINDS, Described, FlattenJob, Job, Outcome, RelayoutJob
 
 
 def job_of(values: dict[str, Any]) -> Described:
-    """The job of a `command` (map) and the values that it is given."""
+    """Return the job of a `command` (map) and the values that it is given."""
     return KINDS[values.get("command", "map")](
         **{key: value for key, value in values.items() if key != "command"}
     )

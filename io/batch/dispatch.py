@@ -64,7 +64,8 @@ class _Running:
 
 
 def prepare(tasks: list[Task], book: Journal, *, resume: bool, make: bool = True) -> list[Task]:
-    """The tasks with their outputs checked; with `resume`, this batch's own may be replaced, and `make` makes folders.
+    """Return the tasks with their outputs checked; with `resume`, this batch's own may be replaced, and `make` makes
+    folders.
 
     Raises:
         ManifestError: every output that cannot be written.
@@ -112,7 +113,7 @@ def execute(
     stopping: Callable[[], bool] = lambda: False,
     warn: Callable[[str], None] = lambda message: None,
 ) -> Iterator[dict[str, Any]]:
-    """The result of each task, as it ends: `iccm.result/1`, see docs/reference/batch.md.
+    """Yield the result of each task, as it ends: `iccm.result/1`, see docs/reference/batch.md.
 
     When `stopping` turns true nothing is begun any more, what runs is ended, and the rest is reported as cancelled.
     """
@@ -176,7 +177,7 @@ def execute(
 
 
 def _cancel(items: Iterable[_Running], why: str) -> Iterator[dict[str, Any]]:
-    """The results of jobs that are not run, or not to their ends."""
+    """Yield the results of jobs that are not run, or not to their ends."""
     for item in items:
         yield _record(item, _answer("cancelled", why))
 
@@ -202,7 +203,7 @@ def _release(
 
 
 def _map_of(task: Task) -> str:
-    """The map that a frame keeps."""
+    """Return the map that a frame keeps."""
     return next((name for name in task.job.outputs if formats.of(name).map), "")
 
 
@@ -214,14 +215,15 @@ def _tell(running: dict[Future, list[_Running]], pending: int, count: int) -> No
 
 
 def _capacity(pool: Pool, running: dict[Future, list[_Running]], pending: deque[_Running]) -> int:
-    """How many bundles may be under way. What waits at a worker goes down with it, and would be blamed as well: where
-    a job may have killed one, none waits."""
+    """Return how many bundles may be under way. What waits at a worker goes down with it, and would be blamed as well:
+    where a job may have killed one, none waits.
+    """
     suspicious = pending[0].alone or any(items[0].alone for items in running.values())
     return pool.size + (0 if suspicious else pool.ahead)
 
 
 def _bundle(pending: deque[_Running], count: int) -> Iterator[_Running]:
-    """The next jobs, up to so many, that may go to a worker together."""
+    """Yield the next jobs, up to so many, that may go to a worker together."""
     alone = pending[0].alone
     yield pending.popleft()
     while not alone and (count := count - 1) > 0 and pending and not pending[0].alone:
@@ -231,8 +233,9 @@ def _bundle(pending: deque[_Running], count: int) -> Iterator[_Running]:
 def _retry(
     items: list[_Running], policy: Policy, warn: Callable[[str], None]
 ) -> tuple[list[_Running], list[dict[str, Any]]]:
-    """What is run again after a worker died, and the answer for what is not. Of several jobs nobody knows which one
-    it was: each is run alone."""
+    """Return what is run again after a worker died, and the answer for what is not. Of several jobs nobody knows which
+    one it was: each is run alone.
+    """
     files.sweep(path for item in items for path in item.task.job.outputs)
     first = items[0]
     if len(items) > 1:
@@ -290,7 +293,7 @@ def _finish(key: str | None, record: dict[str, Any], book: Journal, warn: Callab
 def _collect(
     running: dict[Future, list[_Running]], pool: Pool, policy: Policy, patience: float
 ) -> Iterator[tuple[list[_Running], list[dict[str, Any]] | None]]:
-    """What ended within some seconds, on its own or by the clock; None for answers when the worker died."""
+    """Yield what ended within some seconds, on its own or by the clock; None for answers when the worker died."""
     if not running:
         return
     done, _ = wait(running, timeout=patience, return_when=FIRST_COMPLETED)

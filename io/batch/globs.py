@@ -31,8 +31,8 @@ class Globs:
         self._real = None if self.roots is None else [os.path.realpath(root or ".") for root in self.roots]
 
     def files(self, pattern: str) -> list[str]:
-        """The files that a pattern matches, sorted: `*`, `?` and `[…]` in names, `**` for folders in folders (not
-        through links); what begins with a dot only by a dot.
+        """Return the files that a pattern matches, sorted: `*`, `?` and `[…]` in names, `**` for folders in folders
+        (not through links); what begins with a dot only by a dot.
 
         Raises:
             InputError: it leads out of the roots, or looks at too much.
@@ -61,7 +61,7 @@ class Globs:
                 yield path
 
     def _entries(self, folder: str) -> Iterator[os.DirEntry[str]]:
-        """What a folder holds; nothing, where it cannot be read."""
+        """Yield what a folder holds; nothing, where it cannot be read."""
         self._check(folder)
         try:
             with os.scandir(folder or ".") as entries:

@@ -60,7 +60,7 @@ class Journal:
                 self._finished[line["key"]] = start
 
     def finished(self, key: str, job: Described) -> dict[str, Any] | None:
-        """The result of an earlier run of this very job, if its outputs are still as it left them."""
+        """Return the result of an earlier run of this very job, if its outputs are still as it left them."""
         start = self._finished.get(key)
         line = None if start is None else self._line(start)
         if line is None or line.get("key") != key:
@@ -74,7 +74,7 @@ class Journal:
         return result if all(map(self._intact, result["outputs"])) else None
 
     def wrote(self, path: str) -> bool:
-        """Whether an earlier run began to write this output: then --resume may replace it."""
+        """Return whether an earlier run began to write this output: then --resume may replace it."""
         return self._relative(path) in self._begun
 
     def begin(self, key: str, job: Described) -> None:
@@ -103,7 +103,7 @@ class Journal:
         self._append({"event": "finished", "key": key, "result": {**result, "outputs": outputs}})
 
     def _is_inside(self, path: str) -> bool:
-        """Whether an output by its name in the journal lies in its folder, links followed."""
+        """Return whether an output by its name in the journal lies in its folder, links followed."""
         try:
             real = os.path.realpath(os.path.join(self._real, path))
         except (OSError, ValueError):
@@ -117,14 +117,14 @@ class Journal:
             return False
 
     def place(self, path: str) -> str:
-        """An output by its name in the journal."""
+        """Return an output by its name in the journal."""
         return os.path.join(self._root, path)
 
     def _relative(self, path: str) -> str:
         return os.path.relpath(os.path.realpath(path), self._real)
 
     def _lines(self) -> Iterator[tuple[int, dict[str, Any]]]:
-        """Where each line starts, and what it says: results are read again when they are asked for."""
+        """Yield where each line starts, and what it says: results are read again when they are asked for."""
         start = 0
         with suppress(OSError), self.path.open("rb") as file:
             for text in file:
@@ -151,7 +151,7 @@ class Journal:
 
 
 def key(job: Described) -> str:
-    """The identity of a job's result: version, options, and the contents of its inputs."""
+    """Return the identity of a job's result: version, options, and the contents of its inputs."""
     options = {"command": job.command, **job.model_dump(mode="json", exclude={"force"})}
     inputs = {
         path: _hash(path, os.stat(path).st_mtime_ns, os.stat(path).st_size)
@@ -167,7 +167,7 @@ def _hash(path: str, changed: int, size: int) -> str:
 
 
 def _by(line: dict[str, Any]) -> tuple[str, int]:
-    """The machine and process number of the batch that wrote a line; 0 where they are not reported."""
+    """Return the machine and process number of the batch that wrote a line; 0 where they are not reported."""
     match line.get("by"):
         case [str(node), int(number)]:
             return node, number
@@ -175,7 +175,7 @@ def _by(line: dict[str, Any]) -> tuple[str, int]:
 
 
 def _has_ended(node: str, number: int) -> bool:
-    """Whether the batch of this machine and process number has ended."""
+    """Return whether the batch of this machine and process number has ended."""
     if os.name != "posix" or number <= 0 or node != platform.node():
         return False
     try:
@@ -196,7 +196,7 @@ def _parse(line: bytes) -> dict[str, Any] | None:
 
 
 def _result(value: Any) -> dict[str, Any] | None:
-    """A result as `Journal.finish` writes it; None for anything else."""
+    """Return a result as `Journal.finish` writes it; None for anything else."""
     match value:
         case {
             "status": str(),

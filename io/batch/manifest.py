@@ -71,7 +71,7 @@ class Task:
         return json.loads(self.packed)
 
     def with_job(self, job: Described) -> Task:
-        """The same with another job."""
+        """Return the same with another job."""
         return Task.of(self.number, self.name, self.place, job, self.after)
 
 
@@ -113,7 +113,7 @@ class Entry:
         return [(key, FORMER[key]) for key in self.defaults | self.values if key in FORMER]
 
     def at(self, key: str) -> str:
-        """Where a key was written."""
+        """Return where a key was written."""
         own = key.split(".")[0] not in self.defaults or key.split(".")[0] in self.values
         return self.place if own else self.defaults_place
 
@@ -126,7 +126,7 @@ def read(
     outside: bool = False,
     tell: Callable[[str], None] = lambda note: None,
 ) -> list[Task]:
-    """The jobs of a manifest.
+    """Return the jobs of a manifest.
 
     Args:
         text: its content: TOML when `name` ends in .toml, or is `-` and it does not start with {; else JSON Lines.
@@ -160,7 +160,7 @@ def _with_notices(entries: Iterable[Entry], name: str, tell: Callable[[str], Non
 
 
 def frames(values: dict[str, Any], *, root: Path) -> list[Task]:
-    """The jobs of one sequence, given by the values of a job with patterns in it.
+    """Return the jobs of one sequence, given by the values of a job with patterns in it.
 
     Raises:
         ManifestError: with every mistake.
@@ -172,7 +172,7 @@ def frames(values: dict[str, Any], *, root: Path) -> list[Task]:
 def from_patterns(
     sources: Sequence[str], target: str | None, values: dict[str, Any], *, root: Path
 ) -> list[Task]:
-    """One job for each file that some patterns or folders match, and each that the target's pattern matches.
+    """Return one job for each file that some patterns or folders match, and each that the target's pattern matches.
 
     Args:
         sources: files, patterns such as `icons/*.svg`, or folders, of which all shapes are taken.
@@ -192,7 +192,7 @@ def from_patterns(
 
 
 def _in_folder(source: str) -> list[str]:
-    """The patterns of the shapes in a folder, by suffix; what is not a folder as it is.
+    """Return the patterns of the shapes in a folder, by suffix; what is not a folder as it is.
 
     Raises:
         ManifestError: it has no shapes.
@@ -212,7 +212,7 @@ def _in_folder(source: str) -> list[str]:
 
 
 def _named_in_folder(output: str, target: str | None) -> str:
-    """The template of a file where an output is a folder: it ends in a slash, or is one."""
+    """Return the template of a file where an output is a folder: it ends in a slash, or is one."""
     if not output.endswith(("/", os.sep)) and not os.path.isdir(output):
         return output
     goal = "-{target.stem}" if target and glob.has_magic(target) else ""
@@ -260,7 +260,7 @@ def _reserved(name: str, root: Path) -> Iterator[tuple[str, str]]:
 
 
 def load(name: str) -> str:
-    """The text of a manifest file.
+    """Return the text of a manifest file.
 
     Raises:
         InputError: it cannot be read or is not UTF-8.
@@ -327,7 +327,7 @@ def _from_lines(text: str, name: str, found: list[str]) -> Iterator[Entry]:
 
 
 def _exceeds(value: Any, depth: int) -> bool:
-    """Whether lists and tables are nested more than so deep."""
+    """Return whether lists and tables are nested more than so deep."""
     if not isinstance(value, dict | list):
         return False
     return depth == 0 or any(
@@ -336,7 +336,7 @@ def _exceeds(value: Any, depth: int) -> bool:
 
 
 def _expand(entry: Entry, base: str, globs: Globs, found: list[str]) -> Iterator[dict[str, Any]]:
-    """One set of values for each combination of the files that the globs match."""
+    """Yield one set of values for each combination of the files that the globs match."""
     choices: list[list[Any]] = []
     whole = entry.whole
     keys = entry.kind.globbed
@@ -362,8 +362,9 @@ def _expand(entry: Entry, base: str, globs: Globs, found: list[str]) -> Iterator
 
 
 def _frames(entry: Entry, choices: list[list[Any]], base: str, found: list[str]) -> Iterator[dict[str, Any]]:
-    """The values of each frame of a sequence: files in the order of the numbers in their names; what is not a pattern
-    is in all of them. Maps are of whole outlines, holes onto holes, so that parts do not come and go."""
+    """Yield the values of each frame of a sequence: files in the order of the numbers in their names; what is not a
+    pattern is in all of them. Maps are of whole outlines, holes onto holes, so that parts do not come and go.
+    """
     said = {
         key: value for key, value in entry.whole.items() if value != "auto" or key not in ("fit", "holes")
     }
@@ -400,12 +401,12 @@ def _why_no_sequence(values: dict[str, Any]) -> str:
 
 
 def _by_numbers(name: str | None) -> list[Any]:
-    """Names with their numbers as numbers: 2 before 10."""
+    """Return names with their numbers as numbers: 2 before 10."""
     return [(int(part), "") if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", name or "")]
 
 
 def _matches(spec: str, base: str, globs: Globs) -> list[str]:
-    """The files that a path or glob names, sorted; a path without a glob is itself, there or not."""
+    """Return the files that a path or glob names, sorted; a path without a glob is itself, there or not."""
     path = os.path.join(base, spec)
     if not glob.has_magic(spec) or os.path.exists(path):
         return [path]
@@ -414,7 +415,7 @@ def _matches(spec: str, base: str, globs: Globs) -> list[str]:
 
 
 def _task(number: int, entry: Entry, values: dict[str, Any], found: list[str]) -> Task | None:
-    """The validated job of an entry, its templates filled in; None after noting what is wrong."""
+    """Return the validated job of an entry, its templates filled in; None after noting what is wrong."""
     base, name, kind = values.pop(""), values.pop("name", None), entry.kind
     wrong = [f"{entry.at('name')}: name: must be text"] if not isinstance(name, str | None) else []
     given = entry.whole
@@ -463,7 +464,7 @@ def _task(number: int, entry: Entry, values: dict[str, Any], found: list[str]) -
 
 
 def _with_map(values: dict[str, Any]) -> list[Any]:
-    """The outputs of a frame with its map among them, named like the first of all that it writes."""
+    """Return the outputs of a frame with its map among them, named like the first of all that it writes."""
     given = list(many(values.get("output")))
     first = next((each for each in [*given, *map(values.get, WRITTEN)] if isinstance(each, str)), "")
     if any(isinstance(each, str) and formats.of(each).map for each in given) or not first:
@@ -472,12 +473,12 @@ def _with_map(values: dict[str, Any]) -> list[Any]:
 
 
 def _exists(path: str) -> bool:
-    """Whether an input is a file, or the tiles that its name stands for are."""
+    """Return whether an input is a file, or the tiles that its name stands for are."""
     return bool(files_of(path)) if MARK in path else os.path.isfile(path)
 
 
 def _check_kinds(job: Described) -> Iterator[str]:
-    """What is wrong with the kinds of the inputs and outputs, of which those that exist are reported later."""
+    """Yield what is wrong with the kinds of the inputs and outputs, of which those that exist are reported later."""
     try:
         commands.check(job.model_copy(update={"force": True}))
     except InputError as error:
@@ -485,14 +486,14 @@ def _check_kinds(job: Described) -> Iterator[str]:
 
 
 def _fields(key: str, spec: Any) -> dict[str, str]:
-    """What templates may name of an input: {source.stem}, {source.name}, {source.id}."""
+    """Return what templates may name of an input: {source.stem}, {source.name}, {source.id}."""
     named = Spec.of(spec if isinstance(spec, str) else "")
     chosen = re.sub(r"[^\w.-]", "_", named.chosen or "")
     return {f"{key}.stem": named.path.stem, f"{key}.name": named.path.name, f"{key}.id": chosen}
 
 
 def _default_output(kind: type[Described], values: dict[str, Any]) -> Any:
-    """What is written where nothing is named."""
+    """Return what is written where nothing is named."""
     if kind is not Job:
         return "{mesh.stem}-flat.svg" if "mesh" in kind.rows else ()
     goal = "{target.stem}" if values.get("target") else "deformed"
@@ -501,7 +502,7 @@ def _default_output(kind: type[Described], values: dict[str, Any]) -> Any:
 
 
 def _placed(kind: type[Described], key: str, value: Any, base: str) -> Any:
-    """The value of an input, its files relative to the manifest's folder."""
+    """Return the value of an input, its files relative to the manifest's folder."""
     if isinstance(value, list | tuple):
         return [_placed(kind, key, each, base) for each in value]
     return os.path.join(base, value) if isinstance(value, str) and kind.names_file(key, value) else value
@@ -524,7 +525,7 @@ def _fill(value: Any, fields: dict[str, str], place: str, wrong: list[str]) -> A
 
 
 def _place(task: Task, root: Path, outside: bool, found: list[str]) -> Task:
-    """The task with its outputs under the root, after checking that they stay there and are not folders."""
+    """Return the task with its outputs under the root, after checking that they stay there and are not folders."""
     job = task.job
     if "-" in (*job.output, job.report):
         found.append(
@@ -547,7 +548,7 @@ def _place(task: Task, root: Path, outside: bool, found: list[str]) -> Task:
 
 
 def _check_distinct(tasks: list[Task], taken: dict[str, str], found: list[str]) -> None:
-    """No file may be the output of two jobs, or an input of one and the output of another, or be taken.
+    """Refuse files that are the output of two jobs, an input of one and the output of another, or that exist.
 
     Names that differ only by case or by how Unicode writes a letter are one file on many disks.
     """
@@ -586,11 +587,11 @@ def _check_distinct(tasks: list[Task], taken: dict[str, str], found: list[str]) 
 
 
 def _name_in(task: Task, name: str) -> str:
-    """The output of a task that is the same file as another, on many disks."""
+    """Return the output of a task that is the same file as another, on many disks."""
     real = map(os.path.realpath, task.job.outputs)
     return next(path for path in real if names.alike(path) == names.alike(name))
 
 
 def _parents(path: str) -> Iterator[str]:
-    """The folders that an output lies in, from its own on."""
+    """Return the folders that an output lies in, from its own on."""
     return (names.alike(str(folder)) for folder in Path(os.path.realpath(path)).parents)

@@ -32,5 +32,5 @@ def mistake(path: str) -> str | None:
 
 
 def alike(path: str) -> str:
-    """The same for names that differ only by case or by how Unicode writes a letter."""
+    """Return the same for names that differ only by case or by how Unicode writes a letter."""
     return unicodedata.normalize("NFC", unicodedata.normalize("NFC", path).casefold())

@@ -18,7 +18,7 @@ COLUMNS = ["job", "result", "status", "figures", "seconds", "message"]
 
 
 def html(results: list[dict[str, Any]], jobs: str, where: str) -> bytes:
-    """The page, for a file in the folder `where`, to which links are relative."""
+    """Return the page, for a file in the folder `where`, to which links are relative."""
     results = sorted(results, key=lambda result: result["job"])
     counts = Counter(result["status"] for result in results)
     told = ", ".join(f"{number} {status}" for status, number in counts.most_common())
@@ -46,7 +46,9 @@ def _row(result: dict[str, Any], where: str, pictured: bool) -> Row:
 
 
 def _figures(found: dict[str, Any]) -> str:
-    """Those that say most: the outline's gap, the dilatation that 95 % stay below, and what is seen of drawings."""
+    """Return those that say most: the outline's gap, the dilatation that 95 % stay below, and what is seen of
+    drawings.
+    """
     gap, dilatation = _figure(found, "boundary", "hausdorff"), _figure(found, "dilatation", "p95")
     seen = [(name, _number(found.get(name))) for name in ("shown", "covered", "cracks")]
     said = [("gap", gap), ("dilatation p95", dilatation), *seen]
@@ -54,7 +56,7 @@ def _figures(found: dict[str, Any]) -> str:
 
 
 def _figure(found: dict[str, Any], group: str, name: str) -> float | None:
-    """A figure of a report, which may have been read from a journal; None where there is no number."""
+    """Return a figure of a report, which may have been read from a journal; None where there is no number."""
     figures = found.get(group)
     return _number(figures.get(name)) if isinstance(figures, dict) else None
 
@@ -64,7 +66,7 @@ def _number(value: Any) -> float | None:
 
 
 def thumbnail(path: str) -> str | None:
-    """A small copy of a picture; none of one that is gone or that browsers cannot show the like of."""
+    """Return a small copy of a picture; none of one that is gone or that browsers cannot show the like of."""
     import numpy as np
 
     from ..pictures import image_files

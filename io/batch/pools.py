@@ -38,7 +38,7 @@ class Pool(Protocol):
     runs_again: bool
 
     def together(self, left: int) -> int:
-        """How many of the jobs that are left make a bundle."""
+        """Return how many of the jobs that are left make a bundle."""
 
     def submit(self, payloads: list[dict[str, Any]]) -> Future:
         """Start jobs, one after another on one worker. The future holds the answers of as many of the first of them
@@ -205,8 +205,9 @@ class Dask:
         self._executor = self._client.get_executor(pure=False, retries=0)
 
     def together(self, left: int) -> int:
-        """As many as take about TASK seconds by those that ended last; fewer towards the end, so that all threads
-        have some."""
+        """Return as many as take about TASK seconds by those that ended last; fewer towards the end, so that all
+        threads have some.
+        """
         if not (self.ahead and self._recent):
             return 1
         short = int(TASK / max(median(self._recent), TASK / MOST))

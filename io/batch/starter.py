@@ -28,5 +28,5 @@ target = "{target}"
 
 
 def starter(name: str, source: str = "icons/*.svg", target: str = "shield.svg") -> str:
-    """The text of a manifest of a name, for the sources and the target that it is about."""
+    """Return the text of a manifest of a name, for the sources and the target that it is about."""
     return STARTER.format(name=name, source=source, target=target)

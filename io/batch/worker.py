@@ -108,12 +108,12 @@ def _run(payload: dict[str, Any]) -> dict[str, Any]:
 
 
 def _first_notes(notes: tuple[str, ...]) -> list[str]:
-    """The first notes; a drawing with a thousand strokes would otherwise drown the results."""
+    """Return the first notes; a drawing with a thousand strokes would otherwise drown the results."""
     return [*notes[:NOTES], *([f"and {len(notes) - NOTES} more"] if len(notes) > NOTES else [])]
 
 
 def _failure(error: Exception) -> dict[str, Any]:
-    """The same sentences as the command line's, without importing it."""
+    """Return the same sentences as the command line's, without importing it."""
     from ...deadline import TimeUp
     from ...errors import IccmError, lacks_memory
 

@@ -63,7 +63,7 @@ class Tolerances(StrictModel):
     report: dict[str, Figure] = Field({})
 
     def figure(self, key: str) -> Figure:
-        """The tolerance of a report's key, such as `boundary.rms`."""
+        """Return the tolerance of a report's key, such as `boundary.rms`."""
         fitting = [f for pattern, f in {**REPORT, **self.report}.items() if fnmatch.fnmatchcase(key, pattern)]
         return fitting[-1] if fitting else Figure()
 
@@ -187,7 +187,7 @@ def _kept(pixels: np.ndarray) -> str:
 
 
 def scaled(pixels: np.ndarray) -> np.ndarray:
-    """(h, w, c) float64, 1 for white."""
+    """Return (h, w, c) float64, 1 for white."""
     white = np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else 1.0
     return pixels.astype(np.float64) / white
 
@@ -256,7 +256,9 @@ def flat(value: Any, key: str = "") -> dict[str, Any]:
 
 
 def _named(value: Any, folder: Path) -> Any:
-    """A remark on a file of the folder, or its path, as they are wherever that lies: `base/a.obj: …`, `a.obj: …`."""
+    """Return a remark on a file of the folder, or its path, as they are wherever that lies: `base/a.obj: …`, `a.obj:
+    …`.
+    """
     if not isinstance(value, str):
         return value
     path, colon, text = value.partition(": ")

@@ -20,7 +20,7 @@ SETTINGS = "tolerances.toml"
 
 
 def names(folder: Path, *, closed: bool = False) -> list[str]:
-    """The files of a folder and below as relative paths with /; hidden ones and the tolerances are left out.
+    """Return the files of a folder and below as relative paths with /; hidden ones and the tolerances are left out.
 
     Args:
         folder: of results, or of baselines.
@@ -52,12 +52,12 @@ def check_inside(folder: Path, path: Path) -> None:
 
 
 def chosen(found: Iterable[str], only: tuple[str, ...]) -> list[str]:
-    """The names that fit one of the patterns, as they stand or with * and ?; all without patterns."""
+    """Return the names that fit one of the patterns, as they stand or with * and ?; all without patterns."""
     return [name for name in found if not only or any(name == o or fnmatchcase(name, o) for o in only)]
 
 
 def check(run: Path, baselines: Path, allowed: Tolerances, only: tuple[str, ...] = ()) -> list[Verdict]:
-    """A verdict for every file that is in either folder, of those that fit `only`.
+    """Return a verdict for every file that is in either folder, of those that fit `only`.
 
     Raises:
         InputError: a folder is missing, or there is nothing: a comparison of nothing would always pass.
@@ -128,7 +128,7 @@ def diff(verdict: Verdict, run: Path, baselines: Path, folder: Path) -> Path | N
 
 
 def as_picture(pixels: np.ndarray) -> np.ndarray:
-    """(h, w, 3) in 0..1: grey repeated, alpha over grey."""
+    """Return (h, w, 3) in 0..1: grey repeated, alpha over grey."""
     x = np.clip(finite(scaled(pixels)), 0, 1)
     if x.shape[2] in (2, 4):
         x = x[..., :-1] * x[..., -1:] + 0.5 * (1 - x[..., -1:])

@@ -24,14 +24,14 @@ RAMP = np.array(
 
 
 def record(verdict: Verdict) -> dict[str, Any]:
-    """A verdict as JSON."""
+    """Return a verdict as JSON."""
     found = asdict(verdict)
     found["moved"] = [moved._asdict() for moved in verdict.moved]
     return {"schema": "iccm.check/1", **found}
 
 
 def told(verdicts: list[Verdict]) -> str:
-    """How many files are as their baselines, and how many are not in which way."""
+    """Return how many files are as their baselines, and how many are not in which way."""
     counts = Counter("different" if verdict.state == "differs" else verdict.state for verdict in verdicts)
     ways = [f"{counts[state]} {state}" for state in ("different", "new", "missing") if counts[state]]
     same = sum(verdict.ok for verdict in verdicts)
@@ -39,7 +39,7 @@ def told(verdicts: list[Verdict]) -> str:
 
 
 def html(verdicts: list[Verdict], run: Path, baselines: Path) -> bytes:
-    """A page that shows what differs: pictures before and after, figures with their limits, how to accept it."""
+    """Return a page that shows what differs: pictures before and after, figures with their limits, how to accept it."""
     rows = []
     for verdict in verdicts:
         state = Cell(verdict.state, state="good" if verdict.ok else "bad")
@@ -53,7 +53,7 @@ def html(verdicts: list[Verdict], run: Path, baselines: Path) -> bytes:
 
 
 def update_line(verdict: Verdict, run: Path, baselines: Path) -> str:
-    """The command that makes this file of the run its baseline."""
+    """Return the command that makes this file of the run its baseline."""
     words = ["iccm", "check", str(run), str(baselines), "--update", "--only", verdict.name]
     return " ".join(map(shlex.quote, words))
 
@@ -69,7 +69,7 @@ def _detail(verdict: Verdict, run: Path, baselines: Path) -> dict[str, Any]:
 
 
 def _pair(verdict: Verdict, run: Path, baselines: Path) -> dict[str, Any] | None:
-    """The two pictures, and their difference where they have one size, as `page.html` shows them."""
+    """Return the two pictures, and their difference where they have one size, as `page.html` shows them."""
     before, after = (_pixels(folder / verdict.name) for folder in (baselines, run))
     shown = after if after is not None else before
     if shown is None:
@@ -88,7 +88,7 @@ def _pair(verdict: Verdict, run: Path, baselines: Path) -> dict[str, Any] | None
 
 
 def heat(share: NDArray) -> NDArray[np.uint8]:
-    """(h, w, 3) colours of (h, w) numbers from 0 to 1: from black over red and yellow to white."""
+    """Return (h, w, 3) colours of (h, w) numbers from 0 to 1: from black over red and yellow to white."""
     at = np.linspace(0, 1, len(RAMP))
     return np.stack([np.interp(share, at, channel) for channel in RAMP.T], axis=-1).astype(np.uint8)
 
@@ -105,7 +105,7 @@ def _pixels(path: Path) -> NDArray | None:
 
 
 def markdown(verdicts: list[Verdict]) -> str:
-    """A summary for the page of a CI's step."""
+    """Return a summary for the page of a CI's step."""
     bad = [verdict for verdict in verdicts if not verdict.ok]
     lines = [f"### iccm check: {'no regression' if not bad else 'regression'}", "", told(verdicts), ""]
     if bad:

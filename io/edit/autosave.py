@@ -39,7 +39,7 @@ class Unsaved(StrictModel):
 
 
 def folder() -> Path:
-    """Where programs keep what is to outlast them: $XDG_STATE_HOME, or what the system has for it."""
+    """Return where programs keep what is to outlast them: $XDG_STATE_HOME, or what the system has for it."""
     home = os.environ.get("LOCALAPPDATA") if os.name == "nt" else os.environ.get("XDG_STATE_HOME")
     return Path(home or Path.home() / ".local" / "state") / "iccm" / "edit"
 
@@ -55,7 +55,7 @@ def make_private(path: Path) -> None:
 
 
 def path(job: Job) -> Path:
-    """The file of a pair."""
+    """Return the file of a pair."""
     specs = [
         os.path.abspath(path_of(spec)) + spec[len(path_of(spec)) :] for spec in (job.source, job.target or "")
     ]
@@ -63,7 +63,7 @@ def path(job: Job) -> Path:
 
 
 def read(job: Job) -> Unsaved | None:
-    """What was kept of a pair, if anything was that can be read."""
+    """Return what was kept of a pair, if anything was that can be read."""
     try:
         return Unsaved.model_validate_json(path(job).read_bytes())
     except (OSError, ValidationError):

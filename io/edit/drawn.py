@@ -24,7 +24,8 @@ RADIUS = 0.008  # of the canvas: of the circles that show pins
 
 
 def copy_with(of: Shape, pins: Pins, strokes: Strokes) -> bytes:
-    """The drawing that a shape was read from with these pins and strokes, names without their prefix, in file units.
+    """Return the drawing that a shape was read from with these pins and strokes, names without their prefix, in file
+    units.
 
     Raises:
         InputError: it is not an SVG, or cannot be changed in this way.
@@ -86,7 +87,7 @@ def _places(data: bytes) -> tuple[list[tuple[int, int]], int]:
     cuts, parser = _Cuts(), expat.ParserCreate()
 
     def token(*_: object) -> None:
-        """What follows the end of an element reports where it ended."""
+        """Record where the last element ended, at the first token after it."""
         if cuts.closed is not None:
             cuts.found.append((cuts.closed, parser.CurrentByteIndex))
             cuts.closed = None
@@ -129,5 +130,5 @@ def _elements(pins: Pins, strokes: Strokes, radius: float) -> list[str]:
 
 
 def _text(value: float) -> str:
-    """All digits of a number, as SVG has it."""
+    """Return all digits of a number, as SVG has it."""
     return np.format_float_positional(value, trim="-")

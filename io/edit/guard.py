@@ -31,7 +31,7 @@ class Guard:
         self._hosts = {f"127.0.0.1:{port}", f"localhost:{port}"}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """One request, or one conversation."""
+        """Serve one request, or one conversation."""
         if scope["type"] == "lifespan":
             return await self._app(scope, receive, send)
         if self._allowed(scope):

@@ -90,7 +90,7 @@ class Links:
         return True
 
     def expect(self) -> None:
-        """A page was asked for: it is waited for when there is no other, which it may take the place of."""
+        """Note that a page was asked for, and is waited for unless it takes the place of another."""
         self._expected = True
         if self._leaving:
             self._leave(LOADING)
@@ -116,7 +116,7 @@ async def _wait_for_return(socket: WebSocket) -> None:
 
 
 async def _text(socket: WebSocket) -> str:
-    """The next message of a page, which sends text alone.
+    """Return the next message of a page, which sends text alone.
 
     Raises:
         WebSocketDisconnect: it has left, or sent bytes, which end the conversation.
@@ -132,7 +132,7 @@ async def _text(socket: WebSocket) -> str:
 
 
 async def _choosing(socket: WebSocket, workspace: Workspace) -> None:
-    """A page on which nothing is edited yet, until it leaves."""
+    """Hold a page on which nothing is edited yet, until it leaves."""
     with suppress(WebSocketDisconnect, RuntimeError):
         await socket.send_json({"type": "hello", "empty": True, **workspace.describe()})
         while True:
@@ -140,7 +140,7 @@ async def _choosing(socket: WebSocket, workspace: Workspace) -> None:
 
 
 def _with_plain_names(message: dict[str, Any]) -> dict[str, Any]:
-    """A message whose sentences name files as the user knows them."""
+    """Return a message whose sentences name files as the user knows them."""
     sentences = {name: message[name] for name in SENTENCES if name in message}
     plain = {
         name: without_folders(text) if isinstance(text, str) else [without_folders(each) for each in text]
@@ -243,7 +243,7 @@ class _Link:
             await self._send(self._socket.send_bytes(frame(_with_plain_names(head), drawn)))
 
     async def _done(self, pool: str, call: Callable[..., Any], *arguments: Any) -> Any:
-        """What a call gives in a separate thread, or {"error": …}."""
+        """Return what a call gives in a separate thread, or {"error": …}."""
         try:
             return await asyncio.get_running_loop().run_in_executor(self._pools[pool], call, *arguments)
         except InputError as error:
@@ -275,7 +275,7 @@ class _Link:
         return self._written(message, names)
 
     def _asks(self, name: str) -> bool:
-        """Whether the user must say that a file may be replaced: one that is there, and not from here."""
+        """Return whether the user must say that a file may be replaced: one that is there, and not from here."""
         session = self._session
         known = name in session.written or name == session.job.constraints
         return not known and check_output(name, force=True).exists()

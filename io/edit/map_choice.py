@@ -39,7 +39,7 @@ class MapChoice:
 
 
 def same(one: TriangulatedMap, other: TriangulatedMap) -> bool:
-    """Whether two maps of the same shapes are not seen to differ."""
+    """Return whether two maps of the same shapes are not seen to differ."""
     inner = np.setdiff1d(np.arange(one.source.size), np.concatenate(one.loops))
     gaps = np.abs(other(one.source[inner]) - one.image[inner])
     gaps = gaps[np.isfinite(gaps)]

@@ -84,20 +84,20 @@ class MapUpdate:
     patches: list[dict[str, float] | None] = field(default_factory=list)
 
     def head(self, seq: int) -> dict[str, Any]:
-        """All but what is drawn, for the page; `seq` says to what this is the answer."""
+        """Return all but what is drawn, for the page; `seq` says to what this is the answer."""
         names = ("kind", "ok", "message", "figures", "wrong", "other", "outlines", "patches")
         head = {name: getattr(self, name) for name in names}
         return as_json({"type": "map", "seq": seq, **head})
 
 
 def figures(report: dict[str, Any]) -> dict[str, Any]:
-    """What the page shows of a report."""
+    """Return what the page shows of a report."""
     names = ("status", "boundary", "stretch", "dilatation", "scale", "turn", "injective", "notes")
     return {name: report[name] for name in (*names, *SEEN, *LOST) if name in report}
 
 
 def verdict(status: Status, report: dict[str, Any], *, deformed: bool) -> str:
-    """A sentence on a whole map, for who never saw a report."""
+    """Return a sentence on a whole map, for who never saw a report."""
     if not status.ok:
         return status.value
     most, certified = report["stretch"]["p95"], report["injective"]["certified"]
@@ -135,7 +135,7 @@ def missed_constraints(report: dict[str, Any], scene: Scene) -> dict[str, list[i
 
 
 def refusal(error: InputError) -> MapUpdate:
-    """What cannot be: the message counts from 1, and so names which."""
+    """Return what cannot be: the message counts from 1, and so names which."""
     text, wrong = str(error), {}
     for kind in ("pin", "stroke"):
         found = re.findall(rf"\b{kind}s? (?:on the outline out of order: )?(\d+(?:(?:, | and )\d+)*)", text)

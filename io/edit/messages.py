@@ -159,7 +159,7 @@ _READ: TypeAdapter[Message] = TypeAdapter(Message)
 
 
 def read(text: str) -> Message:
-    """A message of the page.
+    """Return a message of the page.
 
     Raises:
         InputError: it is none.
@@ -183,7 +183,7 @@ def read_download(text: bytes) -> Download:
 
 
 def scene_of(pins: list[Pin], strokes: list[Stroke], rigid: list[str | Polygon], **how: Any) -> Scene:
-    """A scene that was not made on the page; `how` the map is to be.
+    """Return a scene that was not made on the page; `how` the map is to be.
 
     Raises:
         InputError: it could not be.

@@ -29,8 +29,9 @@ def own_drawing(shape: Shape) -> tuple[bytes, str] | None:
 
 
 def _drawing(shape: Shape) -> bytes:
-    """The file with the canvas as its view, whatever its own is. As an image of a page it loads nothing, and nothing in
-    it runs."""
+    """Return the file with the canvas as its view, whatever its own is. As an image of a page it loads nothing, and
+    nothing in it runs.
+    """
     drawn, corners = root(drawing_bytes(shape.path)), shape.to_file(np.array(shape.box))
     (x, y), (width, height) = corners.min(axis=0), np.ptp(corners, axis=0)
     scale = SIDE / max(width, height)

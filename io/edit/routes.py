@@ -100,7 +100,7 @@ class _Answers:
         return answer
 
     def texture(self, request: Request) -> Response:
-        """The texture as a PNG, of at most as many pixels a side as the page asks for."""
+        """Return the texture as a PNG, of at most as many pixels a side as the page asks for."""
         session = self._workspace.session
         if session is None:
             return Response(status_code=404)
@@ -110,7 +110,7 @@ class _Answers:
         return Response(session.texture(most), media_type="image/png")
 
     def triangles(self, request: Request) -> Response:
-        """The mesh of a side."""
+        """Return the mesh of a side."""
         session = self._workspace.session
         if session is None:
             return Response(status_code=404)
@@ -121,7 +121,7 @@ class _Answers:
         return Response(content, media_type="application/octet-stream")
 
     def drawing(self, request: Request) -> Response:
-        """What the file of a side shows itself, if anything."""
+        """Return what the file of a side shows itself, if anything."""
         session = self._workspace.session
         if session is None:
             return Response(status_code=404)
@@ -144,7 +144,7 @@ class _Answers:
         return await _in_thread(keep)
 
     async def export(self, request: Request) -> Response:
-        """A file that `iccm map` writes, to show or to download."""
+        """Return a file that `iccm map` writes, to show or to download."""
         session = self._workspace.session
         if session is None:
             return Response(status_code=404)
@@ -161,7 +161,7 @@ class _Answers:
         return Response(made.content, media_type=kind, headers={"x-file-name": quote(made.name)})
 
     async def describe_workspace(self, request: Request) -> Response:
-        """What is edited and may be chosen; with ?side=source or target the parts of that file."""
+        """Return what is edited and may be chosen; with ?side=source or target the parts of that file."""
         side = request.query_params.get("side", "")
         if side in ("source", "target"):
             return await _in_thread(lambda: {"parts": self._workspace.parts(side)})
@@ -190,12 +190,12 @@ class _Answers:
         return await _in_thread(open_them)
 
     async def converse(self, page: WebSocket) -> None:
-        """The conversation with a page."""
+        """Hold the conversation with a page."""
         await self._links.serve(page)
 
 
 async def _body(request: Request, most: int) -> bytes | None:
-    """What is sent with a request; None for more than so many bytes, of which no more are read."""
+    """Return what is sent with a request; None for more than so many bytes, of which no more are read."""
     body = bytearray()
     async for part in request.stream():
         body += part

@@ -33,7 +33,7 @@ ANSWERED = ("pin", "constraints", "balance", "turn", "fit", "force", "output", "
 
 
 def constraints_file(session: Session) -> str:
-    """Where Save puts pins and strokes: into the file that they came from, else beside where iccm runs."""
+    """Return where Save puts pins and strokes: into the file that they came from, else beside where iccm runs."""
     given = session.job.constraints
     return given if given and given != "-" else f"{stem(session.job)}.json"
 
@@ -43,7 +43,7 @@ ENDING = "-pins"
 
 
 def local(name: str) -> str:
-    """A name that the page may write: of a file in the folder in which iccm runs.
+    """Return a name that the page may write: of a file in the folder in which iccm runs.
 
     Raises:
         InputError: it names another folder, or what is hidden.
@@ -59,7 +59,7 @@ def local(name: str) -> str:
 
 
 def constraints_json(session: Session, scene: Scene, listed: dict[str, list[Any]] | None = None) -> str:
-    """The constraints as JSON, with the sizes of the shapes that they belong to, and the map to continue from.
+    """Return the constraints as JSON, with the sizes of the shapes that they belong to, and the map to continue from.
 
     Args:
         session: the pair.
@@ -111,7 +111,7 @@ def save(session: Session, scene: Scene, name: str, *, replace: bool) -> str:
 
 
 def copy_names(session: Session, ending: str) -> list[str]:
-    """What the copies of both drawings are called, and the file beside them that holds the map to continue from.
+    """Return what the copies of both drawings are called, and the file beside them that holds the map to continue from.
 
     Raises:
         InputError: one is not an SVG, or both would be called the same.
@@ -161,8 +161,9 @@ def copies(session: Session, scene: Scene, names: list[str], *, replace: bool) -
 
 
 def _needs_list(session: Session, scene: Scene) -> bool:
-    """Whether a file beside the copies holds what cannot be drawn: the map to continue from, rigid regions, and pins of
-    which more is said than their places."""
+    """Return whether a file beside the copies holds what cannot be drawn: the map to continue from, rigid regions, and
+    pins of which more is said than their places.
+    """
     held = any(pin.settings for pin in scene.pins)
     return held or bool(scene.rigid) or session.start(scene) is not None
 
@@ -172,12 +173,12 @@ def _sides(session: Session) -> tuple[Shape, Shape]:
 
 
 def _spec(name: str, shape: Shape) -> str:
-    """The same part of another file."""
+    """Return the same part of another file."""
     return name + shape.spec[len(path_of(shape.spec)) :]
 
 
 def with_names(scene: Scene) -> Scene:
-    """The scene with a name for each pin and stroke, different from all others."""
+    """Return the scene with a name for each pin and stroke, different from all others."""
 
     def all_named(entries: list[Any]) -> Iterator[Any]:
         taken: set[str] = set()
@@ -200,7 +201,7 @@ def _point(place: Any) -> tuple[float, float]:
 
 
 def job_of(session: Session, scene: Scene, **more: Any) -> Job:
-    """The job whose result the page shows.
+    """Return the job whose result the page shows.
 
     Raises:
         InputError: as `make`.
@@ -215,7 +216,7 @@ def job_of(session: Session, scene: Scene, **more: Any) -> Job:
 def command(
     session: Session, scene: Scene, fields: dict[str, str] | None = None, output: str = "", size: int = 0
 ) -> str:
-    """The command line that repeats the result.
+    """Return the command line that repeats the result.
 
     Args:
         session: the pair.
@@ -240,7 +241,7 @@ def command(
 
 
 def edit_command(session: Session) -> str:
-    """The command line that opens the same files in the editor."""
+    """Return the command line that opens the same files in the editor."""
     job = session.job
     given = job.model_dump(exclude_defaults=True, exclude={"source", "target"})
     return _line(["iccm", "edit", *filter(None, (job.source, job.target)), *_option_words(given, "edit")])

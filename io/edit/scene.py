@@ -37,21 +37,21 @@ class PageHalf:
 
     @classmethod
     def of(cls, *boxes: Box) -> PageHalf:
-        """The view whose unit holds all boxes."""
+        """Return the view whose unit holds all boxes."""
         low, high = bounding_box(np.array(boxes))
         return cls((low + high) / 2, longer_side(low, high))
 
     def __call__(self, z: Complex) -> NDArray[np.float32]:
-        """(..., 2) coordinates of the page of points of the core plane."""
+        """Return (..., 2) coordinates of the page of points of the core plane."""
         w = (np.asarray(z, np.complex128) - self.centre) / self.scale
         return np.stack([w.real, -w.imag], axis=-1).astype(np.float32)
 
     def points(self, z: Complex) -> list[list[float]]:
-        """(n, 2) of points, rounded, for JSON."""
+        """Return (n, 2) of points, rounded, for JSON."""
         return np.round(self(z).astype(float), 6).tolist()
 
     def vectors(self, d: Complex) -> NDArray[np.float32]:
-        """The same for differences of points."""
+        """Return the same for differences of points."""
         return PageHalf(0j, self.scale)(d)
 
     def box(self, box: Box) -> list[float]:
@@ -60,7 +60,7 @@ class PageHalf:
         return [left, top, right, bottom]
 
     def describe(self, shape: Shape, box: Box) -> dict[str, Any]:
-        """What the page must know of a side that shows a shape in a box."""
+        """Return what the page must know of a side that shows a shape in a box."""
         origin = shape.to_file(np.array([self.centre]))[0]
         return {
             "name": shape.spec,
@@ -76,20 +76,22 @@ class PageHalf:
 
 
 def patches(map: TriangulatedMap, source: PageHalf, target: PageHalf) -> NDArray[np.float32]:
-    """(m, 18) of each triangle the corners in the image, then the corners and bulges of its patch in the source."""
+    """Return (m, 18) of each triangle the corners in the image, then the corners and bulges of its patch in the
+    source.
+    """
     sides = [target(map.corners), source(map.patches[:, :3]), source.vectors(map.patches[:, 3:])]
     return np.concatenate([side.reshape(len(map.faces), 6) for side in sides], axis=1)
 
 
 def frame(head: dict[str, Any], floats: NDArray[np.float32]) -> bytes:
-    """A binary message: the length of a JSON text padded to four bytes, the text, then floats, little-endian."""
+    """Return a binary message: the length of a JSON text padded to four bytes, the text, then floats, little-endian."""
     text = json.dumps(head, allow_nan=False).encode()
     text += b" " * (-len(text) % 4)
     return struct.pack("<I", len(text)) + text + floats.astype("<f4").tobytes()
 
 
 def png(image: Image, most: int) -> bytes:
-    """The texture as a browser takes it: a PNG of at most so many pixels a side."""
+    """Return the texture as a browser takes it: a PNG of at most so many pixels a side."""
     shown = prepare(image, picture("texture.png"))
     height, width = shown.pixels.shape[:2]
     if (larger := max(height, width)) > most:

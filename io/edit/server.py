@@ -78,7 +78,7 @@ def _open(address: str) -> None:
 
 
 def listen(port: int, *, otherwise: bool = False) -> socket.socket:
-    """A socket of this machine alone; if the port is taken and `otherwise`, of any other.
+    """Return a socket of this machine alone; if the port is taken and `otherwise`, of any other.
 
     Raises:
         InputError: the port is taken, or not for everybody.

@@ -82,7 +82,7 @@ class Session:
     """One pair of shapes being edited. Of `follow` and `solve` one call each may run at a time."""
 
     def __init__(self, job: Job) -> None:
-        """Reads all that a job reads.
+        """Read all that a job reads.
 
         Raises:
             InputError: a file is wrong, or constraints are not places of these files.
@@ -147,7 +147,7 @@ class Session:
 
     @lru_cache(maxsize=1)  # noqa: B019  (there is one session)
     def texture(self, most: int) -> bytes:
-        """The texture as PNG of at most so many pixels a side."""
+        """Return the texture as PNG of at most so many pixels a side."""
         image, source = self._image, self.source
         if isinstance(source, MeshShape) and texture.on_mesh(self.job, source):
             image = lay_out(self.job, source, image, self._boxes[0], most)
@@ -169,7 +169,7 @@ class Session:
         ]
 
     def describe(self) -> dict[str, Any]:
-        """What the page must know before it draws."""
+        """Return what the page must know before it draws."""
         job = self.job
         sides = []
         for shape, view, surface, box in zip(
@@ -204,7 +204,7 @@ class Session:
         return own_drawing(self.source if side == "source" else self.target)
 
     def triangles(self, side: str) -> bytes:
-        """A mesh for the page: its triangles, and of the source's the places in the texture's plane.
+        """Return a mesh for the page: its triangles, and of the source's the places in the texture's plane.
 
         Raises:
             KeyError: that side is none.
@@ -216,8 +216,9 @@ class Session:
         return surface.triangles + flat.astype("<f4").tobytes()
 
     def image_of(self, maps: Sequence[TriangulatedMap]) -> NDArray[np.float32]:
-        """What the page draws of the maps of all parts: `scene.patches`, or of a mesh the place in the texture's plane
-        of each vertex, (n, 2), as `iccm map` writes it."""
+        """Return what the page draws of the maps of all parts: `scene.patches`, or of a mesh the place in the texture's
+        plane of each vertex, (n, 2), as `iccm map` writes it.
+        """
         if isinstance(self.target, MeshShape):
             return self.views[0](maps[0].extended_inverse(self.target.flattening.flat)[0])
         return np.concatenate([patches(map, *self.views) for map in maps])
@@ -227,11 +228,11 @@ class Session:
         self._choices[scene.key] = MapChoice(start)
 
     def start(self, scene: Scene) -> TriangulatedMap | None:
-        """The map that the one of a scene continues from, which must be saved to find it again."""
+        """Return the map that the one of a scene continues from, which must be saved to find it again."""
         return self._choices.get(scene.key, MapChoice()).begins
 
     def solve(self, scene: Scene, way: str = "") -> MapUpdate:
-        """The whole map, continued to from the last one or from scratch: what `iccm map` makes of what is saved.
+        """Return the whole map, continued to from the last one or from scratch: what `iccm map` makes of what is saved.
 
         Args:
             scene: pins and strokes.
@@ -248,7 +249,7 @@ class Session:
         return self._settle(scene, solved, chosen)
 
     def compare(self, scene: Scene) -> MapUpdate | None:
-        """What there is to be said once the map that was continued to is compared with that from scratch.
+        """Return what there is to be said once the map that was continued to is compared with that from scratch.
 
         Where no difference is seen the latter takes its place: then nothing but pins and strokes has to be saved. On
         meshes nothing is compared: a whole map takes seconds there.
@@ -271,7 +272,7 @@ class Session:
         return replace(self._last[1], drawn=None, other=chosen.alternative)
 
     def _start(self, scene: Scene) -> TriangulatedMap | None:
-        """The map to continue from, as a file will hold it; None for one from scratch."""
+        """Return the map to continue from, as a file will hold it; None for one from scratch."""
         pair = self.source, self.target
         try:
             found = self._before(scene)
@@ -280,8 +281,9 @@ class Session:
             return None
 
     def _before(self, scene: Scene) -> TriangulatedMap | None:
-        """The map that follows, or the last one in the rest shape. Without pins, turned, of parts of the shapes, or
-        with rigid regions, none."""
+        """Return the map that follows, or the last one in the rest shape. Without pins, turned, of parts of the shapes,
+        or with rigid regions, none.
+        """
         fit, last = self._fit, self._last[0]
         if self.deforming:
             return self._map if scene.constrained else None
@@ -317,7 +319,7 @@ class Session:
         )
 
     def _solve(self, scene: Scene, chosen: MapChoice) -> tuple[Solved, MapChoice]:
-        """The map, by the way chosen if that leads anywhere."""
+        """Return the map, by the way chosen if that leads anywhere."""
         gone_on = None
         if chosen.begins is not None:
             with suppress(InputError):
@@ -334,7 +336,7 @@ class Session:
         return fresh if gone_on is None or fresh[0].status.ok else gone_on
 
     def _fit_scene(self, scene: Scene, start: TriangulatedMap | None) -> Solved:
-        """The maps of all parts, as `iccm map` makes them, and their report."""
+        """Return the maps of all parts, as `iccm map` makes them, and their report."""
         pins, strokes, settings, widths = self.core(scene)
         asked: dict[str, Any] = {"balance": scene.balance, "pin": (), "constraints": None}
         if self.deforming and not (scene.pins or scene.strokes):
@@ -363,13 +365,15 @@ class Session:
         return Solved(run.fits, report, pins)
 
     def _softness(self, settings: Sequence[dict[str, float]]) -> Softness | None:
-        """How pins hold what is around them, of what is said of each beside its places; None where all are exact."""
+        """Return how pins hold what is around them, of what is said of each beside its places; None where all are
+        exact.
+        """
         if self.job.exact_pins or (self.source.is_mesh and self.target.is_mesh):
             return None
         return Softness.of([SoftPin(0, 0, **each) for each in settings])
 
     def _rigid(self, scene: Scene) -> list[Complex]:
-        """The rigid regions of a scene, and those that the drawing has, in the core plane.
+        """Return the rigid regions of a scene, and those that the drawing has, in the core plane.
 
         Raises:
             InputError: one is none, or names what the session did not begin with.
@@ -388,7 +392,7 @@ class Session:
         return {"regions": found}
 
     def _settle(self, scene: Scene, solved: Solved, chosen: MapChoice) -> MapUpdate:
-        """What is shown of a map, which takes the place of the last one if it meets what it must."""
+        """Return what is shown of a map, which takes the place of the last one if it meets what it must."""
         report, status = solved.report, solved.status
         wrong = missed_constraints(report, scene)
         if any(wrong.values()) and self._map is not None:
@@ -406,7 +410,9 @@ class Session:
         return shown
 
     def follow(self, scene: Scene) -> MapUpdate:
-        """The coarse map, continued from the last one; where only parts of the shapes correspond there is none."""
+        """Return the coarse map, continued from the last one; where only parts of the shapes correspond there is
+        none.
+        """
         if self.deforming:
             return self._bend(scene)
         if not (scene.whole and self._is_whole):
@@ -442,7 +448,7 @@ class Session:
         return replace(found, wrong=wrong, message=message)
 
     def _bend(self, scene: Scene) -> MapUpdate:
-        """The deformation, continued from the one before."""
+        """Return the deformation, continued from the one before."""
         try:
             with one_thread():
                 solved = self._fit_scene(scene, self._map)
@@ -473,7 +479,7 @@ class Session:
         return [self.views[1].points(ring) for ring in rings]
 
     def _continue(self, scene: Scene, placed: PlacedConstraints, *, dragged: bool = False) -> Live:
-        """The map that follows, at the constraints of a scene as they are `placed`."""
+        """Return the map that follows, at the constraints of a scene as they are `placed`."""
         pins, strokes, softness = placed.pins, placed.strokes, self._softness(placed.settings)
         if self._live is not None:
             return self._live.moved(pins, strokes, softness, scene.balance, dragged=dragged)
@@ -484,7 +490,7 @@ class Session:
         return Live.of(self._fit, asked, pins, strokes, softness, dragged=dragged)
 
     def transfer(self, side: str, points: Sequence[Place]) -> list[list[float]]:
-        """Where places of a side, as its file counts them, are on the other; points on the outline stay on it.
+        """Return where places of a side, as its file counts them, are on the other; points on the outline stay on it.
 
         Raises:
             InputError: a point is outside, or there is no map yet.
@@ -514,7 +520,7 @@ class Session:
         return [[round(value, digits) for value in place] for place in other.to_file(w).tolist()]
 
     def read_pins(self, name: str, text: str) -> list[dict[str, Any]]:
-        """The pins of a file of the browser, in the units of the shapes' files.
+        """Return the pins of a file of the browser, in the units of the shapes' files.
 
         Raises:
             InputError: it is not such a file, or one of the pins is outside its shape.
@@ -559,7 +565,8 @@ class Session:
     def _patches(
         self, scene: Scene, pins: Complex, known: Complex, softness: Softness | None
     ) -> list[dict[str, float] | None]:
-        """The radius and the tolerance of each soft pin of a scene, in the units of the files; None for exact ones.
+        """Return the radius and the tolerance of each soft pin of a scene, in the units of the files; None for exact
+        ones.
 
         Args:
             scene: the pins as listed.
@@ -584,7 +591,7 @@ class Session:
 
 
 def _axis(view: PageHalf, shape: Shape) -> float | None:
-    """The abscissa of a mirror axis in the page's coordinates."""
+    """Return the abscissa of a mirror axis in the page's coordinates."""
     found = axis(shape.curve)
     return None if found is None else float(view(np.array(found))[0])
 
@@ -594,7 +601,7 @@ def _dumped(scene: Scene | None) -> dict[str, Any] | None:
 
 
 def _scene(job: Job, source: Shape, target: Shape, listed: ConstraintsFile) -> Scene:
-    """All constraints of a job as a list: those drawn, those in its file, those typed."""
+    """Return all constraints of a job as a list: those drawn, those in its file, those typed."""
     kept = constraints.collect(source, target)  # refuses a name without partner
     listed.check(source, target)
     pins = [
@@ -616,7 +623,7 @@ def _scene(job: Job, source: Shape, target: Shape, listed: ConstraintsFile) -> S
 
 
 def _on_surface(entry: Any, source: Shape, target: Shape) -> Any:
-    """A pin or stroke with places of a mesh's plane as those of its surface."""
+    """Return a pin or stroke with places of a mesh's plane as those of its surface."""
     sides = (("source", source), ("target", target))
     meshes = [(side, SurfaceView(shape)) for side, shape in sides if isinstance(shape, MeshShape)]
     found = {side: _on(surface, getattr(entry, side)) for side, surface in meshes}
@@ -640,6 +647,6 @@ def _place(shape: Shape, z: complex) -> tuple[float, float]:
 
 
 def stem(job: Job) -> str:
-    """What files of this pair are called."""
+    """Return what files of this pair are called."""
     names = [Path(spec.partition("#")[0]).stem for spec in (job.source, job.target) if spec]
     return "-".join(names if job.target else [*names, "deformed"])

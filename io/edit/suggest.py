@@ -21,7 +21,7 @@ MOST = 12  # pins that are suggested
 
 
 def corners(curve: Curve) -> tuple[Complex, Real]:
-    """The vertices at which an outline turns sharply, and which way: 1 to the left, -1 to the right."""
+    """Return the vertices at which an outline turns sharply, and which way: 1 to the left, -1 to the right."""
     rough = Curve(curve.z[kept_vertices(curve, ROUGHLY)])
     turns = np.angle(rough.edges / np.roll(rough.edges, 1))
     sharp = np.abs(turns) > SHARP
@@ -29,7 +29,7 @@ def corners(curve: Curve) -> tuple[Complex, Real]:
 
 
 def axis(curve: Curve) -> float | None:
-    """The abscissa of the vertical line about which a shape is its own mirror image; None where it is not."""
+    """Return the abscissa of the vertical line about which a shape is its own mirror image; None where it is not."""
     low, high = curve.box
     middle = 0.5 * (low.real + high.real)
     return middle if asymmetry(curve, middle) <= MOST_ASYMMETRY_SHARE else None
@@ -76,7 +76,7 @@ def _corners(map: TriangulatedMap, source: Shape, target: Shape) -> list[tuple[s
 
 
 def _turning_once(s: Real, tau: Real) -> bool:
-    """Whether points follow each other on a second outline as they do on the first."""
+    """Return whether points follow each other on a second outline as they do on the first."""
     tau = tau[np.argsort(s)]
     return bool(np.count_nonzero(np.diff(tau, append=tau[0]) < 0) <= 1)
 

@@ -29,7 +29,7 @@ class SurfaceView:
         self.centre, self.scale = (low + high) / 2, float((high - low).max()) or 1.0
 
     def describe(self) -> dict[str, Any]:
-        """What the page must know beside the triangles."""
+        """Return what the page must know beside the triangles."""
         flat, axes = self.shape.flattening, view(self._points, self.shape.flattening.patch.faces)
         loops = [flat.loop, *(loop for loop in flat.patch.loops if not np.array_equal(loop, flat.loop))]
         rings = [np.round(self._page(loop), 6).tolist() for loop in loops]
@@ -56,13 +56,13 @@ class SurfaceView:
         return struct.pack("<II", len(places), len(patch.faces)) + b"".join(part.tobytes() for part in parts)
 
     def places(self, z: Complex, digits: int) -> list[list[float]]:
-        """Points of the surface, as they are typed, of points (k,) of the flattening's plane."""
+        """Return points of the surface, as they are typed, of points (k,) of the flattening's plane."""
         after = max(0, digits - int(np.floor(np.log10(self.scale))))
         return [[round(value, after) for value in place] for place in self.shape.to_space(z).tolist()]
 
 
 def lay_out(job: Job, shape: MeshShape, image: Image, box: Box, most: int) -> Image:
-    """The texture of a mesh with separate coordinates as a picture of a box of the flattening's plane."""
+    """Return the texture of a mesh with separate coordinates as a picture of a box of the flattening's plane."""
     texture = image.texture(box, kind=job.kind)
     placing = shape.placing(texture)
     size = box[1] - box[0]

@@ -51,7 +51,7 @@ class Workspace:
     """
 
     def __init__(self, **given: Any) -> None:
-        """Opens the pair, or the shape to deform, that is given among the options of a job.
+        """Open the pair, or the shape to deform, that is given among the options of a job.
 
         Raises:
             InputError: as `Session`.
@@ -62,7 +62,7 @@ class Workspace:
         self.session = Session(make(given)) if "source" in self.chosen else None
 
     def describe(self) -> dict[str, Any]:
-        """What the page must know to offer files."""
+        """Return what the page must know to offer files."""
         pictures = formats.holding("picture")
         shapes = (*formats.holding("drawing"), *formats.holding("mesh"), *pictures)
         suffixes = {"source": shapes, "target": shapes, "texture": pictures}
@@ -74,7 +74,8 @@ class Workspace:
         }
 
     def put(self, name: str, content: bytes) -> str:
-        """The path of a file of the browser: the same one in this folder, else a copy in the user's state folder.
+        """Return the path of a file of the browser: the same one in this folder, else a copy in the user's state
+        folder.
 
         Raises:
             InputError: its name is none, or it cannot be written.
@@ -131,7 +132,7 @@ class Workspace:
         self.open(dict(zip(ROLES, found)))
 
     def parts(self, role: str) -> list[dict[str, Any]]:
-        """The shapes that the file of a side draws, the largest first, to choose from; see `parts_of`.
+        """Return the shapes that the file of a side draws, the largest first, to choose from; see `parts_of`.
 
         Raises:
             InputError: the file is wrong.
@@ -141,20 +142,20 @@ class Workspace:
 
 @lru_cache
 def _sample(name: str) -> dict[str, Any]:
-    """One of `SAMPLES` with thumbnails of both shapes."""
+    """Return one of `SAMPLES` with thumbnails of both shapes."""
     source, target, _ = samples_of(name)
     shapes = [_part(shape.read(path, whole=True), path, "") for path in (source, target)]
     return {"name": name, "shapes": [part["d"] for part in shapes]}
 
 
 def without_folders(text: str) -> str:
-    """A message with the names of copies of the browser's files as the user knows them."""
+    """Return a message with the names of copies of the browser's files as the user knows them."""
     folder = re.escape(f"{_copies()}{os.sep}")
     return re.sub(rf"{folder}[0-9a-f]{{16}}[\\/]", "", text)
 
 
 def _copies() -> Path:
-    """Where files of the browser are, each in a folder named after its content."""
+    """Return where files of the browser are, each in a folder named after its content."""
     return autosave.folder() / "files"
 
 
@@ -177,14 +178,15 @@ def remove_old_copies(now: float | None = None) -> None:
 
 
 def samples_of(name: str) -> list[str]:
-    """The files of one of `SAMPLES`; none where it was not installed."""
+    """Return the files of one of `SAMPLES`; none where it was not installed."""
     folder, *names = SAMPLES.get(name, ("",))
     root = Path(__file__).parents[2] / "samples" / folder
     return [str(root / each) for each in names] if names and (root / names[0]).is_file() else []
 
 
 def parts_of(path: str) -> list[dict[str, Any]]:
-    """The shapes that a drawing or picture can be read as: what picks each, its names, and its outline as SVG's `d`.
+    """Return the shapes that a drawing or picture can be read as: what picks each, its names, and its outline as SVG's
+    `d`.
 
     Where there are several, the whole drawing is the first, and the silhouette of an SVG the last. Of a picture, its
     rectangle and its silhouette are among them. Meshes have none.
@@ -208,7 +210,7 @@ def parts_of(path: str) -> list[dict[str, Any]]:
 
 
 def _parts_of_picture(path: str) -> list[dict[str, Any]]:
-    """What a picture can be read as: as iccm decides, all of it, or its silhouette, then single pieces."""
+    """Return what a picture can be read as: as iccm decides, all of it, or its silhouette, then single pieces."""
     parts = []
     for spec, name in (
         (path, AUTOMATIC),
@@ -226,7 +228,7 @@ def _parts_of_picture(path: str) -> list[dict[str, Any]]:
 
 
 def _part(part: Shape, spec: str, name: str) -> dict[str, Any]:
-    """One of them, its picture in a unit square, y down."""
+    """Return one of them, its picture in a unit square, y down."""
     low, high = part.box
     size = max((high - low).real, (high - low).imag)
 

@@ -71,7 +71,7 @@ class Document(ABC):
     @classmethod
     @abstractmethod
     def parse(cls, data: bytes, columns: str | None) -> Document:
-        """The document that a file's bytes are.
+        """Return the document that a file's bytes are.
 
         Raises:
             InputError: they are none; the message begins with what is wrong.
@@ -79,7 +79,7 @@ class Document(ABC):
 
     @abstractmethod
     def text(self, images: Images) -> str:
-        """The file with images in the place of what they are of."""
+        """Return the file with images in the place of what they are of."""
 
 
 READERS = {
@@ -93,7 +93,7 @@ READERS = {
 
 
 def read(path: str, columns: str | None = None) -> Document:
-    """The points, lines and polygons of a file, by its suffix.
+    """Return the points, lines and polygons of a file, by its suffix.
 
     Args:
         path: the file.
@@ -114,7 +114,7 @@ def read(path: str, columns: str | None = None) -> Document:
 
 
 def number(text: str, where: str) -> float:
-    """A finite number.
+    """Return a finite number.
 
     Raises:
         InputError: it is none; `where` says where it stands.

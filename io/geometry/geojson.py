@@ -45,7 +45,7 @@ class GeoJson(Document):
         return cls(content, Geometry(np.array(found.points, complex), found.lines, found.polygons), notes)
 
     def text(self, images: Images) -> str:
-        """The same with coordinates of the images."""
+        """Return the same with coordinates of the images."""
         points = iter(images.points.tolist())
         if _is_geojson(self.content):
             given = _Given(points, iter(images.lines), iter(images.polygons))
@@ -146,7 +146,7 @@ def _is_geojson(content: Any) -> bool:
 
 
 def _geometries(content: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    """Every geometry with coordinates, in order; bounding boxes, which no longer hold, go."""
+    """Yield every geometry with coordinates, in order; bounding boxes, which no longer hold, go."""
     for geometry, _ in geometries(content):
         if not _is_geojson(geometry) or geometry["type"] not in SIMPLE:
             raise InputError(
@@ -156,7 +156,7 @@ def _geometries(content: dict[str, Any]) -> Iterator[dict[str, Any]]:
 
 
 def _dropped(item: Any) -> Any:
-    """The content without geometries that are empty, and features without any."""
+    """Return the content without geometries that are empty, and features without any."""
     kind = item["type"]
     if kind == "FeatureCollection":
         item["features"] = [each for each in item["features"] if _holds(each.get("geometry"))]
@@ -173,7 +173,7 @@ def _holds(geometry: Any) -> bool:
 
 
 def _landmarks(content: Any) -> list[tuple[Any, Any]]:
-    """Where the points of a list or an object stand: itself, or its only member that holds points."""
+    """Return where the points of a list or an object stand: itself, or its only member that holds points."""
     found = _members(content)
     if found is None and isinstance(content, dict):
         inner = [each for value in content.values() if (each := _members(value))]
@@ -184,7 +184,7 @@ def _landmarks(content: Any) -> list[tuple[Any, Any]]:
 
 
 def _members(content: Any) -> list[tuple[Any, Any]] | None:
-    """The places of a list or object of points only; None where it is something else."""
+    """Return the places of a list or object of points only; None where it is something else."""
     if isinstance(content, list):
         keys: list[Any] = list(range(len(content)))
     elif isinstance(content, dict):
@@ -205,7 +205,7 @@ def _is_coordinate(item: Any) -> bool:
 
 
 def _pair(position: Any) -> complex:
-    """A position as x + iy; NaN where it says null."""
+    """Return a position as x + iy; NaN where it says null."""
     if isinstance(position, dict) and {"x", "y"} <= position.keys():
         position = [position["x"], position["y"]]
     if not isinstance(position, list) or len(position) < 2 or not all(map(_is_coordinate, position[:2])):

@@ -65,7 +65,7 @@ class Polylines(Document):
         return cls(order, heights[0], Geometry(np.array(points, complex), lines))
 
     def text(self, images: Images) -> str:
-        """The same elements with separate vertices; a line that was cut is several."""
+        """Return the same elements with separate vertices; a line that was cut is several."""
         out: list[str] = []
         count, points, lines = 0, iter(images.points.tolist()), iter(images.lines)
         for kind, text in self.order:

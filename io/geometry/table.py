@@ -69,7 +69,7 @@ class Table(Document):
         return cls(head, rows, at, delimiter, ending, Geometry(z), comma)
 
     def text(self, images: Images) -> str:
-        """The rows with their images; of those without one none, or with empty cells."""
+        """Return the rows with their images; of those without one none, or with empty cells."""
         out = io.StringIO(newline="")
         writer = csv.writer(out, delimiter=self.delimiter, lineterminator=self.ending)
         if self.head:
@@ -91,7 +91,8 @@ class Table(Document):
 
 
 def _decoded(data: bytes) -> str:
-    """The text of a table: UTF-8, UTF-16 (as spreadsheets export "Unicode text"), else what Windows writes in the West.
+    """Return the text of a table: UTF-8, UTF-16 (as spreadsheets export "Unicode text"), else what Windows writes in
+    the West.
 
     Raises:
         InputError: it is none of these.
@@ -111,7 +112,9 @@ def _decoded(data: bytes) -> str:
 
 
 def _delimiter(text: str) -> str:
-    """What parts the cells: tabs where there are any, semicolons where commas are only inside numbers, else commas."""
+    """Return what parts the cells: tabs where there are any, semicolons where commas are only inside numbers, else
+    commas.
+    """
     lines = text.split("\n", LOOKED_AT)[:LOOKED_AT]
     first = lines[0]
     if "\t" in first:
@@ -124,13 +127,13 @@ def _delimiter(text: str) -> str:
 
 
 def _has_decimal_commas(rows: list[list[str]], at: tuple[int, int]) -> bool:
-    """Whether coordinates have a comma before their decimals."""
+    """Return whether coordinates have a comma before their decimals."""
     cells = (row[k].strip() for row in rows[:LOOKED_AT] for k in at if k < len(row))
     return any(_DECIMAL_COMMA.fullmatch(cell) for cell in cells)
 
 
 def _columns(first: list[str], wanted: str | None) -> tuple[int, int]:
-    """The places of the columns of x and y: as named, else those called x and y, else the first two."""
+    """Return the places of the columns of x and y: as named, else those called x and y, else the first two."""
     names = [name.strip() for name in first]
     low = [name.lower() for name in names]
     if wanted is None:
@@ -160,7 +163,9 @@ def _is_number(text: str) -> bool:
 
 
 def _place(row: list[str], at: tuple[int, int], line: int) -> complex:
-    """The place of a row that is not two numbers: none where both cells are empty, or say that a value is missing."""
+    """Return the place of a row that is not two numbers: none where both cells are empty, or say that a value is
+    missing.
+    """
     if max(at) >= len(row):
         raise InputError(f"row {line}: has only {len(row)} cells, but column {max(at) + 1} is needed")
     cells = [row[k] for k in at]

@@ -60,7 +60,7 @@ class Tps(Document):
         return cls(lines, places, Geometry(np.array(z)), notes)
 
     def text(self, images: Images) -> str:
-        """The lines with the images of places; landmarks keep their numbers, so that those without are NA."""
+        """Return the lines with the images of places; landmarks keep their numbers, so that those without are NA."""
         out = list(self.lines)
         for k, z in zip(self.places, images.points.tolist()):
             out[k] = f"{z.real!r} {z.imag!r}" if z == z else MISSING

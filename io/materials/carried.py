@@ -118,7 +118,7 @@ class MaterialBaker:
         return {slot: each.kind for material in materials for slot, each in material.maps.items()}
 
     def image(self, slot: str) -> Image:
-        """The picture for a slot."""
+        """Return the picture for a slot."""
         maps = [self.material_set.materials[k].maps.get(slot) for k in self.materials]
         origin = self.origin(self._size(*self.materials, slots=[slot]))
         if len(maps) > 1:
@@ -140,7 +140,7 @@ class MaterialBaker:
         return image
 
     def origin(self, size: tuple[int, int]) -> Origin:
-        """Where texels of a picture of this width and height lie."""
+        """Return where texels of a picture of this width and height lie."""
         if size not in self.origins:
             self.origins[size] = Origin.of(self.material_set.sheet, self.sheet, *size, pairs=self.pairs)
         return self.origins[size]
@@ -166,7 +166,7 @@ class MaterialBaker:
         return (max(sides, default=0) or COLOURS,) * 2
 
     def _across(self, material: int, map: MaterialMap) -> int:
-        """How many texels wide a picture is that shows a material's."""
+        """Return how many texels wide a picture is that shows a material's."""
         if id(map) not in self._sides:
             probe = self.origin((PROBED, PROBED))
             shown = probe.reached(self.settings.limit) & (
@@ -192,7 +192,9 @@ class MaterialBaker:
         return image, Sampler(texture, self.settings.filter, map.kind, threads=self.settings.threads)
 
     def _together(self, slot: str, maps: list[MaterialMap | None], origin: Origin) -> Image:
-        """One picture of what several materials show, with or without pictures; factors that differ go into it."""
+        """Return one picture of what several materials show, with or without pictures; factors that differ go into
+        it.
+        """
         read = [None if each is None else without_profile(self._read(each)) for each in maps]
         materials = [self.material_set.materials[k] for k in self.materials]
         kind = next((each.kind for each in maps if each is not None), kind_of(slot))
@@ -246,12 +248,12 @@ class MaterialBaker:
 
 
 def without_profile(image: Image) -> Image:
-    """The picture in sRGB, with integers of 8 or 16 bits and straight alpha."""
+    """Return the picture in sRGB, with integers of 8 or 16 bits and straight alpha."""
     return prepare(image, formats.picture("a.png"))
 
 
 def _widen(image: Image, dtype: np.dtype, clear: bool) -> Image:
-    """A plain picture with three colours, alpha if it is `clear`, and this type."""
+    """Return a plain picture with three colours, alpha if it is `clear`, and this type."""
     pixels = image.pixels if image.pixels.dtype == dtype else image.pixels.astype(dtype) * 257
     has = image.alpha >= 0
     colours = pixels[..., : pixels.shape[2] - has][..., [0, 0, 0] if pixels.shape[2] - has < 3 else [0, 1, 2]]

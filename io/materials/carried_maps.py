@@ -116,14 +116,14 @@ class CarriedMaps:
 
 
 def _corners(file: MeshFile) -> Index:
-    """(m, 3) the corners of the mesh that its set's triangles have."""
+    """Return (m, 3) the corners of the mesh that its set's triangles have."""
     if not primitives_of(file):
         return triangulate(file.mesh)
     return np.arange(file.mesh.corners.size).reshape(-1, 3)[_shows(file)[file.faces]]
 
 
 def _shows(file: MeshFile) -> Flags:
-    """(f,) which triangles of a glTF file's primitives have coordinates."""
+    """Return (f,) which triangles of a glTF file's primitives have coordinates."""
     parts = primitives_of(file)
     counts = [len(part.faces) for part in parts]
     return np.repeat([of_gltf.has_layout(part) for part in parts], counts)

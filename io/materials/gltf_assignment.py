@@ -34,7 +34,7 @@ class MaterialAssignment:
 def assign_materials(
     document: Gltf, assignments: Sequence[MaterialAssignment], used: Sequence[str] = ()
 ) -> bytes:
-    """The file as GLB with these materials; `used` are the extensions that they need."""
+    """Return the file as GLB with these materials; `used` are the extensions that they need."""
     editor = GltfEditor(document)
     materials = editor.tree.setdefault("materials", [])
     held = [_own(editor, each) for each in assignments]
@@ -52,7 +52,7 @@ def assign_materials(
 
 
 def _own(editor: GltfEditor, assignment: MaterialAssignment) -> int:
-    """The number of the material that only these primitives show, or of a new one."""
+    """Return the number of the material that only these primitives show, or of a new one."""
     own = {(part.mesh, part.number) for part in assignment.primitives}
     number = assignment.primitives[0].tree.get("material")
     shown = {
@@ -80,7 +80,7 @@ def _paint(editor: GltfEditor, material: dict[str, Any], assignment: MaterialAss
 
 
 def sheets(name: str, whole: Charted, owner: Index) -> Gltf:
-    """A file with one mesh, a primitive for each number of the triangles' owner (m,), in order."""
+    """Return a file with one mesh, a primitive for each number of the triangles' owner (m,), in order."""
     stated = (
         None if whole.normals is None or whole.normal_faces is None else (whole.normals, whole.normal_faces)
     )

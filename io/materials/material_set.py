@@ -38,7 +38,7 @@ class MaterialMap:
     opaque: bool = False
 
     def image(self, max_pixels: int) -> Image:
-        """The picture.
+        """Return the picture.
 
         Raises:
             InputError: it cannot be read, or has more pixels.
@@ -100,7 +100,7 @@ class MaterialSet:
         return [material.kind for material in self.materials]
 
     def shown_by(self, map: MaterialMap) -> Charted:
-        """The triangles with the coordinates that a picture is shown by."""
+        """Return the triangles with the coordinates that a picture is shown by."""
         return self.sheet if map.uv is None else self._sheets[id(map.uv)]
 
     @cached_property
@@ -109,7 +109,7 @@ class MaterialSet:
         return {key: replace(self.sheet, uv=uv) for key, uv in others.items()}
 
     def instead(self, given: dict[str, MaterialMap]) -> "MaterialSet":
-        """The same with these pictures in the place of the materials' own, wrapped as these."""
+        """Return the same with these pictures in the place of the materials' own, wrapped as these."""
 
         def with_pictures(material: Material) -> Material:
             own = material.maps
@@ -120,7 +120,7 @@ class MaterialSet:
 
 
 def part(sheet: Charted, triangles: Flags | Index) -> Charted:
-    """Some triangles of a sheet."""
+    """Return some triangles of a sheet."""
     normals = None if sheet.normal_faces is None else sheet.normal_faces[triangles]
     stated = None if sheet.stated is None else sheet.stated[triangles]
     faces, uv_faces = sheet.faces[triangles], sheet.uv_faces[triangles]

@@ -21,7 +21,7 @@ PICTURED = ("name", "extras", "pbrMetallicRoughness", "emissiveFactor")  # or of
 def material_set(
     name: str, parts: Sequence[Primitive], *, bare: bool = False, plain: bool = False
 ) -> MaterialSet:
-    """The material set of primitives of one file.
+    """Return the material set of primitives of one file.
 
     Args:
         name: of the file, for messages.
@@ -49,7 +49,7 @@ def material_set(
 
 
 def with_layout(name: str, parts: Sequence[Primitive]) -> list[Primitive]:
-    """The primitives that have coordinates.
+    """Return the primitives that have coordinates.
 
     Raises:
         InputError: none has any.
@@ -61,7 +61,9 @@ def with_layout(name: str, parts: Sequence[Primitive]) -> list[Primitive]:
 
 
 def sheet(name: str, parts: Sequence[Primitive], bare: bool) -> Charted:
-    """The triangles of primitives, with the coordinates that colours are shown by; arguments as for `material_set`."""
+    """Return the triangles of primitives, with the coordinates that colours are shown by; arguments as for
+    `material_set`.
+    """
     points = [part.points for part in parts]
     first = np.cumsum([0, *map(len, points)])
     faces = np.concatenate([part.faces + at for part, at in zip(parts, first)])
@@ -77,7 +79,7 @@ def sheet(name: str, parts: Sequence[Primitive], bare: bool) -> Charted:
 
 
 def _join(values: Sequence[Real | None], points: Sequence[Real], width: int) -> Real | None:
-    """Values of vertices of all parts, zeros for those that have none; None where no part has any."""
+    """Return values of vertices of all parts, zeros for those that have none; None where no part has any."""
     if all(each is None for each in values):
         return None
     zeros = (np.zeros((len(at), width)) for at in points)
@@ -85,13 +87,13 @@ def _join(values: Sequence[Real | None], points: Sequence[Real], width: int) -> 
 
 
 def layout_of(part: Primitive) -> int:
-    """The set of coordinates that a primitive's colours are shown by, or the first one."""
+    """Return the set of coordinates that a primitive's colours are shown by, or the first one."""
     wanted = gltf_materials.set_of(gltf_materials.base(part.material))
     return wanted if f"TEXCOORD_{wanted}" in part.attributes else 0
 
 
 def has_layout(part: Primitive) -> bool:
-    """Whether a primitive has the coordinates that its colours are shown by."""
+    """Return whether a primitive has the coordinates that its colours are shown by."""
     return part.uv(gltf_materials.base(part.material)) is not None
 
 
@@ -100,7 +102,7 @@ def _layout(part: Primitive, bare: bool) -> Real | None:
 
 
 def _material(name: str, parts: Sequence[Primitive], own: Sequence[Primitive]) -> Material:
-    """The material that some of the parts have in common."""
+    """Return the material that some of the parts have in common."""
     material, document = own[0].material, own[0].document
     maps, made = dict[str, MaterialMap](), dict[str, Real | None]()
     for slot, info in gltf_materials.slots(material):
@@ -125,7 +127,7 @@ def _material(name: str, parts: Sequence[Primitive], own: Sequence[Primitive]) -
 
 
 def factors(material: dict[str, Any]) -> dict[str, tuple[float, ...]]:
-    """What the pictures of a material's colours, light, roughness and metal are multiplied by."""
+    """Return what the pictures of a material's colours, light, roughness and metal are multiplied by."""
     rough = material.get("pbrMetallicRoughness", {})
     colour = rough.get("baseColorFactor", (1, 1, 1, 1))
     return {
@@ -140,7 +142,9 @@ def _is_opaque(material: dict[str, Any]) -> bool:
 
 
 def unpictured(material: dict[str, Any]) -> dict[str, Any]:
-    """What of a material no picture holds: transparency, sides, extensions, scales of normals; it shows one of each."""
+    """Return what of a material no picture holds: transparency, sides, extensions, scales of normals; it shows one of
+    each.
+    """
     left = deepcopy(material)
     scales = {
         f"{slot} {key}": info[key]

@@ -32,7 +32,7 @@ Kinds = dict[tuple[str, Path], str]
 def material_set(
     file: MeshFile, max_pixels: int = limits.READ_PIXELS, kinds: Kinds | None = None
 ) -> MaterialSet:
-    """The material set of an OBJ, or of another mesh with one picture.
+    """Return the material set of an OBJ, or of another mesh with one picture.
 
     Args:
         file: the mesh.
@@ -64,7 +64,7 @@ def material_set(
 
 
 def sheet_of(file: MeshFile) -> Charted:
-    """The triangles with their coordinates; errors as for `material_set`."""
+    """Return the triangles with their coordinates; errors as for `material_set`."""
     sheet = Charted.of(file.mesh)
     if (sheet.uv_faces < 0).any():
         raise InputError(f"{sheet.name}: some faces have no texture coordinates; unwrap all of them")
@@ -99,7 +99,7 @@ def _material(
 
 
 def cover(lines: Iterable[str]) -> float:
-    """How opaque a material is by its numbers, `d` and `Tr`: 0 … 1."""
+    """Return how opaque a material is by its numbers, `d` and `Tr`: 0 … 1."""
     found = 1.0
     for word, values in material_library.numbers(lines).items():
         if word in ("d", "tr") and len(values) == 1:
@@ -120,7 +120,7 @@ def _kind(word: str, picture: Path, most: int) -> str:
 
 
 def _shows_normals(picture: Path, most: int) -> bool:
-    """Whether a picture is one of normals: blue all over."""
+    """Return whether a picture is one of normals: blue all over."""
     image = image_files.read(picture, max_pixels=most)
     if image.pixels.shape[2] < 3 or image.pixels.dtype.kind == "f":
         return False

@@ -28,7 +28,7 @@ GIVEN = {
 
 
 def material_set_of(meshes: Sequence[MeshFile], *, bare: bool = False, plain: bool = False) -> MaterialSet:
-    """The material set of all that was read of a file; `bare` and `plain` as for `of_gltf.material_set`.
+    """Return the material set of all that was read of a file; `bare` and `plain` as for `of_gltf.material_set`.
 
     Raises:
         InputError: no coordinates, or a picture that cannot be read.
@@ -39,8 +39,8 @@ def material_set_of(meshes: Sequence[MeshFile], *, bare: bool = False, plain: bo
 
 
 def sheet_of(meshes: Sequence[MeshFile]) -> Charted:
-    """The triangles of all that was read of a file, with the coordinates that colours are shown by; errors in the
-    same way.
+    """Return the triangles of all that was read of a file, with the coordinates that colours are shown by; errors in
+    the same way.
     """
     if parts := primitives_of(meshes[0]):
         return of_gltf.sheet(_name(meshes), of_gltf.with_layout(_name(meshes), parts), bare=False)

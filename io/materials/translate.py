@@ -93,7 +93,7 @@ def _rough(rough: Image | None, metal: Image | None) -> Image:
 
 
 def _clear(base: Image, cover: Image) -> Image:
-    """A picture of colours with another one's grey as its alpha."""
+    """Return a picture of colours with another one's grey as its alpha."""
     colours = base.pixels[..., :3]
     alpha = _as(cover.pixels[..., 0], colours.dtype)
     return Image(np.dstack([colours if colours.shape[2] == 3 else colours[..., [0, 0, 0]], alpha]), alpha=3)

@@ -29,7 +29,7 @@ def write(relaid: Relaid, out: Path, *, force: bool) -> list[str]:
 
 
 def beside(relaid: Relaid) -> list[Path]:
-    """All that may be written beside the mesh."""
+    """Return all that may be written beside the mesh."""
     if relaid.dialect == "gltf":
         return []
     words = {word for source_material in relaid.before.materials for word in source_material.maps}
@@ -105,7 +105,7 @@ def _obj(relaid: Relaid, out: Path, force: bool) -> list[str]:
 
 
 def _statements(relaid: Relaid, baker: MaterialBaker, images: Pictures) -> tuple[Pictures, list[str]]:
-    """The pictures of a material by statements, and its other lines."""
+    """Return the pictures of a material by statements, and its other lines."""
     assert baker.material is not None
     if relaid.before.dialect == "mtl":
         return images, list(baker.material.source or translate.PLAIN)
@@ -117,13 +117,13 @@ def _statements(relaid: Relaid, baker: MaterialBaker, images: Pictures) -> tuple
 
 
 def _stays(line: str, words: set[str]) -> bool:
-    """Whether a line of an old material is one of the new: names no picture that is not carried."""
+    """Return whether a line of an old material is one of the new: names no picture that is not carried."""
     word = material_library.split(line)[0].lower()
     return word != "newmtl" and (word in words or not word.startswith(material_library.MAPS))
 
 
 def _picture(relaid: Relaid, material: str, word: str) -> Path:
-    """The file of a material's picture."""
+    """Return the file of a material's picture."""
     several = len(relaid.after.materials) > 1
     return material_library.picture_of(relaid.name, material if several else None, word)
 

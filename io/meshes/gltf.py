@@ -50,7 +50,7 @@ class Gltf:
     views: list[bytes]
 
     def values(self, accessor: int) -> NDArray:
-        """(n, k) the items of an accessor, as they are stored."""
+        """Return (n, k) the items of an accessor, as they are stored."""
         said = self.tree["accessors"][accessor]
         dtype, width, count = np.dtype(DTYPES[said["componentType"]]), COMPONENTS[said["type"]], said["count"]
         if "bufferView" in said:
@@ -74,26 +74,26 @@ class Gltf:
         return values
 
     def floats(self, accessor: int) -> Real:
-        """(n, k) the items of an accessor as numbers; integers that stand for 0 … 1 or -1 … 1 as these."""
+        """Return (n, k) the items of an accessor as numbers; integers that stand for 0 … 1 or -1 … 1 as these."""
         values = self.values(accessor)
         if not self.tree["accessors"][accessor].get("normalized") or values.dtype.kind == "f":
             return values.astype(float)
         return np.maximum(values / np.iinfo(values.dtype).max, -1.0)
 
     def source_of(self, texture: int) -> int | None:
-        """The number of a texture's image, of that of an extension where it has no other; None without."""
+        """Return the number of a texture's image, of that of an extension where it has no other; None without."""
         said = self.tree["textures"][texture]
         return said.get("source", next(_sources(said), None))
 
     def wrap_of(self, texture: int) -> Wrap:
-        """What lies beside a texture's image, and what above and below."""
+        """Return what lies beside a texture's image, and what above and below."""
         sampler = self.tree["textures"][texture].get("sampler")
         said = {} if sampler is None else self.tree["samplers"][sampler]
         across, down = (WRAPS.get(said.get(name, 0), "repeat") for name in ("wrapS", "wrapT"))
         return across, down
 
     def image(self, number: int) -> bytes | None:
-        """The picture file that an image is; None where it names none.
+        """Return the picture file that an image is; None where it names none.
 
         Raises:
             InputError: it names a file that is missing or in another place.
@@ -124,7 +124,7 @@ class Gltf:
         return found
 
     def pose(self, skin: int) -> Real:
-        """(j, 4, 4) how the joints of a skin move the vertices that are bound to them."""
+        """Return (j, 4, 4) how the joints of a skin move the vertices that are bound to them."""
         said = self.tree["skins"][skin]
         joints = np.array([self.nodes.get(joint, np.eye(4)) for joint in said["joints"]])
         if "inverseBindMatrices" not in said:
@@ -227,12 +227,12 @@ class Primitive:
         return np.column_stack([_unit(self._turned(self.placed, "TANGENT")), side * mirrored])
 
     def _turned(self, matrices: Real, name: str) -> Real:
-        """(n, 3) vectors of an attribute by matrices (…, 3, 3), or the like parts of larger ones."""
+        """Return (n, 3) vectors of an attribute by matrices (…, 3, 3), or the like parts of larger ones."""
         vectors = self.document.floats(self.attributes[name])[:, :3]
         return np.einsum("...ij,...j->...i", matrices[..., :3, :3], vectors)
 
     def uv(self, info: dict[str, Any]) -> Real | None:
-        """(n, 2) texture coordinates, v up, of what a `textureInfo` shows, its transform made; or None."""
+        """Return (n, 2) texture coordinates, v up, of what a `textureInfo` shows, its transform made; or None."""
         name = f"TEXCOORD_{set_of(info)}"
         if name not in self.attributes:
             return None
@@ -273,7 +273,7 @@ class Primitive:
 
 
 def read(path: Path) -> Gltf:
-    """A .glb or .gltf file, and the buffers that it names beside it.
+    """Return a .glb or .gltf file, and the buffers that it names beside it.
 
     Raises:
         InputError: a buffer that is missing or in another place, or compressed data.
@@ -292,7 +292,7 @@ def read(path: Path) -> Gltf:
 
 
 def primitives(document: Gltf) -> dict[str, Primitive]:
-    """The primitives that have triangles by the names of their meshes; further ones are `name_1`, …"""
+    """Return the primitives that have triangles by the names of their meshes; further ones are `name_1`, …"""
     found: dict[str, Primitive | None] = {}
     for k, mesh in enumerate(document.tree.get("meshes", [])):
         for number, primitive in enumerate(mesh["primitives"]):
@@ -306,7 +306,7 @@ def primitives(document: Gltf) -> dict[str, Primitive]:
 
 
 def glb(tree: dict[str, Any], views: list[bytes]) -> bytes:
-    """A GLB file of a tree and the bytes of its buffer views, which get one buffer."""
+    """Return a GLB file of a tree and the bytes of its buffer views, which get one buffer."""
     tree, offset, held = dict(tree), 0, list[bytes]()
     places = []
     for view, data in zip(tree.get("bufferViews", []), views):
@@ -326,7 +326,7 @@ def glb(tree: dict[str, Any], views: list[bytes]) -> bytes:
 
 
 def _unique(name: str, taken: dict) -> str:
-    """The name, or `name_1`, `name_2`, … (as trimesh has it)."""
+    """Return the name, or `name_1`, `name_2`, … (as trimesh has it)."""
     number, wanted = 0, name
     while wanted in taken:
         number += 1
@@ -335,7 +335,7 @@ def _unique(name: str, taken: dict) -> str:
 
 
 def _chunks(data: bytes) -> tuple[bytes, bytes]:
-    """The JSON and the binary chunk of a GLB file."""
+    """Return the JSON and the binary chunk of a GLB file."""
     version, size = struct.unpack_from("<II", data, 4)
     if version != 2 or size > len(data):
         raise ValueError(f"version {version}, {len(data)} of {size} bytes; is the file truncated?")
@@ -356,7 +356,7 @@ def _view(buffers: list[bytes], view: dict) -> bytes:
 
 
 def _content(path: Path, uri: str) -> bytes:
-    """What a URI stands for: data in it, or a file; see `references`."""
+    """Return what a URI stands for: data in it, or a file; see `references`."""
     if uri.startswith("data:"):
         return base64.b64decode(uri.partition(",")[2])
     name = path.parent / unquote(uri)
@@ -388,15 +388,16 @@ def _matrix(node: dict) -> Real:
 
 
 def _cofactors(matrices: Real) -> Real:
-    """(…, 3, 3) what normals are multiplied by: the inverse transposed, up to a positive factor."""
+    """Return (…, 3, 3) what normals are multiplied by: the inverse transposed, up to a positive factor."""
     a, b, c = np.moveaxis(matrices[..., :3, :3], -1, 0)
     made = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=-1)
     return made * np.where(np.linalg.det(matrices[..., :3, :3]) < 0, -1.0, 1.0)[..., None, None]
 
 
 def _least(places: Sequence[Real]) -> int:
-    """The number of the first of some transforms (4, 4) in the order of their translations, then of the rest of them,
-    but for rounding."""
+    """Return the number of the first of some transforms (4, 4) in the order of their translations, then of the rest of
+    them, but for rounding.
+    """
     rows = np.array([np.append(matrix[:3, 3], matrix[:3, :3]) for matrix in places])
     sizes = np.append(np.full(3, np.abs(rows[:, :3]).max()), np.full(9, np.abs(rows[:, 3:]).max()))
     rounded = np.rint(rows / (SAME_PLACE_SHARE * np.maximum(sizes, 1e-300)))

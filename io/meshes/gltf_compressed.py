@@ -22,7 +22,8 @@ NEEDS = "{}: is compressed ({}); run pip install 'iccm[{}]' to read it, or save 
 
 
 def meshopt_views(path: Path, tree: dict[str, Any], buffers: list[bytes]) -> dict[int, bytes]:
-    """The bytes of buffer views that must be decoded, by their numbers; the JSON names no such compression any more.
+    """Return the bytes of buffer views that must be decoded, by their numbers; the JSON names no such compression any
+    more.
 
     Raises:
         InputError: meshopt is not installed.
@@ -68,7 +69,8 @@ def _forget(tree: dict[str, Any], names: Collection[str]) -> None:
 
 
 def without_draco(path: Path, tree: dict[str, Any], views: list[bytes]) -> tuple[dict[str, Any], list[bytes]]:
-    """A file's JSON and the bytes of its buffer views, primitives by Draco made plain ones; the same without any.
+    """Return a file's JSON and the bytes of its buffer views, primitives by Draco made plain ones; the same without
+    any.
 
     Raises:
         InputError: DracoPy is not installed.
@@ -84,7 +86,7 @@ def without_draco(path: Path, tree: dict[str, Any], views: list[bytes]) -> tuple
     decoded = dict[int, Any]()
 
     def put(accessor: int, values: np.ndarray) -> None:
-        """What an accessor holds becomes a separate view."""
+        """Store what an accessor holds in a separate view."""
         said = tree["accessors"][accessor]
         values = np.ascontiguousarray(values, DTYPES[said["componentType"]])
         if len(values) != said["count"]:

@@ -70,7 +70,7 @@ class GltfContent(MeshContent):
 
 
 def primitives_of(file: MeshFile) -> tuple[Primitive, ...]:
-    """The primitives that a mesh is of; none where it is of another format."""
+    """Return the primitives that a mesh is of; none where it is of another format."""
     return file.content.primitives if isinstance(file.content, GltfContent) else ()
 
 
@@ -120,7 +120,7 @@ class GltfFormat(MeshFormat):
         }
 
     def same_mesh(self, file: MeshFile) -> list[str]:
-        """The names of the primitives of a mesh, which has one for each material."""
+        """Return the names of the primitives of a mesh, which has one for each material."""
         own = primitives_of(file)[0]
         return [name for name, part in gltf.primitives(own.document).items() if part.mesh == own.mesh]
 
@@ -151,7 +151,7 @@ class GltfFormat(MeshFormat):
 
     @classmethod
     def split_uv(cls, path: Path) -> tuple[Real, Any]:
-        """What the accessors of texture coordinates alone hold, and the tree and the other bytes."""
+        """Return what the accessors of texture coordinates alone hold, and the tree and the other bytes."""
         try:
             file = gltf.read(path)
         except InputError:
@@ -172,7 +172,7 @@ class GltfFormat(MeshFormat):
 
 
 def _with_coordinates(file: MeshFile, new: NewCoordinates, pictures: Pictures) -> tuple[bytes, list[str]]:
-    """The bytes of a GLB file, and notes; see `gltf_write.with_coordinates`."""
+    """Return the bytes of a GLB file, and notes; see `gltf_write.with_coordinates`."""
     if parts := primitives_of(file):
         return gltf_write.with_coordinates(parts, file.faces, new.uv, new.corners, pictures)
     mesh, triangles = file.mesh, new.triangles
@@ -186,7 +186,7 @@ def _with_coordinates(file: MeshFile, new: NewCoordinates, pictures: Pictures) -
 
 
 def _json_of(path: Path) -> bytes:
-    """The JSON of a glTF file, on its own or in a GLB."""
+    """Return the JSON of a glTF file, on its own or in a GLB."""
     with files.opened(path) as file:
         if formats.suffix_of(path) == ".gltf":
             return file.read(limits.SCENE_BYTES)
@@ -197,7 +197,7 @@ def _json_of(path: Path) -> bytes:
 
 
 def _unbacked(scene: Any, most: int) -> Iterator[tuple[int, int]]:
-    """Number and count of each accessor that claims more items than it has data for."""
+    """Yield number and count of each accessor that claims more items than it has data for."""
     views = scene.get("bufferViews", [])
     for number, accessor in enumerate(scene.get("accessors", [])):
         count, view = accessor.get("count", 0), accessor.get("bufferView")

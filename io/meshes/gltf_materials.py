@@ -12,7 +12,9 @@ COLOURS = ("basecolor", "diffuse", "emissive", "sheencolor", "specularcolor")
 
 
 def slots(tree: dict[str, Any], above: str = "") -> Iterator[tuple[str, dict[str, Any]]]:
-    """The path, `normalTexture` or `pbrMetallicRoughness/baseColorTexture`, and the `textureInfo` of each texture."""
+    """Yield the path, `normalTexture` or `pbrMetallicRoughness/baseColorTexture`, and the `textureInfo` of each
+    texture.
+    """
     for key, value in tree.items():
         # glTF has no such name, and paths are cut there
         if not isinstance(value, dict) or key == "extras" or "/" in key:
@@ -24,18 +26,18 @@ def slots(tree: dict[str, Any], above: str = "") -> Iterator[tuple[str, dict[str
 
 
 def base(material: dict[str, Any]) -> dict[str, Any]:
-    """The `textureInfo` of a material's colours; empty without one."""
+    """Return the `textureInfo` of a material's colours; empty without one."""
     found = dict(slots(material))
     return found.get(BASE, found.get(DIFFUSE, {}))
 
 
 def variants(primitive: dict[str, Any]) -> list[dict[str, Any]]:
-    """The materials that a primitive may have instead (KHR_materials_variants)."""
+    """Return the materials that a primitive may have instead (KHR_materials_variants)."""
     return primitive.get("extensions", {}).get("KHR_materials_variants", {}).get("mappings", [])
 
 
 def kind_of(slot: str) -> str:
-    """What the channels of a slot's picture are (see `pixels.sampler.KINDS`)."""
+    """Return what the channels of a slot's picture are (see `pixels.sampler.KINDS`)."""
     name = slot.rpartition("/")[2].removesuffix("Texture").lower()
     if name.endswith("normal"):
         return "normal"
@@ -48,7 +50,7 @@ def name_slots(slots: list[str]) -> str:
 
 
 def set_of(info: dict[str, Any]) -> int:
-    """Which set of texture coordinates a `textureInfo` reads."""
+    """Return which set of texture coordinates a `textureInfo` reads."""
     transform = info.get("extensions", {}).get("KHR_texture_transform", {})
     return transform.get("texCoord", info.get("texCoord", 0))
 

@@ -35,7 +35,7 @@ class GltfEditor:
         self._made: dict[tuple[bytes, int | None], int] = {}
 
     def view(self, data: bytes, **said: Any) -> int:
-        """The number of a buffer view with these bytes."""
+        """Return the number of a buffer view with these bytes."""
         views = self.tree.setdefault("bufferViews", [])
         free = set(range(len(views))) - set(_named(self.tree, "bufferView", *PLACED))
         number = min(free, default=len(views))
@@ -44,7 +44,7 @@ class GltfEditor:
         return number
 
     def accessor(self, values: NDArray, said: dict, target: int, instead: int | None = None) -> int:
-        """The number of an accessor of values (n, k): `instead`, if only one thing names that, or a new one."""
+        """Return the number of an accessor of values (n, k): `instead`, if only one thing names that, or a new one."""
         accessors = self.tree.setdefault("accessors", [])
         if instead is None or list(_accessors_named(self.tree)).count(instead) > 1:
             instead = len(accessors)
@@ -59,7 +59,9 @@ class GltfEditor:
         return instead
 
     def texture(self, content: bytes, like: int | None) -> int:
-        """The number of a texture that shows a PNG or JPEG file with the sampler of another, whose place it takes."""
+        """Return the number of a texture that shows a PNG or JPEG file with the sampler of another, whose place it
+        takes.
+        """
         made = self._made.get((content, like))
         if made is not None:
             return made
@@ -76,7 +78,9 @@ class GltfEditor:
         return self._put(number, place, content, name)
 
     def new_texture(self, content: bytes, sampler: dict[str, Any] | None, name: str) -> int:
-        """The number of a texture that shows a PNG or JPEG file, if possible in the place of one no more shown."""
+        """Return the number of a texture that shows a PNG or JPEG file, if possible in the place of one no more
+        shown.
+        """
         textures, images = (self.tree.setdefault(key, []) for key in ("textures", "images"))
         free = set(_textures_named(self.source.tree)) - set(_textures_named(self.tree))
         number = min(free, default=len(textures))
@@ -98,7 +102,7 @@ class GltfEditor:
         return samplers.index(said)
 
     def _free_images(self) -> set[int]:
-        """Images that textures had, and have no more."""
+        """Return images that textures had, and have no more."""
         before, now = (
             set(_named(tree.get("textures", []), "source")) for tree in (self.source.tree, self.tree)
         )
@@ -122,7 +126,7 @@ class GltfEditor:
                 del self.tree[key]
 
     def bytes(self) -> bytes:
-        """The file, as GLB; pictures beside a .gltf go into it.
+        """Return the file, as GLB; pictures beside a .gltf go into it.
 
         Raises:
             InputError: one of these is missing.
@@ -144,7 +148,7 @@ def with_coordinates(
     uv_corners: Index,
     pictures: Mapping[str, Mapping[str, bytes]],
 ) -> tuple[bytes, list[str]]:
-    """The file with new first texture coordinates for some triangles of primitives.
+    """Return the file with new first texture coordinates for some triangles of primitives.
 
     What reads the old ones continues doing so: they are kept as another set then. Where new ones part, vertices are
     split with all that they have. Where only some triangles of a primitive change, these become a separate primitive.
@@ -199,7 +203,7 @@ def _change(
 
 
 def parted(parts: Sequence[Primitive], owner: Index) -> tuple[Gltf, list[list[Primitive]]]:
-    """The primitives, of one file, by the number of their triangles (m,), of all of them one after the other.
+    """Return the primitives, of one file, by the number of their triangles (m,), of all of them one after the other.
 
     A primitive whose triangles have several numbers becomes as many, which have its vertices in common.
     """
@@ -224,7 +228,9 @@ def parted(parts: Sequence[Primitive], owner: Index) -> tuple[Gltf, list[list[Pr
 
 
 def subdivided(parts: Sequence[Primitive], plan: Subdivision) -> tuple[Primitive, ...]:
-    """The primitives, of one file, with smaller triangles in the place of some, of all of them one after the other."""
+    """Return the primitives, of one file, with smaller triangles in the place of some, of all of them one after the
+    other.
+    """
     source = parts[0].document
     editor = GltfEditor(source)
     first = 0
@@ -255,7 +261,9 @@ def _subdivide(editor: GltfEditor, part: Primitive, plan: Subdivision) -> None:
 def _mixed(
     source: Gltf, attributes: Mapping[str, int], name: str, mixed: Mixtures, *, target: bool
 ) -> NDArray:
-    """(n, k) an attribute of new vertices, as it is stored: numbers of things are those of the nearest old vertex."""
+    """Return (n, k) an attribute of new vertices, as it is stored: numbers of things are those of the nearest old
+    vertex.
+    """
     kind, _, number = name.partition("_")
     if kind in ("JOINTS", "WEIGHTS"):
         return _bound(source, attributes, number, mixed)[kind]
@@ -299,7 +307,7 @@ def plain(
     uv: Cornerwise | None = None,
     owner: Index | None = None,
 ) -> Gltf:
-    """A file with one mesh, whose vertices are the different corners of triangles.
+    """Return a file with one mesh, whose vertices are the different corners of triangles.
 
     Args:
         name: of the mesh and its node.
@@ -337,7 +345,7 @@ def plain(
 
 
 def _alone(editor: GltfEditor, part: Primitive, faces: Flags) -> dict[str, Any]:
-    """The primitive of the triangles that change; others stay in the one that there was."""
+    """Return the primitive of the triangles that change; others stay in the one that there was."""
     inside = editor.tree["meshes"][part.mesh]["primitives"]
     old = inside[part.number]
     if faces.all():
@@ -363,7 +371,7 @@ def _index(editor: GltfEditor, primitive: dict, vertices: Index, instead: int | 
 
 
 def _copy(editor: GltfEditor, primitive: dict, split: Split, but: set[str]) -> None:
-    """Every attribute of the vertices that are split, morph targets' too."""
+    """Copy every attribute of the vertices that are split, those of morph targets included."""
     if not split.copies.size:
         return
     for held in (primitive["attributes"], *primitive.get("targets", [])):
@@ -375,7 +383,7 @@ def _copy(editor: GltfEditor, primitive: dict, split: Split, but: set[str]) -> N
 
 
 def _staying(editor: GltfEditor, primitive: dict, pictures: set[str]) -> list[str]:
-    """The slots that continue reading the old coordinates, of the material and of its variants."""
+    """Return the slots that continue reading the old coordinates, of the material and of its variants."""
     own = primitive.get("material")
     found = list[str]()
     for number in [own, *(mapping["material"] for mapping in gltf_materials.variants(primitive))]:
@@ -388,7 +396,7 @@ def _staying(editor: GltfEditor, primitive: dict, pictures: set[str]) -> list[st
 
 
 def _shown(material: dict, pictures: set[str]) -> set[str]:
-    """The slots that new pictures go into: that of colours may be there twice."""
+    """Return the slots that new pictures go into: that of colours may be there twice."""
     twice = gltf_materials.BASE in pictures and gltf_materials.DIFFUSE in dict(gltf_materials.slots(material))
     return pictures | ({gltf_materials.DIFFUSE} if twice else set())
 
@@ -412,7 +420,7 @@ def _rebind(editor: GltfEditor, primitive: dict, pictures: Mapping[str, bytes], 
 
 
 def _own_material(editor: GltfEditor, number: int | None) -> int:
-    """The number of a material that only one thing names."""
+    """Return the number of a material that only one thing names."""
     materials = editor.tree.setdefault("materials", [])
     if number is not None and list(_named(editor.tree["meshes"], "material")).count(number) == 1:
         return number
@@ -451,7 +459,7 @@ def _type_of(content: bytes) -> str:
 
 
 def _named(tree: Any, *keys: str) -> Iterator[int]:
-    """The numbers that stand under some keys, anywhere."""
+    """Yield the numbers that stand under some keys, anywhere."""
     if isinstance(tree, list):
         for value in tree:
             yield from _named(value, *keys)

@@ -40,7 +40,7 @@ class Library:
     outside: tuple[str, ...] = ()
 
     def materials(self) -> dict[str, list[str]]:
-        """The lines of each material by name, the `newmtl` line first."""
+        """Return the lines of each material by name, the `newmtl` line first."""
         found: dict[str, list[str]] = {}
         current: list[str] = []
         for line in self.lines:
@@ -51,20 +51,20 @@ class Library:
         return found
 
     def texture(self, material: str) -> tuple[Path, Wrap] | None:
-        """The file of a material's `map_Kd`, and what lies beyond it."""
+        """Return the file of a material's `map_Kd`, and what lies beyond it."""
         for line in self.materials().get(material, []):
             if split(line)[0].lower() == "map_kd" and (name := picture_named(line)):
                 return self.folder / name, wrap(split(line)[1])
         return None
 
     def maps(self, material: str) -> list[str]:
-        """The statements of a material that name pictures, `map_Kd` and others."""
+        """Return the statements of a material that name pictures, `map_Kd` and others."""
         words = [split(line)[0] for line in self.materials().get(material, [])]
         return [word for word in words if word.lower().startswith(MAPS)]
 
 
 def read(folder: Path, names: list[str]) -> Library:
-    """The libraries that `mtllib` lines name.
+    """Return the libraries that `mtllib` lines name.
 
     A line may name a file with spaces or several files: the first that exists is meant. Of a library that is taken by
     mistake nothing may show in what is written: lines that are not statements are left out.
@@ -96,7 +96,7 @@ def read(folder: Path, names: list[str]) -> Library:
 
 
 def _is_statement(line: str) -> bool:
-    """Whether a line is empty or a statement of the format, as far as that is visible."""
+    """Return whether a line is empty or a statement of the format, as far as that is visible."""
     word, rest = split(line)
     if word.lower() in NUMBERS:
         return all(is_number(each) or each in ("-halo", "xyz") for each in rest.split())
@@ -104,7 +104,9 @@ def _is_statement(line: str) -> bool:
 
 
 def picture_named(line: str) -> str:
-    """The file that a statement names as the picture it shows, with forward slashes; nothing where it names none."""
+    """Return the file that a statement names as the picture it shows, with forward slashes; nothing where it names
+    none.
+    """
     word, rest = split(line)
     return file_name(rest).replace("\\", "/") if MAP.fullmatch(word) else ""
 
@@ -114,7 +116,7 @@ Names = Mapping[str | None, Mapping[str, str]]
 
 
 def bind(library: Library, rename: dict[str | None, str], plain: str, shown: Names, out: Path) -> str:
-    """The text of a library for the file `out` in which the renamed materials show other pictures.
+    """Return the text of a library for the file `out` in which the renamed materials show other pictures.
 
     Args:
         library: as read.
@@ -142,7 +144,7 @@ def bind(library: Library, rename: dict[str | None, str], plain: str, shown: Nam
 
 
 def name_of(texture: Path, folder: Path) -> str:
-    """A picture's name in a material library of the folder.
+    """Return a picture's name in a material library of the folder.
 
     Raises:
         InputError: it cannot stand in one.
@@ -154,13 +156,13 @@ def name_of(texture: Path, folder: Path) -> str:
 
 
 def picture_of(mesh: Path, material: str | None, word: str) -> Path:
-    """The file, beside a mesh, of what a statement of a material shows; None: of the only material."""
+    """Return the file, beside a mesh, of what a statement of a material shows; None: of the only material."""
     parts = [mesh.stem, *([] if material is None else [re.sub(r"[^\w.-]", "_", material) or "plain"]), word]
     return mesh.with_name("-".join(parts).replace("map_", "") + ".png")
 
 
 def relative(file: Path, folder: Path) -> str:
-    """The file's name as seen from a folder, with forward slashes."""
+    """Return the file's name as seen from a folder, with forward slashes."""
     try:
         return Path(os.path.relpath(file, folder)).as_posix()
     except ValueError:  # another drive
@@ -168,12 +170,14 @@ def relative(file: Path, folder: Path) -> str:
 
 
 def file_name(rest: str) -> str:
-    """What a map statement names after its options; it may contain spaces."""
+    """Return what a map statement names after its options; it may contain spaces."""
     return _options(rest)[1]
 
 
 def with_maps(lines: list[str], names: Mapping[str, str]) -> list[str]:
-    """A material's lines with other pictures: what places these belongs to the old coordinates, and is left out."""
+    """Return a material's lines with other pictures: what places these belongs to the old coordinates, and is left
+    out.
+    """
     own = {split(line)[0].lower(): line for line in lines}
     kept = [line for line in lines if split(line)[0].lower() not in names]
     last = max((k for k, line in enumerate(kept) if line.strip()), default=-1)
@@ -182,7 +186,7 @@ def with_maps(lines: list[str], names: Mapping[str, str]) -> list[str]:
 
 
 def _naming(line: str, name: str) -> str:
-    """A statement, or its keyword, that names another picture; of its options those stay that place nothing."""
+    """Return a statement, or its keyword, that names another picture; of its options those stay that place nothing."""
     word, rest = split(line)
     kept = [each for option in _options(rest)[0] if option[0].lower() not in PLACING for each in option]
     return " ".join([word, *kept, name])
@@ -199,18 +203,18 @@ def placing(rest: str) -> tuple[tuple[float, float], tuple[float, float]]:
 
 
 def wrap(rest: str) -> Wrap:
-    """What lies beyond the picture of a map statement: its edge, with `-clamp on`."""
+    """Return what lies beyond the picture of a map statement: its edge, with `-clamp on`."""
     clamped = [word.lower() for word in _said(rest).get("-clamp", [])] == ["on"]
     return ("clamp", "clamp") if clamped else REPEAT
 
 
 def _said(rest: str) -> dict[str, list[str]]:
-    """The words of each option of a map statement, by its name in lower case."""
+    """Return the words of each option of a map statement, by its name in lower case."""
     return {option.lower(): words for option, *words in _options(rest)[0]}
 
 
 def _options(rest: str) -> tuple[list[list[str]], str]:
-    """The options of a map statement, each with its words, and the name after them."""
+    """Return the options of a map statement, each with its words, and the name after them."""
     found, places, k = list[list[str]](), list(re.finditer(r"\S+", rest)), 0
     words = [place[0] for place in places]
     while k < len(words) and words[k].lower() in (*ARGUMENTS, *UP_TO_THREE):
@@ -223,7 +227,7 @@ def _options(rest: str) -> tuple[list[list[str]], str]:
 
 
 def _move(line: str, old: Path, new: Path) -> str:
-    """A line whose file name is relative to the new folder."""
+    """Return a line whose file name is relative to the new folder."""
     word, rest = split(line)
     if old.resolve() == new.resolve() or not word.lower().startswith(MAPS):
         return line
@@ -235,19 +239,19 @@ def _move(line: str, old: Path, new: Path) -> str:
 
 
 def split(line: str) -> tuple[str, str]:
-    """The keyword of a line, and the rest."""
+    """Return the keyword of a line, and the rest."""
     word, _, rest = line.strip().replace("\t", " ").partition(" ")
     return word, rest.strip()
 
 
 def numbers(lines: Iterable[str]) -> dict[str, list[float]]:
-    """What statements of nothing but numbers say, by their keywords in lower case."""
+    """Return what statements of nothing but numbers say, by their keywords in lower case."""
     said = ((word.lower(), rest.split()) for word, rest in map(split, lines))
     return {word: list(map(float, rest)) for word, rest in said if rest and all(map(is_number, rest))}
 
 
 def is_number(word: str) -> bool:
-    """Whether a word is a number."""
+    """Return whether a word is a number."""
     try:
         float(word)
     except ValueError:

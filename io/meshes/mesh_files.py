@@ -82,7 +82,7 @@ def read(text: str, opened: MeshFormat | None = None, *, united: bool = False) -
 
 
 def _unite(found: MeshFile, opened: MeshFormat) -> MeshFile:
-    """All geometries of the mesh that one of them is of."""
+    """Return all geometries of the mesh that one of them is of."""
     names = opened.same_mesh(found)
     if len(names) < 2:
         return found
@@ -133,7 +133,7 @@ def read_all(text: str, opened: MeshFormat | None = None) -> list[MeshFile]:
 
 
 def _pick(text: str, opened: MeshFormat) -> MeshFile:
-    """The part of an opened file that a spec names."""
+    """Return the part of an opened file that a spec names."""
     names = opened.names
     spec = Spec.of(text).among(names)
     rest, _, last = (spec.part or "").rpartition("#")
@@ -159,7 +159,7 @@ def _view(view: re.Match | None) -> tuple[int, int]:
 
 
 def names_layout(text: str) -> bool:
-    """Whether a spec names a chart by its form, whatever the file's parts are called."""
+    """Return whether a spec names a chart by its form, whatever the file's parts are called."""
     part = Spec.of(text).part
     found = VIEW.fullmatch((part or "").rpartition("#")[2])
     return found is not None and found["piece"] is None

@@ -239,7 +239,7 @@ class MeshFormat(ABC):
             )
 
     def is_mesh(self, *, gets_uv: bool = False) -> bool:
-        """Whether the file is a mesh, and not an outline; `gets_uv`: it is to be given texture coordinates."""
+        """Return whether the file is a mesh, and not an outline; `gets_uv`: it is to be given texture coordinates."""
         return True
 
     def files_named(self) -> list[str]:
@@ -266,7 +266,7 @@ class MeshFormat(ABC):
         return self.names if len(self.names) > 1 else []
 
     def same_mesh(self, file: MeshFile) -> list[str]:
-        """The names of the geometries that are one mesh together with the one that was picked."""
+        """Return the names of the geometries that are one mesh together with the one that was picked."""
         return []
 
     def pick(self, part: str | None = None) -> MeshFile:
@@ -365,7 +365,7 @@ class MeshFormat(ABC):
 
 
 def _area(mesh: Mesh) -> float:
-    """The area of the triangles whose vertices are there."""
+    """Return the area of the triangles whose vertices are there."""
     corners = mesh.corners[mesh.starts[:-1][mesh.sizes == 3, None] + np.arange(3)]
     corners = corners[((corners >= 0) & (corners < len(mesh.points))).all(axis=1)]
     return float(np.nan_to_num(face_areas(mesh.points[corners])).sum())

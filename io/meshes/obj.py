@@ -57,7 +57,7 @@ class Obj(Elements):
         return line_ends(self.data)
 
     def mesh(self, part: str | None = None) -> Mesh:
-        """The polygons, or those of the object, group or material called `part`.
+        """Return the polygons, or those of the object, group or material called `part`.
 
         Raises:
             InputError: nothing is called so; the message lists what there is.
@@ -66,7 +66,7 @@ class Obj(Elements):
         return self.mesh_of(faces, str(self.path) + ("" if part is None else f"#{part}"))
 
     def mesh_of(self, faces: NDArray[np.bool_], name: str) -> Mesh:
-        """The polygons marked in (f,)."""
+        """Return the polygons marked in (f,)."""
         lines = np.searchsorted(self.line_ends, self.face_at) + 1
         has_uv = bool(len(self.vt)) and bool((self.corners[:, 1] >= 0).any())
         uv, uv_corners = (self.vt, self.corners[:, 1]) if has_uv else (None, None)
@@ -84,14 +84,14 @@ class Obj(Elements):
             return self.vn / size
 
     def _has_normals(self, corners: Index | None) -> bool:
-        """Whether all corners (c,) have a normal that is a direction."""
+        """Return whether all corners (c,) have a normal that is a direction."""
         if corners is None or not len(self.vn):
             return False
         inside = (corners >= 0) & (corners < len(self.vn))
         return bool(inside.all() and np.isfinite(self._unit_normals[corners]).all())
 
     def faces_of(self, part: str) -> NDArray[np.bool_]:
-        """(f,) whether each face belongs to the object, group or material called `part`.
+        """Return (f,) whether each face belongs to the object, group or material called `part`.
 
         Raises:
             InputError: nothing with a face is called so.
@@ -105,7 +105,7 @@ class Obj(Elements):
         )
 
     def parts(self) -> list[str]:
-        """Names of the objects, groups and materials that have faces, in file order."""
+        """Return names of the objects, groups and materials that have faces, in file order."""
         used: set[tuple[str, str]] = set()
         for keyword in ("o", "g", "usemtl"):
             said = [s for s in self.statements if s.keyword == keyword]
@@ -115,7 +115,7 @@ class Obj(Elements):
         return list(dict.fromkeys(name for keyword, name in named if (keyword, name) in used))
 
     def names_at(self, faces: Index) -> set[str]:
-        """The objects, groups and materials that faces (k,) belong to."""
+        """Return the objects, groups and materials that faces (k,) belong to."""
         found: set[str] = set()
         for keyword in ("o", "g", "usemtl"):
             which, said = self.current(keyword)
@@ -123,7 +123,7 @@ class Obj(Elements):
         return found
 
     def current(self, keyword: str) -> tuple[Index, list[Statement]]:
-        """(f,) which `keyword` statement is in force at each face, -1 before the first; and those statements."""
+        """Return (f,) which `keyword` statement is in force at each face, -1 before the first; and those statements."""
         said = [s for s in self.statements if s.keyword == keyword]
         return np.searchsorted([s.at for s in said], self.face_at) - 1, said
 
@@ -144,7 +144,7 @@ class Obj(Elements):
 
 
 def _names_of(statement: Statement) -> list[str]:
-    """What a statement calls the faces after it: a group may have several names."""
+    """Return what a statement calls the faces after it: a group may have several names."""
     names = statement.text.split() if statement.keyword == "g" else [statement.text]
     return [name for name in names if name]
 
@@ -166,7 +166,7 @@ def read(path: str | Path) -> Obj:
 
 
 def parse(data: bytes, path: Path) -> Obj:
-    """What the bytes of an OBJ file say; `path` is for messages.
+    """Return what the bytes of an OBJ file say; `path` is for messages.
 
     Raises:
         InputError: as `read`.

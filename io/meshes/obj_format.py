@@ -69,7 +69,7 @@ class ObjContent(MeshContent):
 
 
 def obj_content(file: MeshFile) -> ObjContent | None:
-    """The OBJ file that a mesh is of, with its materials; None where it is of another format."""
+    """Return the OBJ file that a mesh is of, with its materials; None where it is of another format."""
     return file.content if isinstance(file.content, ObjContent) else None
 
 
@@ -87,7 +87,7 @@ class ObjFormat(MeshFormat):
         return self._scan.faces
 
     def is_mesh(self, *, gets_uv: bool = False) -> bool:
-        """Whether it has several faces, or one that is to be given texture coordinates."""
+        """Return whether it has several faces, or one that is to be given texture coordinates."""
         return self._scan.faces > (0 if gets_uv else 1)
 
     def files_named(self) -> list[str]:
@@ -170,12 +170,12 @@ class ObjFormat(MeshFormat):
 
     @classmethod
     def companions(cls, name: Path, shown: ShownPictures) -> list[str]:
-        """The material library, and a picture that is not a file yet."""
+        """Return the material library, and a picture that is not a file yet."""
         return obj_materials.companions(name, shown)
 
     @classmethod
     def split_uv(cls, path: Path) -> tuple[Real, Any]:
-        """The numbers of `vt` lines, and the other lines."""
+        """Return the numbers of `vt` lines, and the other lines."""
         lines = files.read_bytes(path, max_bytes=limits.COMPARED_BYTES).splitlines()
         try:
             uv = np.array([line.split()[1:3] for line in lines if line.startswith(b"vt ")], float)
@@ -223,7 +223,7 @@ def _scan_lines(file: BufferedReader) -> tuple[int, list[bytes]]:
 
 
 def _count_faces(lines: bytes) -> int:
-    """How many lines are faces, where each begins with a line end; the search for those with blanks is slow."""
+    """Return how many lines are faces, where each begins with a line end; the search for those with blanks is slow."""
     found = lines.count(b"\nf ") + lines.count(b"\nf\t")
     return found + len(_INDENTED_FACE.findall(lines)) if b"\n " in lines or b"\n\t" in lines else found
 
@@ -233,7 +233,7 @@ def _libraries(lines: bytes) -> list[bytes]:
 
 
 def _pictures_named(library: Path) -> list[str]:
-    """The pictures that a material library names."""
+    """Return the pictures that a material library names."""
     if not os.path.isfile(library) or library.stat().st_size > limits.LIBRARY_BYTES:
         return []
     lines = library.read_bytes().decode("utf-8", "surrogateescape").splitlines()
@@ -241,7 +241,7 @@ def _pictures_named(library: Path) -> list[str]:
 
 
 def _as_obj(mesh: Mesh) -> bytes:
-    """A mesh of another format as an OBJ file."""
+    """Return a mesh of another format as an OBJ file."""
     points = ("v %.10g %.10g %.10g\n" * len(mesh.points)) % tuple(mesh.points.ravel().tolist())
     lines = {int(size): "f" + " %d" * size + "\n" for size in np.unique(mesh.sizes)}
     faces = "".join([lines[size] for size in mesh.sizes.tolist()]) % tuple((mesh.corners + 1).tolist())

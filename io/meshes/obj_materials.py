@@ -18,8 +18,9 @@ NORMALS = "norm"  # the statement that shows a normal map
 
 
 def textures_of(whole: Obj, library: Library, faces: Flags) -> dict[Path, Wrap]:
-    """The different picture files that the materials of an OBJ's faces name, in the order of the faces, and what lies
-    beyond each."""
+    """Return the different picture files that the materials of an OBJ's faces name, in the order of the faces, and what
+    lies beyond each.
+    """
     which, uses = whole.current("usemtl")
     used = dict.fromkeys(which[np.flatnonzero(faces)].tolist())
     found = dict[Path, Wrap]()
@@ -30,7 +31,7 @@ def textures_of(whole: Obj, library: Library, faces: Flags) -> dict[Path, Wrap]:
 
 
 def staying(whole: Obj, library: Library, faces: Flags, name: Path, but: Container[str]) -> list[str]:
-    """A note on the pictures of materials that are shown by new coordinates, but were made for the old ones."""
+    """Return a note on the pictures of materials that are shown by new coordinates, but were made for the old ones."""
     which, uses = whole.current("usemtl")
     used = [uses[k].text for k in np.unique(which[faces]) if k >= 0]
     maps = dict.fromkeys(
@@ -53,7 +54,9 @@ def library_of(whole: Obj) -> Library:
 
 
 def rename(whole: Obj, faces: Flags) -> tuple[dict[str | None, str], str]:
-    """New material names of the faces that change: their own where no other face uses it. And one for faces without."""
+    """Return new material names of the faces that change: their own where no other face uses it. And one for faces
+    without.
+    """
     which, uses = whole.current("usemtl")
     names: list[str | None] = [s.text for s in uses] + [None]
     inside = dict.fromkeys(names[k] for k in np.unique(which[faces]))  # in this order they are written
@@ -81,7 +84,7 @@ def companions(name: Path, shown: ShownPictures) -> list[str]:
 
 
 def _embedded_name(name: Path, picture: bytes) -> Path:
-    """The file of a picture that was inside another mesh."""
+    """Return the file of a picture that was inside another mesh."""
     suffix = ".jpg" if formats.suffix_of_content(picture) == ".jpg" else ".png"
     return name.with_name(f"{name.stem}-texture{suffix}")
 

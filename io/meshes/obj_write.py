@@ -36,7 +36,7 @@ class Binding:
 def retexture(
     obj: Obj, faces: NDArray[np.bool_], uv: Real, uv_corners: Index, binding: Binding | None = None
 ) -> bytes:
-    """The file's bytes with new texture coordinates for some faces.
+    """Return the file's bytes with new texture coordinates for some faces.
 
     Args:
         obj: the file.
@@ -58,7 +58,7 @@ def retexture(
 
 
 def rebind(obj: Obj, faces: NDArray[np.bool_], binding: Binding) -> bytes:
-    """The file's bytes with other materials for some faces; arguments as for `retextured`."""
+    """Return the file's bytes with other materials for some faces; arguments as for `retextured`."""
     nothing = np.zeros(0, np.int64)
     return _apply(obj, _binding_edits(obj, faces, binding, _newline(obj)), nothing, nothing)
 
@@ -69,13 +69,13 @@ def _newline(obj: Obj) -> bytes:
 
 
 def _line_of_first_change(obj: Obj, faces: NDArray[np.bool_], keep_old: bool) -> int:
-    """Where the new vt lines go: where the old ones began, but before the first face that needs them."""
+    """Return where the new vt lines go: where the old ones began, but before the first face that needs them."""
     first = int(obj.face_at[np.flatnonzero(faces)[0]])
     return min(first, int(obj.vt_at[0])) if len(obj.vt_at) and not keep_old else first
 
 
 def _runs_of_lines(obj: Obj) -> list[Edit]:
-    """Deletions of all vt lines, neighbouring lines in one piece."""
+    """Return deletions of all vt lines, neighbouring lines in one piece."""
     if not len(obj.vt_at):
         return []
     ends = np.append(obj.line_ends, len(obj.data) - 1)
@@ -88,19 +88,21 @@ def _runs_of_lines(obj: Obj) -> list[Edit]:
 
 
 def _continues(data: bytes, stop: Index) -> NDArray[np.bool_]:
-    """Whether the line that ends before each byte continues after a backslash."""
+    """Return whether the line that ends before each byte continues after a backslash."""
     raw = np.frombuffer(b"  " + data, np.uint8)
     before = np.where(raw[stop] == 13, raw[stop - 1], raw[stop])  # raw is shifted by two
     return (before == 92) & (stop < len(data))
 
 
 def vt_text(uv: Real, newline: str) -> str:
-    """The lines of texture coordinates (t, 2)."""
+    """Return the lines of texture coordinates (t, 2)."""
     return (("vt %.10g %.10g" + newline) * len(uv)) % tuple(uv.ravel().tolist())
 
 
 def _new_indices(obj, corner_changes, uv_corners, added: int, at: int, keep_old: bool) -> tuple[Index, Index]:
-    """(corners whose text changes, their new texture index): the part's own, and others the new lines displace."""
+    """Return (corners whose text changes, their new texture index): the part's own, and others the new lines
+    displace.
+    """
     old = obj.corners[:, 1]
     index = old.copy()
     before = int(np.searchsorted(obj.vt_at, at))
@@ -142,7 +144,7 @@ def _binding_edits(obj: Obj, faces: NDArray[np.bool_], binding: Binding, newline
 
 
 def _apply(obj: Obj, edits: list[Edit], changed: Index, index: Index) -> bytes:
-    """The bytes with corner indices rewritten and the edits made; edits at one byte keep their order."""
+    """Return the bytes with corner indices rewritten and the edits made; edits at one byte keep their order."""
     raw = np.frombuffer(obj.data, np.uint8)
     places = obj.corner_at[changed]
     out = np.empty(len(obj.data) + 20 * changed.size, np.uint8)
@@ -156,7 +158,7 @@ def _apply(obj: Obj, edits: list[Edit], changed: Index, index: Index) -> bytes:
 
 
 def subdivided(obj: Obj, plan: Subdivision) -> bytes:
-    """The file's bytes with triangles in the place of some faces.
+    """Return the file's bytes with triangles in the place of some faces.
 
     New vertices stand before the first of these, with colours where the old ones have some; every other line stays, but
     that numbers after the new ones grow and relative ones become absolute.
@@ -199,13 +201,15 @@ def subdivided(obj: Obj, plan: Subdivision) -> bytes:
 
 
 def _moved(number: Index, before: int, count: int, added: int) -> Index:
-    """The numbers in the new file, from 1, of old items and new ones, which stand after `before` old ones; 0: none."""
+    """Return the numbers in the new file, from 1, of old items and new ones, which stand after `before` old ones; 0:
+    none.
+    """
     old = np.where(number >= before, number + added, number)
     return np.where(number < 0, -1, np.where(number >= count, number - count + before, old)) + 1
 
 
 def _new_lines(obj: Obj, mixed: list[Mixtures], found: list[list[list[float]]]) -> list[bytes]:
-    """The lines of new vertices, coordinates and normals."""
+    """Return the lines of new vertices, coordinates and normals."""
     out = list[bytes]()
     for word, each, values in zip(KINDS, mixed, found):
         for parents, weights in zip(each.parents.tolist(), each.weights.tolist()):
@@ -219,7 +223,7 @@ def _new_lines(obj: Obj, mixed: list[Mixtures], found: list[list[list[float]]]) 
 
 
 def _face(corners: list[Index]) -> bytes:
-    """The line of a triangle: vertices, coordinates, normals (3,), 0 where there is none."""
+    """Return the line of a triangle: vertices, coordinates, normals (3,), 0 where there is none."""
     words = []
     for v, vt, vn in zip(*(each.tolist() for each in corners)):
         text = b"%d" % v + (b"/%d" % vt if vt else b"/" if vn else b"") + (b"/%d" % vn if vn else b"")
@@ -228,7 +232,7 @@ def _face(corners: list[Index]) -> bytes:
 
 
 def _renumbered(line: bytes, held: list[int], before: list[int], added: list[int], *, after: bool) -> bytes:
-    """The line of an element with the numbers that its items have now; as it is if these are the same.
+    """Return the line of an element with the numbers that its items have now; as it is if these are the same.
 
     Args:
         line: the line.

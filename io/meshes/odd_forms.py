@@ -6,7 +6,7 @@ from ...arrays import Index, Real
 
 
 def strip(vertices: Index) -> Index:
-    """(m, 3) triangles of strips (k,), where -1 begins another; every second triangle is turned."""
+    """Return (m, 3) triangles of strips (k,), where -1 begins another; every second triangle is turned."""
     found = [np.zeros((0, 3), np.int64)]
     for part in np.split(vertices, np.flatnonzero(vertices < 0)):
         part = part[part >= 0]
@@ -18,7 +18,8 @@ def strip(vertices: Index) -> Index:
 
 
 def free_off(text: str) -> tuple[Real, Index, Index] | None:
-    """Points (n, 3), corners (c,) and starts (f + 1,) of an OFF file read number by number; None if they don't add up.
+    """Return points (n, 3), corners (c,) and starts (f + 1,) of an OFF file read number by number; None if they don't
+    add up.
 
     Geomview's format says that numbers may stand on any lines. Colours could not be
     distinguished from faces then, so there are none.
@@ -36,14 +37,14 @@ def free_off(text: str) -> tuple[Real, Index, Index] | None:
 
 
 def is_binary_off(data: bytes) -> bool:
-    """Whether this is an OFF file whose numbers are binary."""
+    """Return whether this is an OFF file whose numbers are binary."""
     return data[:80].split(b"\n")[0].split() == [b"OFF", b"BINARY"]
 
 
 def binary_off(data: bytes) -> tuple[Real, Index, Index]:
-    """Points (n, 3), corners (c,) and starts (f + 1,) of a binary OFF file: integers and floats of 32 bits, big-endian
-    with the number of a colour's components, and these, after each face's corners (Geomview's manual), or little-endian
-    without (as PMP writes them).
+    """Return points (n, 3), corners (c,) and starts (f + 1,) of a binary OFF file: integers and floats of 32 bits,
+    big-endian with the number of a colour's components, and these, after each face's corners (Geomview's manual), or
+    little-endian without (as PMP writes them).
 
     Raises:
         ValueError: the numbers don't add up.
@@ -82,5 +83,5 @@ def _faces(numbers: Index, count: int, *, coloured: bool) -> tuple[Index, Index]
 
 
 def is_binary_stl(data: bytes) -> bool:
-    """Whether this is an STL file whose length is as its number of faces says."""
+    """Return whether this is an STL file whose length is as its number of faces says."""
     return len(data) >= 84 and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little")

@@ -71,7 +71,7 @@ def _as_utf8(data: bytes) -> bytes:
 
 
 def _by_trimesh(path: Path, data: bytes) -> dict[str, MeshFile]:
-    """The geometries with faces that trimesh finds."""
+    """Return the geometries with faces that trimesh finds."""
     import trimesh
 
     logging.getLogger("trimesh").addHandler(logging.NullHandler())

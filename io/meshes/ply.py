@@ -63,12 +63,14 @@ class Table:
         return self.cells.dtype.kind == "S"
 
     def column(self, name: str) -> NDArray:
-        """(n,) a property of one value."""
+        """Return (n,) a property of one value."""
         k, said = self._place(name)
         return _values(self.cells, self.starts[:-1, k], said.dtype)
 
     def lists(self, name: str) -> tuple[NDArray, Index, Index]:
-        """Values (c,) of a list property, where they are in the cells (c,), and where each row's begin (n + 1,)."""
+        """Return values (c,) of a list property, where they are in the cells (c,), and where each row's begin (n +
+        1,).
+        """
         k, said = self._place(name)
         at = self.starts[:-1, k]
         size = _values(self.cells, at, said.count).astype(np.int64)
@@ -120,12 +122,12 @@ class Ply:
         return self.tables.get("face", self.tables.get("faces"))
 
     def named(self, *sets: tuple[str, ...]) -> tuple[str, ...] | None:
-        """The first of some sets of properties that vertices have."""
+        """Return the first of some sets of properties that vertices have."""
         table = self.tables["vertex"]
         return next((names for names in sets if all(name in table for name in names)), None)
 
     def vertices(self, names: tuple[str, ...]) -> Real:
-        """(n, k) properties of the vertices."""
+        """Return (n, k) properties of the vertices."""
         return np.column_stack([self.tables["vertex"].column(name).astype(float) for name in names])
 
     @property
@@ -167,7 +169,7 @@ class Ply:
 
 
 def read(path: Path) -> Ply:
-    """A .ply file.
+    """Return a .ply file.
 
     Raises:
         ValueError, IndexError, KeyError: it is none.
@@ -176,7 +178,7 @@ def read(path: Path) -> Ply:
 
 
 def parse(data: bytes, path: Path) -> Ply:
-    """What the bytes of a PLY file say.
+    """Return what the bytes of a PLY file say.
 
     Raises:
         ValueError, IndexError, KeyError: they are none.
@@ -214,7 +216,7 @@ def _elements(words: list[list[str]], order: str) -> list[tuple[str, int, tuple[
 
 
 def _rows(cells: NDArray, count: int, properties: tuple[Property, ...]) -> Index:
-    """(n + 1, p + 1) the first cell of each property of each row; the last row is where the next would begin.
+    """Return (n + 1, p + 1) the first cell of each property of each row; the last row is where the next would begin.
 
     Raises:
         ValueError: there are fewer cells than that takes.
@@ -234,13 +236,13 @@ def _rows(cells: NDArray, count: int, properties: tuple[Property, ...]) -> Index
 
 
 def _alike(cells: NDArray, at: Index, said: Property) -> bool:
-    """Whether all lists are as long as the first."""
+    """Return whether all lists are as long as the first."""
     counts = _values(cells, at, said.count)
     return bool((counts == counts[:1]).all())
 
 
 def _walk(cells: NDArray, count: int, properties, sizes: list[int], heads: list[int]) -> Index:
-    """As `_rows`, row by row, where lists have different lengths."""
+    """Return as `_rows`, row by row, where lists have different lengths."""
     wide = [1 if cells.dtype.kind == "S" else np.dtype(p.dtype).itemsize for p in properties]
     counted = [_counter(cells, p) if p.count else None for p in properties]
     starts, at = np.empty((count + 1, len(properties) + 1), np.int64), 0
@@ -257,7 +259,7 @@ def _walk(cells: NDArray, count: int, properties, sizes: list[int], heads: list[
 
 
 def _counter(cells: NDArray, said: Property) -> Callable[[int], int]:
-    """The count of the list that begins at a cell."""
+    """Return the count of the list that begins at a cell."""
 
     def counts(at: int) -> int:
         found = int(_values(cells, np.array([at]), said.count)[0])
@@ -271,7 +273,7 @@ def _counter(cells: NDArray, said: Property) -> Callable[[int], int]:
 
 
 def _values(cells: NDArray, at: Index, dtype: str) -> NDArray:
-    """(n,) values that begin at cells (n,); whole numbers of ASCII files, too, are floats."""
+    """Return (n,) values that begin at cells (n,); whole numbers of ASCII files, too, are floats."""
     if cells.dtype.kind == "S":
         return cells[at].astype(float)
     if not at.size:

@@ -28,7 +28,7 @@ class Changes:
 def with_coordinates(
     ply: Ply, faces: Flags, uv: Real, uv_corners: Index, texture: str | None
 ) -> tuple[bytes, list[str]]:
-    """The file with new texture coordinates for some faces.
+    """Return the file with new texture coordinates for some faces.
 
     They go where it has them, to the corners of faces (`texcoord`) or to vertices (`s` and `t`, `u` and `v`, …), else
     to vertices as `s` and `t`. Vertices whose corners have several are split, copies of them come last.
@@ -71,7 +71,7 @@ def with_coordinates(
 
 
 def subdivided(ply: Ply, plan: Subdivision) -> Ply:
-    """The file with triangles in the place of some faces; what faces have goes to all that stand in their place.
+    """Return the file with triangles in the place of some faces; what faces have goes to all that stand in their place.
 
     Raises:
         InputError: vertices with lists, of which there is no other way to write them.
@@ -134,7 +134,7 @@ def _cells(cells: NDArray) -> bytes:
 
 
 def _list(values: NDArray, said: Property, text: bool) -> bytes:
-    """A list as the file holds it."""
+    """Return a list as the file holds it."""
     if not text:
         return np.array([len(values)], said.count).tobytes() + values.astype(said.dtype).tobytes()
     cells = np.zeros(len(values), "S24")
@@ -149,7 +149,7 @@ def _count(made: Changes, name: str, count: int) -> None:
 
 
 def plain(mesh: Mesh, name: Path) -> Ply:
-    """A binary file of a mesh from another format, to be given coordinates."""
+    """Return a binary file of a mesh from another format, to be given coordinates."""
     used, corners = np.unique(mesh.corners, return_inverse=True)
     properties = "".join(f"property float {axis}\n" for axis in "xyz")
     size = "uchar" if mesh.sizes.max(initial=0) < 256 else "int"
@@ -178,7 +178,7 @@ def _put(cells: NDArray, at: Index, values: NDArray, dtype: str) -> None:
 
 
 def _room(cells: NDArray) -> NDArray:
-    """A copy; text with room for any number."""
+    """Return a copy; text with room for any number."""
     return cells.astype(f"S{max(cells.itemsize, 24)}") if cells.dtype.kind == "S" else cells.copy()
 
 
@@ -199,7 +199,7 @@ def _cornerwise(made: Changes, table: Table, places: Index, values: Real) -> Non
 
 
 def _vertices(ply: Ply, made: Changes, names: tuple[str, ...] | None, order: Index, values: Real) -> None:
-    """The vertices in a new order, with coordinates (n, 2)."""
+    """Write the vertices in a new order, with coordinates (n, 2)."""
     table = ply.tables["vertex"]
     if any(p.count for p in table.properties):
         raise InputError(

@@ -45,15 +45,18 @@ class Split:
         return self.order[self.count :]
 
     def values(self, new: Real, old: Real) -> Real:
-        """(n, 2) coordinates: the new ones (t, 2), and the old ones of the file's vertices where no corner says any."""
+        """Return (n, 2) coordinates: the new ones (t, 2), and the old ones of the file's vertices where no corner says
+        any.
+        """
         return np.where((self.coordinate >= 0)[:, None], new[self.coordinate], old[self.order])
 
 
 def with_triangles(
     starts: Index, values: np.ndarray, plan: Subdivision, new: np.ndarray
 ) -> tuple[np.ndarray, Index]:
-    """Values (c,) of the corners of polygons that begin at starts (f + 1,), those of triangles (k, 3) in the place of
-    some; and where these polygons begin."""
+    """Return values (c,) of the corners of polygons that begin at starts (f + 1,), those of triangles (k, 3) in the
+    place of some; and where these polygons begin.
+    """
     sizes, times = np.diff(starts), plan.sizes(np.diff(starts))
     kept = ~replaced(plan, sizes.size)
     length = np.repeat(np.where(kept, sizes, 3), times)
@@ -65,7 +68,7 @@ def with_triangles(
 
 
 def replaced(plan: Subdivision, count: int) -> Flags:
-    """(f,) which of so many polygons triangles stand in the place of."""
+    """Return (f,) which of so many polygons triangles stand in the place of."""
     found = np.zeros(count, bool)
     found[plan.faces] = True
     return found
@@ -96,7 +99,7 @@ def subdivided(mesh: Mesh, plan: Subdivision) -> Mesh:
 
 
 def _subdivided(mesh: Mesh, plan: Subdivision, values: Real, at: Index) -> tuple[Real, Index, Index]:
-    """Values (n, k) with those of new vertices after them, which each corner has, and where polygons begin."""
+    """Return values (n, k) with those of new vertices after them, which each corner has, and where polygons begin."""
     mixed = plan.mixtures(at, len(values))
     corners, starts = with_triangles(mesh.starts, at, plan, mixed.number)
     return np.concatenate([values, mixed.of(values)]), corners, starts

@@ -14,7 +14,7 @@ POLE = 90.0
 
 
 def joined(polygons: Sequence[Rings]) -> Sequence[Rings]:
-    """The polygons of one feature, each as its outline and its holes, in one piece across 180°.
+    """Return the polygons of one feature, each as its outline and its holes, in one piece across 180°.
 
     The same sequence is returned where nothing crosses, or coordinates are not degrees of longitude and latitude.
     """
@@ -56,7 +56,9 @@ def _is_in_degrees(ring: Complex) -> bool:
 
 
 def _unwrapped(ring: Complex) -> Complex:
-    """A ring without jumps from one side of 180° to the other; one around a pole, and one without jumps, as it is."""
+    """Return a ring without jumps from one side of 180° to the other; one around a pole, and one without jumps, as it
+    is.
+    """
     step = np.diff(ring.real, append=ring.real[:1])
     # the edge of a map of the world, or of a polygon that was closed along 180°, runs along the pole
     turns = np.where(step > 180, -1, np.where(step < -180, 1, 0))
@@ -66,11 +68,11 @@ def _unwrapped(ring: Complex) -> Complex:
 
 
 def _beside(rings: Rings) -> Rings:
-    """The rings of one polygon, the holes on the same turn around the Earth as the outline."""
+    """Return the rings of one polygon, the holes on the same turn around the Earth as the outline."""
     middle = (rings[0].real.max() + rings[0].real.min()) / 2
     return [rings[0], *(hole + 360 * np.round((middle - hole.real.mean()) / 360) for hole in rings[1:])]
 
 
 def _snapped(ring: Complex) -> Complex:
-    """What is all but at 180° exactly there, so that halves meet."""
+    """Return what is all but at 180° exactly there, so that halves meet."""
     return np.where(np.abs(np.abs(ring.real) - 180) <= NEAR, 180 * np.sign(ring.real) + 1j * ring.imag, ring)

@@ -31,7 +31,7 @@ DRAWN = {"LINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE", "LWPOLYLINE", "POLYLINE",
 def read(
     path: Path, chosen: str | None = None, *, flatness: float = 1e-4, max_bytes: int = limits.DRAWING_BYTES
 ) -> Drawing:
-    """The closed outlines of the drawing's model space, blocks included, or of the layer `chosen`.
+    """Return the closed outlines of the drawing's model space, blocks included, or of the layer `chosen`.
 
     Raises:
         InputError: ezdxf is not installed, or the file is not a DXF drawing.

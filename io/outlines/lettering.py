@@ -26,7 +26,7 @@ SAY = "a font needs a text, such as {}#text=Word"
 def read(
     path: Path, chosen: str | None = None, *, flatness: float = 1e-4, max_bytes: int = limits.DRAWING_BYTES
 ) -> Drawing:
-    """The outlines of a line of text, kerned, with the font's ligatures.
+    """Return the outlines of a line of text, kerned, with the font's ligatures.
 
     Raises:
         InputError: no text is said, the file is not a font, or has no such letters.
@@ -63,8 +63,9 @@ def read(
 
 
 def _letters_of(found: Sequence[FilledOutline], letters: Sequence[tuple[int, Complex]]) -> list[int]:
-    """The letter that each outline is a part of, and of several that it joins the one with most of its area; `letters`
-    are the rings of all glyphs, each with the place of its letter in the text."""
+    """Return the letter that each outline is a part of, and of several that it joins the one with most of its area;
+    `letters` are the rings of all glyphs, each with the place of its letter in the text.
+    """
     areas = shapely.make_valid([polygon_of(z) if z.size > 2 else shapely.Polygon() for _, z in letters])
     numbers = np.array([letter for letter, _ in letters])
     tree = shapely.STRtree(areas)

@@ -26,7 +26,7 @@ RECORD_SEPARATOR = b"\x1e \t\r"
 def read(
     path: Path, chosen: str | None = None, *, flatness: float = 1e-4, max_bytes: int = limits.GEOMETRY_BYTES
 ) -> Drawing:
-    """The polygons of a file, or those of the feature, label, category, or picture that is called `chosen`.
+    """Return the polygons of a file, or those of the feature, label, category, or picture that is called `chosen`.
 
     Coordinates are taken as they are: no projection. `flatness` is not used: nothing is curved.
 
@@ -58,7 +58,7 @@ def read(
 
 
 def holds(path: Path) -> bool:
-    """Whether JSON holds polygons, and not constraints."""
+    """Return whether JSON holds polygons, and not constraints."""
     try:
         content = _content(path, limits.GEOMETRY_BYTES)
     except InputError:
@@ -67,7 +67,8 @@ def holds(path: Path) -> bool:
 
 
 def _content(path: Path, max_bytes: int) -> Any:
-    """What a file holds, as one document: a list of features (QuPath), and features line by line, are a collection.
+    """Return what a file holds, as one document: a list of features (QuPath), and features line by line, are a
+    collection.
 
     Raises:
         InputError: it is not JSON.
@@ -86,7 +87,7 @@ def _content(path: Path, max_bytes: int) -> Any:
 
 
 def _of_lines(path: Path, max_bytes: int) -> list[Any]:
-    """The documents of a file that has one on each line (RFC 8142, GeoJSONL); none where a line is not one."""
+    """Return the documents of a file that has one on each line (RFC 8142, GeoJSONL); none where a line is not one."""
     lines = [
         line.strip(RECORD_SEPARATOR) for line in files.read_bytes(path, max_bytes=max_bytes).splitlines()
     ]
@@ -113,7 +114,7 @@ def _fill(drawing: Drawing, found: Iterator[Found], chosen: str | None) -> None:
 def geometries(
     item: Any, feature: dict[str, Any] | None = None, depth: int = 0
 ) -> Iterator[tuple[Any, dict[str, Any] | None]]:
-    """Every geometry of GeoJSON that is not a collection, in order, and the feature that it belongs to.
+    """Yield every geometry of GeoJSON that is not a collection, in order, and the feature that it belongs to.
 
     What is neither feature nor collection is given as it is. Bounding boxes are taken out of the document.
 
@@ -137,7 +138,9 @@ def geometries(
 
 
 def _geojson(content: dict[str, Any], notes: list[str]) -> Iterator[Found]:
-    """The polygons of features and geometries, and what features are called; what is left out or joined is noted."""
+    """Yield the polygons of features and geometries, and what features are called; what is left out or joined is
+    noted.
+    """
     others: Counter[str] = Counter()
     joined = list[str]()
     for geometry, feature in geometries(content):
@@ -166,7 +169,7 @@ def _geojson(content: dict[str, Any], notes: list[str]) -> Iterator[Found]:
 
 
 def _labelme(content: dict[str, Any]) -> Iterator[Found]:
-    """The shapes that have an inside."""
+    """Yield the shapes that have an inside."""
     for shape in content["shapes"]:
         kind, points = shape.get("shape_type", "polygon"), _ring(shape["points"])
         if kind == "rectangle":
@@ -181,7 +184,7 @@ def _labelme(content: dict[str, Any]) -> Iterator[Found]:
 
 
 def _coco(content: dict[str, Any], chosen: str | None) -> tuple[Drawing, Iterator[Found]]:
-    """The annotations of one picture, on its canvas."""
+    """Return the annotations of one picture, on its canvas."""
     pictures = {each["id"]: each for each in content.get("images", [])}
     kinds = {each["id"]: str(each["name"]) for each in content.get("categories", [])}
     found: list[tuple[Any, Found]] = []

@@ -11,7 +11,7 @@ DEEPEST = 50  # collections in each other
 
 
 def as_geojson(content: dict[str, Any]) -> dict[str, Any]:
-    """The features of a topology; any other document as it is.
+    """Return the features of a topology; any other document as it is.
 
     Raises:
         InputError: it refers to an arc that it does not have.
@@ -29,7 +29,7 @@ def as_geojson(content: dict[str, Any]) -> dict[str, Any]:
 
 
 def _arc(points: Any, transform: Any) -> NDArray[np.float64]:
-    """(n, 2) points; of a quantised topology, differences in whole numbers."""
+    """Return (n, 2) points; of a quantised topology, differences in whole numbers."""
     arc = np.array([point[:2] for point in points], dtype=float).reshape(-1, 2)
     if transform is None:
         return arc
@@ -41,7 +41,9 @@ def _arc(points: Any, transform: Any) -> NDArray[np.float64]:
 def _feature(
     geometry: dict[str, Any], arcs: list[NDArray[np.float64]], name: str, depth: int
 ) -> dict[str, Any]:
-    """A geometry, or a collection of them, as a feature or a collection; `name` is that of the object it is in."""
+    """Return a geometry, or a collection of them, as a feature or a collection; `name` is that of the object it is
+    in.
+    """
     kind = geometry.get("type")
     if kind == "GeometryCollection" and depth < DEEPEST:
         members = [_feature(each, arcs, "", depth + 1) for each in geometry["geometries"]]
@@ -58,7 +60,7 @@ def _feature(
 
 
 def _ring(numbers: list[int], arcs: list[NDArray[np.float64]]) -> list[list[float]]:
-    """The points of a ring of arcs, each of which begins where the one before ends; ~k is arc k backwards."""
+    """Return the points of a ring of arcs, each of which begins where the one before ends; ~k is arc k backwards."""
     points = list[list[float]]()
     for number in numbers:
         at = ~number if number < 0 else number

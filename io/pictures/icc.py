@@ -18,7 +18,7 @@ LAB = "CIELAB", "ICCLAB"
 
 
 def needed(spec: oiio.ImageSpec) -> bool:
-    """Whether a picture, as its header says, is in Lab, or in CMYK with a profile."""
+    """Return whether a picture, as its header says, is in Lab, or in CMYK with a profile."""
     kinds = {spec.get_string_attribute(f"{format}:ColorSpace") for format in ("jpeg", "tiff")}
     if kinds.intersection(LAB):
         return True
@@ -26,7 +26,8 @@ def needed(spec: oiio.ImageSpec) -> bool:
 
 
 def read(path: str | Path, spec: oiio.ImageSpec) -> NDArray[np.uint8]:
-    """(h, w, 3) sRGB bytes of such a picture, as it is stored, relative to its white and with its black as black.
+    """Return (h, w, 3) sRGB bytes of such a picture, as it is stored, relative to its white and with its black as
+    black.
 
     Raises:
         InputError: more than 8 bits a channel, or the profile or the pixels make no sense.
@@ -65,7 +66,8 @@ def read(path: str | Path, spec: oiio.ImageSpec) -> NDArray[np.uint8]:
 
 
 def as_srgb(picture: "PictureFile", path: str | Path) -> tuple[NDArray[np.uint8], int]:
-    """The sRGB bytes of a picture that Pillow has read, by its profile if it has one, and the index of its alpha.
+    """Return the sRGB bytes of a picture that Pillow has read, by its profile if it has one, and the index of its
+    alpha.
 
     Raises:
         InputError: the profile makes no sense.

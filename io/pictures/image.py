@@ -51,7 +51,9 @@ class Image:
     def texture(
         self, box: Box, kind: str = "colour", room: Memory | None = None, turn: complex = 1
     ) -> Texture:
-        """The picture placed in the plane, in sRGB or linear light. `kind` other than "colour" is taken as numbers."""
+        """Return the picture placed in the plane, in sRGB or linear light. `kind` other than "colour" is taken as
+        numbers.
+        """
         transfer = "linear" if kind != "colour" else transfer_of(self.colorspace)
         if transfer is not None:
             return Texture(self.pixels, box, self.alpha, transfer, self.associated, turn)
@@ -65,13 +67,13 @@ class Image:
         return Texture(linear, box, self.alpha, "linear", self.associated, turn)
 
     def covered(self) -> "Image":
-        """A picture of one pixel like that which `warp` makes: alpha is appended where there is none."""
+        """Return a picture of one pixel like that which `warp` makes: alpha is appended where there is none."""
         channels = self.pixels.shape[2] + (self.alpha < 0)
         alpha = self.alpha if self.alpha >= 0 else channels - 1
         return replace(self, pixels=np.zeros((1, 1, channels), self.pixels.dtype), alpha=alpha)
 
     def with_pixels(self, pixels: NDArray, alpha: int) -> "Image":
-        """The same kind of picture with other pixels, as `warp` made them from this picture's texture."""
+        """Return the same kind of picture with other pixels, as `warp` made them from this picture's texture."""
         made = replace(self, pixels=pixels, alpha=alpha)
         if pixels.dtype != self.pixels.dtype:
             made = _convert(replace(made, colorspace="lin_rec709"), self.colorspace, self.pixels.dtype)
@@ -79,7 +81,7 @@ class Image:
 
 
 def own_configuration() -> bool:
-    """Whether a studio has its own configuration of OpenColorIO, whose names may mean something else."""
+    """Return whether a studio has its own configuration of OpenColorIO, whose names may mean something else."""
     return bool(os.environ.get("OCIO"))
 
 
@@ -99,7 +101,9 @@ def transfer_of(colorspace: str) -> str | None:
 
 @cache
 def usual_of(said: str) -> str | None:
-    """A colour space as a file calls it, by one of the usual names where it has one; None where nobody knows it."""
+    """Return a colour space as a file calls it, by one of the usual names where it has one; None where nobody knows
+    it.
+    """
     if said in USUAL and not own_configuration():
         return USUAL[said]
     config = oiio.ColorConfig()
@@ -109,7 +113,7 @@ def usual_of(said: str) -> str | None:
 
 
 def prepare(image: Image, format: PictureFormat) -> Image:
-    """The picture as a format can hold it: encoding, association of alpha, channels and depth."""
+    """Return the picture as a format can hold it: encoding, association of alpha, channels and depth."""
     before, encoded = image.colorspace, transfer_of(image.colorspace)
     unsaid = not format.named and encoded != "srgb" and image.colorspace != "data"
     display, linear = format.light == "display", format.light == "linear"
@@ -145,7 +149,7 @@ def prepare(image: Image, format: PictureFormat) -> Image:
 
 
 def unassociate(image: Image) -> Image:
-    """The picture with alpha divided out, if it is not."""
+    """Return the picture with alpha divided out, if it is not."""
     if not image.associated:
         return image
     srgb = transfer_of(image.colorspace) == "srgb"
@@ -174,7 +178,7 @@ def _without(image: Image, *names: str) -> dict[str, Any]:
 
 
 def _convert(image: Image, space: str, dtype: np.dtype) -> Image:
-    """The picture in another colour space and depth; alpha keeps its association."""
+    """Return the picture in another colour space and depth; alpha keeps its association."""
     old = image.pixels.dtype
     values = image.pixels.astype(np.float32)
     if old.kind != "f":
@@ -204,7 +208,7 @@ def _ocio(values: NDArray, part: list[int], image: Image, space: str) -> NDArray
 
 
 def error_of(library: Any) -> str:
-    """The first line of what OpenImageIO, or a file or buffer of it, says about the last error."""
+    """Return the first line of what OpenImageIO, or a file or buffer of it, says about the last error."""
     try:
         return first_line(library.geterror())
     except UnicodeDecodeError:  # it quotes the file
@@ -212,5 +216,5 @@ def error_of(library: Any) -> str:
 
 
 def first_line(text: str) -> str:
-    """The first line of a library's message."""
+    """Return the first line of a library's message."""
     return (text or "unknown reason").strip().splitlines()[0]

@@ -71,7 +71,7 @@ def read(
     colorspace: str | None = None,
     room: Memory | None = None,
 ) -> Image:
-    """Reads the first picture of a file as it is stored, upright.
+    """Read the first picture of a file as it is stored, upright.
 
     Args:
         path: any format that OpenImageIO reads.
@@ -99,7 +99,7 @@ def read(
 
 
 def _by_pillow(path: str | Path, max_pixels: int, form: str) -> Image:
-    """An AVIF or HEIC picture, which OpenImageIO reads only with a library that few installations have.
+    """Return an AVIF or HEIC picture, which OpenImageIO reads only with a library that few installations have.
 
     Raises:
         InputError: it is damaged, too large, or there is no decoder of it.
@@ -129,7 +129,9 @@ def _by_pillow(path: str | Path, max_pixels: int, form: str) -> Image:
 
 
 def read_held(picture: Path | bytes, where: str, **options: Any) -> Image:
-    """A picture by its file or by the content of one, which messages call `where`; options and errors as for `read`."""
+    """Return a picture by its file or by the content of one, which messages call `where`; options and errors as for
+    `read`.
+    """
     if isinstance(picture, Path):
         return read(picture, **options)
     with scratch() as folder:
@@ -255,7 +257,7 @@ _passed: list[tuple[dict[str, Any], Any]] = []
 
 
 def write(path: str | Path, image: Image) -> None:
-    """Writes a picture in the format of the path's suffix, converted where the format demands it.
+    """Write a picture in the format of the path's suffix, converted where the format demands it.
 
     Display formats get sRGB, EXR and HDR linear light; EXR associates alpha; where there is no alpha the picture is
     laid on white.
@@ -267,7 +269,7 @@ def write(path: str | Path, image: Image) -> None:
 
 
 def as_png(image: Image) -> bytes:
-    """The picture as a PNG file."""
+    """Return the picture as a PNG file."""
     with scratch() as folder:
         path = folder / "a.png"
         write(path, image)
@@ -275,7 +277,7 @@ def as_png(image: Image) -> bytes:
 
 
 def as_jpeg(image: Image) -> bytes:
-    """The picture as a JPEG file."""
+    """Return the picture as a JPEG file."""
     with scratch() as folder:
         path = folder / "a.jpg"
         write(path, image)
@@ -283,7 +285,7 @@ def as_jpeg(image: Image) -> bytes:
 
 
 def write_bands(path: str | Path, like: Image, height: int, width: int, blocks: Iterable[NDArray]) -> None:
-    """Writes (rows, width, c) blocks that follow each other from the top, as `write`, without ever holding them all.
+    """Write (rows, width, c) blocks that follow each other from the top, as `write`, without ever holding them all.
 
     Args:
         path: the file.
@@ -344,7 +346,7 @@ def _open(path: str | Path) -> Iterator[Any]:
 
 
 def _pixels(file: Any, spec: oiio.ImageSpec, kind: str, room: Memory) -> NDArray | None:
-    """The (h, w, c) pixels, some rows at a time: the library's own reading of all holds them twice."""
+    """Return the (h, w, c) pixels, some rows at a time: the library's own reading of all holds them twice."""
     c, tall = spec.nchannels, max(1, spec.tile_height)
     step = -(-strip_rows(spec.width, c) // tall) * tall
     out = room((spec.height, spec.width, c), KEPT[kind])
@@ -362,7 +364,7 @@ def _pixels(file: Any, spec: oiio.ImageSpec, kind: str, room: Memory) -> NDArray
 
 
 def _check_png(path: str | Path, content: BinaryIO) -> bool:
-    """Whether a PNG file is animated. Refuses one that is cut or changed: libpng would print a separate line.
+    """Return whether a PNG file is animated. Refuses one that is cut or changed: libpng would print a separate line.
 
     Args:
         path: for messages.
@@ -387,7 +389,7 @@ def _check_png(path: str | Path, content: BinaryIO) -> bool:
 
 
 def _holes(pixels: NDArray, room: Memory) -> int:
-    """How many texels are not finite in some channel."""
+    """Return how many texels are not finite in some channel."""
     count, step = 0, strip_rows(*pixels.shape[1:])
     for row in range(0, len(pixels), step):
         finite = np.isfinite(pixels[row : row + step])
@@ -398,7 +400,7 @@ def _holes(pixels: NDArray, room: Memory) -> int:
 
 
 def clipping_note(path: str | Path, image: Image) -> str | None:
-    """What a picture loses in a file that holds 0 to 1 only, as a sentence."""
+    """Return what a picture loses in a file that holds 0 to 1 only, as a sentence."""
     format, pixels = formats.picture(path), image.pixels
     if format.light != "display" or pixels.dtype.kind != "f":
         return None
@@ -449,7 +451,7 @@ def _alpha(spec: oiio.ImageSpec) -> int:
 
 
 def _is_associated(spec: oiio.ImageSpec, format: str) -> bool:
-    """Whether colours come premultiplied; some plug-ins hand on straight ones without saying so."""
+    """Return whether colours come premultiplied; some plug-ins hand on straight ones without saying so."""
     straight = spec.get_int_attribute("oiio:UnassociatedAlpha") or format in STRAIGHT
     return _alpha(spec) >= 0 and not straight
 
@@ -465,7 +467,7 @@ def _known(path: str | Path, colorspace: str) -> str:
 
 
 def _space(spec: oiio.ImageSpec, dtype: np.dtype) -> str:
-    """The colour space that the file names; without one sRGB for integers, linear for floats."""
+    """Return the colour space that the file names; without one sRGB for integers, linear for floats."""
     try:
         said = spec.get_string_attribute("oiio:ColorSpace")
     except UnicodeDecodeError:
@@ -475,7 +477,7 @@ def _space(spec: oiio.ImageSpec, dtype: np.dtype) -> str:
 
 
 def _metadata(spec: oiio.ImageSpec) -> tuple[dict[str, Any], bool]:
-    """What the header says of the picture itself, and whether that is all: what is not UTF-8 is left out."""
+    """Return what the header says of the picture itself, and whether that is all: what is not UTF-8 is left out."""
     kept: dict[str, Any] = {}
     whole = True
     for entry in spec.extra_attribs:
@@ -525,13 +527,15 @@ def _spec(image: Image, height: int, width: int, encoder: str) -> oiio.ImageSpec
 
 
 def _fits(profile: Any, colours: int) -> bool:
-    """Whether an ICC profile is of pictures with so many colours; that of a CMYK file is not of what is read of it."""
+    """Return whether an ICC profile is of pictures with so many colours; that of a CMYK file is not of what is read of
+    it.
+    """
     header = bytes(np.asarray(profile, np.uint8)[:40])
     return header[36:] == b"acsp" and header[16:20] == {1: b"GRAY", 3: b"RGB "}.get(colours)
 
 
 def _as_displayed(pixels: NDArray, spec: oiio.ImageSpec, room: Memory) -> NDArray:
-    """The pixels of the display window: an EXR may store more or less than that."""
+    """Return the pixels of the display window: an EXR may store more or less than that."""
     full = (spec.full_x, spec.full_y, spec.full_width, spec.full_height)
     if full == (spec.x, spec.y, spec.width, spec.height) or min(full[2:]) <= 0:
         return pixels
@@ -546,7 +550,7 @@ def _as_displayed(pixels: NDArray, spec: oiio.ImageSpec, room: Memory) -> NDArra
 
 
 def _turn_upright(pixels: NDArray, spec: oiio.ImageSpec) -> NDArray:
-    """The pixels as a viewer shows them: EXIF orientations 1 to 8."""
+    """Return the pixels as a viewer shows them: EXIF orientations 1 to 8."""
     turn = spec.get_int_attribute("Orientation", 1)
     if turn in (5, 6, 7, 8):
         pixels = pixels.swapaxes(0, 1)

@@ -27,7 +27,9 @@ EMBEDDED = FORMATS
 
 
 def decodes_heif() -> bool:
-    """Whether the decoder of HEIC is installed, the extra `heic`; Pillow then opens such pictures where it may."""
+    """Return whether the decoder of HEIC is installed, the extra `heic`; Pillow then opens such pictures where it
+    may.
+    """
     try:
         import pi_heif
     except ImportError:
@@ -38,7 +40,7 @@ def decodes_heif() -> bool:
 
 @contextmanager
 def opened(picture: Path | bytes, where: object, formats: Sequence[str] = FORMATS) -> Iterator[Image]:
-    """A picture, open while the block runs: its size is known, its pixels are decoded when they are asked for.
+    """Yield a picture, open while the block runs: its size is known, its pixels are decoded when they are asked for.
 
     Args:
         picture: a file, or the content of one.

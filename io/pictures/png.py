@@ -27,15 +27,15 @@ class PngOutput:
         self.said, self.error = said, ""
 
     def supports(self, what: str) -> Any:
-        """As `ImageOutput.supports`."""
+        """Return as `ImageOutput.supports`."""
         return self.said.supports(what)
 
     def geterror(self) -> str:
-        """As `ImageOutput.geterror`; what the system said of the file itself."""
+        """Return as `ImageOutput.geterror`; what the system said of the file itself."""
         return self.error or self.said.geterror()
 
     def open(self, name: str, spec: oiio.ImageSpec) -> bool:
-        """As `ImageOutput.open`: begins the file. The header is that of a file with the first row alone."""
+        """Return as `ImageOutput.open`: begins the file. The header is that of a file with the first row alone."""
         one, path = spec.copy(), Path(name)
         one.height = one.full_height = 1
         if one.get_string_attribute("oiio:ColorSpace") == "sRGB":
@@ -51,7 +51,7 @@ class PngOutput:
         return self._put(before)
 
     def write_scanlines(self, first: int, end: int, z: int, rows: NDArray) -> bool:
-        """As `ImageOutput.write_scanlines`: (rows, w, c) uint8 or uint16 that follow the ones before."""
+        """Return as `ImageOutput.write_scanlines`: (rows, w, c) uint8 or uint16 that follow the ones before."""
         stored = rows.astype(rows.dtype.newbyteorder(">"), copy=False).view(np.uint8).reshape(end - first, -1)
         lines = np.empty((len(stored), stored.shape[1] + 1), np.uint8)
         lines[:, 0] = UP
@@ -61,11 +61,11 @@ class PngOutput:
         return self._put(chunk(b"IDAT", self.stream.compress(lines)))
 
     def write_image(self, rows: NDArray) -> bool:
-        """As `ImageOutput.write_image`."""
+        """Return as `ImageOutput.write_image`."""
         return self.write_scanlines(0, len(rows), 0, rows)
 
     def close(self) -> bool:
-        """As `ImageOutput.close`: ends the file."""
+        """Return as `ImageOutput.close`: ends the file."""
         if not hasattr(self, "file"):
             return self.said.close()
         done = not self.error and self._put(chunk(b"IDAT", self.stream.flush()) + chunk(b"IEND", b""))
@@ -83,12 +83,12 @@ class PngOutput:
 
 
 def chunk(name: bytes, content: bytes) -> bytes:
-    """A chunk of a PNG file."""
+    """Return a chunk of a PNG file."""
     return len(content).to_bytes(4) + name + content + zlib.crc32(content, zlib.crc32(name)).to_bytes(4)
 
 
 def chunks(content: bytes) -> Iterator[tuple[bytes, bytes]]:
-    """Names and contents of the chunks of a sound PNG file."""
+    """Yield names and contents of the chunks of a sound PNG file."""
     at = len(PNG)
     while at < len(content):
         end = at + 8 + int.from_bytes(content[at : at + 4])
@@ -97,7 +97,7 @@ def chunks(content: bytes) -> Iterator[tuple[bytes, bytes]]:
 
 
 def _until_pixels(content: bytes, height: int) -> bytes:
-    """The beginning of a PNG file up to its pixels, for a picture of another height."""
+    """Return the beginning of a PNG file up to its pixels, for a picture of another height."""
     made = PNG
     for name, held in chunks(content):
         if name == b"IDAT":

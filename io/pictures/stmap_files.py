@@ -30,7 +30,7 @@ def write(
     room: Memory | None = None,
     threads: int | None = None,
 ) -> None:
-    """Writes a map as a float STMap (.exr or .tif), as it is computed.
+    """Write a map as a float STMap (.exr or .tif), as it is computed.
 
     Args:
         path: the file.
@@ -52,14 +52,14 @@ def write(
 
 
 def write_whole(path: str | Path, st: NDArray[np.float32]) -> None:
-    """Writes (h, w, 4) s, t, 0 and coverage; errors as for `write`."""
+    """Write (h, w, 4) s, t, 0 and coverage; errors as for `write`."""
     check(path)
     height, width = st.shape[:2]
     image_files.write_bands(path, _like(), height, width, [st])
 
 
 def is_own(image: image_files.Image) -> bool:
-    """Whether a picture says that it is an STMap that iccm wrote."""
+    """Return whether a picture says that it is an STMap that iccm wrote."""
     return image.metadata.get("ImageDescription") == ("string", _SAID)
 
 
@@ -79,7 +79,7 @@ def check(path: str | Path) -> None:
 
 
 def read(path: str | Path, *, max_pixels: int = limits.READ_PIXELS, room: Memory | None = None) -> NDArray:
-    """The (h, w, c) floats of an STMap.
+    """Return the (h, w, c) floats of an STMap.
 
     Raises:
         InputError: the file cannot be read, holds fewer than two channels or no floats.
@@ -94,7 +94,9 @@ def read(path: str | Path, *, max_pixels: int = limits.READ_PIXELS, room: Memory
 
 
 def places(st: NDArray) -> Real:
-    """(p, 2) s and t where an STMap says something, but for those on the edge of a tile, which may be of either."""
+    """Return (p, 2) s and t where an STMap says something, but for those on the edge of a tile, which may be of
+    either.
+    """
     known = np.isfinite(st[..., :2]).all(axis=-1)
     known &= st[..., 3] > 0 if st.shape[2] > 3 else (st[..., :2] != 0).any(axis=-1)
     found = st[known][:, :2].astype(float)
@@ -113,8 +115,9 @@ def apply(
     room: Memory | None = None,
     threads: int | None = None,
 ) -> None:
-    """Writes a picture warped through an STMap, as it is computed. `tiles` is what of s and t the picture covers, if
-    not 0..1; `room` is where it is kept, the other arguments are those of `iccm.pixels.warp.warp`."""
+    """Write a picture warped through an STMap, as it is computed. `tiles` is what of s and t the picture covers, if not
+    0..1; `room` is where it is kept, the other arguments are those of `iccm.pixels.warp.warp`.
+    """
     from dataclasses import replace
 
     height, width = image.pixels.shape[:2]

@@ -22,23 +22,23 @@ ACROSS = 10
 
 
 def is_pattern(name: str | Path | bytes | None) -> bool:
-    """Whether a name stands for the pictures of all tiles."""
+    """Return whether a name stands for the pictures of all tiles."""
     return isinstance(name, str | Path) and MARK in str(name)
 
 
 def number_of(tile: complex) -> int | None:
-    """The number of the tile with this lower left corner, or None where it has none."""
+    """Return the number of the tile with this lower left corner, or None where it has none."""
     number = 1001 + int(tile.real) + ACROSS * int(tile.imag)
     return number if 0 <= tile.real < ACROSS and tile.imag >= 0 and number <= limits.TILE else None
 
 
 def name_of(pattern: str, number: int) -> str:
-    """The file of a tile."""
+    """Return the file of a tile."""
     return pattern.replace(MARK, str(number))
 
 
 def name_at(pattern: str, tile: complex, mesh: str) -> str:
-    """The file of the tile with this lower left corner, in which faces of a mesh lie.
+    """Return the file of the tile with this lower left corner, in which faces of a mesh lie.
 
     Raises:
         InputError: it has no number.
@@ -53,12 +53,12 @@ def name_at(pattern: str, tile: complex, mesh: str) -> str:
 
 
 def all_of(uv: Real) -> list[complex]:
-    """The tiles that points (p, 2) of the layout are in, row by row."""
+    """Return the tiles that points (p, 2) of the layout are in, row by row."""
     return sorted((complex(u, v) for u, v in np.unique(np.floor(uv), axis=0)), key=lambda z: (z.imag, z.real))
 
 
 def files_of(pattern: str | Path) -> list[str]:
-    """The files that there are for a pattern, in the order of their tiles."""
+    """Return the files that there are for a pattern, in the order of their tiles."""
     path = Path(pattern)
     before, _, after = path.name.partition(MARK)
     if not path.parent.is_dir():
@@ -70,7 +70,7 @@ def files_of(pattern: str | Path) -> list[str]:
 
 
 def number_in(pattern: str, name: str) -> int:
-    """The number of the tile that one of the files of a pattern is of."""
+    """Return the number of the tile that one of the files of a pattern is of."""
     before, _, after = Path(pattern).name.partition(MARK)
     return int(Path(name).name[len(before) :].removesuffix(after))
 
@@ -96,7 +96,7 @@ def read(
     colorspace: str | None = None,
     room: Memory | None = None,
 ) -> TiledImage:
-    """The pictures of the tiles that are wanted, by their lower left corners; those that are missing are noted.
+    """Return the pictures of the tiles that are wanted, by their lower left corners; those that are missing are noted.
 
     Args:
         pattern: their name with `<UDIM>` in it.
@@ -143,7 +143,8 @@ def read(
 
 
 def read_any(name: str, uv: Callable[[], Real], **options: Any) -> tuple[Image, Box | None]:
-    """A picture, or those of the tiles that points (p, 2) of the layout are in, and what of the layout these cover.
+    """Return a picture, or those of the tiles that points (p, 2) of the layout are in, and what of the layout these
+    cover.
 
     Raises:
         InputError: as `read` and `image_files.read`, whose options these are.
@@ -155,7 +156,7 @@ def read_any(name: str, uv: Callable[[], Real], **options: Any) -> tuple[Image, 
 
 
 def _alike(name: str, image: Image, first: Image, width: int, height: int) -> Any:
-    """The pixels of a tile, in as many as the largest tile has.
+    """Return the pixels of a tile, in as many as the largest tile has.
 
     Raises:
         InputError: channels, type or colour space are other than the first one's, or the sizes do not divide.

@@ -24,7 +24,7 @@ class Colours:
         return self._low is not None and not self._several
 
     def see(self, pixels: NDArray, alpha: int) -> None:
-        """The next block (rows, width, c) of a picture; `alpha` is the index of its alpha channel, or -1."""
+        """Inspect the next block (rows, width, c) of a picture; `alpha` is the index of its alpha channel, or -1."""
         if self._several:
             return
         white = np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else 1.0
@@ -45,7 +45,7 @@ class Colours:
         self._several = bool((self._high - self._low > ALIKE * largest).any())
 
     def note(self, covered: bool, textured: bool) -> str | None:
-        """What is to be said of the whole picture.
+        """Return what is to be said of the whole picture.
 
         Args:
             covered: whether any pixel lies in the target.

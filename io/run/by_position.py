@@ -47,7 +47,7 @@ def pins_by_position(run: Run) -> list[tuple[Place, Place]]:
 
 
 def _spread_out(points: Real, most: int) -> Index:
-    """Some of the points (n, 3), each the farthest from those before."""
+    """Return some of the points (n, 3), each the farthest from those before."""
     middle = points.mean(axis=0)
     found = [int(np.argmax(np.linalg.norm(points - middle, axis=1)))]
     away = np.linalg.norm(points - points[found[0]], axis=1)

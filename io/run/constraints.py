@@ -37,8 +37,8 @@ Names = tuple[list[str], list[str]]  # of pins and of strokes, empty for those t
 def constrain(
     job: Job, source: Shape, target: Shape, listed: ConstraintsFile | None = None
 ) -> tuple[dict[str, Any], Names]:
-    """The pins (k, 2), pairs of strokes and earlier map of a job as `iccm.fit` takes them, and the names of both;
-    `listed` are those of its constraints file.
+    """Return the pins (k, 2), pairs of strokes and earlier map of a job as `iccm.fit` takes them, and the names of
+    both; `listed` are those of its constraints file.
 
     Raises:
         InputError: a name without its partner, a place that a file does not have, a point outside the source.
@@ -120,7 +120,7 @@ def _named(names: list[str], k: int) -> bool:
 def solve(
     source: Shape, target: Shape | None, given: dict[str, Any], *, holed: bool, tell: Callable[[str], None]
 ) -> Fit:
-    """The map of two shapes, or the deformation of one, with their holes if it knows of them (`holed`).
+    """Return the map of two shapes, or the deformation of one, with their holes if it knows of them (`holed`).
 
     Args:
         source: the shape that is mapped.
@@ -147,8 +147,9 @@ def solve(
 def by_names(
     source: Shape, target: Shape, fit: Callable[..., Fit], given: dict[str, Any], tell: Callable[[str], None]
 ) -> Fit:
-    """The map of two shapes; where it takes what is drawn in them elsewhere than onto what has the same name, that
-    which starts from these as pins, unless it costs more than `MORE` times as much."""
+    """Return the map of two shapes; where it takes what is drawn in them elsewhere than onto what has the same name,
+    that which starts from these as pins, unless it costs more than `MORE` times as much.
+    """
     from ...drawings.cost import price
 
     found = fit(**given)
@@ -183,7 +184,7 @@ def by_names(
 
 
 def read_start(job: Job) -> Fit:
-    """The map that a job continues from.
+    """Return the map that a job continues from.
 
     Raises:
         InputError: it cannot be read, is none of the balanced method, or the job takes no such map.
@@ -212,7 +213,7 @@ def go_on(
     holed: bool,
     tell: Callable[[str], None],
 ) -> Fit:
-    """As `solve`, from an earlier map on; anew, and a remark, where that is `better`.
+    """Return as `solve`, from an earlier map on; anew, and a remark, where that is `better`.
 
     A map of the very same shapes is taken as it is.
     """
@@ -238,7 +239,7 @@ def go_on(
 
 
 def better(start: Fit, found: Fit | None, anew: Callable[[], Fit]) -> Fit:
-    """The map that went on from another, or one made anew where that is better.
+    """Return the map that went on from another, or one made anew where that is better.
 
     Args:
         start: the map before.
@@ -258,7 +259,7 @@ def better(start: Fit, found: Fit | None, anew: Callable[[], Fit]) -> Fit:
 
 
 def _have_holes(start: Fit, source: Shape, target: Shape | None) -> bool:
-    """Whether shapes have as many holes as those of a map."""
+    """Return whether shapes have as many holes as those of a map."""
     sides = zip((source, target), (start.source_holes, start.target_holes), start.passed_holes)
     return all(
         len(shape.mappable_holes) == len(holes) + len(passed) for shape, holes, passed in sides if shape
@@ -266,7 +267,7 @@ def _have_holes(start: Fit, source: Shape, target: Shape | None) -> bool:
 
 
 def _is_same(outlines: list[Curve], others: list[Curve]) -> bool:
-    """Whether outlines are the same ones but for rounding, in the same order, wherever they begin."""
+    """Return whether outlines are the same ones but for rounding, in the same order, wherever they begin."""
     return len(outlines) == len(others) and all(
         a.z.size == b.z.size and b.distances(a.z).max() <= ROUNDED * a.diagonal
         for a, b in zip(outlines, others)
@@ -274,7 +275,7 @@ def _is_same(outlines: list[Curve], others: list[Curve]) -> bool:
 
 
 def _cost(fit: Fit) -> float:
-    """The energy of a map; that of similar shapes, which is not searched for, is 1."""
+    """Return the energy of a map; that of similar shapes, which is not searched for, is 1."""
     return fit.energies[-1]["total"] if fit.energies else 1.0
 
 

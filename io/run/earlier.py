@@ -21,7 +21,7 @@ MOST_BYTES = 1 << 17
 
 
 def own_outputs(job: Described) -> set[str]:
-    """Those outputs of a job that are as an earlier run of the same shapes wrote them.
+    """Return those outputs of a job that are as an earlier run of the same shapes wrote them.
 
     Meshes have none: libraries and pictures that are written beside them have names that are not given.
     """
@@ -47,14 +47,14 @@ def remember(job: Described, names: Iterable[str]) -> None:
 
 
 def _entry(name: str, job: Described) -> list[Any]:
-    """The state of an output, and the shapes of a job."""
+    """Return the state of an output, and the shapes of a job."""
     shapes = [getattr(job, key) for key in job.globbed if key != "texture"]
     state = os.stat(name)
     return [state.st_size, state.st_mtime_ns, [os.path.realpath(path_of(shape)) for shape in shapes if shape]]
 
 
 def _read() -> dict[str, Any]:
-    """The last entry of each output; lines that were cut short are ignored."""
+    """Return the last entry of each output; lines that were cut short are ignored."""
     found = {}
     with suppress(OSError):
         for line in _place().read_bytes().splitlines():
@@ -65,6 +65,6 @@ def _read() -> dict[str, Any]:
 
 
 def _place() -> Path:
-    """The file in the folder for what programs keep: $XDG_STATE_HOME, or what the system has for it."""
+    """Return the file in the folder for what programs keep: $XDG_STATE_HOME, or what the system has for it."""
     home = os.environ.get("LOCALAPPDATA") if os.name == "nt" else os.environ.get("XDG_STATE_HOME")
     return (Path(home) if home else Path.home() / ".local" / "state") / "iccm" / "outputs.jsonl"

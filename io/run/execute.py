@@ -107,7 +107,7 @@ def _read(job: Job, threads: int | None, tell: Tell, phases: Phases, again: bool
 def _matched_by_position(
     run: Run, wanted: list[Output], threads: int | None, again: bool
 ) -> tuple[Run, list[Output]]:
-    """The job solved with pins by position, where the map of two meshes in the same place drifted without."""
+    """Return the job solved with pins by position, where the map of two meshes in the same place drifted without."""
     from .by_position import pins_by_position
 
     pins = pins_by_position(run)
@@ -135,7 +135,7 @@ def _matched_by_position(
 
 
 def _apart(run: Run) -> float:
-    """How far points of two surfaces that go together are apart, p95."""
+    """Return how far points of two surfaces that go together are apart, p95."""
     return float(run.fit.report()["apart"]["p95"])
 
 
@@ -148,7 +148,7 @@ Settings = tuple[dict[str, Any], bool]
 
 
 def solve_pairs(run: Run, settings_of: Callable[[Pair], Settings] | None = None) -> None:
-    """The map of each pair of shapes; of several those that have none are left out, and reported.
+    """Solve for the map of each pair of shapes; where there are several, pairs without a map are left out and reported.
 
     Args:
         run: the job.

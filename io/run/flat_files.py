@@ -37,7 +37,7 @@ def write(shape: MeshShape, out: Path) -> None:
 
 
 def svg(shape: MeshShape) -> str:
-    """The outline and the holes as paths; user units are the mesh's, y down as in every SVG."""
+    """Return the outline and the holes as paths; user units are the mesh's, y down as in every SVG."""
     low, high = shape.box
     margin = 0.02 * abs(high - low)
     size = high - low + 2 * margin * (1 + 1j)
@@ -55,7 +55,7 @@ def svg(shape: MeshShape) -> str:
 
 
 def flat_obj(shape: MeshShape) -> str:
-    """The polygons at their flat positions (z = 0), with the texture coordinates that they have."""
+    """Return the polygons at their flat positions (z = 0), with the texture coordinates that they have."""
     mesh, flat = shape.file.mesh, shape.flattening.flat
     corner, _ = shape.corners
     xyz = np.column_stack([flat.real, flat.imag, np.zeros(flat.size)])
@@ -71,7 +71,7 @@ def flat_obj(shape: MeshShape) -> str:
 
 
 def unit_uvs(shape: MeshShape) -> Real:
-    """(p, 2) flat positions scaled alike in both directions into 0..1."""
+    """Return (p, 2) flat positions scaled alike in both directions into 0..1."""
     return xy_of((shape.flattening.flat - shape.box[0]) / longer_side(*shape.box))
 
 
@@ -101,7 +101,7 @@ def write_uvs(
 
 
 def _path(z) -> str:
-    """A closed path, a few points a line so that tools that read lines survive it."""
+    """Return a closed path, a few points a line so that tools that read lines survive it."""
     words = [f"{p.real:.9g},{-p.imag:.9g}" for p in z]
     rows = [" ".join(words[k : k + PER_LINE]) for k in range(0, len(words), PER_LINE)]
     return "M" + "\n".join(rows) + "Z"

@@ -102,7 +102,7 @@ def run(job: FlattenJob, *, tell: Callable[[str], None] = lambda note: None) -> 
 
 
 def goal_of(job: FlattenJob) -> str:
-    """The method of a job, or the outline that its mesh is laid onto, which used to be given as a method."""
+    """Return the method of a job, or the outline that its mesh is laid onto, which used to be given as a method."""
     return job.onto or job.method
 
 
@@ -115,7 +115,7 @@ def lay_out(
     split: bool = False,
     margin: int | None = TEXELS_BETWEEN_CHARTS,
 ) -> Layout:
-    """A mesh flattened by a method, or onto an outline.
+    """Return a mesh flattened by a method, or onto an outline.
 
     Args:
         mesh: what it is called, see `io.spec`.
@@ -152,8 +152,8 @@ def lay_out(
 
 
 def figures(laid: Layout, uv: str | None) -> dict[str, Any]:
-    """The report: conformal error, area distortion, holes, seam, of the coordinates as written; lengths in the mesh's
-    units.
+    """Return the report: conformal error, area distortion, holes, seam, of the coordinates as written; lengths in the
+    mesh's units.
 
     Args:
         laid: the flattened mesh.
@@ -192,7 +192,7 @@ def figures(laid: Layout, uv: str | None) -> dict[str, Any]:
 
 
 def doubt(found: dict[str, Any]) -> str | None:
-    """What keeps the coordinates that are written from being one-to-one, by their figures, or None."""
+    """Return what keeps the coordinates that are written from being one-to-one, by their figures, or None."""
     turned = found["uv"]
     if any(turned.values()):
         return f"{turned['flipped']} triangles are flipped and {turned['degenerate']} have no area"
@@ -228,7 +228,7 @@ def write_all(laid: Layout, job: FlattenJob, stack: ExitStack) -> dict[str, Any]
 
 
 def summary(found: dict[str, Any]) -> list[str]:
-    """The figures that a person wants to see, a line each."""
+    """Return the figures that a person wants to see, a line each."""
     spread = found["log10_area"]["p95"] - found["log10_area"]["p05"]
     error = ", ".join(f"{name} {value:.4g}" for name, value in found["dilatation"].items())
     return [

@@ -24,7 +24,7 @@ OFF = 0.01  # of a shape's size: what reaches out of its canvas farther than tha
 
 
 def picture_box(job: Job, target: Shape) -> Box:
-    """What pictures show of the target's plane: what --target-box names.
+    """Return what pictures show of the target's plane: what --target-box names.
 
     By default that is the canvas, unless the shape takes little of it, as a country of a world map does, or lies beside
     it: then it is the shape's bounding box. A chart's picture is of use on all of its layout only.
@@ -43,7 +43,7 @@ def _why_not_canvas(job: Job, target: Shape) -> str:
 
 
 def texture_box(job: Job, source: Shape, proportions: float | None = None) -> Box:
-    """What of the source a texture covers: what --texture-box names, by default the canvas, scaled and moved.
+    """Return what of the source a texture covers: what --texture-box names, by default the canvas, scaled and moved.
 
     One that repeats is as wide as that, and keeps its proportions, width by height, if they are known.
     """
@@ -56,7 +56,7 @@ def texture_box(job: Job, source: Shape, proportions: float | None = None) -> Bo
 
 
 def placed(job: Job, source: Shape, box: Box) -> Box:
-    """A box scaled by --texture-scale about its middle, and moved by --texture-offset."""
+    """Return a box scaled by --texture-scale about its middle, and moved by --texture-offset."""
     across, down = (*(job.texture_scale or (1.0,)), *(job.texture_scale or (1.0,)))[:2]
     x, y = job.texture_offset or (0.0, 0.0)
     middle, half = (box[0] + box[1]) / 2, (box[1] - box[0]) / 2
@@ -68,7 +68,7 @@ def placed(job: Job, source: Shape, box: Box) -> Box:
 
 
 def repeats(job: Job) -> bool:
-    """Whether the texture is there again beyond its edges."""
+    """Return whether the texture is there again beyond its edges."""
     return job.edge in ("repeat", "mirror")
 
 
@@ -78,13 +78,15 @@ def texture_turn(job: Job) -> complex:
 
 
 def placing_options(job: Job) -> list[str]:
-    """Those given that say where the texture lies on the source."""
+    """Return those given that say where the texture lies on the source."""
     given = {"scale": job.texture_scale, "offset": job.texture_offset, "turn": job.texture_turn}
     return [f"--texture-{name}" for name, value in given.items() if value]
 
 
 def stretch_notes(job: Job, source: Shape, shape: tuple[int, ...]) -> list[str]:
-    """A note where a texture of (height, width, …) pixels has other proportions than the canvas that it covers."""
+    """Return a note where a texture of (height, width, …) pixels has other proportions than the canvas that it
+    covers.
+    """
     if not job.texture or source.is_mesh or job.texture_box == "bbox" or repeats(job) or job.texture_scale:
         return []
     height, width = shape[:2]
@@ -96,7 +98,9 @@ def stretch_notes(job: Job, source: Shape, shape: tuple[int, ...]) -> list[str]:
 
 
 def checkerboard_box(job: Job, source: Shape) -> Box:
-    """What of the source the checkerboard covers: a square about the shape, or about its canvas where that is said."""
+    """Return what of the source the checkerboard covers: a square about the shape, or about its canvas where that is
+    said.
+    """
     return placed(job, source, square(source.box if job.texture_box == "viewbox" else source.bounds))
 
 
@@ -109,7 +113,7 @@ def checkerboard_cells(source: Shape) -> int:
 
 
 def remarks(job: Job, source: Shape, target: Shape) -> list[str]:
-    """Notes on what is shown of the target, and on shapes that reach out of that, or out of the texture."""
+    """Return notes on what is shown of the target, and on shapes that reach out of that, or out of the texture."""
     said = []
     if why := _why_not_canvas(job, target):
         text = "pictures show the shape's bounding box; use --target-box viewbox to show the canvas"
@@ -138,7 +142,7 @@ def remarks(job: Job, source: Shape, target: Shape) -> list[str]:
 
 
 def square(box: Box) -> Box:
-    """The smallest square about the middle of a box that holds it."""
+    """Return the smallest square about the middle of a box that holds it."""
     middle, size = (box[0] + box[1]) / 2, box[1] - box[0]
     half = max(size.real, size.imag) / 2 * (1 + 1j)
     return middle - half, middle + half
@@ -176,7 +180,7 @@ def _share(shape: Shape) -> float:
 
 
 def _reach(shape: Shape, box: Box) -> float:
-    """How far a shape reaches out of a box, relative to its size in that direction; at most 1."""
+    """Return how far a shape reaches out of a box, relative to its size in that direction; at most 1."""
     (low, high), (lower, upper) = box, shape.bounds
     over = (low.real - lower.real, upper.real - high.real), (low.imag - lower.imag, upper.imag - high.imag)
     size = upper - lower

@@ -35,7 +35,7 @@ class Files:
         self._meshes: dict[Path, MeshFormat] = {}
 
     def _mesh(self, path: Path) -> MeshFormat:
-        """A mesh file, opened once."""
+        """Return a mesh file, opened once."""
         if path not in self._meshes:
             self._meshes[path] = mesh_files.open_mesh(path, self._most_kept)
         return self._meshes[path]
@@ -66,14 +66,14 @@ class Inputs(Files):
     job: Job
 
     def of_job(self, job: Job) -> Inputs:
-        """The same files for a job that differs in values that name no file to read."""
+        """Return the same files for a job that differs in values that name no file to read."""
         found = copy(self)
         found.job = job
         vars(found).pop("_seams", None)  # which depend on its pins
         return found
 
     def is_mesh(self, text: str) -> bool:
-        """Whether a spec names a mesh: by its suffix, and by what is to become of it (`MeshFormat.is_mesh`).
+        """Return whether a spec names a mesh: by its suffix, and by what is to become of it (`MeshFormat.is_mesh`).
 
         Raises:
             InputError: the file is missing.
@@ -98,7 +98,9 @@ class Inputs(Files):
         return listing.read(self.job.constraints)
 
     def _seam(self, target: bool) -> list[Place]:
-        """The pins of the source or the target through which closed meshes on both sides are cut, in their order."""
+        """Return the pins of the source or the target through which closed meshes on both sides are cut, in their
+        order.
+        """
         return [pair[target] for pair in self._seams[0]]
 
     @property
@@ -153,7 +155,7 @@ class Inputs(Files):
             )
 
     def is_layout(self, text: str) -> bool:
-        """Whether a spec names a mesh in the plane of its texture coordinates, as far as its form says so.
+        """Return whether a spec names a mesh in the plane of its texture coordinates, as far as its form says so.
 
         Raises:
             InputError: the file is missing.
@@ -163,7 +165,7 @@ class Inputs(Files):
         return self.is_mesh(text) and (self.job.plane == "uv" or names_layout(text))
 
     def shape(self, text: str, *, target: bool = False, source: Shape | None = None) -> Shape:
-        """A shape from a drawing, a picture or a mesh.
+        """Return a shape from a drawing, a picture or a mesh.
 
         Args:
             text: its spec.
@@ -194,7 +196,7 @@ class Inputs(Files):
         )
 
     def whole_target(self, text: str, source: Shape) -> Shape | None:
-        """All pieces of a mesh, packed inside the source; None where one piece is the target.
+        """Return all pieces of a mesh, packed inside the source; None where one piece is the target.
 
         Raises:
             InputError: as for `shape`; the pieces do not fit into the source.
@@ -223,7 +225,7 @@ class Inputs(Files):
         )
 
     def _names_regions(self, target: bool) -> bool:
-        """Whether rigid regions of the source, or of the target, are called by their names in its file."""
+        """Return whether rigid regions of the source, or of the target, are called by their names in its file."""
         from ..shapes.regions import MARK
 
         given = (
@@ -236,7 +238,7 @@ class Inputs(Files):
     def shapes(
         self, text: str, most: int, *, target: bool = False, source: Shape | None = None
     ) -> tuple[Sequence[Shape], list[str]]:
-        """All shapes of a file for --parts all, the `most` largest first, and what is to be said of the others.
+        """Return all shapes of a file for --parts all, the `most` largest first, and what is to be said of the others.
 
         Raises:
             InputError: as for `shape`, or there is none.
@@ -256,7 +258,7 @@ class Inputs(Files):
         return found[:most], notes
 
     def _sound_mesh(self, text: str) -> MeshFormat:
-        """The file of a mesh.
+        """Return the file of a mesh.
 
         Raises:
             InputError: it cannot be read, or the mesh is larger than --max-faces allows.
@@ -266,7 +268,9 @@ class Inputs(Files):
         return opened
 
     def _lying(self, target: bool, source: Shape | None) -> dict[str, Any]:
-        """How meshes are flattened: cut or not, flat or by their coordinates, and the proportions of pictures there."""
+        """Return how meshes are flattened: cut or not, flat or by their coordinates, and the proportions of pictures
+        there.
+        """
         job = self.job
         aspect: Any = None
         if target and job.size and len(job.size) == 2 and FREE not in job.size:
@@ -292,7 +296,7 @@ class Inputs(Files):
         return bool(job.target) and all(map(self.is_mesh, (job.source, job.target or "")))
 
     def sha256(self, name: str) -> str:
-        """The hash of an input; of a mesh as it was read."""
+        """Return the hash of an input; of a mesh as it was read."""
         opened = self._meshes.get(Path(name))
         return opened.sha256 if opened else files.sha256(name)
 
@@ -305,7 +309,7 @@ def _first_proportions(pictures: Sequence[Path | bytes]) -> float | None:
 
 
 def expand_tiles(names: Iterable[Path | bytes | str]) -> list[Any]:
-    """Names of pictures, those of the tiles that there are in the place of one that stands for all of them."""
+    """Return names of pictures, those of the tiles that there are in the place of one that stands for all of them."""
     from ..pictures.tiles import files_of, is_pattern
 
     return [each for name in names for each in (files_of(str(name)) if is_pattern(name) else [name])]

@@ -86,24 +86,24 @@ class Described:
 
     @classmethod
     def defaults(cls) -> dict[str, Any]:
-        """The default of each value; None of an argument."""
+        """Return the default of each value; None of an argument."""
         return {name: option.default if option else None for name, (_, option) in cls.rows.items()}
 
     @classmethod
     def former_names(cls) -> dict[str, str]:
-        """The names of today of the values that had others."""
+        """Return the names of today of the values that had others."""
         return {old: name for name, (_, option) in cls.rows.items() if option for old in option.old}
 
     @classmethod
     def required(cls) -> list[str]:
-        """The values that must be given."""
+        """Return the values that must be given."""
         return [
             name for name, (hint, option) in cls.rows.items() if (option.required if option else hint is str)
         ]
 
     @classmethod
     def check(cls, given: dict[str, Any]) -> dict[str, Any]:
-        """The values that are given, as a job keeps them.
+        """Return the values that are given, as a job keeps them.
 
         Raises:
             JobError: every mistake.
@@ -133,13 +133,13 @@ class Described:
 
     @classmethod
     def _unknown(cls, name: str) -> str:
-        """The message about an unknown name, with similar names."""
+        """Return the message about an unknown name, with similar names."""
         near = suggest(name, {known: option for known, (_, option) in cls.rows.items()})
         return f"{values.UNKNOWN}; did you mean {' or '.join(near[:2])}?" if near else values.UNKNOWN
 
     @classmethod
     def names_file(cls, key: str, value: str) -> bool:
-        """Whether a value of one of `read` names a file."""
+        """Return whether a value of one of `read` names a file."""
         return value != "-"
 
     def __setattr__(self, name: str, value: Any) -> None:
@@ -155,7 +155,7 @@ class Described:
         return f"{type(self).__name__}({values})"
 
     def model_copy(self, *, update: dict[str, Any]) -> Self:
-        """The same with other values, which are not checked."""
+        """Return the same with other values, which are not checked."""
         found = object.__new__(type(self))
         vars(found).update(vars(self), **update)
         return found
@@ -163,7 +163,7 @@ class Described:
     def model_dump(
         self, *, mode: str = "python", exclude_defaults: bool = False, exclude: Collection[str] = ()
     ) -> dict[str, Any]:
-        """The values by name, in the order of help; with mode "json" as JSON has them."""
+        """Return the values by name, in the order of help; with mode "json" as JSON has them."""
         defaults = self.defaults()
         found = {name: getattr(self, name) for name in defaults if name not in exclude}
         if exclude_defaults:
@@ -246,7 +246,7 @@ class Job(Textured, JobOptions):
 
     @classmethod
     def names_file(cls, key: str, value: str) -> bool:
-        """Whether a value of one of `read` names a file; a region may be an element of the drawing."""
+        """Return whether a value of one of `read` names a file; a region may be an element of the drawing."""
         return super().names_file(key, value) and not (key.startswith("rigid") and value.startswith("#"))
 
     def _name_stmap(self) -> None:
@@ -262,14 +262,14 @@ class Job(Textured, JobOptions):
         vars(self).update(stmap=able[0], output=rest)
 
     def model_dump(self, **how: Any) -> dict[str, Any]:
-        """The values by name, as `Described.model_dump` has them."""
+        """Return the values by name, as `Described.model_dump` has them."""
         found = super().model_dump(**how)
         return found | (
             {"texture": CHECKER} if self.checkered and "texture" not in how.get("exclude", ()) else {}
         )
 
     def _give_a_picture_each(self) -> None:
-        """Every texture gets a picture; the first of them is `texture`."""
+        """Give every texture a picture; the first of them is `texture`."""
         if self.maps and not self.texture:
             path, kind = self.maps[0]
             name = kind.replace("-", "_")
@@ -338,7 +338,7 @@ class FlattenJob(Described, FlattenOptions):
 
     @classmethod
     def names_file(cls, key: str, value: str) -> bool:
-        """Whether a value is an outline's file; the method used to be one, too."""
+        """Return whether a value is an outline's file; the method used to be one, too."""
         from ...flattening import METHODS
 
         return key == "onto" or value not in METHODS
@@ -374,18 +374,18 @@ def _as_lists(value: Any) -> Any:
 
 
 def is_picture(name: str) -> bool:
-    """Whether an output shows a texture: by its suffix, or as it goes to stdout."""
+    """Return whether an output shows a texture: by its suffix, or as it goes to stdout."""
     return name == "-" or formats.of(name).picture is not None
 
 
 def is_mesh(name: str) -> bool:
-    """Whether an output is a mesh that shows textures by new coordinates, by its suffix."""
+    """Return whether an output is a mesh that shows textures by new coordinates, by its suffix."""
     return name != "-" and formats.of(name).uv
 
 
 def pair_outputs(outputs: Sequence[str], maps: Sequence[tuple[str, str]]) -> tuple[str, ...]:
-    """Outputs with a picture for each of the maps, in their order, where one name with `{stem}` stands for all; none
-    where a mesh shows them: one of colours, one of normals.
+    """Return outputs with a picture for each of the maps, in their order, where one name with `{stem}` stands for all;
+    none where a mesh shows them: one of colours, one of normals.
 
     Raises:
         ValueError: pictures too many or too few, or none for several textures, or for one that a mesh does not show.
@@ -413,19 +413,19 @@ def pair_outputs(outputs: Sequence[str], maps: Sequence[tuple[str, str]]) -> tup
 
 
 def name_each(pictures: Sequence[str], maps: Sequence[tuple[str, str]]) -> list[str]:
-    """The names of pictures, one of which, if it is alone and holds `{stem}`, stands for those of all maps."""
+    """Return the names of pictures, one of which, if it is alone and holds `{stem}`, stands for those of all maps."""
     if len(pictures) != 1 or STEM not in pictures[0]:
         return list(pictures)
     return [pictures[0].replace(STEM, Path(path).stem) for path, _ in maps]
 
 
 def make(values: dict[str, Any]) -> Job:
-    """A job from the options of the command line; see `described`."""
+    """Return a job from the options of the command line; see `described`."""
     return described(Job, values)
 
 
 def described(kind: type[Kind], values: dict[str, Any]) -> Kind:
-    """A job of a kind from the options of the command line.
+    """Return a job of a kind from the options of the command line.
 
     Raises:
         InputError: its mistakes, by the names of their options.
@@ -437,7 +437,7 @@ def described(kind: type[Kind], values: dict[str, Any]) -> Kind:
 
 
 def _of_option(key: str, text: str) -> str:
-    """A mistake in the words of the command line, which counts from 1; one that concerns no option as it is."""
+    """Return a mistake in the words of the command line, which counts from 1; one that concerns no option as it is."""
     if any(key in kind.rows and kind.rows[key][1] is None for kind in KINDS.values()):
         return f"{key.upper()}: {text}"
     option, _, rest = key.partition(".")

@@ -70,7 +70,7 @@ class Frame:
     artwork: Run
 
     def pixels(self) -> np.ndarray:
-        """(height, width, 4) what is seen, 8 bits in sRGB, alpha straight."""
+        """Return (height, width, 4) what is seen, 8 bits in sRGB, alpha straight."""
         if self.ahead is None or self.back is None:
             layer = self.ahead or self.back
             assert layer is not None
@@ -141,7 +141,7 @@ def _names(name: str, frames: int) -> list[str]:
 
 
 def _output(name: str, job: Job, asked: MorphSettings) -> Output | None:
-    """What writes a frame; None for animations.
+    """Return what writes a frame; None for animations.
 
     Raises:
         InputError: what the suffix does not hold.
@@ -162,8 +162,9 @@ def _output(name: str, job: Job, asked: MorphSettings) -> Output | None:
 
 
 def _with_own_pictures(begun: Run) -> Run:
-    """The job with both drawings as their own pictures, where one of them has separate colours and the other can be
-    rendered; a plain black drawing is then black, and not a checkerboard."""
+    """Return the job with both drawings as their own pictures, where one of them has separate colours and the other can
+    be rendered; a plain black drawing is then black, and not a checkerboard.
+    """
     job = begun.job
     if job.texture or job.checkered or not (begun.source.coloured or begun.target.coloured):
         return begun
@@ -175,14 +176,14 @@ def _with_own_pictures(begun: Run) -> Run:
 
 
 def _can_be_rendered(shape: Shape) -> bool:
-    """Whether the file of a shape is a picture, or becomes one."""
+    """Return whether the file of a shape is a picture, or becomes one."""
     suffix = formats.suffix_of(shape.path)
     return suffix in (".svg", ".svgz") or formats.of(shape.path).picture is not None
 
 
 def _settings(begun: Run, pair: Pair) -> Settings:
-    """How the map of a pair is solved for: holes go onto holes where both have as many, and otherwise appear and vanish
-    on the way; frames are chosen by their cost.
+    """Return how the map of a pair is solved for: holes go onto holes where both have as many, and otherwise appear and
+    vanish on the way; frames are chosen by their cost.
 
     Raises:
         InputError: holes are to be kept, and have no partners.
@@ -219,7 +220,7 @@ def _check(begun: Run, outputs: Sequence[Output | None], frames: int) -> None:
 
 
 def _frames(begun: Run, asked: MorphSettings) -> Iterator[Frame]:
-    """The drawings, the source on the target's canvas first, all in one box."""
+    """Yield the drawings, the source on the target's canvas first, all in one box."""
     here, there = (framing.picture_box(begun.job, shape) for shape in (begun.source, begun.target))
     factor = min((_size(there).real / _size(here).real), (_size(there).imag / _size(here).imag))
     shift = sum(there) / 2 - factor * sum(here) / 2
@@ -255,7 +256,7 @@ def _frames(begun: Run, asked: MorphSettings) -> Iterator[Frame]:
 
 
 def _of_target(source: Run, asked: MorphSettings, ways: Sequence[MorphPath], box: Box) -> Run | None:
-    """The job with what the target shows as the texture, which fades in; None where the source's stays.
+    """Return the job with what the target shows as the texture, which fades in; None where the source's stays.
 
     What the target shows is --target-texture, or its own picture where the source shows its own."""
     job = source.job
@@ -269,7 +270,7 @@ def _of_target(source: Run, asked: MorphSettings, ways: Sequence[MorphPath], box
 
 
 def _paints_nothing_else(run: Run) -> bool:
-    """Whether the texture is the whole drawing itself, whose alpha says what it paints."""
+    """Return whether the texture is the whole drawing itself, whose alpha says what it paints."""
     return is_own_picture(run.job, run.source) and len(run.pairs) == 1 and not Spec.of(run.source.spec).chosen
 
 
@@ -278,7 +279,7 @@ def _size(box: Box) -> complex:
 
 
 def _seen(run: Run) -> Real:
-    """(height, width, 4) the picture in sRGB from 0 to 1, times its alpha."""
+    """Return (height, width, 4) the picture in sRGB from 0 to 1, times its alpha."""
     shown = displayed(run, run.canvas) / 255.0
     colours, alpha = (
         (shown[..., :-1], shown[..., -1:])
@@ -289,7 +290,7 @@ def _seen(run: Run) -> Real:
 
 
 def _animate(frames: list[Frame], fps: float, path: Path, suffix: str) -> None:
-    """One file that shows all frames again and again."""
+    """Write one file that shows all frames again and again."""
     pictures = [Image.fromarray(frame.pixels()) for frame in frames]
     more = {"lossless": True} if suffix == ".webp" else {"disposal": 2 if suffix == ".gif" else 1}
     pictures[0].save(

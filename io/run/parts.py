@@ -79,7 +79,7 @@ def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:
 
 
 def _onto_elements(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:
-    """The source onto each letter or element of the target, with what is to be said of those beyond the limit.
+    """Return the source onto each letter or element of the target, with what is to be said of those beyond the limit.
 
     Raises:
         InputError: one is a mesh.
@@ -102,7 +102,7 @@ def _onto_elements(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str
 
 
 def _is_pattern(job: Job, source: Shape) -> bool:
-    """Whether the texture repeats without end, so that any piece of the source's plane shows it at its scale."""
+    """Return whether the texture repeats without end, so that any piece of the source's plane shows it at its scale."""
     drawings = any(formats.of(name).drawing for name in job.output if name != "-")
     return framing.repeats(job) and job.place == "fill" and not source.is_mesh and not drawings
 
@@ -116,7 +116,7 @@ def _at_one_scale(pairs: Pairs) -> Pairs:
 def _with_overlap(
     pairs: Pairs, notes: list[str], figures: dict[str, Any]
 ) -> tuple[Pairs, list[str], dict[str, Any]]:
-    """What `read` gives, and with it how much targets cover each other."""
+    """Return what `read` gives, and with it how much targets cover each other."""
     overlap, crossing = _overlaps([target for _, target in pairs])
     if crossing:
         first, second = (_name(target) for target in crossing[0])
@@ -127,8 +127,9 @@ def _with_overlap(
 
 
 def _overlaps(shapes: Sequence[Shape]) -> tuple[float, list[tuple[Shape, Shape]]]:
-    """The share of all parts' area that is covered twice, and pairs that cover each other in part: what lies inside
-    another is drawn so."""
+    """Return the share of all parts' area that is covered twice, and pairs that cover each other in part: what lies
+    inside another is drawn so.
+    """
     import shapely
 
     from ...curve import polygon_of
@@ -159,19 +160,21 @@ def _unpaired(alone: Sequence[Shape], others: str) -> str:
 
 
 def _name(shape: Shape) -> str:
-    """The name of a part as messages have it: its own, else its number."""
+    """Return the name of a part as messages have it: its own, else its number."""
     own = f" ({shape.names[-1]})" if shape.names else ""
     return f"#{shape.part}{own}"
 
 
 def label(pair: Pair, note: str) -> str:
-    """A remark with the name of the part that it is about, the source's or else the target's, if there are several."""
+    """Return a remark with the name of the part that it is about, the source's or else the target's, if there are
+    several.
+    """
     part = pair[0].part or pair[1].part
     return f"#{part}: {note}" if part else note
 
 
 def compose(pairs: Pairs, fits: Sequence[Fit], maps: Sequence[AnyMap]) -> Several:
-    """The maps of all parts as one, small parts over large ones; `maps` are those of `fits`, made ready."""
+    """Return the maps of all parts as one, small parts over large ones; `maps` are those of `fits`, made ready."""
     from ...curve import Curve
     from ...pixels.composed import Several, reflected
 
@@ -180,7 +183,7 @@ def compose(pairs: Pairs, fits: Sequence[Fit], maps: Sequence[AnyMap]) -> Severa
 
 
 def figures(pairs: Pairs, found: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """What the report says of each part.
+    """Return what the report says of each part.
 
     Args:
         pairs: the shapes.
@@ -193,7 +196,9 @@ def figures(pairs: Pairs, found: Sequence[dict[str, Any]]) -> list[dict[str, Any
 
 
 def shares_seen(fits: Sequence[Fit]) -> dict[str, float]:
-    """What all parts together show of both drawings, as `Fit.report` has it; nothing where they are not drawings."""
+    """Return what all parts together show of both drawings, as `Fit.report` has it; nothing where they are not
+    drawings.
+    """
     drawn = [(fit, *(drawing.region.area for drawing in fit.drawings)) for fit in fits if fit.drawings]
     if len(drawn) < len(fits):
         return {}
@@ -206,7 +211,7 @@ def shares_seen(fits: Sequence[Fit]) -> dict[str, float]:
 
 
 def without_map(failed: Sequence[tuple[Pair, InputError]]) -> list[dict[str, Any]]:
-    """What the report says of each part that no map was found for."""
+    """Return what the report says of each part that no map was found for."""
     return [
         {"source": source.part, "target": target.part, "message": str(error)}
         for (source, target), error in failed

@@ -39,6 +39,6 @@ class Phases:
             self.seconds[part] = self.seconds.get(part, 0.0) + time.perf_counter() - start
 
     def report(self) -> dict[str, float]:
-        """The phases so far, those that every job has among them, and the total."""
+        """Return the phases so far, those that every job has among them, and the total."""
         total = time.perf_counter() - self._start
         return {**dict.fromkeys(USUAL, 0.0), **self.seconds, "total": total}

@@ -66,7 +66,7 @@ def draw(
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Writes a figure as .png, .svg or .pdf: the same bytes for the same figure; the date follows SOURCE_DATE_EPOCH."""
+    """Write a figure as .png, .svg or .pdf: the same bytes for the same figure; the date follows SOURCE_DATE_EPOCH."""
     metadata = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
     with mpl.rc_context({"svg.hashsalt": "iccm"}):  # else element ids are random
         figure.savefig(path, dpi=100, metadata=metadata.get(path.suffix.lower()))
@@ -79,7 +79,7 @@ def surface(
     texture: Texture | None = None,
     size: int = PIXELS,
 ) -> NDArray[np.uint8]:
-    """(h, w, 4) picture of the textured surface; a checkerboard where there is no texture."""
+    """Return (h, w, 4) picture of the textured surface; a checkerboard where there is no texture."""
     piece = target.flattening.patch
     z = target.flattening.flat if map is None else ExtendedInverse(map)(target.flattening.flat)
     if texture is None:
@@ -93,7 +93,7 @@ def surface(
 
 
 def target_plane(target: MeshShape) -> Shape:
-    """The target's plane as a plain shape."""
+    """Return the target's plane as a plain shape."""
     return Shape(target.spec, target.path, target.curve, target.box, False, {}, {})
 
 
@@ -115,7 +115,7 @@ def _flat(axes: Axes, target: MeshShape, map: AnyMap | None) -> None:
 
 
 def _pins(axes: Axes, map: AnyMap | None, pins: Complex) -> None:
-    """Where pins should go, circled, and where they went."""
+    """Draw where pins should go, as circles, and where they went."""
     axes.plot(pins[:, 1].real, pins[:, 1].imag, "o", color=MARK, ms=7, mfc="none")
     if map is not None:
         image = map(pins[:, 0])

@@ -74,7 +74,8 @@ class Plan(NamedTuple):
 
 
 def plan(job: RelayoutJob) -> Plan:
-    """What outputs ask for: a mesh; and pictures, one for each texture in order, or one name with `{stem}` in it.
+    """Return what outputs ask for: a mesh; and pictures, one for each texture in order, or one name with `{stem}` in
+    it.
 
     Raises:
         InputError: no texture for a picture, an output too many or too few, named twice, or an input.
@@ -127,7 +128,7 @@ class _Mesh:
         return self.relaid.notes
 
     def write(self, stack: ExitStack) -> tuple[list[str], list[Origin]]:
-        """The names of what is written, and where its texels came from."""
+        """Return the names of what is written, and where its texels came from."""
         path = stack.enter_context(files.writing(self.name, force=self.force))
         others = written.write(self.relaid, path, force=self.force)
         return [self.name, *others], self.relaid.origins
@@ -189,7 +190,7 @@ class _Pictures:
         ]
 
     def write(self, stack: ExitStack) -> tuple[list[str], list[Origin]]:
-        """The names of what is written, and where its texels came from."""
+        """Return the names of what is written, and where its texels came from."""
         settings, origins = self.settings, {tile: self._origin(*self.size, tile) for tile in self.tiles}
         for each, (image, box), names in zip(self.wanted, self.read, self.files):
             sampler = Sampler(
@@ -273,7 +274,7 @@ def write_all(job: RelayoutJob, wanted: Plan, threads: int | None, stack: ExitSt
 
 
 def _doubt(found: dict[str, Any], job: RelayoutJob) -> str | None:
-    """What is wrong with the pictures, or None."""
+    """Return what is wrong with the pictures, or None."""
     if far := found["far_texels"]:
         return (
             f"{far} texels stay empty, because they are farther from {job.old} than {job.limit:g} of "
@@ -299,7 +300,7 @@ def _demand_partners(origins: Sequence[Origin], old: str, new: str, settings: Ba
 
 
 def _blank(origins: Sequence[Origin], new: str) -> list[str]:
-    """What is reported of triangles that show nothing, as their new coordinates have no area."""
+    """Return what is reported of triangles that show nothing, as their new coordinates have no area."""
     own, every = np.sum(
         [origin.blank for origin in {id(each.partner): each for each in origins}.values()], axis=0
     )
@@ -317,12 +318,12 @@ def _diagonal(meshes: _Read) -> float:
 
 
 def _middles(mesh: Charted) -> Real:
-    """(m, 2) the middles of triangles in the layout."""
+    """Return (m, 2) the middles of triangles in the layout."""
     return mesh.uv[mesh.uv_faces].mean(axis=1)
 
 
 def _outputs(name: str, mesh: Charted, force: bool) -> dict[complex | None, str]:
-    """The files of an output, by the tile of the layout that each is of.
+    """Return the files of an output, by the tile of the layout that each is of.
 
     Raises:
         InputError: one cannot be written, or faces lie where no tile has a number.
@@ -343,7 +344,7 @@ def _with_path(path: str, note: str) -> str:
 def _figures(
     origins: Sequence[Origin], limit: float, diagonal: float, inputs: Sequence[str]
 ) -> dict[str, Any]:
-    """The report; origins of one layout, or of several parts of it."""
+    """Return the report; origins of one layout, or of several parts of it."""
     partner = np.concatenate(list({id(origin.partner): origin.partner for origin in origins}.values()))
     distance = np.concatenate([origin.distance for origin in origins])
     far = sum(int(origin.far(limit * diagonal).sum()) for origin in origins)
@@ -377,7 +378,7 @@ def _layout(origins: Sequence[Origin]) -> dict[str, int]:
 
 
 def remarks(figures: dict[str, Any]) -> list[str]:
-    """What a person may want to know, a sentence each; the first says how triangles were found."""
+    """Return what a person may want to know, a sentence each; the first says how triangles were found."""
     same, count = figures["same_triangles"], figures["triangles"]
     found = [f"{same} of {count} triangles match triangles of the old mesh"]
     found.append("pictures of {}x{} texels".format(*figures["size"]))

@@ -70,7 +70,7 @@ def build(run: Run, outputs: Sequence[OutputReport]) -> dict[str, Any]:
 
 
 def map_figures(run: Run, outputs: Sequence[OutputReport]) -> dict[str, Any]:
-    """The solver's report, with what outputs measured in the place of what it knows."""
+    """Return the solver's report, with what outputs measured in the place of what it knows."""
     found = dict(run.fit_report)
     if "parts" in found:
         found["parts"] = [dict(part) for part in found["parts"]]
@@ -85,7 +85,9 @@ def map_figures(run: Run, outputs: Sequence[OutputReport]) -> dict[str, Any]:
 
 
 def output_figures(outputs: Sequence[OutputReport]) -> dict[str, Any]:
-    """The entries of the report that outputs add: those of tiles by their numbers, files beside them in one list."""
+    """Return the entries of the report that outputs add: those of tiles by their numbers, files beside them in one
+    list.
+    """
     found = dict[str, Any]()
     for output in outputs:
         if output.tile is None:
@@ -158,7 +160,7 @@ def as_json(value: Any) -> Any:
 
 
 def text(report: dict[str, Any]) -> str:
-    """The report, made so by `as_json`, as it is written: one key a line, ending in a newline."""
+    """Return the report, made so by `as_json`, as it is written: one key a line, ending in a newline."""
     return json.dumps(as_json(report), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
@@ -169,7 +171,7 @@ def write(report: dict[str, Any], name: str, stack: ExitStack, *, force: bool) -
 
 
 def verdict(run: Run, report: dict[str, Any]) -> tuple[bool, str]:
-    """Whether the result is good enough, and a sentence on it."""
+    """Return whether the result is good enough, and a sentence on it."""
     wanted = run.job.require_injective
     for pair, fit, part in zip(run.pairs, run.fits, report.get("parts", [report])):
         if not fit.status.ok:
@@ -187,5 +189,5 @@ def verdict(run: Run, report: dict[str, Any]) -> tuple[bool, str]:
 
 
 def has_flips(figures: dict[str, Any]) -> bool:
-    """Whether texture coordinates were written that turn a triangle over, or leave it without area."""
+    """Return whether texture coordinates were written that turn a triangle over, or leave it without area."""
     return any((figures.get("uv") or {}).values())

@@ -86,7 +86,7 @@ def pin_same_vertices(job: Job, inputs: Inputs) -> tuple[Job, Inputs, list[str]]
 
 
 def name_outputs(job: Job, inputs: Inputs) -> Job:
-    """The job with a picture, or a mesh for a mesh, named after its shapes, when it writes nothing else.
+    """Return the job with a picture, or a mesh for a mesh, named after its shapes, when it writes nothing else.
 
     Raises:
         InputError: that mesh would not show the texture, or there is a link of that name: where it leads was not named.

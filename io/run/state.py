@@ -85,7 +85,7 @@ class Run:
         phases: Phases,
         notes: Sequence[str] = (),
     ) -> Run:
-        """A job whose shapes and constraints are read; `notes` are remarks on what was filled in, see `resolve`.
+        """Return a job whose shapes and constraints are read; `notes` are remarks on what was filled in, see `resolve`.
 
         Raises:
             InputError: a file is wrong, or constraints are not places of it.
@@ -128,7 +128,7 @@ class Run:
         threads: int | None = None,
         figures: dict[str, Any] | None = None,
     ) -> Run:
-        """A job whose shapes are read, with their holes and lines taken as it says."""
+        """Return a job whose shapes are read, with their holes and lines taken as it says."""
         notes = list[str]()
         taken = Pairs()
         for source, target in pairs:
@@ -146,7 +146,7 @@ class Run:
         return run
 
     def with_texture(self, map: tuple[str, str] | None) -> Run:
-        """The same with another texture, of the kind named; one of these is kept at a time."""
+        """Return the same with another texture, of the kind named; one of these is kept at a time."""
         if map is None or map == (self.job.texture, self.job.kind):
             return self
         if map not in self._other:
@@ -156,7 +156,7 @@ class Run:
         return self._other[map]
 
     def with_maps(self, pairs: Pairs, fits: list[Fit]) -> Run:
-        """The same texture on the same plane, carried by other maps."""
+        """Return the same texture on the same plane, carried by other maps."""
         made = replace(self, pairs=pairs, fits=fits, _begun={}, _other={})
         vars(made).update({name: getattr(self, name) for name in ("image", "box", "sampler")})
         return made
@@ -306,11 +306,11 @@ class Run:
         return Wrapped(placed, self.whole(0).wrap) if repeats else None
 
     def shapes(self, side: int) -> list[Shape]:
-        """All parts of the source (0), or of the target (1), each once."""
+        """Return all parts of the source (0), or of the target (1), each once."""
         return list(dict.fromkeys(pair[side] for pair in self.pairs))
 
     def whole(self, side: int) -> Shape:
-        """These as one shape, where it is a mesh."""
+        """Return these as one shape, where it is a mesh."""
         shapes = self.shapes(side)
         if len(shapes) == 1:
             return shapes[0]
@@ -335,8 +335,9 @@ class Run:
         return made or self._sampler()
 
     def _early_sampler(self) -> Sampler | None:
-        """The same before the map is known; None if it depends on that: transparent edges of a whole drawing are those
-        of the frame that is chosen, and where they are not, a gap begins that is part of the picture."""
+        """Return the same before the map is known; None if it depends on that: transparent edges of a whole drawing are
+        those of the frame that is chosen, and where they are not, a gap begins that is part of the picture.
+        """
         if self.source.drawing is not None and self.image.alpha >= 0:
             return None
         return self._sampler()
@@ -362,7 +363,7 @@ class Run:
         return self._begun["fit_report"].result() if "fit_report" in self._begun else self._fit_report()
 
     def _rendered(self) -> Image:
-        """The drawing that is the texture, as finely as the map samples it; never less than before."""
+        """Return the drawing that is the texture, as finely as the map samples it; never less than before."""
         if not self.fits:
             return self.image
         density = texture.density_needed(self.fits, min(self.canvas.step))
@@ -398,7 +399,7 @@ class Run:
         return Canvas.about(*framing.canvas_size(self.job, box), box)
 
     def canvas_of(self, tile: complex | None) -> Canvas:
-        """The raster of a tile of the target's layout, by its lower left corner; None: the usual one."""
+        """Return the raster of a tile of the target's layout, by its lower left corner; None: the usual one."""
         if tile is None:
             return self.canvas
         aspect = self.target.aspect
@@ -406,7 +407,7 @@ class Run:
         return replace(self.canvas, box=(low, low + complex(aspect, 1)))
 
     def _extent(self) -> Box:
-        """What pictures show of the target; a deformed shape may leave that of the source, which grows."""
+        """Return what pictures show of the target; a deformed shape may leave that of the source, which grows."""
         box = framing.picture_box(self.job, self.target)
         return box if self.job.target is not None else bounding_box(np.append(self.fit.image, box))
 

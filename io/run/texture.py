@@ -50,27 +50,29 @@ KEPT = 1 << 24  # numbers of a picture that is kept for the next job (by hand)
 
 
 def on_mesh(job: Job, source: Shape) -> bool:
-    """Whether the texture lies on a mesh that is the source, and not in the plane of its coordinates."""
+    """Return whether the texture lies on a mesh that is the source, and not in the plane of its coordinates."""
     return source.is_mesh and not source.is_layout and has_texture(job, source)
 
 
 def has_texture(job: Job, source: Shape) -> bool:
-    """Whether there is a texture, other than the checkerboard."""
+    """Return whether there is a texture, other than the checkerboard."""
     return bool(job.texture or own_pictures(job, source))
 
 
 def own_pictures(job: Job, source: Shape) -> tuple[Path | bytes, ...]:
-    """The pictures that the source itself has, unless the checkerboard is asked for."""
+    """Return the pictures that the source itself has, unless the checkerboard is asked for."""
     return () if job.checkered else source.pictures
 
 
 def is_own_picture(job: Job, source: Shape) -> bool:
-    """Whether the texture is a picture that the source itself has, which --texture does not name."""
+    """Return whether the texture is a picture that the source itself has, which --texture does not name."""
     return not job.texture and bool(own_pictures(job, source))
 
 
 def shows_itself(job: Job, source: Shape) -> bool:
-    """Whether the texture is the drawing that is the source: by its colours, or because --texture names its file."""
+    """Return whether the texture is the drawing that is the source: by its colours, or because --texture names its
+    file.
+    """
     if source.is_mesh:
         return False
     if job.texture:
@@ -79,8 +81,9 @@ def shows_itself(job: Job, source: Shape) -> bool:
 
 
 def on_paper(job: Job, source: Shape) -> bool:
-    """Whether paper is shown where the texture is transparent: below a drawing that is its own picture, unless it is
-    placed inside the target, which need not be filled then."""
+    """Return whether paper is shown where the texture is transparent: below a drawing that is its own picture, unless
+    it is placed inside the target, which need not be filled then.
+    """
     return (
         shows_itself(job, source)
         and job.place != "inside"
@@ -105,7 +108,7 @@ def notes_on_lines(job: Job, source: Shape, fit: Fit) -> list[str]:
 
 
 def drawing_of(job: Job, source: Shape) -> Path | None:
-    """The SVG that is rendered as the texture: --texture, or the source, where it has separate colours."""
+    """Return the SVG that is rendered as the texture: --texture, or the source, where it has separate colours."""
     name = job.texture or next((path for path in own_pictures(job, source) if not source.is_mesh), None)
     if name is None or isinstance(name, bytes):
         return None
@@ -158,7 +161,8 @@ def _most_pixels(job: Job, pixels: float) -> int:
 
 
 def held_drawing(job: Job, source: Shape) -> bytes | None:
-    """The drawing that is the texture as a PNG file that covers the source's canvas; None where it is not a drawing.
+    """Return the drawing that is the texture as a PNG file that covers the source's canvas; None where it is not a
+    drawing.
 
     Raises:
         InputError: it cannot be rendered.
@@ -177,7 +181,7 @@ def held_drawing(job: Job, source: Shape) -> bytes | None:
 
 
 def own_box_of(source: Shape) -> Box:
-    """What is rendered of a drawing that is its own texture."""
+    """Return what is rendered of a drawing that is its own texture."""
     low, high = source.bounds
     margin = BESIDE * max((high - low).real, (high - low).imag) * (1 + 1j)
     return low - margin, high + margin
@@ -203,14 +207,14 @@ def density_needed(fits: Sequence[Fit], step: float) -> float:
 
 
 def _scattered(outline: Complex) -> Complex:
-    """Points all over the box of an outline, on a grid; a map has no value at those outside."""
+    """Return points all over the box of an outline, on a grid; a map has no value at those outside."""
     low, high = bounding_box(outline)
     x, y = (np.linspace(a, b, 66)[1:-1] for a, b in ((low.real, high.real), (low.imag, high.imag)))
     return (x[None, :] + 1j * y[:, None]).ravel()
 
 
 def tiles_of(job: Job, sources: Sequence[Shape], room: Memory) -> TiledImage | None:
-    """The pictures of the tiles (UDIM) that sources lie on, where the texture's name stands for all of them.
+    """Return the pictures of the tiles (UDIM) that sources lie on, where the texture's name stands for all of them.
 
     Raises:
         InputError: the source is not a mesh, or they cannot be read.
@@ -231,7 +235,7 @@ def tiles_of(job: Job, sources: Sequence[Shape], room: Memory) -> TiledImage | N
 def box_of(
     job: Job, source: Shape, image: Image, tiles: Box | None = None, own_box: Box | None = None
 ) -> Box:
-    """What of the source's plane the texture covers, given what of its layout; the checkerboard is a square."""
+    """Return what of the source's plane the texture covers, given what of its layout; the checkerboard is a square."""
     if drawing_of(job, source) and not job.texture:
         return framing.placed(job, source, own_box or own_box_of(source))
     if tiles is not None:
@@ -251,7 +255,7 @@ class LastValueCache:
         self._held: tuple[Any, Any] | None = None
 
     def get(self, key: Any, size: Callable[[Any], int], make: Callable[[], Any]) -> Any:
-        """What is there for a key, which is never None, or what is made; `size` reports its numbers."""
+        """Return what is there for a key, which is never None, or what is made; `size` reports its numbers."""
         if self._held is not None and self._held[0] == key:
             return self._held[1]
         made = make()
@@ -263,7 +267,8 @@ _read, _ready = LastValueCache(), LastValueCache()
 
 
 def outlines_of(job: Job, sources: Sequence[Shape], fits: Sequence[Fit]) -> list[Complex]:
-    """The outlines of sources, and of the holes that a map takes into account, where a texture lies flat on them.
+    """Return the outlines of sources, and of the holes that a map takes into account, where a texture lies flat on
+    them.
 
     In frames of whole drawings no holes are mapped: there they are gaps, which are part of the picture.
     """
@@ -288,8 +293,9 @@ def sampler_of(
     *,
     on_paper: bool = False,
 ) -> Sampler:
-    """The picture in its place in the source's plane, ready to be filtered; `outlines` as for `Sampler`; `on_paper`
-    says whether it has paper where it is transparent."""
+    """Return the picture in its place in the source's plane, ready to be filtered; `outlines` as for `Sampler`;
+    `on_paper` says whether it has paper where it is transparent.
+    """
     from ...pixels.sampler import Sampler
 
     seen = outlines if image.alpha >= 0 and not framing.repeats(job) else ()
@@ -312,7 +318,7 @@ def sampler_of(
 
 
 def image_of(job: Job, source: Shape, room: Memory, own_box: Box | None = None) -> Image:
-    """The picture to carry along: --texture, the source's own, or a checkerboard.
+    """Return the picture to carry along: --texture, the source's own, or a checkerboard.
 
     Raises:
         InputError: it cannot be read, or has more pixels than --max-pixels.
@@ -347,7 +353,7 @@ def _numbers(image: Image) -> int:
 
 
 def _stamp(name: str) -> tuple[str, int, int] | None:
-    """A file, when it was written and its size; None where there is none."""
+    """Return a file, when it was written and its size; None where there is none."""
     try:
         seen = os.stat(name)
     except (OSError, ValueError):

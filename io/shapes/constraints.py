@@ -68,7 +68,7 @@ class Constraints:
 def collect(
     source: Shape, target: Shape, listed: ConstraintsFile | None = None, *, exact: bool = False
 ) -> Constraints:
-    """All constraints of a run: the pairs drawn in both files, then those that are listed.
+    """Return all constraints of a run: the pairs drawn in both files, then those that are listed.
 
     With one shape as both, what is drawn in it stays where it is. Pins that are `exact` turn the shape around them by
     further pins on circles.
@@ -121,7 +121,7 @@ def in_the_plane(
 
 
 def _drawn_settings(source: Shape, name: str) -> dict[str, float]:
-    """The radius of a drawn pin, if its circle is more than a mark."""
+    """Return the radius of a drawn pin, if its circle is more than a mark."""
     radius = source.pin_radii.get(name, 0.0)
     is_mark = radius < MARK_SHARE * np.sqrt(abs(source.curve.area))
     return {} if is_mark else {"radius": radius}
@@ -154,8 +154,8 @@ def _around(source: Shape, target: Shape, listed: list[Pin]) -> list[tuple]:
 
 
 def pairs_at(source: Shape, target: Shape, start: Place, end: Place) -> list[tuple[complex, complex]]:
-    """The points of the core planes that a pin from a place to a place ties together: where both meshes are cut through
-    it, on both sides.
+    """Return the points of the core planes that a pin from a place to a place ties together: where both meshes are cut
+    through it, on both sides.
 
     Raises:
         InputError: a place that is not on its shape.
@@ -165,7 +165,7 @@ def pairs_at(source: Shape, target: Shape, start: Place, end: Place) -> list[tup
 
 
 def _common_names(source: Shape, target: Shape, kind: str) -> list[str]:
-    """The names drawn in both files, in the source's order."""
+    """Return the names drawn in both files, in the source's order."""
     in_source, in_target = getattr(source, kind), getattr(target, kind)
     for alone, by, other in (
         (in_source.keys() - in_target.keys(), source, target),

@@ -46,7 +46,7 @@ def named_partners(
 
 
 def is_drawn_by_lines(shape: Shape) -> bool:
-    """Whether the holes of a shape are much larger than what is drawn of it, as where lines alone draw it."""
+    """Return whether the holes of a shape are much larger than what is drawn of it, as where lines alone draw it."""
     if shape.drawing is not None and shape.ink is not None:
         return shape.ink.region.area < (1 - FILLED_BY_LINES) * shape.drawing.region.area
     holes = sum(abs(polygon_area(hole)) for hole in shape.holes)
@@ -74,7 +74,7 @@ def drawn_as(shape: Shape, drawing: Drawing) -> Shape:
 
 
 def without_holes(shape: Shape, tell: Callable[[str], None]) -> Shape:
-    """The silhouette of a shape that is drawn by lines; others as they are."""
+    """Return the silhouette of a shape that is drawn by lines; others as they are."""
     if not is_drawn_by_lines(shape):
         return shape
     tell(
@@ -85,7 +85,7 @@ def without_holes(shape: Shape, tell: Callable[[str], None]) -> Shape:
 
 
 def unmapped(shape: Shape, mapped: Sequence[Curve]) -> tuple[Complex, ...]:
-    """The holes of a shape that are not among those that a map knows of."""
+    """Return the holes of a shape that are not among those that a map knows of."""
     corners = np.array([_corner(hole.z) for hole in mapped])
     near = 1e-9 * shape.curve.diagonal
     return tuple(hole for hole in shape.holes if not np.any(np.abs(corners - _corner(hole)) < near))
@@ -176,5 +176,5 @@ def about(pairs: Sequence[tuple[Shape, Shape]], *, keep: bool, mapped: bool) -> 
 
 
 def _corner(z: Complex) -> complex:
-    """The leftmost vertex, and of several the lowest: that of a hole in whichever way it is run through."""
+    """Return the leftmost vertex, and of several the lowest: that of a hole in whichever way it is run through."""
     return complex(z.min())

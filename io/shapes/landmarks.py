@@ -47,7 +47,7 @@ class LandmarkPairs:
     target: list[Point]
 
     def in_file_units(self, source: Shape, target: Shape) -> list[tuple[str, Point, Point]]:
-        """Names and places in the units of two shapes' files.
+        """Return names and places in the units of two shapes' files.
 
         Raises:
             InputError: one of them is a mesh.
@@ -64,7 +64,7 @@ class LandmarkPairs:
 
 
 def _from_axes(axes: Axes, point: Point, shape: Shape) -> Point:
-    """A point as a program counts it, in the units of a shape's file."""
+    """Return a point as a program counts it, in the units of a shape's file."""
     if axes == "image":
         return point
     origin = shape.box[0] if axes == "lower-edge" else 0j
@@ -80,7 +80,7 @@ def _to_axes(axes: Axes, point: Point, shape: Shape) -> Point:
 
 
 def is_landmarks(name: str) -> bool:
-    """Whether a file has landmarks of another program, by its suffix."""
+    """Return whether a file has landmarks of another program, by its suffix."""
     return formats.suffix_of(name) in SUFFIXES
 
 
@@ -179,8 +179,9 @@ def _read_tps(text: str) -> LandmarkPairs:
 
 
 def _specimens(text: str) -> list[list[Point | None]]:
-    """The landmarks of each specimen, which follow LM=n; None for those that it lacks. Other lines, such as curves and
-    names of pictures, are left out."""
+    """Return the landmarks of each specimen, which follow LM=n; None for those that it lacks. Other lines, such as
+    curves and names of pictures, are left out.
+    """
     specimens: list[list[Point | None]] = []
     left = 0
     for line, row in enumerate(text.splitlines(), 1):

@@ -70,7 +70,7 @@ class Pin(_Entry):
 
     @model_serializer(mode="wrap")
     def _without_defaults(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """The pin without settings that are left to iccm, as the page of the editor has it."""
+        """Write the pin without settings that are left to iccm, as the page of the editor has it."""
         return {
             name: value for name, value in write(self).items() if name not in OPTIONAL or value is not None
         }
@@ -92,7 +92,7 @@ class Stroke(_Entry):
 
     @model_serializer(mode="wrap")
     def _without_default(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """The stroke without a width unless one is given, as the page of the editor has it."""
+        """Write the stroke without a width unless one is given, as the page of the editor has it."""
         return {name: value for name, value in write(self).items() if name != "width" or value}
 
 
@@ -147,7 +147,8 @@ class ConstraintsFile(StrictModel):
         return [*self.pins, *marks]
 
     def pins_of(self, source: Shape, target: Shape) -> list[Pin]:
-        """All pins, in the units of the files of two shapes: also those of other programs, which count differently.
+        """Return all pins, in the units of the files of two shapes: also those of other programs, which count
+        differently.
 
         Raises:
             InputError: as `all_pins`, or landmarks of images for a mesh.
@@ -174,7 +175,7 @@ class ConstraintsFile(StrictModel):
 
 
 def read(path: str | Path, *, max_bytes: int = limits.CONSTRAINTS_BYTES) -> ConstraintsFile:
-    """The pins and strokes of a JSON file (see the module for its form; - for stdin), in file units; or pairs of
+    """Return the pins and strokes of a JSON file (see the module for its form; - for stdin), in file units; or pairs of
     landmarks of another program, see `landmarks`.
 
     Raises:
@@ -188,7 +189,7 @@ def read(path: str | Path, *, max_bytes: int = limits.CONSTRAINTS_BYTES) -> Cons
 
 
 def parse(name: str, data: bytes) -> ConstraintsFile:
-    """The same of the content of a file.
+    """Return the same of the content of a file.
 
     Raises:
         InputError: as `read`; the message begins with what is wrong.

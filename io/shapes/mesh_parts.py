@@ -68,7 +68,9 @@ def join(shapes: Sequence[MeshShape]) -> MeshShape:
 
 
 def _unite(files: Sequence[MeshFile]) -> tuple[Mesh, Flags, list[Index]]:
-    """The faces of several parts of a file as one mesh, which these are, and the numbers of each part's corners."""
+    """Return the faces of several parts of a file as one mesh, which these are, and the numbers of each part's
+    corners.
+    """
     own = [np.flatnonzero(file.faces) for file in files]
     faces, first = np.unique(np.concatenate(own), return_index=True)
     sizes = np.concatenate([file.mesh.sizes for file in files])[first]
@@ -106,5 +108,5 @@ def _unite(files: Sequence[MeshFile]) -> tuple[Mesh, Flags, list[Index]]:
 
 
 def _numbered(mesh: Mesh, starts: Index) -> Index:
-    """The number of each corner of a mesh whose faces begin at other places."""
+    """Return the number of each corner of a mesh whose faces begin at other places."""
     return np.arange(mesh.corners.size) + np.repeat(starts - mesh.starts[:-1], mesh.sizes)

@@ -57,7 +57,7 @@ def read(
     opening: Opening | None = None,
     united: bool = False,
 ) -> MeshShape:
-    """The mesh in a plane that `file`, `file#part`, `file#loop` or `file#part#loop` names.
+    """Return the mesh in a plane that `file`, `file#part`, `file#loop` or `file#part#loop` names.
 
     Args:
         spec: a part is an OBJ object, group or material, `piece-2` or `uv-2` (see `mesh_files.read`); a loop a number,
@@ -106,8 +106,8 @@ def read_whole(
     region: shapely.Geometry | None = None,
     box: Box | None = None,
 ) -> MeshShape | None:
-    """All pieces of a mesh, flattened and packed side by side at one scale; None where it is one piece, or one is named
-    by its number.
+    """Return all pieces of a mesh, flattened and packed side by side at one scale; None where it is one piece, or one
+    is named by its number.
 
     Args:
         spec: the mesh; a part that is named is taken as a whole.
@@ -159,7 +159,7 @@ def read_whole(
 
 
 def _sound_pieces(file: MeshFile) -> tuple[list[Patch], list[str]]:
-    """The pieces of a mesh that can be flattened, as closed as they are, and why the others cannot.
+    """Return the pieces of a mesh that can be flattened, as closed as they are, and why the others cannot.
 
     Raises:
         InputError: an element at fault.
@@ -177,7 +177,7 @@ def _sound_pieces(file: MeshFile) -> tuple[list[Patch], list[str]]:
 
 
 def _summed(layouts: Sequence[Flattening]) -> list[str]:
-    """Notes on all pieces: what several have in common is said once."""
+    """Return notes on all pieces: what several have in common is said once."""
     notes = [f"{len(layouts)} pieces are mapped, packed side by side at one scale; --parts largest maps one"]
     cut = [each for each in layouts if len(each.patch.seam)]
     if cut:
@@ -204,8 +204,9 @@ def flatten_patch(
     start: int = -1,
     **how: bool,
 ) -> MeshShape:
-    """A piece of a mesh in the plane of its flattening; arguments as for `read` and `flatten` (`how`), `start` as of
-    `MeshShape`."""
+    """Return a piece of a mesh in the plane of its flattening; arguments as for `read` and `flatten` (`how`), `start`
+    as of `MeshShape`.
+    """
     file, piece = _of_patch(file, piece)
     flat = flatten(piece, loop=file.loop, grow=grow, method=method, **how)
     if how.get("chart") and method != "lscm":
@@ -233,7 +234,7 @@ def _lay_out(
     notes: list[str],
     **more: Any,
 ) -> MeshShape:
-    """The shape of a layout, on which nothing is drawn; `more` are the other fields of a `MeshShape`."""
+    """Return the shape of a layout, on which nothing is drawn; `more` are the other fields of a `MeshShape`."""
     return MeshShape(
         spec=spec,
         path=file.path,
@@ -258,7 +259,7 @@ def split_at(file: MeshFile, points: Real) -> MeshFile:
 
 
 def point_of(file: MeshFile, spec: str, place: Place) -> Real:
-    """A vertex, or a point in space.
+    """Return a vertex, or a point in space.
 
     Raises:
         InputError: there is no such vertex.
@@ -268,7 +269,7 @@ def point_of(file: MeshFile, spec: str, place: Place) -> Real:
 
 
 def _start_of(piece: Patch, through: Real | None) -> int:
-    """The vertex of a patch at the end of the seam through points (k, 3); -1 where there is no such seam."""
+    """Return the vertex of a patch at the end of the seam through points (k, 3); -1 where there is no such seam."""
     if through is None or not len(piece.seam):
         return -1
     outline = piece.loops[0]
@@ -279,7 +280,7 @@ def _start_of(piece: Patch, through: Real | None) -> int:
 
 
 def read_chart(spec: str, file: MeshFile, atlas: Atlas, number: int, aspect: float) -> MeshShape:
-    """A chart of a mesh in the plane of its texture coordinates; errors as for `read`."""
+    """Return a chart of a mesh in the plane of its texture coordinates; errors as for `read`."""
     if file.loop != 1:
         raise InputError(
             f"{spec}: the outline of a chart is always its outer boundary; #uv-{file.loop} would be another chart"
@@ -307,7 +308,7 @@ def aspect_of(file: MeshFile, given: Aspect | None) -> float:
 
 
 def _of_patch(file: MeshFile, patch: Patch) -> tuple[MeshFile, Patch]:
-    """The patch, and the file with no other faces than its own: those of other pieces stay as they are."""
+    """Return the patch, and the file with no other faces than its own: those of other pieces stay as they are."""
     none = np.zeros(0, np.int64)
     return _with_faces_of(file, patch, (none, none))[:2]
 
@@ -315,7 +316,7 @@ def _of_patch(file: MeshFile, patch: Patch) -> tuple[MeshFile, Patch]:
 def _with_faces_of(
     file: MeshFile, patch: Patch, also: tuple[Index, Index]
 ) -> tuple[MeshFile, Patch, tuple[Index, Index]]:
-    """The same with the faces of further corners, which are beside the vertices of the patch there."""
+    """Return the same with the faces of further corners, which are beside the vertices of the patch there."""
     mesh = file.mesh
     own = np.zeros(mesh.sizes.size, bool)
     own[patch.polygon] = True
@@ -357,7 +358,7 @@ def _at_same_places(mesh: Mesh, patch: Patch) -> tuple[Index, Index]:
 
 
 def _holes(file: MeshFile, flat: Flattening) -> dict[str, Any]:
-    """The outlines of holes in the plane, and the objects, groups and materials around each."""
+    """Return the outlines of holes in the plane, and the objects, groups and materials around each."""
     outer = {int(loop[0]) for loop in flat.outer_loops}
     loops = [loop for loop in flat.patch.loops if int(loop[0]) not in outer]
     names = [names_around(file, flat.patch, loop) for loop in loops]
@@ -365,7 +366,9 @@ def _holes(file: MeshFile, flat: Flattening) -> dict[str, Any]:
 
 
 def names_around(file: MeshFile, patch: Patch, loop: Index) -> tuple[str, ...]:
-    """The objects, groups and materials of the faces that touch a boundary loop of a patch, where there are any."""
+    """Return the objects, groups and materials of the faces that touch a boundary loop of a patch, where there are
+    any.
+    """
     beside = np.zeros(len(patch.points), bool)
     beside[loop] = True
     touching = beside[patch.faces].any(axis=1)
@@ -384,7 +387,7 @@ def read_all(
     aspect: Aspect | None = None,
     joins: bool = False,
 ) -> tuple[list[MeshShape], int]:
-    """The charts, or the pieces, of a mesh, the largest first, and how many there are beyond `most`.
+    """Return the charts, or the pieces, of a mesh, the largest first, and how many there are beyond `most`.
 
     Charts lie where their texture coordinates are, pieces side by side in one plane. Which of the two, and the other
     arguments, as for `mesh_shape.read`.
@@ -434,7 +437,7 @@ class _Found(NamedTuple):
 
 
 def _charts(spec: str, parts: Sequence[MeshFile], aspect: Aspect | None) -> list[_Found]:
-    """The charts of all geometries.
+    """Return the charts of all geometries.
 
     Raises:
         InputError: no geometry has any; of the first.
@@ -457,7 +460,7 @@ def _charts(spec: str, parts: Sequence[MeshFile], aspect: Aspect | None) -> list
 
 
 def _pieces(spec: str, parts: Sequence[MeshFile], cut: bool, joins: bool) -> list[_Found]:
-    """The pieces of all geometries; errors as for `_charts`."""
+    """Return the pieces of all geometries; errors as for `_charts`."""
 
     def made(file: MeshFile, connected: Joined, number: int) -> MeshShape:
         return flatten_patch(
@@ -480,7 +483,7 @@ def _named(file: MeshFile, word: str, number: int) -> str:
 
 
 def _pick(found: Sequence[_Found]) -> tuple[list[tuple[str, MeshShape]], list[str]]:
-    """The shapes that can be made, with their names, and why the others cannot."""
+    """Return the shapes that can be made, with their names, and why the others cannot."""
     made, faults = [], []
     for each in found:
         try:
@@ -491,14 +494,14 @@ def _pick(found: Sequence[_Found]) -> tuple[list[tuple[str, MeshShape]], list[st
 
 
 def _common(shape: MeshShape) -> tuple[str, ...]:
-    """The notes that are not about what is left out for the sake of one part."""
+    """Return the notes that are not about what is left out for the sake of one part."""
     return tuple(
         note for note in shape.notes if "selects another" not in note and "is the outline" not in note
     )
 
 
 def read_texture(shape: Shape, **options: Any) -> Image:
-    """The texture that a mesh file names or holds, of several the first; options as in `image_files.read`.
+    """Return the texture that a mesh file names or holds, of several the first; options as in `image_files.read`.
 
     Raises:
         InputError: there is none.

@@ -76,7 +76,7 @@ class MeshShape(Shape):
         return flat.reshape(given.shape[:-1])
 
     def to_space(self, z: ArrayLike) -> Real:
-        """(..., 3) points of the surface from complex points (...) of the flattening's plane."""
+        """Return (..., 3) points of the surface from complex points (...) of the flattening's plane."""
         flat = np.asarray(z, np.complex128)
         triangle, weights = self.locator(flat.ravel(), 1)
         points, faces = self._surface
@@ -114,7 +114,7 @@ class MeshShape(Shape):
         return super().to_file(self._seen(np.asarray(z, dtype=complex))) / (self.aspect, 1)
 
     def _seen(self, z: Complex) -> Complex:
-        """Points of the layout as they lie in a mirrored plane, and back."""
+        """Return points of the layout as they lie in a mirrored plane, and back."""
         return z if self.mirror is None else 2 * self.mirror - z.conj()
 
     def vertex(self, number: int) -> complex:
@@ -127,7 +127,7 @@ class MeshShape(Shape):
         return complex(self.flattening.flat[self.flattening.patch.flat_vertex(row)])
 
     def at(self, place: Place) -> complex:
-        """A place that the user named: a vertex, a point in space, or one of the flattening's plane.
+        """Return a place that the user named: a vertex, a point in space, or one of the flattening's plane.
 
         Raises:
             InputError: there is no such vertex on the patch.
@@ -136,8 +136,8 @@ class MeshShape(Shape):
         return complex(self.to_core(place)) if number is None else self.vertex(number)
 
     def all_at(self, place: Place) -> list[complex]:
-        """As `at`; on the seam that runs through pins each copy of the vertex that it goes through for this place, in
-        the order around the outline from the first pin on.
+        """Return as `at`; on the seam that runs through pins each copy of the vertex that it goes through for this
+        place, in the order around the outline from the first pin on.
 
         Raises:
             InputError: there is no such vertex on the patch.
@@ -154,7 +154,7 @@ class MeshShape(Shape):
         return self.flattening.flat[copies].tolist() if copies.size else [point]
 
     def along(self, places: Sequence[Place], name: str) -> Curve:
-        """The stroke through places; vertices alone are joined along the mesh's edges.
+        """Return the stroke through places; vertices alone are joined along the mesh's edges.
 
         Raises:
             InputError: fewer than two different vertices, or one that is not on the patch.
@@ -176,7 +176,9 @@ class MeshShape(Shape):
         return tuple(sorted(self.file.content.names_at(np.flatnonzero(self.file.faces))))
 
     def spread(self, spatial: bool) -> tuple[Real, Real, Real]:
-        """Those in space, seen from the front (x right, y up), unless the plane is that of texture coordinates."""
+        """Return those in space, seen from the front (x right, y up), unless the plane is that of texture
+        coordinates.
+        """
         if self.is_layout and not spatial:
             middle, low, high = super().spread(False)
             middle[0] = self._seen(np.array(complex(middle[0]))).real
@@ -197,7 +199,7 @@ class MeshShape(Shape):
         return (self.file.picture,) if self.file.picture else tuple(self.file.textures())
 
     def placing(self, texture: Texture, tiles: Box | None = None) -> Placing:
-        """Where points of the flattening lie in a texture: by the mesh's own texture coordinates.
+        """Return where points of the flattening lie in a texture: by the mesh's own texture coordinates.
 
         Raises:
             InputError: it has none.
@@ -293,7 +295,7 @@ class MeshShape(Shape):
 
 
 def as_mesh(shape: Shape) -> MeshShape:
-    """The shape as the mesh that it is.
+    """Return the shape as the mesh that it is.
 
     Raises:
         InputError: it is none.
@@ -304,7 +306,7 @@ def as_mesh(shape: Shape) -> MeshShape:
 
 
 def row_of(file: MeshFile, spec: str, number: int) -> int:
-    """Where a vertex stands in the mesh, by its number in the file (from 1 in OBJ, from 0 elsewhere).
+    """Return where a vertex stands in the mesh, by its number in the file (from 1 in OBJ, from 0 elsewhere).
 
     Raises:
         InputError: there is no such vertex.

@@ -19,7 +19,8 @@ from .split_rims import subdivide_rims
 def lay_onto(
     mesh: MeshShape, outline: Shape, tell: Callable[[str], None], tolerance: float | None = None
 ) -> tuple[MeshShape, dict[str, Any]]:
-    """The mesh flattened onto a drawn outline, in its coordinates, evenly on the surface; and figures of the map.
+    """Return the mesh flattened onto a drawn outline, in its coordinates, evenly on the surface; and figures of the
+    map.
 
     Args:
         mesh: flattened in any way that is one-to-one.

@@ -53,7 +53,7 @@ def _pixels(image: Image) -> int:
 
 
 def _cut_out(image: Image, reading: Reading) -> Image:
-    """The picture with an alpha channel: how much of each pixel is covered by what stands out."""
+    """Return the picture with an alpha channel: how much of each pixel is covered by what stands out."""
     height, width = image.pixels.shape[:2]
     alpha = opaque_part(reading, (height, width))
     colours = straight_colours(image.pixels, image.alpha)

@@ -84,5 +84,5 @@ def _are_arranged_alike(places: Complex) -> bool:
 
 
 def words_of(names: Sequence[str]) -> set[str]:
-    """The names that somebody gave, not the drawing program."""
+    """Return the names that somebody gave, not the drawing program."""
     return {name.casefold() for name in names if not UNNAMED.fullmatch(name)}

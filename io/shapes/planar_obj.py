@@ -26,7 +26,7 @@ Edges = NDArray[np.int64]  # (e, 2) pairs of vertices, from 0
 def read(
     path: Path, chosen: str | None = None, *, flatness: float = 1e-4, max_bytes: int = limits.DRAWING_BYTES
 ) -> Drawing:
-    """The closed outlines of an OBJ file in a plane z = constant, or those of the object or group `chosen`.
+    """Return the closed outlines of an OBJ file in a plane z = constant, or those of the object or group `chosen`.
 
     Polylines that share ends are joined; vertices at the same place are one. Without any `l` the outlines are the
     boundary loops of the faces. Loops inside others are holes. `flatness` is not used: nothing is curved.
@@ -51,14 +51,14 @@ def read(
 
 
 def _gathered(parts: list[tuple[str, Edges]], chosen: str | None) -> dict[str, Edges]:
-    """The edges of each named part that is wanted, together."""
+    """Return the edges of each named part that is wanted, together."""
     wanted = [(name, edges) for name, edges in parts if chosen in (None, name)]
     names = dict.fromkeys(name for name, _ in wanted)
     return {name: np.concatenate([e for n, e in wanted if n == name]) for name in names}
 
 
 def _add(drawing: Drawing, content: Obj, name: str, edges: Edges) -> None:
-    """Adds a part's outlines, or why there are none."""
+    """Add a part's outlines, or why there are none."""
     points = _planar(content, np.unique(edges))
     place, merged = np.unique(content.v[:, :2], axis=0, return_inverse=True)
     z = place.view(np.complex128).ravel()  # of vertices not in use, too, whatever they hold
@@ -86,7 +86,7 @@ def _planar(content: Obj, used: NDArray) -> Real:
 
 
 def _remedy(extent: Real, faces: int) -> str:
-    """What to do about points with an extent along z."""
+    """Return what to do about points with an extent along z."""
     upright = next((axis for axis, size in zip("xy", extent) if size <= FLAT * extent.max()), None)
     if upright:
         where = f" but {upright} = constant; export it with z up (Blender: Forward Axis Y, Up Axis Z)"
@@ -95,7 +95,7 @@ def _remedy(extent: Real, faces: int) -> str:
 
 
 def _polylines(content: Obj) -> list[tuple[str, Edges]]:
-    """The `l` lines as edges, each with the object or group that is in force there."""
+    """Return the `l` lines as edges, each with the object or group that is in force there."""
     vertices = None
     found = []
     said = [s for s in content.statements if s.keyword in ("o", "g")]
@@ -133,7 +133,7 @@ def _place(content: Obj, at: int) -> str:
 
 
 def _boundary(content: Obj, part: str | None) -> list[tuple[str, Edges]]:
-    """The edges that only one face has: of the whole mesh, or of one part."""
+    """Return the edges that only one face has: of the whole mesh, or of one part."""
     if not len(content.face_at):
         raise InputError(f"{content.path}: contains no polylines (l) or faces (f)")
     mesh = content.mesh(part)
@@ -155,7 +155,7 @@ def _boundary(content: Obj, part: str | None) -> list[tuple[str, Edges]]:
 
 
 def _rings(edges: Edges, z: Complex) -> Iterator[NDArray]:
-    """The closed walks that the edges make, when every vertex has exactly two of them.
+    """Yield the closed walks that the edges make, when every vertex has exactly two of them.
 
     Raises:
         InputError: an end, or a vertex where lines branch.

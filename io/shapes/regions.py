@@ -37,7 +37,7 @@ def read(
     listed: Sequence[str | list[Place]] = (),
     option: str = "--rigid",
 ) -> list[Complex]:
-    """The outlines of all rigid regions in the core plane: those drawn in a shape, those given, those listed.
+    """Return the outlines of all rigid regions in the core plane: those drawn in a shape, those given, those listed.
 
     Args:
         shape: the source or the target.
@@ -64,7 +64,7 @@ def read(
 
 
 def fields(source: Shape, importance: str | None, size_map: str | None) -> dict[str, Field]:
-    """How much places of the source count, and how large they are to be, of pictures that cover its canvas.
+    """Return how much places of the source count, and how large they are to be, of pictures that cover its canvas.
 
     Raises:
         InputError: no such picture, or a source that is a mesh.
@@ -82,7 +82,8 @@ def fields(source: Shape, importance: str | None, size_map: str | None) -> dict[
 
 
 def greys(source: Shape, given: Sequence[str | list[Place]]) -> dict[str, Field]:
-    """The importance of places that masks among rigid regions paint grey: they are partly rigid; none without grey.
+    """Return the importance of places that masks among rigid regions paint grey: they are partly rigid; none without
+    grey.
 
     Raises:
         InputError: no such picture; several with grey that are not of one size.
@@ -138,7 +139,7 @@ def _element(shape: Shape, name: str, option: str) -> list[Complex]:
 
 
 def _triangles(shape: MeshShape, name: str, option: str) -> list[Complex]:
-    """The outlines of what a named part of a mesh's file covers of its layout."""
+    """Return the outlines of what a named part of a mesh's file covers of its layout."""
     file, patch = shape.file, shape.flattening.patch
     with naming(f"{option} {name}"):
         named = file.faces_called(name[len(MARK) :])
@@ -151,7 +152,7 @@ def _triangles(shape: MeshShape, name: str, option: str) -> list[Complex]:
 
 
 def _mask(shape: Shape, path: Path, option: str) -> list[Complex]:
-    """The outlines of what is white in a picture."""
+    """Return the outlines of what is white in a picture."""
     bright = _brightness(path, option)
     if not (bright >= WHITE).any():
         raise InputError(f"{option} {path}: contains no white; paint the rigid region white")
@@ -167,7 +168,7 @@ def _mask(shape: Shape, path: Path, option: str) -> list[Complex]:
 
 
 def _brightness(path: Path, option: str) -> NDArray[np.float32]:
-    """(h, w) of a picture from black or transparent, 0, to white, 1, as it is encoded."""
+    """Return (h, w) of a picture from black or transparent, 0, to white, 1, as it is encoded."""
     from ..pictures import image_files
 
     image = image_files.read(path, max_pixels=limits.SILHOUETTE_PIXELS)

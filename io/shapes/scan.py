@@ -32,7 +32,7 @@ class Photograph(InputError):
 
 
 def field_of(colours: Float, trace: str, *, photographs: bool = False) -> tuple[Float, float, bool]:
-    """How much what is meant covers each pixel of a picture, which may be a smaller one.
+    """Return how much what is meant covers each pixel of a picture, which may be a smaller one.
 
     Args:
         colours: (h, w, c) between 0 and 1.
@@ -71,7 +71,7 @@ def field_of(colours: Float, trace: str, *, photographs: bool = False) -> tuple[
 
 
 def _shrunk(colours: Float) -> tuple[Float, float]:
-    """A picture of at most SIDE pixels a side, slightly blurred, and how many pixels each of these is wide."""
+    """Return a picture of at most SIDE pixels a side, slightly blurred, and how many pixels each of these is wide."""
     height, width = colours.shape[:2]
     by = max(1.0, max(height, width) / SIDE)
     size = max(1, round(width / by)), max(1, round(height / by))
@@ -79,27 +79,29 @@ def _shrunk(colours: Float) -> tuple[Float, float]:
 
 
 def is_on_background(mask: NDArray[np.bool_], share: float) -> bool:
-    """Whether a mask leaves this share of the border free, and is not made of many pieces of similar size."""
+    """Return whether a mask leaves this share of the border free, and is not made of many pieces of similar size."""
     return float(np.mean(border_of(mask))) <= 1 - share and not is_scattered(mask)
 
 
 def is_scattered(mask: NDArray[np.bool_]) -> bool:
-    """Whether a mask is made of so many pieces that they are a texture, as of gravel or stars, and not a shape."""
+    """Return whether a mask is made of so many pieces that they are a texture, as of gravel or stars, and not a
+    shape.
+    """
     return pieces(_without_specks(mask), diagonally=True).count >= SCATTERED
 
 
 def border_of(picture: NDArray) -> NDArray:
-    """The pixels along the four sides of a picture (h, w, …)."""
+    """Return the pixels along the four sides of a picture (h, w, …)."""
     return np.concatenate([picture[0], picture[-1], picture[:, 0], picture[:, -1]])
 
 
 def smooth(mask: NDArray[np.bool_]) -> Float:
-    """A mask as coverages, without a staircase along its outline."""
+    """Return a mask as coverages, without a staircase along its outline."""
     return blurred(mask, 1)
 
 
 def is_line(mask: NDArray[np.bool_]) -> bool:
-    """Whether what is in a mask, gaps closed, is a line around much more than itself."""
+    """Return whether what is in a mask, gaps closed, is a line around much more than itself."""
     ink = _without_specks(mask)
     for radius in (0, *_radii(mask)):
         whole = _largest(_closed(ink, radius, fill=True))
@@ -147,7 +149,7 @@ def _resized(field: Float, shape: tuple[int, ...]) -> Float:
 
 
 def inside_of(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """What lines enclose, with the lines, and all else that is drawn; gaps are closed by as little as will do.
+    """Return what lines enclose, with the lines, and all else that is drawn; gaps are closed by as little as will do.
 
     Raises:
         InputError: it encloses nothing.
@@ -170,7 +172,7 @@ def _radii(mask: NDArray) -> list[int]:
 
 
 def _closed(mask: NDArray[np.bool_], radius: int, *, fill: bool = False) -> NDArray[np.bool_]:
-    """A mask without gaps of up to twice the radius; with `fill` also without the holes that are left."""
+    """Return a mask without gaps of up to twice the radius; with `fill` also without the holes that are left."""
     wide = nearest(np.pad(mask, radius + 1)).distances <= radius
     if fill:
         free = pieces(~wide, diagonally=False).labels
@@ -179,7 +181,7 @@ def _closed(mask: NDArray[np.bool_], radius: int, *, fill: bool = False) -> NDAr
 
 
 def _largest(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """The piece of a mask that spans most."""
+    """Return the piece of a mask that spans most."""
     connected = pieces(mask, diagonally=True)
     if not connected.count:
         return mask
@@ -198,13 +200,13 @@ def _without_specks(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def _around(colours: Float) -> tuple[Float, float]:
-    """The mean of a neighbourhood that lines hardly change, and how much the picture varies where none are."""
+    """Return the mean of a neighbourhood that lines hardly change, and how much the picture varies where none are."""
     ground = blurred(colours, max(2.0, max(colours.shape) / 32))
     return ground, _spread(ground - colours)
 
 
 def _surface(colours: Float) -> tuple[Float, float]:
-    """A surface of second degree through the background, each channel on its own, and what this varies by."""
+    """Return a surface of second degree through the background, each channel on its own, and what this varies by."""
     height, width, channels = colours.shape
     step = max(1, -(-max(height, width) // BLOCKS))
     rows, columns = np.arange(0, height, step), np.arange(0, width, step)
@@ -226,7 +228,9 @@ def _surface(colours: Float) -> tuple[Float, float]:
 
 
 def _most(powers: NDArray, values: NDArray) -> NDArray:
-    """The surface that more than half of the values are closest to, by least median of squares (Rousseeuw 1984)."""
+    """Return the surface that more than half of the values are closest to, by least median of squares (Rousseeuw
+    1984).
+    """
     rng, (count, terms) = np.random.default_rng(0), powers.shape
     tried = [np.linalg.lstsq(powers, values, rcond=None)[0]]
     for _ in range(DRAWS):
@@ -240,5 +244,5 @@ def _powers(x: NDArray, y: NDArray) -> NDArray:
 
 
 def _spread(away: Float) -> float:
-    """The median of what the border's pixels are away from the background, of the channel with the most."""
+    """Return the median of what the border's pixels are away from the background, of the channel with the most."""
     return float(np.median(np.abs(border_of(away)), axis=0).max())

@@ -93,7 +93,7 @@ def seam_order(
 
 
 def _twists(source: Patch, target: Patch, stops: Index, opening: Opening | None) -> bool:
-    """Whether the map of two surfaces that are cut so is twisted, or there is none."""
+    """Return whether the map of two surfaces that are cut so is twisted, or there is none."""
     from ...solve import fit
 
     try:

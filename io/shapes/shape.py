@@ -102,7 +102,7 @@ class Shape:
     is_mesh: ClassVar[bool] = False
 
     def all_at(self, place: Place) -> list[complex]:
-        """Where a place that the user named is in the plane: of a vertex on a seam each of its copies.
+        """Return where a place that the user named is in the plane: of a vertex on a seam each of its copies.
 
         Raises:
             InputError: it is not on the shape.
@@ -201,8 +201,9 @@ class Shape:
         return None
 
     def spread(self, spatial: bool) -> tuple[Real, Real, Real]:
-        """(3,) centroid, least and greatest coordinates of the shape, or of all that were read with it, by which parts
-        are paired: those in the plane; of a mesh also those in space."""
+        """Return (3,) centroid, least and greatest coordinates of the shape, or of all that were read with it, by which
+        parts are paired: those in the plane; of a mesh also those in space.
+        """
         centre = self.curve.polygon.centroid
         low, high = self.bounds
         middle, least, greatest = (
@@ -226,7 +227,7 @@ class Shape:
         return (self.path,) if self.coloured else ()
 
     def placing(self, texture: Texture, tiles: Box | None = None) -> Placing:
-        """Where points of the shape's plane lie in a texture, which has a separate place in it.
+        """Return where points of the shape's plane lie in a texture, which has a separate place in it.
 
         Args:
             texture: the texture.
@@ -235,12 +236,12 @@ class Shape:
         return texture
 
     def to_core(self, xy: ArrayLike) -> Complex:
-        """(..., 2) coordinates in the file's units to complex numbers of the core plane."""
+        """Return (..., 2) coordinates in the file's units to complex numbers of the core plane."""
         xy = np.asarray(xy, dtype=float)
         return _core(xy[..., 0] + 1j * xy[..., 1], self.flip)
 
     def at(self, place: Place) -> complex:
-        """A place that the user named, in the core plane.
+        """Return a place that the user named, in the core plane.
 
         Raises:
             InputError: a vertex or a point in space where the shape is not a mesh.
@@ -251,7 +252,7 @@ class Shape:
         return complex(self.to_core(place))
 
     def along(self, places: Sequence[Place], name: str) -> Curve:
-        """The stroke through places; `name` is for messages."""
+        """Return the stroke through places; `name` is for messages."""
         return Curve.stroke([self.at(place) for place in places], name)
 
     def to_file(self, z: ArrayLike) -> NDArray[np.float64]:
@@ -280,7 +281,7 @@ def read(
     trace: str = "auto",
     whole: bool = False,
 ) -> Shape:
-    """The shape that `file`, `file#part`, `file#number` or `file#part#number` names.
+    """Return the shape that `file`, `file#part`, `file#number` or `file#part#number` names.
 
     Without a part it is the largest outline of the file; a part is an SVG element's or group's id or Inkscape label,
     or an OBJ object or group; a number counts its outlines from the largest, 1. Curves are flattened to `flatness`
@@ -330,7 +331,7 @@ def read(
 
 
 def _whole(drawing: Drawing, text: str, spec: Spec, notes: list[str], trace: str) -> Shape:
-    """The shape of everything that a drawing paints, in the tightest frame around all of it."""
+    """Return the shape of everything that a drawing paints, in the tightest frame around all of it."""
     notes += [f"ignored: {error}" for _, error in drawing.refused]
     whole = _drawn_region(drawing, drawing.painted)
     ink = whole if drawing.ink is drawing.painted else _drawn_region(drawing, drawing.ink)
@@ -364,7 +365,7 @@ def _whole(drawing: Drawing, text: str, spec: Spec, notes: list[str], trace: str
 
 
 def _drawn_region(drawing: Drawing, region: shapely.Geometry) -> Drawn:
-    """A region of the file as a drawing in the core plane; the vertices of a single outline stay as they are."""
+    """Return a region of the file as a drawing in the core plane; the vertices of a single outline stay as they are."""
     first = drawing.outlines[0]
     alone = polygon_of(first.z, *first.holes)
     if len(drawing.outlines) == 1 and alone.is_valid and np.isclose(alone.area, region.area, rtol=1e-9):
@@ -374,7 +375,7 @@ def _drawn_region(drawing: Drawing, region: shapely.Geometry) -> Drawn:
 
 
 def read_all(text: str, *, flatness: float = 1e-4, trace: str = "auto") -> list[Shape]:
-    """All shapes that `file` or `file#part` draws, the largest first; constraints drawn there are left out.
+    """Return all shapes that `file` or `file#part` draws, the largest first; constraints drawn there are left out.
 
     Raises:
         InputError: there is none, or as for `read`.
@@ -420,7 +421,7 @@ WEB_FONTS = (".woff", ".woff2")
 
 
 def known(path: Path) -> str:
-    """The suffix of a file that shapes are read from.
+    """Return the suffix of a file that shapes are read from.
 
     Raises:
         InputError: it is another.
@@ -475,7 +476,9 @@ def drawn(
 
 
 def _lines_apart(drawing: Drawing) -> list[FilledOutline]:
-    """The parts of a drawing that lines alone paint, apart from all of its outlines, such as the arcs of an icon."""
+    """Return the parts of a drawing that lines alone paint, apart from all of its outlines, such as the arcs of an
+    icon.
+    """
     parts = shapely.get_parts(drawing.painted)
     tree = shapely.STRtree(shapely.buffer([polygon_of(each.z) for each in drawing.outlines], 0))
     touching, _ = tree.query(parts, "intersects")
@@ -491,7 +494,7 @@ def _lines_apart(drawing: Drawing) -> list[FilledOutline]:
 
 
 def _choose(drawing: Drawing, text: str, spec: Spec, *, told: bool = True) -> tuple[FilledOutline, list[str]]:
-    """The outline that is meant, and, if they are to be `reported`, the notes about all the others."""
+    """Return the outline that is meant, and, if they are to be `reported`, the notes about all the others."""
     found, number = drawing.outlines, spec.number
     if spec.part is not None and spec.part not in drawing.ids:
         raise InputError(
@@ -527,7 +530,7 @@ def _left_out(drawing: Drawing, outline: FilledOutline) -> list[str]:
 
 
 def _holes(drawing: Drawing, outline: FilledOutline) -> dict[str, Any]:
-    """The outlines of holes and the names of what is drawn in them; a hole has no separate name."""
+    """Return the outlines of holes and the names of what is drawn in them; a hole has no separate name."""
     named = [other for other in drawing.outlines if other.names and other is not outline]
     starts = np.array([other.z[0] for other in named], dtype=complex)
     return {
@@ -539,8 +542,9 @@ def _holes(drawing: Drawing, outline: FilledOutline) -> dict[str, Any]:
 def _names_in(
     hole: Curve, outline: FilledOutline, others: Sequence[FilledOutline], starts: Complex
 ) -> tuple[str, ...]:
-    """The names of what is drawn in a hole, but for those of all that the shape itself is in; `starts` is a point of
-    each of the others."""
+    """Return the names of what is drawn in a hole, but for those of all that the shape itself is in; `starts` is a
+    point of each of the others.
+    """
     low, high = hole.box
     near = (low.real <= starts.real) & (starts.real <= high.real)
     near &= (low.imag <= starts.imag) & (starts.imag <= high.imag)

@@ -72,7 +72,7 @@ class Handed:
 
 
 def _key(path: Path, trace: str, part: str | None) -> object:
-    """What a picture is read from, and how."""
+    """Return what a picture is read from, and how."""
     try:
         seen = path.stat()
     except OSError:
@@ -89,8 +89,8 @@ def read(
     max_pixels: int = limits.SILHOUETTE_PIXELS,
     trace: str = "auto",
 ) -> Drawing:
-    """The outlines in a picture: of its alpha channel, of a mask or drawing on a plain background, or of a scan; of a
-    photograph its rectangle.
+    """Return the outlines in a picture: of its alpha channel, of a mask or drawing on a plain background, or of a scan;
+    of a photograph its rectangle.
 
     With `trace` "auto" alpha is taken where it varies, then what stands out from a plain background, else, as under
     uneven light, what `scan` finds; of a line that encloses much more than itself its inside. A thin line whose inside
@@ -134,7 +134,8 @@ def read(
 
 
 def of_wrapped(picture: WrappedPicture, flatness: float) -> list[FilledOutline]:
-    """The outlines of a picture that a drawing wraps, in the drawing's units; none where its alpha does not vary.
+    """Return the outlines of a picture that a drawing wraps, in the drawing's units; none where its alpha does not
+    vary.
 
     Raises:
         InputError: it cannot be read.
@@ -160,7 +161,7 @@ def of_wrapped(picture: WrappedPicture, flatness: float) -> list[FilledOutline]:
 
 
 def part_of(chosen: str | None) -> str | None:
-    """The name in `name`, `name#number` or `number`."""
+    """Return the name in `name`, `name#number` or `number`."""
     name, _, number = (chosen or "").rpartition("#")
     return (name if number.isdecimal() else chosen) or None
 
@@ -203,8 +204,9 @@ def interpret(pixels: NDArray, alpha: int, trace: str = "auto", part: str | None
 
 
 def _shrunk(pixels: NDArray) -> tuple[NDArray, float]:
-    """A picture of at most scan.SIDE pixels a side in place of one of more than twice as many, and how many pixels each
-    of these is wide: what of a picture is meant is seen as well in a small one, in a hundredth of the time."""
+    """Return a picture of at most scan.SIDE pixels a side in place of one of more than twice as many, and how many
+    pixels each of these is wide: what of a picture is meant is seen as well in a small one, in a hundredth of the time.
+    """
     from . import scan
 
     height, width, channels = pixels.shape
@@ -216,7 +218,7 @@ def _shrunk(pixels: NDArray) -> tuple[NDArray, float]:
 
 
 def _opaque_reading(pixels: NDArray, alpha: int, trace: str, part: str | None) -> Reading:
-    """What of a picture without transparency is meant."""
+    """Return what of a picture without transparency is meant."""
     from . import scan
 
     reading = _foreground(pixels, alpha, trace, part)
@@ -234,7 +236,7 @@ def _opaque_reading(pixels: NDArray, alpha: int, trace: str, part: str | None) -
 
 
 def _foreground(pixels: NDArray, alpha: int, trace: str, part: str | None) -> Reading:
-    """What stands out from the background of an opaque picture."""
+    """Return what stands out from the background of an opaque picture."""
     from . import scan
 
     photographs = trace == "auto" and part != SILHOUETTE
@@ -259,8 +261,9 @@ def _foreground(pixels: NDArray, alpha: int, trace: str, part: str | None) -> Re
 
 
 def opaque_part(reading: Reading, shape: tuple[int, int]) -> NDArray[np.float32]:
-    """(h, w) how much of each pixel of a picture of that shape is covered by what stands out: all of it, however alike
-    it is to the background, where only such pixels surround it."""
+    """Return (h, w) how much of each pixel of a picture of that shape is covered by what stands out: all of it, however
+    alike it is to the background, where only such pixels surround it.
+    """
     height, width = shape
     if reading.field is None:
         return np.ones(shape, np.float32)
@@ -272,7 +275,7 @@ def opaque_part(reading: Reading, shape: tuple[int, int]) -> NDArray[np.float32]
 
 
 def has_colours(pixels: NDArray, alpha: int, reading: Reading) -> bool:
-    """Whether what is meant of a picture has more than one colour, and so shows separate something.
+    """Return whether what is meant of a picture has more than one colour, and so shows separate something.
 
     Pixels along its edge do not count, which are mixed with the background; for the inside of a line, nor does the
     line.
@@ -295,7 +298,7 @@ def has_colours(pixels: NDArray, alpha: int, reading: Reading) -> bool:
 
 
 def straight_colours(pixels: NDArray, alpha: int) -> NDArray[np.float32]:
-    """(h, w, c) colours without alpha, from 0 to 1."""
+    """Return (h, w, c) colours without alpha, from 0 to 1."""
     scale = np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else 1
     if pixels.dtype.kind == "f" and not np.isfinite(pixels).all():
         raise InputError("some pixels are not finite numbers")
@@ -304,8 +307,9 @@ def straight_colours(pixels: NDArray, alpha: int) -> NDArray[np.float32]:
 
 
 def _is_plain(pixels: NDArray, alpha: int, field: NDArray[np.float32], *, strict: bool) -> bool:
-    """Whether a picture's border is background and shape, and little in between; if `strict`, also whether it is
-    mostly one colour, which the shape interrupts a few times at most, and the shape is not made of many pieces."""
+    """Return whether a picture's border is background and shape, and little in between; if `strict`, also whether it is
+    mostly one colour, which the shape interrupts a few times at most, and the shape is not made of many pieces.
+    """
     from .scan import border_of, is_scattered
 
     border = border_of(field)
@@ -333,7 +337,7 @@ def _enlarged(outline: FilledOutline, by: float) -> FilledOutline:
 
 
 def _is_alpha(pixels: NDArray, alpha: int) -> bool:
-    """Whether alpha, where there is any, says what the shape is: it varies, in more than a few pixels."""
+    """Return whether alpha, where there is any, says what the shape is: it varies, in more than a few pixels."""
     if alpha < 0:
         return False
     half = np.iinfo(pixels.dtype).max / 2 if pixels.dtype.kind == "u" else 0.5
@@ -342,7 +346,7 @@ def _is_alpha(pixels: NDArray, alpha: int) -> bool:
 
 
 def coverage(pixels: NDArray, alpha: int) -> NDArray[np.float32]:
-    """(h, w) how much of each pixel the shape covers, 0 to 1, from (h, w, c) pixels.
+    """Return (h, w) how much of each pixel the shape covers, 0 to 1, from (h, w, c) pixels.
 
     That is alpha where it varies, in more than a few pixels or in a picture of one colour. Otherwise the difference
     from the background, the middle colour of the border, relative to the middle difference of all that stands out:
@@ -380,7 +384,8 @@ def coverage(pixels: NDArray, alpha: int) -> NDArray[np.float32]:
 
 
 def traced(field: NDArray[np.float32], flatness: float = 1e-4) -> tuple[list[FilledOutline], int]:
-    """The outlines of the pieces of a picture of coverages, the largest first, and the number of pieces not traced.
+    """Return the outlines of the pieces of a picture of coverages, the largest first, and the number of pieces not
+    traced.
 
     Raises:
         InputError: no piece has at least SPECK pixels.
@@ -398,7 +403,7 @@ def traced(field: NDArray[np.float32], flatness: float = 1e-4) -> tuple[list[Fil
 
 
 def _piece(field: NDArray, connected: Pieces, number: int, flatness: float) -> FilledOutline | None:
-    """The outline of one connected piece, counted from 0, the pixels of all others taken for background."""
+    """Return the outline of one connected piece, counted from 0, the pixels of all others taken for background."""
     from skimage.measure import find_contours
 
     from .smooth_outline import smooth_outline

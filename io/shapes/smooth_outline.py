@@ -99,13 +99,13 @@ def _fit_edges(z: Complex, corners: Complex, tolerance: float) -> tuple[Complex,
 
 
 def _places(some: Complex, z: Complex) -> NDArray[np.intp]:
-    """The indices of some of the points of a contour."""
+    """Return the indices of some of the points of a contour."""
     index = {point: k for k, point in enumerate(z.tolist())}
     return np.array([index[point] for point in some.tolist()], dtype=np.intp)
 
 
 def _points_of_edges(first: NDArray[np.intp], size: int) -> NDArray[np.intp]:
-    """(k,) the numbers of points from each vertex to the next one along a closed contour of `size` points."""
+    """Return (k,) the numbers of points from each vertex to the next one along a closed contour of `size` points."""
     return np.mod(np.roll(first, -1) - first - 1, size) + 1
 
 
@@ -122,14 +122,16 @@ def _line(z: Complex) -> Line:
 
 
 def _intersection(before: Line, after: Line) -> complex | None:
-    """The point where two lines meet; None if they are almost parallel."""
+    """Return the point where two lines meet; None if they are almost parallel."""
     (a, d), (b, e) = before, after
     sine = cross(d, e)
     return a + d * cross(b - a, e) / sine if abs(sine) > 0.05 else None
 
 
 def _meeting(before: Line, after: Line, corner: complex) -> complex:
-    """The point where two lines meet, if that is near the corner; otherwise the middle of the corner's feet on both."""
+    """Return the point where two lines meet, if that is near the corner; otherwise the middle of the corner's feet on
+    both.
+    """
     point = _intersection(before, after)
     if point is not None and abs(point - corner) <= REACH:
         return point
@@ -171,7 +173,9 @@ def _fit_curve(
 
 
 def _is_corner(polygon: Complex, tolerance: float) -> NDArray[np.bool_]:
-    """(n,) which vertices are corners, as in Potrace (Selinger 2003): those far above the middles of their edges."""
+    """Return (n,) which vertices are corners, as in Potrace (Selinger 2003): those far above the middles of their
+    edges.
+    """
     before, after = (np.roll(polygon, 1) + polygon) / 2, (np.roll(polygon, -1) + polygon) / 2
     chord = after - before
     height = np.abs(cross(chord, polygon - before)) / np.maximum(np.abs(chord), 1e-12)
@@ -179,7 +183,7 @@ def _is_corner(polygon: Complex, tolerance: float) -> NDArray[np.bool_]:
 
 
 def _basis(polygon: Complex, sharp: NDArray[np.bool_]) -> Real:
-    """The curve's points as combinations of vertices.
+    """Return the curve's points as combinations of vertices.
 
     The part of an edge is from the middle of the parabola at its start to the middle of the one at its end. A parabola
     begins and ends where it touches the edges: at their middles, or nearer where the other edge is much shorter. At a
@@ -207,15 +211,16 @@ def _basis(polygon: Complex, sharp: NDArray[np.bool_]) -> Real:
 
 
 def _parabola(t: Real, before: Real, after: Real) -> Real:
-    """(n, s, 3) coefficients of a vertex and its neighbours in the points at t of the parabola across it, which begins
-    and ends at the given shares of both edges."""
+    """Return (n, s, 3) coefficients of a vertex and its neighbours in the points at t of the parabola across it, which
+    begins and ends at the given shares of both edges.
+    """
     before, after = before[:, None], after[:, None]
     head, middle, tail = (1 - t) ** 2, 2 * t * (1 - t), t**2
     return np.stack([head * before, head * (1 - before) + middle + tail * (1 - after), tail * after], axis=2)
 
 
 def _sections(basis: Real, vertices: Complex) -> Complex:
-    """(n, SAMPLES) points of the curve for each edge."""
+    """Return (n, SAMPLES) points of the curve for each edge."""
     number = np.arange(vertices.size)[:, None] + NEIGHBOURS
     return np.einsum("nsk,nk->ns", basis, vertices[number % vertices.size])
 
@@ -232,7 +237,7 @@ class Feet(NamedTuple):
 
 
 def _project(points: Complex, edge: NDArray[np.intp], sections: Complex) -> Feet:
-    """The nearest points on the part of the curve that belongs to each point's edge and both its neighbours."""
+    """Return the nearest points on the part of the curve that belongs to each point's edge and both its neighbours."""
     n, steps = sections.shape[0], SAMPLES - 1
     # nearer parts are not looked for elsewhere: across a thin part is the other side of it
     around = np.concatenate(
@@ -260,8 +265,9 @@ _NO_FEET = Feet(np.zeros(0, np.intp), np.zeros(0, np.intp), np.zeros(0), np.zero
 
 
 def _curvature_changes(polygon: Complex, sharp: NDArray[np.bool_], length: float) -> sparse.csr_array:
-    """(n, n) the differences of curvature vectors between neighbouring vertices, weighted so that in least squares they
-    smooth what is shorter than a length. At corners they are zero."""
+    """Return (n, n) the differences of curvature vectors between neighbouring vertices, weighted so that in least
+    squares they smooth what is shorter than a length. At corners they are zero.
+    """
     n = polygon.size
     after = np.maximum(np.abs(np.roll(polygon, -1) - polygon), 0.5)
     before = np.roll(after, 1)
@@ -278,8 +284,9 @@ def _curvature_changes(polygon: Complex, sharp: NDArray[np.bool_], length: float
 def _solve(
     points: Complex, feet: Feet, basis: Real, vertices: Complex, fairness: sparse.csr_array
 ) -> Complex:
-    """(n,) the vertices whose curve is nearest to the points in the sense of least squares, for the same feet.
-    Distances across the curve count fully, those along it little, because the feet may slide."""
+    """Return (n,) the vertices whose curve is nearest to the points in the sense of least squares, for the same feet.
+    Distances across the curve count fully, those along it little, because the feet may slide.
+    """
     n, count = vertices.size, points.size
     share = feet.share[:, None]
     weights = basis[feet.edge, feet.sample] * (1 - share) + basis[feet.edge, feet.sample + 1] * share

@@ -22,7 +22,9 @@ COARSE = 10  # tolerances: an outline farther off between vertices is reported
 
 
 def missed(boundary: Mapping[str, float], tolerance: float, split: bool) -> list[str]:
-    """What is reported where chords between written coordinates are far off an outline, of the report's `boundary`."""
+    """Return what is reported where chords between written coordinates are far off an outline, of the report's
+    `boundary`.
+    """
     if (gap := boundary["hausdorff"]) <= COARSE * tolerance:
         return []
     said = (
@@ -67,7 +69,7 @@ def _heights(part: MeshShape, placed: Callable[[Flattening], Complex]) -> Real:
 
 
 def _turned(before: Real, after: Real, own: Index) -> Index:
-    """Which triangles that were upright have parts that are not."""
+    """Return which triangles that were upright have parts that are not."""
     return np.unique(own[(before[own] > 0) & (after <= 0)])
 
 
@@ -94,7 +96,7 @@ def _subdivided(parts: Sequence[MeshShape], splits: Sequence[SplitLayout]) -> li
 def _with(
     part: MeshShape, split: SplitLayout, how: tuple[Subdivision, Index, Index], file: MeshFile
 ) -> MeshShape:
-    """The part on the new file's mesh."""
+    """Return the part on the new file's mesh."""
     before, surface = part.flattening, split.surface
     patch = before.patch
     corner = _corners(patch, split, how, file.mesh)
@@ -119,7 +121,7 @@ def _with(
 
 
 def _corners(patch: Patch, split: SplitLayout, how: tuple[Subdivision, Index, Index], mesh: Mesh) -> Index:
-    """(m, 3) corners of a mesh in which triangles stand in the place of polygons, of all triangles."""
+    """Return (m, 3) corners of a mesh in which triangles stand in the place of polygons, of all triangles."""
     plan, rows, turned = how
     own = split.surface.own
     face = patch.polygon

@@ -41,14 +41,14 @@ class StartingMap(StrictModel):
 
     @classmethod
     def of(cls, map: TriangulatedMap, source: Shape, target: Shape) -> StartingMap:
-        """A map as it is written."""
+        """Return a map as it is written."""
         rows = (shape.to_file(w) for shape, w in ((source, map.source), (target, map.image)))
         digits = [[(float(f"{x:.12g}"), float(f"{y:.12g}")) for x, y in side.tolist()] for side in rows]
         faces = [(a, b, c) for a, b, c in map.faces.tolist()]
         return cls.model_construct(source=digits[0], target=digits[1], triangles=faces)
 
     def map(self, source: Shape, target: Shape) -> TriangulatedMap:
-        """The map between two shapes.
+        """Return the map between two shapes.
 
         Raises:
             InputError: the triangles are not disk, with or without holes, or lie on each other.
@@ -66,7 +66,7 @@ class StartingMap(StrictModel):
 
 
 def _loops(z: Complex, faces: NDArray[np.int64]) -> tuple[NDArray[np.int64], ...]:
-    """The boundary loops, the outer one first.
+    """Return the boundary loops, the outer one first.
 
     Raises:
         InputError: the triangles do not hang together as a disk with holes.

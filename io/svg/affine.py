@@ -37,11 +37,11 @@ class Affine:
         return cls(complex(a + d, b - c) / 2, complex(a - d, b + c) / 2, complex(e, f))
 
     def __call__(self, z):
-        """The image of a complex number or array."""
+        """Return the image of a complex number or array."""
         return self.alpha * z + self.beta * z.conjugate() + self.gamma
 
     def __matmul__(self, inner: "Affine") -> "Affine":
-        """The map that applies `inner` first, as nested SVG elements do."""
+        """Return the map that applies `inner` first, as nested SVG elements do."""
         return Affine(
             self.alpha * inner.alpha + self.beta * inner.beta.conjugate(),
             self.alpha * inner.beta + self.beta * inner.alpha.conjugate(),
@@ -61,14 +61,14 @@ class Affine:
 
 
 def written(map: Affine) -> str:
-    """The map as SVG's matrix(a b c d e f)."""
+    """Return the map as SVG's matrix(a b c d e f)."""
     x, y, at = map.alpha + map.beta, map.alpha - map.beta, complex(map.gamma)
     return "matrix(" + " ".join(f"{v:.9g}" for v in (x.real, x.imag, -y.imag, y.real, at.real, at.imag)) + ")"
 
 
 @lru_cache(64)  # what <use> draws again
 def parse(text: str) -> Affine:
-    """The map that a `transform` attribute describes; empty or `none` is the identity.
+    """Return the map that a `transform` attribute describes; empty or `none` is the identity.
 
     Raises:
         InputError: an unknown function, a wrong number of arguments or anything that is not a number.
@@ -113,7 +113,7 @@ def _function(name: str, text: str) -> Affine:
 
 
 def translation(x: float, y: float = 0) -> Affine:
-    """A shift by (x, y)."""
+    """Return a shift by (x, y)."""
     return Affine(gamma=complex(x, y))
 
 
@@ -126,7 +126,7 @@ def rotation(degrees: float, x: float = 0, y: float = 0) -> Affine:
 def viewport(
     place: tuple[float, float, float, float], box: tuple[float, float, float, float], aspect: str
 ) -> Affine:
-    """The map from a viewBox (x, y, width, height) to the rectangle `place` under `preserveAspectRatio`.
+    """Return the map from a viewBox (x, y, width, height) to the rectangle `place` under `preserveAspectRatio`.
 
     Raises:
         InputError: `aspect` is malformed.

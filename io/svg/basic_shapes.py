@@ -23,11 +23,11 @@ class Shape(Protocol):
     faults: tuple[str, ...]
 
     def length(self, name: str, axis: str, default: float = 0.0) -> float:
-        """As `Node.length`."""
+        """Return as `Node.length`."""
 
 
 def pen_paths(drawn: Shape, budget: Budget | None = None, *, joined: bool = False) -> list[PenPath]:
-    """The runs of a shape in its own coordinates; arguments and errors as for `path_data.runs`.
+    """Return the runs of a shape in its own coordinates; arguments and errors as for `path_data.runs`.
 
     What is malformed in path data and lists of points ends the shape, which is drawn up to there, as SVG 2 (9.5.4) has
     it; `faults` of the shape says what it was.
@@ -48,7 +48,9 @@ def pen_paths(drawn: Shape, budget: Budget | None = None, *, joined: bool = Fals
 
 
 def box_of(drawn: Shape) -> Complex | None:
-    """Two opposite corners of the box of a shape in its own coordinates, to about a thousandth; None without any."""
+    """Return two opposite corners of the box of a shape in its own coordinates, to about a thousandth; None without
+    any.
+    """
     t = np.linspace(0, 1, 33)
     z = [piece.at(t) for run in pen_paths(drawn) for piece in run.pieces]
     return np.array(bounding_box(np.concatenate(z))) if z else None

@@ -27,22 +27,22 @@ class Batch:
     bend: Real
 
     def at(self, which: Index, t: Real) -> Complex:
-        """Points at parameters of some of the pieces."""
+        """Return points at parameters of some of the pieces."""
         raise NotImplementedError
 
     def counts(self, tolerance: float) -> Index:
-        """How many points each needs: with equal parameter steps h a chord errs by at most h² max|f''| / 8."""
+        """Return how many points each needs: with equal parameter steps h a chord errs by at most h² max|f''| / 8."""
         steps = np.ceil(np.sqrt(self.bend / (8 * tolerance))) if tolerance else np.ones(self.end.size)
         return np.maximum(1, np.minimum(steps, 2**40)).astype(np.int64)
 
     def rough(self) -> Complex:
-        """A few points on the pieces: their box is never larger than that of the pieces."""
+        """Return a few points on the pieces: their box is never larger than that of the pieces."""
         which = np.repeat(np.arange(self.end.size), ROUGH.size)
         inner = self.at(which, np.tile(ROUGH, self.end.size)) if self.bend.any() else np.empty(0, complex)
         return np.concatenate([inner, self.end])
 
     def points(self, counts: Index) -> Complex:
-        """The points of all pieces, one after the other, without their starts."""
+        """Return the points of all pieces, one after the other, without their starts."""
         which, last = np.repeat(np.arange(counts.size), counts), np.cumsum(counts) - 1
         step = np.arange(which.size) - (last - counts + 1)[which] + 1
         z = self.at(which, step / counts[which])
@@ -62,7 +62,7 @@ class Beziers(Batch):
         self.bend = degree * (degree - 1) * bend
 
     def at(self, which: Index, t: Real) -> Complex:
-        """Points at parameters of some of the pieces, by de Casteljau."""
+        """Return points at parameters of some of the pieces, by de Casteljau."""
         points = [column[which] for column in self.p.T]
         while len(points) > 1:
             points = [a * (1 - t) + b * t for a, b in pairwise(points)]
@@ -83,7 +83,7 @@ class Arcs(Batch):
         self.bend = np.hypot(np.abs(self.u), np.abs(self.v)) * self.sweep**2
 
     def at(self, which: Index, t: Real) -> Complex:
-        """Points at parameters of some of the pieces."""
+        """Return points at parameters of some of the pieces."""
         angle = self.begin[which] + self.sweep[which] * t
         return self.centre[which] + self.u[which] * np.cos(angle) + self.v[which] * np.sin(angle)
 
@@ -96,20 +96,20 @@ class Stretches(Batch):
         self.z = [affine(piece.z) for piece in pieces]
 
     def counts(self, tolerance: float) -> Index:
-        """All vertices but the first, whatever the tolerance."""
+        """Return all vertices but the first, whatever the tolerance."""
         return np.array([z.size - 1 for z in self.z])
 
     def rough(self) -> Complex:
-        """All of them."""
+        """Return all of them."""
         return np.concatenate(self.z)
 
     def points(self, counts: Index) -> Complex:
-        """The points of all pieces, one after the other, without their starts."""
+        """Return the points of all pieces, one after the other, without their starts."""
         return np.concatenate([z[1:] for z in self.z])
 
 
 def batches(pieces: Sequence[Piece | Lines], affine: Affine) -> list[Batch]:
-    """All pieces, by kind."""
+    """Return all pieces, by kind."""
     groups: dict[Any, list[int]] = {}
     for number, piece in enumerate(pieces):
         groups.setdefault(len(piece.p) if isinstance(piece, Bezier) else type(piece), []).append(number)

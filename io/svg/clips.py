@@ -32,7 +32,7 @@ class Clips:
         )
 
     def cut(self, drawn: Node, region: shapely.Geometry) -> shapely.Geometry:
-        """What is shown of a region that a shape paints; the region itself where nothing of it is hidden.
+        """Return what is shown of a region that a shape paints; the region itself where nothing of it is hidden.
 
         Raises:
             InputError: a clip path is malformed, or crosses the region too often.
@@ -61,7 +61,7 @@ class Clips:
         return self.known[clip]
 
     def _clip_path(self, clip: Clip) -> shapely.Geometry:
-        """All that its shapes enclose, whether they paint it or not."""
+        """Return all that its shapes enclose, whether they paint it or not."""
         return unite([self.cut(each, self._filled(each, "clip-rule")) for each in clip.shapes])
 
     def _mask(self, clip: Clip) -> shapely.Geometry:

@@ -74,7 +74,7 @@ def _nested(lines: Sequence[Complex]) -> None:
 
 
 def _cross(a: Complex, b: Complex, c: Complex, d: Complex) -> np.ndarray:
-    """Whether segments ab and cd cross properly: not at a common end."""
+    """Return whether segments ab and cd cross properly: not at a common end."""
 
     def side(p: Complex, q: Complex, r: Complex) -> np.ndarray:
         return np.sign(cross(q - p, r - p))

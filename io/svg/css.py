@@ -33,12 +33,12 @@ class Style(dict[str, str]):
         return self
 
     def only(self, names: Iterable[str]) -> "Style":
-        """Some of the declarations."""
+        """Return some of the declarations."""
         kept = {name: self[name] for name in names}
         return Style(kept, self.important.intersection(kept))
 
     def text(self) -> str:
-        """As the value of a `style` attribute."""
+        """Return as the value of a `style` attribute."""
         return ";".join(f"{k}:{v}{'!important' if k in self.important else ''}" for k, v in self.items())
 
 
@@ -57,7 +57,7 @@ def _quoted(text: str) -> Style:
 
 
 def block(content: Any) -> Style:
-    """The declarations of a block, by name.
+    """Return the declarations of a block, by name.
 
     Args:
         content: text, or what tinycss2 parsed it to.
@@ -71,7 +71,7 @@ def block(content: Any) -> Style:
 
 
 def parsed(parse: Callable[..., list[Any]], content: Any) -> list[Any]:
-    """What a parser finds; nothing where it gives up, at numbers of thousands of digits and deep nesting."""
+    """Return what a parser finds; nothing where it gives up, at numbers of thousands of digits and deep nesting."""
     try:
         return parse(content, skip_comments=True, skip_whitespace=True)
     except (ValueError, RecursionError):

@@ -25,11 +25,11 @@ class Piece(ABC):
 
     @abstractmethod
     def at(self, t: np.ndarray) -> Complex:
-        """Points at parameters in [0, 1]."""
+        """Return points at parameters in [0, 1]."""
 
     @abstractmethod
     def bend(self) -> float:
-        """A bound on |f''|."""
+        """Return a bound on |f''|."""
 
     @abstractmethod
     def last(self) -> complex:
@@ -58,12 +58,12 @@ class Bezier(Piece):
         return self.p[-1]
 
     def bend(self) -> float:
-        """A bound on |f''|."""
+        """Return a bound on |f''|."""
         degree = len(self.p) - 1
         return degree * (degree - 1) * float(np.abs(np.diff(self.p, 2)).max()) if degree > 1 else 0.0
 
     def at(self, t: np.ndarray) -> Complex:
-        """Points at parameters in [0, 1], by de Casteljau."""
+        """Return points at parameters in [0, 1], by de Casteljau."""
         points = [np.full(t.shape, point) for point in self.p]
         while len(points) > 1:
             points = [a * (1 - t) + b * t for a, b in pairwise(points)]
@@ -92,17 +92,17 @@ class Arc(Piece):
         return self.end
 
     def bend(self) -> float:
-        """A bound on |f''|."""
+        """Return a bound on |f''|."""
         return math.hypot(abs(self.u), abs(self.v)) * self.sweep**2
 
     def at(self, t: np.ndarray) -> Complex:
-        """Points at parameters in [0, 1]."""
+        """Return points at parameters in [0, 1]."""
         angle = self.begin + self.sweep * t
         return self.centre + self.u * np.cos(angle) + self.v * np.sin(angle)
 
 
 def bezier(points: list[complex]) -> Bezier:
-    """The Bézier curve with these control points."""
+    """Return the Bézier curve with these control points."""
     return Bezier(tuple(points))
 
 
@@ -127,7 +127,7 @@ def arc(
 
 
 def thinned(z: Complex, tolerance: float, *, closed: bool) -> Complex:
-    """A polyline without vertices that it hardly needs: it stays within the tolerance of the one that was given.
+    """Return a polyline without vertices that it hardly needs: it stays within the tolerance of the one that was given.
 
     Every other vertex goes in a round where that moves the line little enough. A segment knows a bound on what is
     already missing from it; where two become one, that is the larger of theirs and how far the vertex is away.
@@ -151,7 +151,7 @@ def thinned(z: Complex, tolerance: float, *, closed: bool) -> Complex:
 
 
 def _away(point: Complex, a: Complex, b: Complex) -> Real:
-    """Distances of points from segments."""
+    """Return distances of points from segments."""
     chord = b - a
     square = np.maximum(np.abs(chord) ** 2, 1e-300)
     t = np.clip(((point - a) * chord.conj()).real / square, 0, 1)

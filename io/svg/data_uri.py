@@ -9,7 +9,7 @@ _ENCODED = re.compile(r"data:(?P<kind>[^,]*?)(?P<base64>;base64)?,", re.IGNORECA
 
 
 def content_of(address: str) -> bytes | None:
-    """The file that a `data:` address holds; None where it is malformed."""
+    """Return the file that a `data:` address holds; None where it is malformed."""
     found = _ENCODED.match(address.strip())
     if not found:
         return None

@@ -22,7 +22,7 @@ def in_visual_order(text: str) -> list[str]:
 
 
 def _ways(text: str) -> list[str]:
-    """The direction of each letter: L, R, or N for what has none."""
+    """Return the direction of each letter: L, R, or N for what has none."""
     ways: list[str] = []
     strong = "L"
     for letter in text:
@@ -74,7 +74,7 @@ def _directed(text: str, ways: list[str]) -> list[tuple[bool, str]]:
 
 
 def _numbers_apart(text: str) -> list[str]:
-    """A part that runs leftward, with its numbers as separate parts."""
+    """Return a part that runs leftward, with its numbers as separate parts."""
     found: list[str] = []
     for k, letter in enumerate(text):
         number = _in_number(text, k)
@@ -86,7 +86,7 @@ def _numbers_apart(text: str) -> list[str]:
 
 
 def _in_number(text: str, k: int) -> bool:
-    """Whether a letter is a digit, or a separator or sign between two."""
+    """Return whether a letter is a digit, or a separator or sign between two."""
     kinds = [bidirectional(text[j]) if 0 <= j < len(text) else "" for j in (k - 1, k, k + 1)]
     return kinds[1] in _NUMBERS or (
         kinds[1] in ("CS", "ES") and kinds[0] in _NUMBERS and kinds[2] in _NUMBERS

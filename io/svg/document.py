@@ -24,7 +24,7 @@ _LENGTH = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(%|[A-Za
 
 
 def drawing_bytes(path: Path, max_bytes: int = limits.SVG_BYTES) -> bytes:
-    """The XML of a drawing; no more of a compressed one is unpacked than may be read.
+    """Return the XML of a drawing; no more of a compressed one is unpacked than may be read.
 
     Raises:
         InputError: the file cannot be read, is damaged or too large.
@@ -45,7 +45,7 @@ def drawing_bytes(path: Path, max_bytes: int = limits.SVG_BYTES) -> bytes:
 
 
 def length(text: str, size: tuple[float, float] | None, axis: str, name: str = "length") -> float:
-    """A length in user units (px at 96 dpi).
+    """Return a length in user units (px at 96 dpi).
 
     Raises:
         InputError: malformed, of an unknown unit, or a percentage of nothing.
@@ -100,7 +100,7 @@ class _Parser(XMLParser):
         self.references = data.count(b"&")
 
     def defused_entity_decl(self, name, is_parameter_entity, value, base, sysid, pubid, notation_name):
-        """Called for each entity that the document declares.
+        """Refuse or count an entity that the document declares.
 
         Raises:
             EntitiesForbidden: it is not plain, or too long for as often as entities are used.
@@ -111,7 +111,7 @@ class _Parser(XMLParser):
 
 
 def root(data: bytes) -> Element:
-    """The document's <svg>. Entities other than plain words are refused, and nothing outside the bytes is read.
+    """Return the document's <svg>. Entities other than plain words are refused, and nothing outside the bytes is read.
 
     Raises:
         InputError: not XML, not SVG, such entities, too deep or too many elements.
@@ -141,13 +141,13 @@ def root(data: bytes) -> Element:
 
 
 def local(element: Element) -> str:
-    """The tag's name when it is SVG's (or has no namespace), otherwise nothing."""
+    """Return the tag's name when it is SVG's (or has no namespace), otherwise nothing."""
     space, _, name = str(element.tag).rpartition("}")
     return name if space.lstrip("{") in _SPACES else ""
 
 
 def canvas(element: Element) -> Rectangle | None:
-    """The root's viewBox, else its width and height in px, else None.
+    """Return the root's viewBox, else its width and height in px, else None.
 
     Raises:
         InputError: malformed, or without area.

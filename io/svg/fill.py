@@ -61,7 +61,7 @@ def outlines(
     crossed: bool = True,
     paint: Paint | None = None,
 ) -> tuple[list[FilledOutline], list[Refused]]:
-    """The regions that filling the rings together by `rule` (nonzero or evenodd) paints, the largest first.
+    """Return the regions that filling the rings together by `rule` (nonzero or evenodd) paints, the largest first.
 
     Rings are closed implicitly, and may overlap, nest and touch each other: what counts is what the fill shows. Where
     the crossings of a ring with itself make loops of less than HARMLESS of its area these are cut off; else it is
@@ -106,7 +106,7 @@ def outlines(
 
 
 def outlines_of(region: shapely.Geometry, name: str, notes: tuple[str, ...] = ()) -> list[FilledOutline]:
-    """The outlines of the parts of a region, the largest first."""
+    """Return the outlines of the parts of a region, the largest first."""
     found = [
         FilledOutline(
             name,
@@ -121,7 +121,7 @@ def outlines_of(region: shapely.Geometry, name: str, notes: tuple[str, ...] = ()
 
 
 def painted(rings: Sequence[Complex], rule: str) -> list[shapely.Polygon]:
-    """The polygons that filling the rings by `rule` paints, whatever crosses what."""
+    """Return the polygons that filling the rings by `rule` paints, whatever crosses what."""
     if not rings:
         return []
     faces, winding = _faces(rings)
@@ -136,13 +136,13 @@ def with_lines_filled(ink: shapely.Geometry) -> shapely.Geometry:
 
 
 def has_body(filled: shapely.Geometry) -> bool:
-    """Whether lines, with what they enclose, cover most of the space that their parts take up."""
+    """Return whether lines, with what they enclose, cover most of the space that their parts take up."""
     hulls = unite(list(shapely.convex_hull(shapely.get_parts(filled))))
     return bool(filled.area >= BODY_SHARE * hulls.area)
 
 
 def _untangled(ring: Complex) -> tuple[list[Complex], float, str]:
-    """Simple rings that paint the same: the ring itself, or its lobes where it touches itself or all but does.
+    """Return simple rings that paint the same: the ring itself, or its lobes where it touches itself or all but does.
 
     A crossing turns part of what is enclosed the other way round, or encloses it twice. When that is much the ring is
     as it was, with the area enclosed and the place of a crossing.
@@ -163,7 +163,7 @@ def _untangled(ring: Complex) -> tuple[list[Complex], float, str]:
 
 
 def _faces(rings: Sequence[Complex]) -> tuple[np.ndarray, np.ndarray]:
-    """The faces that the rings cut the plane into, and how often the rings wind around each.
+    """Return the faces that the rings cut the plane into, and how often the rings wind around each.
 
     Raises:
         InputError: the rings cross too often.
@@ -191,7 +191,7 @@ class _Lines:
         self._starts = np.cumsum(self.sizes) - self.sizes
 
     def windings(self, points: np.ndarray, boxes: np.ndarray) -> np.ndarray:
-        """(p,) how often the rings, whose boxes are given, wind around points off them.
+        """Return (p,) how often the rings, whose boxes are given, wind around points off them.
 
         Raises:
             InputError: too many points are in too many boxes.
@@ -214,7 +214,7 @@ class _Lines:
         return total
 
     def _winding(self, ring: Index, z: Complex) -> Index:
-        """(k,) how often rings wind around points, one for each: signed crossings of the ray to the right."""
+        """Return (k,) how often rings wind around points, one for each: signed crossings of the ray to the right."""
         sizes = self.sizes[ring]
         first = np.cumsum(sizes) - sizes
         segment = np.arange(first[-1] + sizes[-1]) + np.repeat(self._starts[ring] - first, sizes)
@@ -226,14 +226,14 @@ class _Lines:
 
 
 def _flat(ring: Complex) -> bool:
-    """Whether all points lie on a line, to within rounding."""
+    """Return whether all points lie on a line, to within rounding."""
     w = ring - ring[0]
     far = w[np.argmax(np.abs(w))]
     return bool(np.abs(cross(far, w)).max() <= 1e-13 * abs(far) ** 2)
 
 
 def _place(polygon: shapely.Polygon) -> str:
-    """Where an invalid polygon is so, in the file's own coordinates."""
+    """Return where an invalid polygon is so, in the file's own coordinates."""
     reason = shapely.is_valid_reason(polygon)
     return (
         f"at ({', '.join(reason.split('[')[1].rstrip(']').split()[:2])})" if "[" in reason else f"({reason})"
@@ -241,7 +241,7 @@ def _place(polygon: shapely.Polygon) -> str:
 
 
 def rings_of(area: shapely.Geometry) -> list[Complex]:
-    """The closed boundaries of all polygons of an area; the last point of each is the first."""
+    """Return the closed boundaries of all polygons of an area; the last point of each is the first."""
     rings = [ring for part in polygons_of(area) for ring in (part.exterior, *part.interiors)]
     return [complex_of(shapely.get_coordinates(ring)) for ring in rings]
 

@@ -108,7 +108,7 @@ class Font:
         return found, x, all(glyph.number for glyph in found)
 
     def _draw_glyph(self, number: int) -> tuple[tuple[str, ...], Complex]:
-        """The commands of a glyph's path data, and the points of all of them, in ems and y down."""
+        """Return the commands of a glyph's path data, and the points of all of them, in ems and y down."""
         import uharfbuzz as hb
 
         commands: list[str] = []
@@ -128,14 +128,14 @@ class Font:
         return tuple(commands), np.array(points, dtype=np.complex128)
 
     def sets(self, text: str) -> bool:
-        """Whether it has all of the letters, and they are of one script, and run one way."""
+        """Return whether it has all of the letters, and they are of one script, and run one way."""
         ways = {bidirectional(letter) for letter in text}
         one_way = not ways & (_LEFTWARD | {"AN"}) or ways <= _LEFTWARD | _EITHER_WAY
         return one_way and self._shaped(text)[2] and _one_script(text)
 
     @staticmethod
     def runs_leftward(text: str) -> bool:
-        """Whether the letters follow each other from right to left."""
+        """Return whether the letters follow each other from right to left."""
         return any(bidirectional(letter) in _LEFTWARD for letter in text)
 
     def width(self, text: str, spacing: Spacing = NO_SPACING) -> float:
@@ -177,7 +177,7 @@ class Font:
 
 
 def _one_script(text: str) -> bool:
-    """Whether one line of HarfBuzz's can hold them all."""
+    """Return whether one line of HarfBuzz's can hold them all."""
     import uharfbuzz as hb
 
     scripts = set()

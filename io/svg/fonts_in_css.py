@@ -36,7 +36,7 @@ _OTHERS = {"normal", "small-caps"}
 
 
 def px(text: str) -> float:
-    """A size that is in px already; the initial one where there is none."""
+    """Return a size that is in px already; the initial one where there is none."""
     try:
         return float(text)
     except ValueError:
@@ -44,7 +44,7 @@ def px(text: str) -> float:
 
 
 def size(text: str, outer: float, root: float) -> float:
-    """The size of a font in px, from a value of `font-size`, where that around it and of the root are known.
+    """Return the size of a font in px, from a value of `font-size`, where that around it and of the root are known.
 
     Raises:
         InputError: it is not one.
@@ -58,7 +58,7 @@ def size(text: str, outer: float, root: float) -> float:
 
 
 def without_ems(text: str, font: float, root: float) -> str:
-    """Lengths without those that refer to a font, whose size is known, and to that of the root."""
+    """Return lengths without those that refer to a font, whose size is known, and to that of the root."""
     if not _EM.search(text):
         return text
     units = {"em": font, "rem": root, "ex": _EX * font, "ch": _EX * font}
@@ -66,7 +66,7 @@ def without_ems(text: str, font: float, root: float) -> str:
 
 
 def shorthand(text: str) -> dict[str, str]:
-    """The properties that a value of `font` stands for; none where it is not one that is read."""
+    """Return the properties that a value of `font` stands for; none where it is not one that is read."""
     found = _SHORTHAND.fullmatch(text.strip())
     words = found["before"].split() if found else []
     if not found or not set(words) <= _STYLES | _WEIGHTS | _OTHERS:

@@ -50,7 +50,7 @@ class _NotPlainError(Exception):
 
 @lru_cache(maxsize=64)
 def _matched(family: str, weight: int, slant: int) -> Font | None:
-    """The font of a family; None where fontconfig would put another in its place."""
+    """Return the font of a family; None where fontconfig would put another in its place."""
     command = shutil.which("fc-match")
     if command is None:
         return _listed(family, weight, slant)
@@ -68,7 +68,9 @@ def _matched(family: str, weight: int, slant: int) -> Font | None:
 
 
 def _listed(family: str, weight: int, slant: int) -> Font | None:
-    """The font of a family among those that matplotlib finds in the system's folders, where there is no fontconfig."""
+    """Return the font of a family among those that matplotlib finds in the system's folders, where there is no
+    fontconfig.
+    """
     try:
         from matplotlib import font_manager
 
@@ -86,7 +88,7 @@ def _listed(family: str, weight: int, slant: int) -> Font | None:
 
 
 def finder() -> str:
-    """What finds the fonts of drawings on this system."""
+    """Return what finds the fonts of drawings on this system."""
     command = shutil.which("fc-match")
     return (
         f"found by {command}"
@@ -114,7 +116,8 @@ class Lettering:
         self._families: set[tuple[str, int, int]] = set()
 
     def path_data(self, element: Element, properties: Mapping[str, str]) -> str | None:
-        """A <text>, of which what applies to it is known, as path data in its own units; None where it stays text.
+        """Return a <text>, of which what applies to it is known, as path data in its own units; None where it stays
+        text.
 
         Raises:
             InputError: there are too many letters.
@@ -125,8 +128,8 @@ class Lettering:
     def painted(
         self, element: Element, properties: Mapping[str, str]
     ) -> list[tuple[Mapping[str, str], str]] | None:
-        """The same in parts that are painted alike, in the order of painting: the paint of each, complete, and its
-        path data.
+        """Return the same in parts that are painted alike, in the order of painting: the paint of each, complete, and
+        its path data.
 
         Raises:
             InputError: there are too many letters.
@@ -145,7 +148,7 @@ class Lettering:
 
     @staticmethod
     def plain(properties: Mapping[str, str]) -> dict[str, str]:
-        """The paint of letters to which nothing but the properties of their <text> applies."""
+        """Return the paint of letters to which nothing but the properties of their <text> applies."""
         return {name: properties.get(name, default) for name, default in PAINT.items()} | {"opacity": "1"}
 
     def _collect(self, element: Element, said: Mapping[str, str], kept: bool, spans: "_Spans") -> None:
@@ -169,7 +172,7 @@ class Lettering:
     def _collect_child(
         self, child: Element, own: dict[str, str], outer: Mapping[str, str], kept: bool, spans: "_Spans"
     ) -> None:
-        """The same of a <tspan> or <textPath> in a text."""
+        """Collect the letters of a <tspan> or <textPath> in a text."""
         inner = dict(outer) | {k: v for k, v in own.items() if v != "inherit"}
         try:
             if "font-size" in own:
@@ -196,7 +199,7 @@ class Lettering:
         self._collect(child, inner, kept or child.get(_SPACE) == "preserve", spans)
 
     def _along(self, element: Element) -> str:
-        """The path data that a <textPath> names, in the text's units."""
+        """Return the path data that a <textPath> names, in the text's units."""
         found = self._linked(element)
         own = self._own(found) if found is not None else {}
         if found is None or local(found) != "path" or element.get("side", "left") != "left":
@@ -204,7 +207,7 @@ class Lettering:
         return f"{own.get('transform', '')}|{own.get('d', '')}"
 
     def _fitted(self, spans: "_Spans", said: Mapping[str, str]) -> "Painted":
-        """The path data of a text, as long as it and the spans in it are asked to be."""
+        """Return the path data of a text, as long as it and the spans in it are asked to be."""
         runs = spans.runs()
         for span in dict.fromkeys(own[FITTED] for _, own in runs if FITTED in own):
             chosen = [k for k, (_, own) in enumerate(runs) if own.get(FITTED) == span]
@@ -218,7 +221,7 @@ class Lettering:
         return self._set(runs)[0]
 
     def _stretched(self, runs: list["Run"], said: Mapping[str, str]) -> list["Run"]:
-        """Runs that are as long together as `textLength` says."""
+        """Return runs that are as long together as `textLength` says."""
         wanted = _place(said["textLength"], "textLength")
         _, natural, letters = self._set(runs)
         if any(set(_PLACES) & set(own) for _, own in runs[1:]) or natural <= 0 or wanted <= 0:
@@ -449,7 +452,7 @@ class _Track:
             raise _NotPlainError from None
 
     def at(self, distance: float) -> Affine | None:
-        """The frame at a distance from where the text begins; None beyond the ends of the path."""
+        """Return the frame at a distance from where the text begins; None beyond the ends of the path."""
         s = self.start + distance
         if not 0 <= s <= self.curve.length:
             return None
@@ -470,12 +473,12 @@ def _raised(shift: str, font: Font) -> float:
 
 
 def _number(text: str) -> float:
-    """A number, or a percentage."""
+    """Return a number, or a percentage."""
     return _degrees(text.strip().removesuffix("%")) / (100 if text.strip().endswith("%") else 1)
 
 
 def _place(text: str, axis: str) -> float:
-    """A single length; more are not known here."""
+    """Return a single length; more are not known here."""
     try:
         return length(text, None, axis[-1])
     except InputError:

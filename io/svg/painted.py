@@ -75,7 +75,7 @@ def _without_gaps(lines: shapely.Geometry, shapes: Sequence[Seen], extent: float
 
 
 def _thinned(area: shapely.Geometry, extent: float) -> shapely.Geometry:
-    """The area with fewer vertices, if it has very many, all within a flatness of the whole drawing."""
+    """Return the area with fewer vertices, if it has very many, all within a flatness of the whole drawing."""
     if shapely.get_num_coordinates(area) <= MANY_VERTICES:
         return area
     # part by part: GEOS compares every line of a region with those of all parts near it

@@ -47,7 +47,7 @@ class Subpath:
 
 
 def commands(d: str, faults: list[str] | None = None) -> Iterator[tuple[str, list[float]]]:
-    """The commands of path data with their arguments, in order.
+    """Yield the commands of path data with their arguments, in order.
 
     Args:
         d: path data.
@@ -70,7 +70,7 @@ class _FaultError(Exception):
 
 
 def _commands(d: str, *, keep: bool) -> Iterator[tuple[str, list[float]]]:
-    """As `commands`; complete arguments of a malformed command are given first, if they are to be kept.
+    """Yield as `commands`; complete arguments of a malformed command are given first, if they are to be kept.
 
     Raises:
         _FaultError: at the first fault.
@@ -102,7 +102,7 @@ def _commands(d: str, *, keep: bool) -> Iterator[tuple[str, list[float]]]:
 
 
 def _arguments(d: str, position: int, command: str) -> tuple[list[float], int, str]:
-    """The arguments of a command, as far as they are complete, where they end, and what is wrong."""
+    """Return the arguments of a command, as far as they are complete, where they end, and what is wrong."""
     count, start = _COUNTS[command.upper()], position
     found: list[float] = []
     fault = ""
@@ -130,7 +130,7 @@ def _skip(d: str, position: int) -> int:
 
 
 def numbers(text: str, faults: list[str] | None = None) -> list[float]:
-    """A list of numbers separated as in SVG, as in `points` and `viewBox`.
+    """Return a list of numbers separated as in SVG, as in `points` and `viewBox`.
 
     Args:
         text: the list.
@@ -160,7 +160,7 @@ class PenPath:
 
 
 def least(d: str) -> int:
-    """A number of segments that path data, or a list of points, has at least, found without reading them."""
+    """Return a number of segments that path data, or a list of points, has at least, found without reading them."""
     letters = sum(map(d.count, "LlHhVvCcSsQqTtAa"))
     return max(letters, sum(1 for _ in _BARE.finditer(d)) // 7) if len(d) > LONG else letters
 
@@ -168,7 +168,7 @@ def least(d: str) -> int:
 def runs(
     d: str, budget: Budget | None = None, *, joined: bool = False, faults: list[str] | None = None
 ) -> list[PenPath]:
-    """The runs of path data in its own coordinates; a run begins at every M, and after every Z.
+    """Return the runs of path data in its own coordinates; a run begins at every M, and after every Z.
 
     Args:
         d: path data.
@@ -221,14 +221,14 @@ class _Pen:
     down: bool = False
 
     def stretch(self, relative: bool, values: list[float]) -> Lines:
-        """The lines of one command, in one piece."""
+        """Return the lines of one command, in one piece."""
         z = np.concatenate([[self.at], np.array(values).view(np.complex128)])
         z = np.cumsum(z) if relative else z
         self.at, self.last, self.control = complex(z[-1]), "L", complex(z[-1])
         return Lines(z)
 
     def draw(self, kind: str, relative: bool, values: list[float]) -> Piece:
-        """The piece of one command; `values` are its numbers."""
+        """Return the piece of one command; `values` are its numbers."""
         origin = self.at if relative else 0j
         if kind in "HV":
             x = values[0] + origin.real if kind == "H" else self.at.real
@@ -249,7 +249,7 @@ class _Pen:
 
 
 def subpaths(d: str, affine: Affine, flatness: float, budget: Budget | None = None) -> list[Subpath]:
-    """The runs of path data under an affine map, each flattened to `flatness` times its own diagonal.
+    """Return the runs of path data under an affine map, each flattened to `flatness` times its own diagonal.
 
     A run never deviates from its curve by more than the tolerance, and every end of a segment stays a vertex.
 
@@ -261,7 +261,7 @@ def subpaths(d: str, affine: Affine, flatness: float, budget: Budget | None = No
 
 
 def flatten(run: PenPath, affine: Affine, flatness: float, budget: Budget) -> Subpath:
-    """A run under an affine map as a polyline, as `subpaths` makes it."""
+    """Return a run under an affine map as a polyline, as `subpaths` makes it."""
     groups = batches(run.pieces, affine)
     start = affine(run.start)
     tolerance = flatness * diagonal(np.concatenate([[start], *(group.rough() for group in groups)]))

@@ -50,7 +50,8 @@ def read(
     max_bytes: int = limits.SVG_BYTES,
     max_segments: int = limits.SEGMENTS,
 ) -> Drawing:
-    """The outlines that an SVG shows, or those of the element or group that has the id or Inkscape label `chosen`.
+    """Return the outlines that an SVG shows, or those of the element or group that has the id or Inkscape label
+    `chosen`.
 
     Only what is displayed counts: no `defs`, `display: none`, text or images, and what clip paths and masks leave.
     Every outline is one region of what an element's fill shows; SVG closes the open runs of a filled shape, and so does
@@ -128,7 +129,7 @@ class Detail:
         self._known: dict[Node, list[Subpath]] = {}
 
     def runs(self, drawn: Node) -> list[Subpath]:
-        """The runs of a shape, as `runs_of`, flattened once."""
+        """Return the runs of a shape, as `runs_of`, flattened once."""
         if drawn not in self._known:
             self._known[drawn] = runs_of(drawn, self.flatness, self.budget)
         return self._known[drawn]
@@ -152,7 +153,7 @@ def _check_size(shapes: list[Node], max_segments: int) -> None:
 def _special(
     drawing: Drawing, document: tree.Document, shown: list[Node], chosen: str | None, detail: Detail
 ) -> None:
-    """Adds the outlines that no single element has: the silhouette of the drawing, and its canvas."""
+    """Add the outlines that no single element has: the silhouette of the drawing, and its canvas."""
     if chosen is not None and chosen in document.tags and chosen not in drawing.ids:
         drawing.ids[chosen] = None
         which = f"<{document.tags[chosen]}> {chosen!r}"
@@ -175,14 +176,14 @@ def _special(
 
 
 def _not_seen(shapes: list[Node]) -> list[str]:
-    """What a silhouette does not know of its shapes."""
+    """Return what a silhouette does not know of its shapes."""
     counts = Counter(name for drawn in shapes for name in _unknown(drawn))
     counts["dashes"] = sum(drawn.dashed for drawn in shapes)
     return [f"{name} of {count} shape{'s' * (count > 1)} ignored" for name, count in counts.items() if count]
 
 
 def _unknown(drawn: Node) -> list[str]:
-    """The clip paths and masks of a shape that are not understood."""
+    """Return the clip paths and masks of a shape that are not understood."""
     return list(dict.fromkeys(clip.name for clip in drawn.clips if clip.properties is None))
 
 
@@ -233,8 +234,9 @@ def _candidate(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail
 
 
 def _has_colours(shown: list[Node], document: tree.Document) -> bool:
-    """Whether a drawing shows separate something, and is not just a shape: paints of more than one colour, a gradient
-    or pattern, an embedded picture, or text. Ink of one colour, be it fills or lines, is a shape."""
+    """Return whether a drawing shows separate something, and is not just a shape: paints of more than one colour, a
+    gradient or pattern, an embedded picture, or text. Ink of one colour, be it fills or lines, is a shape.
+    """
     if document.pictures or any(local(element) == "text" for element in document.top.iter()):
         return True
     paints = set[tuple[str, str, str]]()
@@ -267,7 +269,9 @@ def _picture(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail) 
 
 
 def _wrapped(drawn: Node) -> WrappedPicture | None:
-    """An embedded picture as the only thing that a drawing shows; None if it is cut, or its address malformed."""
+    """Return an embedded picture as the only thing that a drawing shows; None if it is cut, or its address
+    malformed.
+    """
     address = next((drawn.element.get(link, "") for link in tree.LINKS if drawn.element.get(link)), "")
     content = content_of(address)
     if not content or drawn.clips:
@@ -301,7 +305,7 @@ def _closed_lines(drawing: Drawing, lines: list[Node], detail: Detail) -> None:
 def _paint(
     drawing: Drawing, shown: list[Node], pictures: list[shapely.Polygon], detail: Detail
 ) -> tuple[shapely.Geometry, shapely.Geometry]:
-    """The ink and the painted area of a drawing, see `Drawing`."""
+    """Return the ink and the painted area of a drawing, see `Drawing`."""
     try:
         clear = [_without_faint(drawn) for drawn in shown]
         seen = [drawn for drawn in clear if drawn.visible] or [drawn for drawn in shown if drawn.visible]
@@ -313,7 +317,7 @@ def _paint(
 
 
 def _without_faint(drawn: Node) -> Node:
-    """The shape without a fill or a stroke that is hardly seen, such as a shadow's."""
+    """Return the shape without a fill or a stroke that is hardly seen, such as a shadow's."""
     faint = [kind for kind in ("fill", "stroke") if drawn.alpha(kind) < FAINT]
     return replace(drawn, properties={**drawn.properties, **dict.fromkeys(faint, "none")}) if faint else drawn
 
@@ -324,7 +328,7 @@ def _too_much(runs: list[Subpath], drawn: Node, error: TooMuch) -> Refused:
 
 
 def _shown(found: list[FilledOutline], drawn: Node, detail: Detail) -> list[FilledOutline]:
-    """What clip paths and masks leave of a shape's outlines."""
+    """Return what clip paths and masks leave of a shape's outlines."""
     shown: list[FilledOutline] = []
     for outline in found if drawn.clips else ():
         whole = polygon_of(outline.z, *outline.holes)
@@ -347,7 +351,7 @@ def _ring(run: Subpath, drawn: Node, notes: list[str]) -> Complex:
 
 
 def _constraint(drawn: Node, drawing: Drawing, detail: Detail) -> bool:
-    """Whether the shape is a pin or a stroke; if so, adds it to the drawing."""
+    """Return whether the shape is a pin or a stroke; if so, adds it to the drawing."""
     name = next((n for n in reversed(drawn.names) if n.startswith((PIN, STROKE))), None)
     if name is None:
         return False
@@ -368,7 +372,9 @@ def _constraint(drawn: Node, drawing: Drawing, detail: Detail) -> bool:
 
 
 def _rigid(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail) -> bool:
-    """Whether the shape is, or is in, a rigid region, which is not chosen; if so, adds its outlines to the drawing."""
+    """Return whether the shape is, or is in, a rigid region, which is not chosen; if so, adds its outlines to the
+    drawing.
+    """
     names = (*drawn.groups, *drawn.names)
     name = next((n for n in names if n.startswith(RIGID)), None)
     if name is None or chosen in names:
@@ -387,7 +393,7 @@ def _rigid(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail) ->
 
 
 def _circle(drawn: Node) -> tuple[complex, float]:
-    """The centre of a pin, and the radius of a circle with its area."""
+    """Return the centre of a pin, and the radius of a circle with its area."""
     if drawn.tag not in ("circle", "ellipse"):
         raise InputError("a pin must be a circle or an ellipse, whose centre counts; draw one")
     centre = drawn.affine(complex(drawn.length("cx", "x"), drawn.length("cy", "y")))
@@ -404,8 +410,8 @@ def _circle(drawn: Node) -> tuple[complex, float]:
 
 
 def runs_of(drawn: Node, flatness: float, budget: Budget | None = None) -> list[Subpath]:
-    """The runs of a shape in the root's user units, flattened to `flatness` times each run's diagonal; of those with
-    very many points only what is needed.
+    """Return the runs of a shape in the root's user units, flattened to `flatness` times each run's diagonal; of those
+    with very many points only what is needed.
 
     Raises:
         InputError: a malformed attribute, coordinates that are not finite, or the budget is spent.

@@ -29,7 +29,7 @@ Seen = tuple[Node, list[Subpath]]
 
 
 def width_of(drawn: Node) -> float:
-    """The width of a shape's stroke in its own units; 0 where it has none.
+    """Return the width of a shape's stroke in its own units; 0 where it has none.
 
     Raises:
         InputError: a malformed or negative width.
@@ -43,7 +43,7 @@ def width_of(drawn: Node) -> float:
 
 
 def painted_by_stroke(drawn: Node, runs: Iterable[Subpath]) -> shapely.Geometry:
-    """The area that a shape's stroke paints, from its runs in the root's units."""
+    """Return the area that a shape's stroke paints, from its runs in the root's units."""
     width = width_of(drawn)
     affine = drawn.affine
     if not width or not affine.determinant:
@@ -68,7 +68,7 @@ def silhouette(
     name: str,
     cut: Callable[[Node, shapely.Geometry], shapely.Geometry],
 ) -> list[FilledOutline]:
-    """The outlines of the union of all that fills and strokes paint, each as `cut` leaves it, the largest first.
+    """Return the outlines of the union of all that fills and strokes paint, each as `cut` leaves it, the largest first.
 
     Raises:
         InputError: a malformed width, or lines that cross too often.
@@ -114,12 +114,12 @@ class Fills:
         self._known: dict[tuple[str, tuple[bytes, ...]], list[shapely.Polygon]] = {}
 
     def of(self, drawn: Node, runs: Sequence[Subpath]) -> list[shapely.Polygon]:
-        """What the fill of one shape paints."""
+        """Return what the fill of one shape paints."""
         rings = [ring for ring in (distinct(run.z) for run in runs) if ring.size > 2]
         return self.painted(rings, drawn.properties.get("fill-rule", "nonzero").strip())
 
     def painted(self, rings: Sequence[Complex], rule: str) -> list[shapely.Polygon]:
-        """The polygons that filling rings by a rule paints, see `fill.painted`."""
+        """Return the polygons that filling rings by a rule paints, see `fill.painted`."""
         key = rule, tuple(ring.tobytes() for ring in rings)
         if key not in self._known:
             self._known[key] = painted(rings, rule)
@@ -127,7 +127,7 @@ class Fills:
 
 
 def _bearable(shapes: Iterable[Seen], filled: Fills) -> Iterator[Seen]:
-    """The shapes, looked at for crossings of what they fill unchanged, ever more of them at once, so that what is
+    """Yield the shapes, looked at for crossings of what they fill unchanged, ever more of them at once, so that what is
     refused has not been read to its end.
 
     Raises:
@@ -145,8 +145,8 @@ def _bearable(shapes: Iterable[Seen], filled: Fills) -> Iterator[Seen]:
 
 
 def _base(seen: Sequence[Seen], filled: Fills) -> tuple[shapely.Geometry, list[Seen]]:
-    """What the LARGEST fills paint together, and the other shapes that fill and that it does not cover: those that it
-    does have no part in the silhouette, however often their lines cross.
+    """Return what the LARGEST fills paint together, and the other shapes that fill and that it does not cover: those
+    that it does have no part in the silhouette, however often their lines cross.
 
     Raises:
         InputError: lines of the others cross too often.
@@ -167,7 +167,7 @@ def _base(seen: Sequence[Seen], filled: Fills) -> tuple[shapely.Geometry, list[S
 
 
 def _uncovered(base: shapely.Geometry, shapes: Sequence[Seen]) -> list[Seen]:
-    """The shapes whose boxes an area does not cover."""
+    """Return the shapes whose boxes an area does not cover."""
     shapely.prepare(base)
     hidden = shapely.covers(base, np.array([_box(drawn, runs) for drawn, runs in shapes], dtype=object))
     return [each for each, covered in zip(shapes, hidden) if not covered]
@@ -178,7 +178,7 @@ def _closed(shapes: Iterable[Seen]) -> list[Complex]:
 
 
 def _box(drawn: Node, runs: Sequence[Subpath]) -> shapely.Polygon:
-    """A box that holds all that a shape paints; empty if it has no points."""
+    """Return a box that holds all that a shape paints; empty if it has no points."""
     if not any(run.z.size for run in runs):
         return shapely.Polygon()
     low, high = bounding_box(np.concatenate([run.z for run in runs]))
@@ -194,6 +194,6 @@ def _line(z: np.ndarray, closed: bool) -> shapely.Geometry:
 
 
 def _matrix(affine: Affine) -> list[float]:
-    """The six numbers of an affine map as shapely takes them."""
+    """Return the six numbers of an affine map as shapely takes them."""
     origin, right, up = affine(0j), affine(1 + 0j) - affine(0j), affine(1j) - affine(0j)
     return [right.real, up.real, right.imag, up.imag, origin.real, origin.imag]

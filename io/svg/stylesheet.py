@@ -73,7 +73,7 @@ class Stylesheet:
             self._contextual.cost *= 1 + max(map(len, values), default=0) // COSTLY
 
     def style(self, element: Element) -> css.Style:
-        """What the sheet says of an element of the document.
+        """Return what the sheet says of an element of the document.
 
         Raises:
             InputError: there are too many rules for too many elements.
@@ -86,7 +86,7 @@ class Stylesheet:
         return _cascade(sorted(matches + more))
 
     def simple_style(self, tag: str, attributes: Mapping[str, str]) -> css.Style:
-        """What selectors of a tag, classes and an id say of an element, wherever it is."""
+        """Return what selectors of a tag, classes and an id say of an element, wherever it is."""
         return self._simple_matches(tag, attributes)[1]
 
     def _simple_matches(self, tag: str, attributes: Mapping[str, str]) -> tuple[list[Any], css.Style]:
@@ -102,7 +102,7 @@ class Stylesheet:
 
     @staticmethod
     def without_contextual(text: str) -> str:
-        """A style sheet without the selectors that depend on more than the tag, classes and the id."""
+        """Return a style sheet without the selectors that depend on more than the tag, classes and the id."""
         kept, comma = [], tinycss2.ast.LiteralToken(0, 0, ",")
         for rule in css.parsed(tinycss2.parse_stylesheet, text):
             if rule.type == "qualified-rule":
@@ -160,7 +160,7 @@ def _rules(text: str) -> Iterator[tuple[list[Any], css.Style]]:
 
 
 def _selectors(rule: Any) -> list[list[Any]]:
-    """The selectors of a rule: CSS drops all of them where one is wrong, here each stands for itself."""
+    """Return the selectors of a rule: CSS drops all of them where one is wrong, here each stands for itself."""
     found: list[list[Any]] = [[]]
     for token in rule.prelude:
         if token == ",":
@@ -174,7 +174,7 @@ def _selectors(rule: Any) -> list[list[Any]]:
 
 
 def _compiled(tokens: list[Any]) -> Any:
-    """A selector ready to be tested; None where it is not read."""
+    """Return a selector ready to be tested; None where it is not read."""
     try:
         if len(css.written(tokens)) > limits.SELECTOR_CHARACTERS or not _is_bounded(tokens):
             return None
@@ -185,12 +185,12 @@ def _compiled(tokens: list[Any]) -> Any:
 
 
 def _is_contextual(tokens: Sequence[Any]) -> bool:
-    """Whether a selector asks for more than a tag, classes and ids."""
+    """Return whether a selector asks for more than a tag, classes and ids."""
     return any(t.type in ("whitespace", "[] block") or t in _MARKS for t in tokens)
 
 
 def _attributes(tokens: Sequence[Any]) -> Iterator[str]:
-    """The names of attributes, and other words, in the brackets of a selector."""
+    """Yield the names of attributes, and other words, in the brackets of a selector."""
     for token in tokens:
         if token.type == "[] block":
             yield from (each.value for each in token.content if each.type == "ident")
@@ -199,7 +199,7 @@ def _attributes(tokens: Sequence[Any]) -> Iterator[str]:
 
 
 def _is_bounded(tokens: Sequence[Any]) -> bool:
-    """Whether all pseudo-classes in a selector are such as are read."""
+    """Return whether all pseudo-classes in a selector are such as are read."""
     for before, token in pairwise([None, *tokens]):
         if token.type == "function" and token.lower_name in _LOGICAL:
             if not _is_bounded(token.arguments):

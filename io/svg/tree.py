@@ -100,7 +100,7 @@ class Node:
     faults: tuple[str, ...] = ()
 
     def length(self, name: str, axis: str, default: float = 0.0) -> float:
-        """A length attribute in user units; `axis` (x, y or r) says what a percentage refers to."""
+        """Return a length attribute in user units; `axis` (x, y or r) says what a percentage refers to."""
         text = self.properties.get(name, "")
         return length(text, self.size, axis, name) if text.strip() not in ("", "auto") else default
 
@@ -120,7 +120,7 @@ class Node:
         return self._painted("stroke", "none")
 
     def alpha(self, kind: str) -> float:
-        """How opaque what it paints is, of its "fill" or "stroke", as far as numbers say so."""
+        """Return how opaque what it paints is, of its "fill" or "stroke", as far as numbers say so."""
         return self.opacity * _share(self.properties.get(f"{kind}-opacity", "1"))
 
     @property
@@ -157,7 +157,7 @@ class Clip:
 
 
 def parse(data: bytes) -> "Document":
-    """An SVG document, its tree still to be walked.
+    """Return an SVG document, its tree still to be walked.
 
     Raises:
         InputError: not XML, not SVG, entities, too deep or too many elements, a malformed transform or viewBox of the
@@ -236,18 +236,18 @@ class Document:
         return stated and any(node.element.get(link, "").strip().startswith("data:") for link in LINKS)
 
     def linked(self, element: Element) -> Element | None:
-        """The element of the same document that another one's href names."""
+        """Return the element of the same document that another one's href names."""
         link = next(filter(None, map(element.get, LINKS)), "")
         return self.ids.get(link[1:]) if link.startswith("#") else None
 
     def named(self, paint: str, *tags: str) -> Element | None:
-        """The element of one of these tags that `url(#id)` names."""
+        """Return the element of one of these tags that `url(#id)` names."""
         match = _URL.match(paint)
         found = self.ids.get(match[1]) if match else None
         return found if found is not None and local(found) in tags else None
 
     def own(self, element: Element) -> dict[str, str]:
-        """An element's attributes and styles by name, nothing inherited."""
+        """Return an element's attributes and styles by name, nothing inherited."""
         own = {k: v for k, v in element.attrib.items() if k[0] != "{"}
         style = own.get("style")
         if not self.sheet:
@@ -256,8 +256,8 @@ class Document:
         return own | (css.Style(said, said.important).add(css.declarations(style)) if style else said)
 
     def children(self, node: Node) -> Iterator[Node]:
-        """What is rendered in a node, in painting order: what a <use> refers to, the viewport of an <svg> or <symbol>,
-        the first child of a <switch> that is understood, else all children, those of unknown tags included.
+        """Yield what is rendered in a node, in painting order: what a <use> refers to, the viewport of an <svg> or
+        <symbol>, the first child of a <switch> that is understood, else all children, those of unknown tags included.
 
         Raises:
             InputError: a `use` of itself, a malformed transform, length or viewBox, or too much is drawn again.
@@ -275,7 +275,7 @@ class Document:
                     yield self._child(child, node, node.used)
 
     def definition(self, found: Element, node: Node, units: Affine = IDENTITY) -> Node:
-        """A clip path or mask that a node uses; it inherits from nothing around it.
+        """Return a clip path or mask that a node uses; it inherits from nothing around it.
 
         Args:
             found: its element.
@@ -318,7 +318,7 @@ class Document:
             yield child
 
     def _child(self, element: Element, outer: Node, used: tuple[int, ...]) -> Node:
-        """The node of an element in another, counted where it is drawn again."""
+        """Return the node of an element in another, counted where it is drawn again."""
         tag = local(element)
         groups = outer.groups + outer.names
         node = Node(element, tag, outer.affine, outer.size, outer.origin, groups, used, outer.depth + 1)
@@ -332,7 +332,7 @@ class Document:
         return self._resolved(node, outer.properties)
 
     def _lettered(self, node: Node, outer: Node) -> Node:
-        """The node of a text as a path, where it can be outlined."""
+        """Return the node of a text as a path, where it can be outlined."""
         if node.used:
             self.copies.add(node.element, whole=True)
         found = self._resolved(replace(node), outer.properties)
@@ -350,7 +350,7 @@ class Document:
         return found
 
     def _resolved(self, node: Node, inherited: Mapping[str, str]) -> Node:
-        """The node, with its own styles, transform and names; only `hidden` where it is not displayed."""
+        """Return the node, with its own styles, transform and names; only `hidden` where it is not displayed."""
         own = node.own = self.own(node.element)
         node.hidden = own.get("display") == "none" or own.get("opacity", "").strip() in ("0", "0%", "0.0")
         if node.hidden:
@@ -386,7 +386,9 @@ class Document:
         node.properties = properties
 
     def _transform(self, node: Node) -> Affine:
-        """The transform of a node, about its origin, which is measured from the viewBox or from the node's own box."""
+        """Return the transform of a node, about its origin, which is measured from the viewBox or from the node's own
+        box.
+        """
         properties, corner, size = node.properties, node.origin, node.size
         if own_box := properties.get("transform-box", "view-box").strip() in _OWN_BOXES:
             corner, size = self._own_box(node)
@@ -405,7 +407,7 @@ class Document:
         return affine.translation(*at) @ own @ affine.translation(-at[0], -at[1])
 
     def _own_box(self, node: Node) -> tuple[tuple[float, float], tuple[float, float]]:
-        """The corner and the size of the box of a node, in its own units and without its transform."""
+        """Return the corner and the size of the box of a node, in its own units and without its transform."""
         plain = {k: v for k, v in node.properties.items() if not k.startswith("transform")}
         still = replace(node, affine=IDENTITY, properties=plain)
         if still.tag == "text":
@@ -422,7 +424,7 @@ class Document:
         return (low.real, low.imag), ((high - low).real, (high - low).imag)
 
     def _shapes(self, node: Node, *, pictures: bool = False) -> Iterator[Node]:
-        """The shapes shown in a node, with its pictures if they are asked for."""
+        """Yield the shapes shown in a node, with its pictures if they are asked for."""
         for child in self.children(node):
             drawn = child.tag in SHAPES or (pictures and child.tag == "image")
             if not child.hidden and (drawn or child.tag in GROUPS):
@@ -433,7 +435,7 @@ class Document:
                     yield child
 
     def _cut_by(self, node: Node) -> tuple[Clip, ...]:
-        """The clip path and the mask of a node itself, or the rectangle of a viewport."""
+        """Return the clip path and the mask of a node itself, or the rectangle of a viewport."""
         if node.tag == VIEWPORT:
             return (Clip("overflow", {}, (node.frame,)),) if node.frame else ()
         said = ((name, node.properties.get(name, "none").strip()) for name in CLIPS)
@@ -457,7 +459,7 @@ class Document:
 
 
 def _as_paths(text: Element, parts: Sequence[tuple[Mapping[str, str], str]]) -> Element:
-    """A <text> whose content is a path for each part that is painted alike, which has all that this takes."""
+    """Return a <text> whose content is a path for each part that is painted alike, which has all that this takes."""
     group = Element(text.tag, text.attrib)
     tag = text.tag.replace("text", "path")
     for paint, data in parts:
@@ -466,7 +468,7 @@ def _as_paths(text: Element, parts: Sequence[tuple[Mapping[str, str], str]]) -> 
 
 
 def _share(text: str) -> float:
-    """A number from 0 to 1, or a percentage; 1 where it is neither."""
+    """Return a number from 0 to 1, or a percentage; 1 where it is neither."""
     words = text.strip()
     try:
         value = float(words.rstrip("%")) / (100 if words.endswith("%") else 1)
@@ -476,7 +478,7 @@ def _share(text: str) -> float:
 
 
 def _without_percentages(translate: "re.Match[str]", size: tuple[float, float]) -> str:
-    """A translation in numbers, of which parts are percentages of a box."""
+    """Return a translation in numbers, of which parts are percentages of a box."""
     sides = size[::-1] if translate[1] == "translateY" else size
     parts = [
         repr(length(part, size, axis, "transform")) if part.endswith("%") else part
@@ -486,14 +488,14 @@ def _without_percentages(translate: "re.Match[str]", size: tuple[float, float]) 
 
 
 def _is_understood(element: Element) -> bool:
-    """Whether a <switch> takes this child."""
+    """Return whether a <switch> takes this child."""
     drawn = local(element) in _RENDERED - {"symbol"} | {"text"}
     speaks = element.get("systemLanguage", "en").partition("-")[0].strip() == "en"
     return drawn and "requiredExtensions" not in element.attrib and speaks
 
 
 def _viewport(node: Node) -> Node:
-    """What is inside an <svg> or a <symbol>, whose rectangle and viewBox its properties give."""
+    """Return what is inside an <svg> or a <symbol>, whose rectangle and viewBox its properties give."""
     said, size, corner, frame = node.properties, node.size, (0.0, 0.0), None
     given = {k: said[k] for k in ("x", "y", "width", "height") if said.get(k, "auto") != "auto"}
     sides = ({"width": "100%", "height": "100%"} if size else {}) | given

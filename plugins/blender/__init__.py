@@ -44,7 +44,7 @@ class Preferences(bpy.types.AddonPreferences):
     )
 
     def draw(self, _context):
-        """One field."""
+        """Return one field."""
         self.layout.prop(self, "python")
 
 
@@ -56,7 +56,7 @@ class Run:
 
     @classmethod
     def poll(cls, context):
-        """A mesh with texture coordinates is active."""
+        """Return a mesh with texture coordinates is active."""
         found = context.object
         return found is not None and found.type == "MESH" and bool(found.data.uv_layers)
 
@@ -66,8 +66,9 @@ class Run:
         return context.window_manager.invoke_props_dialog(self, width=400)
 
     def waits(self):
-        """Whether to wait for the result: without a window, and in the panel of the last operation (F9), which applies
-        the operator again with other options."""
+        """Return whether to wait for the result: without a window, and in the panel of the last operation (F9), which
+        applies the operator again with other options.
+        """
         return bpy.app.background or not self._asked
 
     def execute(self, context):
@@ -147,14 +148,14 @@ class Run:
 
 
 def readable(text):
-    """A message with names of the scene in place of those of temporary files."""
+    """Return a message with names of the scene in place of those of temporary files."""
     for name, title in FILES.items():
         text = text.replace(name, title)
     return text
 
 
 def existing(path):
-    """The path of a file that the user named, which may end in #id.
+    """Return the path of a file that the user named, which may end in #id.
 
     Raises:
         Unfit: there is none.
@@ -168,7 +169,7 @@ def existing(path):
 
 
 def shares_outline(parts, mesh, faces):
-    """Whether several islands share the outline."""
+    """Return whether several islands share the outline."""
     return parts == "joined" and mesh.count(faces) > 1
 
 
@@ -218,7 +219,7 @@ class ICCM_OT_fit_island(Run, bpy.types.Operator):
     )
 
     def draw(self, context):
-        """The outline's own field, and how to fit."""
+        """Return the outline's own field, and how to fit."""
         self.layout.prop(self, "outline")
         if self.outline == "file":
             self.layout.prop(self, "filepath")
@@ -228,7 +229,7 @@ class ICCM_OT_fit_island(Run, bpy.types.Operator):
             self.layout.prop(self, name)
 
     def prepare(self, context, folder):
-        """The islands and the outline as files."""
+        """Return the islands and the outline as files."""
         mesh = exchange.Layout(context.object, context.tool_settings.use_uv_select_sync)
         faces = mesh.islands_of(mesh.selected)
         if self.outline == "island":
@@ -271,7 +272,7 @@ class ICCM_OT_fit_island(Run, bpy.types.Operator):
         return [[*onto_islands(outline, mesh, faces, self.turn), *fit, "-o", "fitted.obj"]]
 
     def take(self, context, folder):
-        """The islands' new coordinates."""
+        """Return the islands' new coordinates."""
         if (folder / "placed.csv").is_file():
             exchange.set_corners(context.object, self._layer, self._faces, folder)
             return
@@ -301,7 +302,7 @@ class ICCM_OT_transfer(Run, bpy.types.Operator):
     )
 
     def draw(self, context):
-        """The picture and its shape, then how to fit."""
+        """Return the picture and its shape, then how to fit."""
         self.layout.prop_search(self, "picture", bpy.data, "images")
         self.layout.prop(self, "source")
         if self.source == "file":
@@ -310,7 +311,7 @@ class ICCM_OT_transfer(Run, bpy.types.Operator):
             self.layout.prop(self, name)
 
     def prepare(self, context, folder):
-        """The islands, the picture and its shape as files."""
+        """Return the islands, the picture and its shape as files."""
         mesh = exchange.Layout(context.object, context.tool_settings.use_uv_select_sync)
         faces = mesh.islands_of(mesh.selected)
         if not faces:
@@ -333,7 +334,7 @@ class ICCM_OT_transfer(Run, bpy.types.Operator):
         return [[*onto_islands(source, mesh, faces, self.turn), *fit, *made]]
 
     def take(self, context, folder):
-        """A new picture, shown in the editor and by the material; Object Mode, where Undo knows of both."""
+        """Return a new picture, shown in the editor and by the material; Object Mode, where Undo knows of both."""
         made = exchange.over(folder / "layer.png", self._under)
         exchange.leave_edit_mode(context)
         exchange.show(context, made, self._under)
@@ -349,7 +350,7 @@ class ICCM_OT_relayout(Run, bpy.types.Operator):
     )
 
     def prepare(self, context, folder):
-        """Both layouts of what shows the same pictures, and those, as files; a command for each."""
+        """Return both layouts of what shows the same pictures, and those, as files; a command for each."""
         owner = context.object
         layers = owner.data.uv_layers
         self._old, self._new = next(each.name for each in layers if each.active_render), layers.active.name
@@ -379,7 +380,7 @@ class ICCM_OT_relayout(Run, bpy.types.Operator):
         return commands
 
     def take(self, context, folder):
-        """New pictures in the places of the old ones, and the active UV map rendered."""
+        """Return new pictures in the places of the old ones, and the active UV map rendered."""
         exchange.leave_edit_mode(context)
         made = {
             image: exchange.load(folder / name, f"{image.name} {self._new}", image)
@@ -395,7 +396,7 @@ class ICCM_PT_texture(bpy.types.Panel):
     bl_space_type, bl_region_type = "IMAGE_EDITOR", "UI"
 
     def draw(self, _context):
-        """A button each."""
+        """Return a button each."""
         for each in OPERATORS:
             self.layout.operator(each.bl_idname)
 
@@ -405,12 +406,12 @@ CLASSES = (Preferences, *OPERATORS, ICCM_PT_texture)
 
 
 def register():
-    """Called by Blender when the add-on is switched on."""
+    """Register the add-on; Blender calls this when it is switched on."""
     for each in CLASSES:
         bpy.utils.register_class(each)
 
 
 def unregister():
-    """Called by Blender when the add-on is switched off."""
+    """Remove the add-on; Blender calls this when it is switched off."""
     for each in reversed(CLASSES):
         bpy.utils.unregister_class(each)

@@ -16,7 +16,9 @@ class Unfit(Exception):
 
 @contextmanager
 def edited(owner, change=False):
-    """The bmesh of an object's mesh, in Edit Mode that which is edited; with `change` what is done to it is kept."""
+    """Yield the bmesh of an object's mesh, in Edit Mode the one that is edited; with `change` what is done to it is
+    kept.
+    """
     in_edit_mode = owner.mode == "EDIT"
     made = bmesh.from_edit_mesh(owner.data) if in_edit_mode else bmesh.new()
     try:
@@ -78,25 +80,25 @@ class Layout:
             self.active = None if active is None else active.index
 
     def with_materials(self, slots):
-        """The faces whose material is in one of some slots."""
+        """Return the faces whose material is in one of some slots."""
         return np.flatnonzero(np.isin(self.materials, list(slots))).tolist()
 
     def corners_of(self, face):
-        """The numbers of a face's corners."""
+        """Return the numbers of a face's corners."""
         return range(self.starts[face], self.starts[face] + self.sides[face])
 
     def islands_of(self, faces):
-        """All faces of the islands that some faces are in."""
+        """Return all faces of the islands that some faces are in."""
         chosen = set(faces)
         return sorted(itertools.chain(*(each for each in self.islands if chosen.intersection(each))))
 
     def count(self, faces):
-        """How many islands some faces are in."""
+        """Return how many islands some faces are in."""
         chosen = set(faces)
         return sum(bool(chosen.intersection(each)) for each in self.islands)
 
     def mirrored(self):
-        """The faces of islands that lie mirrored in the UV map."""
+        """Return the faces of islands that lie mirrored in the UV map."""
         place = self.coordinates @ [1, 1j]
         areas = [
             np.vdot(place[each], np.roll(place[each], -1)).imag
@@ -105,7 +107,9 @@ class Layout:
         return {face for island in self.islands if sum(areas[each] for each in island) < 0 for face in island}
 
     def write(self, path, faces, turned=()):
-        """Some faces as OBJ, those of `turned` seen from behind: corners at one place of a vertex share coordinates."""
+        """Return some faces as OBJ, those of `turned` seen from behind: corners at one place of a vertex share
+        coordinates.
+        """
         corners = np.fromiter(
             itertools.chain(*(self.corners_of(face)[:: -1 if face in turned else 1] for face in faces)), int
         )
@@ -122,7 +126,9 @@ class Layout:
         Path(path).write_text("\n".join(lines) + "\n", encoding="ascii")
 
     def write_islands(self, path, faces):
-        """The outlines of the islands of some faces as a drawing whose canvas is the unit square, a shape for each."""
+        """Return the outlines of the islands of some faces as a drawing whose canvas is the unit square, a shape for
+        each.
+        """
         chosen = set(faces)
         shapes = []
         for island in self.islands:
@@ -134,7 +140,7 @@ class Layout:
         write_shapes(path, shapes, 1, 1)
 
     def write_corners(self, path, faces):
-        """The texture coordinates of the corners of faces as a table, in the units of `write_islands`."""
+        """Return the texture coordinates of the corners of faces as a table, in the units of `write_islands`."""
         rows = [
             f"{u:.9g},{1 - v:.9g}"
             for face in faces
@@ -144,7 +150,7 @@ class Layout:
 
 
 def _borders(faces):
-    """The closed lines around faces, which are lists of places: edges that one of them has."""
+    """Return the closed lines around faces, which are lists of places: edges that one of them has."""
     edges = {(a, b) for face in faces for a, b in zip(face, [*face[1:], face[0]]) if a != b}
     following = {}
     for a, b in edges:
@@ -168,14 +174,14 @@ def _borders(faces):
 
 
 def _is_uv_selected(face, layer):
-    """Whether all corners of a face are selected in the UV editor."""
+    """Return whether all corners of a face are selected in the UV editor."""
     if hasattr(face, "uv_select"):  # Blender 5
         return face.uv_select
     return all(loop[layer].select for loop in face.loops)
 
 
 def read_coordinates(path):
-    """The texture coordinates of each face's corners in an OBJ."""
+    """Return the texture coordinates of each face's corners in an OBJ."""
     places, faces = [], []
     for line in Path(path).read_text(encoding="utf-8").splitlines():
         words = line.split()
@@ -220,7 +226,7 @@ def set_corners(owner, layer, faces, folder):
 
 
 def write_curve(context, name, path):
-    """A curve object, seen from above, as a drawing whose canvas is the unit square, which it is fitted into."""
+    """Return a curve object, seen from above, as a drawing whose canvas is the unit square, which it is fitted into."""
     owner = context.scene.objects.get(name)
     if owner is None or owner.type != "CURVE":
         raise Unfit("choose a curve object")
@@ -247,7 +253,7 @@ def write_curve(context, name, path):
 
 
 def _outlines(made):
-    """The closed lines of a curve's mesh: its borders where it is filled, else its wires."""
+    """Return the closed lines of a curve's mesh: its borders where it is filled, else its wires."""
     borders = [edge for edge in made.edges if len(edge.link_faces) < 2]
     following = {}
     for edge in borders:
@@ -272,7 +278,7 @@ def _outlines(made):
 
 
 def write_outlines(path, loops, width, height):
-    """Closed lines, y up, as one shape on a canvas."""
+    """Return closed lines, y up, as one shape on a canvas."""
     write_shapes(path, [loops], width, height)
 
 
@@ -293,13 +299,13 @@ def write_shapes(path, shapes, width, height):
 
 
 def write_canvas(image, path):
-    """A picture's rectangle as a drawing."""
+    """Return a picture's rectangle as a drawing."""
     width, height = image.size
     write_outlines(path, [[(0, 0), (width, 0), (width, height), (0, height)]], width, height)
 
 
 def save(image, stem):
-    """A picture as a file beside `stem`, as it is now; returns the file's name in its folder."""
+    """Return a picture as a file beside `stem`, as it is now; returns the file's name in its folder."""
     if image.source == "TILED":
         raise Unfit(f"{image.name} has several tiles (UDIM); use `iccm relayout` or `iccm map` instead")
     if not all(image.size):
@@ -317,7 +323,7 @@ def save(image, stem):
 
 
 def _pixels(image):
-    """(height, width, channels) from the lowest row up."""
+    """Return (height, width, channels) from the lowest row up."""
     width, height = image.size
     found = np.empty(width * height * image.channels, np.float32)
     image.pixels.foreach_get(found)
@@ -325,7 +331,7 @@ def _pixels(image):
 
 
 def load(path, name, like=None):
-    """A picture kept in the .blend file, in the colour space of another one."""
+    """Return a picture kept in the .blend file, in the colour space of another one."""
     if not Path(path).is_file():
         raise Unfit("iccm wrote no picture")
     image = bpy.data.images.load(str(path))
@@ -339,7 +345,7 @@ def load(path, name, like=None):
 
 
 def over(path, under):
-    """A layer as a new picture, over another one of its size if there is one."""
+    """Return a layer as a new picture, over another one of its size if there is one."""
     image = load(path, f"{under.name} transferred" if under else "Transferred")
     if under is not None:
         layer, below = _pixels(image), _pixels(under)
@@ -357,7 +363,7 @@ def over(path, under):
 
 
 def shown_image(context, but=None):
-    """The picture that the UV editor shows, else that of the active material's active node; not `but`."""
+    """Return the picture that the UV editor shows, else that of the active material's active node; not `but`."""
     space = context.space_data
     image = space.image if space is not None and space.type == "IMAGE_EDITOR" else None
     if image is None and (node := _active_node(context.object)):
@@ -401,7 +407,7 @@ def leave_edit_mode(context):
 
 
 def pictures(owner, layer):
-    """The pictures that an object's materials show by a UV map, each with what iccm calls its kind.
+    """Return the pictures that an object's materials show by a UV map, each with what iccm calls its kind.
 
     They are grouped by the slots of the materials that show them, and in each group sorted by their kinds.
     """
@@ -432,7 +438,7 @@ def replace(owner, made, old, new):
 
 
 def _image_nodes(owner):
-    """Number of the slot and node of each picture that an object's materials show."""
+    """Yield number of the slot and node of each picture that an object's materials show."""
     for number, slot in enumerate(owner.material_slots):
         tree = slot.material.node_tree if slot.material else None
         for node in tree.nodes if tree else ():
@@ -441,7 +447,7 @@ def _image_nodes(owner):
 
 
 def _map_of(node, owner):
-    """The UV map that a picture is shown by; None if that is not a UV map."""
+    """Return the UV map that a picture is shown by; None if that is not a UV map."""
     links = node.inputs["Vector"].links
     while links:
         before = links[0].from_node
@@ -460,7 +466,7 @@ def _rendered(owner):
 
 
 def _kind(node):
-    """What a picture holds, by what it leads to and its colour space."""
+    """Return what a picture holds, by what it leads to and its colour space."""
     if any(link.to_node.type == "NORMAL_MAP" for link in node.outputs["Color"].links):
         return "normal"
     return "data" if node.image.colorspace_settings.name == "Non-Color" else "texture"

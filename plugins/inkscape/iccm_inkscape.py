@@ -33,7 +33,7 @@ class Texture(inkex.EffectExtension):
     """Both entries of the menu; `--job` says which."""
 
     def add_arguments(self, pars):
-        """The parameters of both .inx files."""
+        """Return the parameters of both .inx files."""
         pars.add_argument("--job", default="fit")
         pars.add_argument("--result", default="paths")
         pars.add_argument("--size", type=int, default=1024)
@@ -189,7 +189,9 @@ class Texture(inkex.EffectExtension):
         }
 
     def only(self, kept, left_out):
-        """A copy of the document that draws some elements only; others are definitions there, for clones to find."""
+        """Return a copy of the document that draws some elements only; others are definitions there, for clones to
+        find.
+        """
         root = copy.deepcopy(self.svg)
         kept = {each.get("id") for each in kept}
         left_out = {each.get("id") for each in left_out}
@@ -238,7 +240,7 @@ class Texture(inkex.EffectExtension):
 
 
 def drawn_in(element):
-    """The elements that an element draws, itself or what it groups."""
+    """Return the elements that an element draws, itself or what it groups."""
     return [
         each
         for each in element.iter()
@@ -247,7 +249,7 @@ def drawn_in(element):
 
 
 def is_open_line(element):
-    """Whether an element draws nothing but lines with two ends."""
+    """Return whether an element draws nothing but lines with two ends."""
     drawn = drawn_in(element)
     return bool(drawn) and all(
         isinstance(each, (inkex.PathElement, inkex.Line, inkex.Polyline))
@@ -258,7 +260,9 @@ def is_open_line(element):
 
 
 def is_swapped(artwork, target):
-    """Whether it seems that the artwork was selected last: text, pictures or several objects, after one plain shape."""
+    """Return whether it seems that the artwork was selected last: text, pictures or several objects, after one plain
+    shape.
+    """
     plain = (inkex.PathElement, inkex.Rectangle, inkex.Circle, inkex.Ellipse, inkex.Polygon)
     return (
         len(artwork) == 1
@@ -269,12 +273,12 @@ def is_swapped(artwork, target):
 
 
 def is_layer(element):
-    """Whether an element is a layer of Inkscape's."""
+    """Return whether an element is a layer of Inkscape's."""
     return element.get(inkex.addNS("groupmode", "inkscape")) == "layer"
 
 
 def shown(element):
-    """Whether an element is drawn: not hidden, and in nothing that is hidden or a definition."""
+    """Return whether an element is drawn: not hidden, and in nothing that is hidden or a definition."""
     while element is not None:
         style = element.attrib.get("style", "").replace(" ", "")
         if (
@@ -288,12 +292,12 @@ def shown(element):
 
 
 def title(element):
-    """What the user calls an element."""
+    """Return what the user calls an element."""
     return element.get(LABEL) or element.get("id")
 
 
 def boxed(elements):
-    """The bounding box of elements in user units."""
+    """Return the bounding box of elements in user units."""
     found = None
     for each in elements:
         box = each.bounding_box(each.getparent().composed_transform())
@@ -302,27 +306,27 @@ def boxed(elements):
 
 
 def middle(element):
-    """The centre of an element in user units."""
+    """Return the centre of an element in user units."""
     box = boxed([element])
     return [box.center.x, box.center.y]
 
 
 def settings(pin, mark):
-    """The radius of a pin that is drawn as a circle larger than a mark, in user units."""
+    """Return the radius of a pin that is drawn as a circle larger than a mark, in user units."""
     box = boxed([pin])
     radius = (box.width * box.height) ** 0.5 / 2
     return {"radius": radius} if radius > mark else {}
 
 
 def distance(box, element):
-    """How far the centre of an element is outside a bounding box."""
+    """Return how far the centre of an element is outside a bounding box."""
     x, y = middle(element)
     across = max(box.left - x, 0, x - box.right)
     return (across**2 + max(box.top - y, 0, y - box.bottom) ** 2) ** 0.5
 
 
 def polyline(element, name):
-    """A stroke as points in user units."""
+    """Return a stroke as points in user units."""
     curve = element.path.transform(element.composed_transform()).to_superpath()
     if len(curve) != 1:
         raise Failed(f"{name} has {len(curve)} parts; draw it as one line.")
@@ -332,7 +336,7 @@ def polyline(element, name):
 
 
 def write(root, path):
-    """A document as a file."""
+    """Return a document as a file."""
     path.write_bytes(etree.tostring(root))
 
 
@@ -365,7 +369,7 @@ def framed(root, box, margin):
 
 
 def render(drawing_path, path, side):
-    """A picture of a drawing's canvas by Inkscape."""
+    """Return a picture of a drawing's canvas by Inkscape."""
     root = etree.parse(str(drawing_path)).getroot()
     width, height = float(root.get("width")), float(root.get("height"))
     longer = {"export_width": side} if width >= height else {"export_height": side}
@@ -381,7 +385,7 @@ def render(drawing_path, path, side):
 
 
 def image(path, box):
-    """An embedded picture that covers a box."""
+    """Return an embedded picture that covers a box."""
     group, element = inkex.Group(), inkex.Image()
     for name, value in zip(("x", "y", "width", "height"), box):
         element.set(name, f"{value:.12g}")
@@ -393,7 +397,7 @@ def image(path, box):
 
 
 def drawing(path, svg):
-    """What a drawing draws as a group, with names that the document does not have; its definitions go there."""
+    """Return what a drawing draws as a group, with names that the document does not have; its definitions go there."""
     root = inkex.load_svg(str(path)).getroot()
     taken = set(svg.get_ids())
     new = {}
@@ -431,7 +435,7 @@ def drawing(path, svg):
 
 
 def renamed(text, new, key=""):
-    """An attribute, or a style sheet, that refers to elements by their new names."""
+    """Return an attribute, or a style sheet, that refers to elements by their new names."""
     if key == "id":
         return new.get(text, text)
     if key in HREFS and text.startswith("#"):

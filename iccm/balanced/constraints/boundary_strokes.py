@@ -46,7 +46,7 @@ class DrawnStroke:
 def separate(
     domains: tuple[Curve, ...], strokes: Sequence[tuple[Curve, Curve]], sticks: Flags
 ) -> tuple[list[DrawnStroke], list[DrawnStroke]]:
-    """The strokes inside, their ends on the outlines moved onto them; and those along the outlines.
+    """Return the strokes inside, their ends on the outlines moved onto them; and those along the outlines.
 
     Args:
         domains: source and target, or the source alone.
@@ -73,7 +73,7 @@ def _is_along(curve: Curve, stroke: Curve) -> bool:
 
 
 def _along(domains: tuple[Curve, ...], drawn: DrawnStroke, beside: Sequence[bool]) -> DrawnStroke:
-    """A stroke along both outlines, its ends on them.
+    """Return a stroke along both outlines, its ends on them.
 
     Raises:
         ConstraintError: it is along one only, or runs around them the other way.
@@ -103,7 +103,7 @@ def _along(domains: tuple[Curve, ...], drawn: DrawnStroke, beside: Sequence[bool
 
 
 def _goes_round(curve: Curve, stroke: Curve) -> bool:
-    """Whether a stroke along a closed curve runs as that does."""
+    """Return whether a stroke along a closed curve runs as that does."""
     s = curve.closest(stroke.at(_samples(curve, stroke)))
     return bool(_wrapped(np.diff(s), curve.length).sum() > 0)
 
@@ -113,7 +113,7 @@ def _wrapped(steps: np.ndarray, length: float) -> np.ndarray:
 
 
 def _snap_ends(domains: tuple[Curve, ...], drawn: DrawnStroke) -> DrawnStroke:
-    """A stroke inside, those of its ends that are on the outlines moved onto them.
+    """Return a stroke inside, those of its ends that are on the outlines moved onto them.
 
     An end of the target alone that is there is cut off, unless the source's is to go there.
     """
@@ -162,7 +162,7 @@ def _refuse_touching(curve: Curve, stroke: Curve, on_outline: tuple[bool, bool],
 
 
 def _on_outline(curve: Curve, stroke: Curve, end: int) -> Curve:
-    """The stroke led to the outline at an end that is close to it: cut there where it leaves the shape."""
+    """Return the stroke led to the outline at an end that is close to it: cut there where it leaves the shape."""
     z = stroke.z[::-1] if end else stroke.z
     foot = curve.nearest(z[:1])
     if abs(foot[0] - z[0]) <= SAME_POINT_SHARE * curve.diagonal:
@@ -179,7 +179,7 @@ def _on_outline(curve: Curve, stroke: Curve, end: int) -> Curve:
 
 
 def _cut_off(curve: Curve, stroke: Curve, end: int) -> Curve:
-    """The stroke without the part at an end that is close to the outline."""
+    """Return the stroke without the part at an end that is close to the outline."""
     turned = Curve(stroke.z[::-1], closed=False) if end else stroke
     s = _samples(curve, turned)
     z = turned.at(s)
@@ -192,7 +192,7 @@ def _cut_off(curve: Curve, stroke: Curve, end: int) -> Curve:
 def refuse_other_sides(
     domains: tuple[Curve, ...], strokes: Sequence[DrawnStroke], pins: Complex, numbers: Index
 ) -> None:
-    """Raises ConstraintError where a stroke that parts the shapes has a pin, or another stroke, on its one side in the
+    """Raise ConstraintError where a stroke that parts the shapes has a pin, or another stroke, on its one side in the
     source and on the other in the target.
 
     Args:
@@ -222,7 +222,7 @@ def refuse_other_sides(
 
 
 def _left_of(curve: Curve, stroke: Curve, points: Complex) -> Flags:
-    """Which points of a domain are on the left of a stroke that parts it."""
+    """Return which points of a domain are on the left of a stroke that parts it."""
     first, last = curve.closest(stroke.z[[0, -1]])
     knots = curve.knots[:-1]
     after = np.mod(knots - last, curve.length)

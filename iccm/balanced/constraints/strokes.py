@@ -38,7 +38,7 @@ class StrokePair:
     on_outline: tuple[bool, bool] = (False, False)
 
     def inverse(self) -> "StrokePair":
-        """The stroke of the inverse map."""
+        """Return the stroke of the inverse map."""
         return StrokePair(self.target, self.source, self.covered, self.sticks, self.on_outline)
 
     @property
@@ -53,13 +53,13 @@ class StrokePair:
 
 
 def simplify(curve: Curve, fineness: float) -> Curve:
-    """A stroke with fewer vertices, within `fineness` of it."""
+    """Return a stroke with fewer vertices, within `fineness` of it."""
     line = shapely.LineString(xy_of(curve.z)).simplify(fineness)
     return Curve(complex_of(shapely.get_coordinates(line)), closed=False)
 
 
 def rail_of(curve: Curve) -> Rail:
-    """The stroke there and back again, its sharp corners and ends where sliding vertices stop."""
+    """Return the stroke there and back again, its sharp corners and ends where sliding vertices stop."""
     loop = Curve(np.append(curve.z, curve.z[-2:0:-1]))
     edges = loop.edges
     sharp = np.abs(np.angle(edges / np.roll(edges, 1))) > SHARP_CORNER_RADIANS
@@ -70,7 +70,7 @@ def rail_of(curve: Curve) -> Rail:
 def inside(
     strokes: tuple[StrokePair, ...], matches: list[Match], spacing: float, pins: Complex
 ) -> InnerConstraints:
-    """The vertices of strokes, at most `spacing` apart on either side, and of pins (k, 2)."""
+    """Return the vertices of strokes, at most `spacing` apart on either side, and of pins (k, 2)."""
     last = InnerConstraints.of_pins(pins)
     parts = [_chain(stroke, match, spacing) for stroke, match in zip(strokes, matches)]
     sizes = [part[0].size for part in parts]
@@ -92,7 +92,7 @@ def inside(
 
 
 def feet_of(strokes: tuple[StrokePair, ...], sizes: list[int]) -> tuple[Foot, ...]:
-    """Where strokes meet the outline, `sizes` being how many vertices inside each has."""
+    """Return where strokes meet the outline, `sizes` being how many vertices inside each has."""
     starts = np.cumsum([0, *sizes])
     return tuple(
         Foot(int(starts[k] + end * (sizes[k] - 1)), complex(stroke.source.z[-end]), k, end)
@@ -105,7 +105,7 @@ def feet_of(strokes: tuple[StrokePair, ...], sizes: list[int]) -> tuple[Foot, ..
 def aim_feet(
     kept: InnerConstraints, strokes: tuple[StrokePair, ...], u: Complex, even: float
 ) -> InnerConstraints:
-    """What is constrained, vertices of strokes whose ends slide with goals beside where the map has them.
+    """Return what is constrained, vertices of strokes whose ends slide with goals beside where the map has them.
 
     Args:
         kept: as `inside` made it.
@@ -130,8 +130,9 @@ def aim_feet(
 
 
 def _chain(stroke: StrokePair, match: Match, spacing: float) -> tuple[Any, ...]:
-    """(s, τ, whether a source corner, whether a target corner, whether stuck) of the vertices of a stroke, in order,
-    without those on the outlines."""
+    """Return (s, τ, whether a source corner, whether a target corner, whether stuck) of the vertices of a stroke, in
+    order, without those on the outlines.
+    """
     if any(stroke.on_outline):  # two vertices at least are inside
         spacing = min(spacing, max(stroke.source.length, stroke.target.length) / LEAST_PARTS_OF_STROKE)
     s0, t0 = stroke.source.knots, stroke.target.knots

@@ -44,7 +44,7 @@ class Pins:
         return len(self.inner) + len(self.outer)
 
     def unit(self, frames: tuple[Similarity, Similarity]) -> "Pins":
-        """The pins in unit coordinates, on their grid."""
+        """Return the pins in unit coordinates, on their grid."""
         inner, outer = (
             np.column_stack([on_grid(f, side) for f, side in zip(frames, pins.T)])
             for pins in (self.inner, self.outer)
@@ -61,11 +61,11 @@ class Pins:
         return Pins(inner, outer, strokes, self.notes)
 
     def without(self, sources: Complex) -> "Pins":
-        """The same without inner pins at points (k,) of the source."""
+        """Return the same without inner pins at points (k,) of the source."""
         return replace(self, inner=self.inner[~np.isin(self.inner[:, 0], sources)])
 
     def inverse(self) -> "Pins":
-        """Those of the inverse map."""
+        """Return those of the inverse map."""
         inner, outer = (np.ascontiguousarray(side[:, ::-1]) for side in (self.inner, self.outer))
         return Pins(inner, outer, tuple(stroke.inverse() for stroke in self.strokes), self.notes)
 
@@ -81,7 +81,7 @@ def check(
     strokes: Sequence[tuple[Curve, Curve]] = (),
     numbers: Index | None = None,
 ) -> Pins:
-    """The pins (k, 2) and strokes of two domains, sorted; messages name pins by their (k,) numbers, from 0 on.
+    """Return the pins (k, 2) and strokes of two domains, sorted; messages name pins by their (k,) numbers, from 0 on.
 
     Raises:
         InputError: a pin outside its shape, one point pinned to two places or two points to one, a pin or an end of a
@@ -120,7 +120,7 @@ def check_free(
     strokes: Sequence[tuple[Curve, Curve]] = (),
     holes: Sequence[Curve] = (),
 ) -> Pins:
-    """The pins (k, 2) and strokes of a domain whose outlines are free, sorted; where they go may be anywhere.
+    """Return the pins (k, 2) and strokes of a domain whose outlines are free, sorted; where they go may be anywhere.
 
     Raises:
         InputError: a pin outside its shape, one point pinned to two places; a source stroke that leaves its shape,
@@ -146,7 +146,9 @@ def _apart_from_ends(
     image_unit: float | None,
     numbers: Index | None = None,
 ) -> tuple[Complex, Index, Flags]:
-    """The pins without repeats and those at ends of strokes, their numbers, and (s, 2) which ends stick by a pin."""
+    """Return the pins without repeats and those at ends of strokes, their numbers, and (s, 2) which ends stick by a
+    pin.
+    """
     pins, kept = _without_repeats(pins, unit, image_unit)
     numbers = kept if numbers is None else numbers[kept]
     ends = _at_ends(pins, strokes, unit, image_unit or unit)
@@ -155,7 +157,7 @@ def _apart_from_ends(
 
 
 def _at_ends(pins: Complex, strokes: Sequence[tuple[Curve, Curve]], unit: float, image_unit: float) -> Flags:
-    """(s, 2, k) which pins say of each stroke's ends that they stick to the ends of its target."""
+    """Return (s, 2, k) which pins say of each stroke's ends that they stick to the ends of its target."""
     found = np.zeros((len(strokes), 2, len(pins)), bool)
     for k, (a, b) in enumerate(strokes):
         for end in (0, -1):
@@ -167,7 +169,7 @@ def _at_ends(pins: Complex, strokes: Sequence[tuple[Curve, Curve]], unit: float,
 def check_strokes(
     domains: tuple[Curve, ...], strokes: Sequence[DrawnStroke], pins: Complex, numbers: Index
 ) -> tuple[StrokePair, ...]:
-    """The strokes inside, simplified, after a look at the sides that have a domain, or the source alone.
+    """Return the strokes inside, simplified, after a look at the sides that have a domain, or the source alone.
 
     Args:
         domains: source and target, or the source alone.
@@ -224,8 +226,9 @@ def _line(z: Complex) -> shapely.LineString:
 
 
 def _without_repeats(pins: Complex, unit: float, image_unit: float | None) -> tuple[Complex, Index]:
-    """The pins without those given twice, and their places among those given; without `image_unit` two points may go to
-    one place."""
+    """Return the pins without those given twice, and their places among those given; without `image_unit` two points
+    may go to one place.
+    """
     keep: list[int] = []
     for k, (z, w) in enumerate(pins):
         same = [j for j in keep if abs(pins[j, 0] - z) <= SAME_POINT_SHARE * unit]
@@ -248,7 +251,7 @@ def _without_repeats(pins: Complex, unit: float, image_unit: float | None) -> tu
 
 
 def _inside(curve: Curve, z: Complex, numbers: Index, side: int) -> Real:
-    """Distances of the pins from an outline, of its diagonal."""
+    """Return distances of the pins from an outline, of its diagonal."""
     if not z.size:
         return np.empty(0)
     distances = curve.distances(z)
@@ -290,16 +293,16 @@ class OutlinePoints:
         )
 
     def name(self, k: int) -> str:
-        """What the k-th of them is called."""
+        """Return what the k-th of them is called."""
         return f"pin {self.pins[k] + 1}" if self.pins[k] >= 0 else f"stroke {self.strokes[k] + 1}"
 
     def refused(self, message: str, which: Sequence[int]) -> ConstraintError:
-        """An error that speaks of some of them."""
+        """Return an error that speaks of some of them."""
         pins = [self.pins[k] for k in which if self.pins[k] >= 0]
         return ConstraintError(message, pins, [self.strokes[k] for k in which if self.pins[k] < 0])
 
     def in_order(self, source: Curve, target: Curve) -> Complex:
-        """(k, 2) of them in their order around the source, moved onto the outlines, each once.
+        """Return (k, 2) of them in their order around the source, moved onto the outlines, each once.
 
         Raises:
             ConstraintError: the order around the target is another one.
@@ -320,7 +323,7 @@ class OutlinePoints:
         return np.column_stack([source.at(s), target.at(tau)])[order]
 
     def _once(self, order: Index, s: Real, tau: Real) -> Index:
-        """The order without points that are there twice, as where two strokes along the outline meet."""
+        """Return the order without points that are there twice, as where two strokes along the outline meet."""
         keep: list[int] = []
         for k in order:
             for j in keep[-1:] + keep[:1]:
@@ -344,7 +347,7 @@ def _round_gap(a: float, b: float) -> float:
 
 
 def _out_of_order(tau: Real, length: float, order: Index) -> list[int]:
-    """Which pins are out of order: all but the most that are in order from some one on."""
+    """Return which pins are out of order: all but the most that are in order from some one on."""
     best: list[int] = []
     for first in range(tau.size):
         lifted = np.mod(np.roll(tau, -first) - tau[first], length)
@@ -360,7 +363,7 @@ def _out_of_order(tau: Real, length: float, order: Index) -> list[int]:
 
 
 def put_pins(pins: Pins, z: Complex, u: Complex, border: int, first: int) -> None:
-    """Puts the vertices of pins exactly where they belong, so that going to unit coordinates and back costs nothing.
+    """Put the vertices of pins exactly where they belong, so that going to unit coordinates and back costs nothing.
 
     Those that are not met stay where they are.
 
@@ -382,7 +385,7 @@ def put_pins(pins: Pins, z: Complex, u: Complex, border: int, first: int) -> Non
 
 
 def with_points(curve: Curve, points: Complex) -> Curve:
-    """The closed curve with vertices at points that lie on it."""
+    """Return the closed curve with vertices at points that lie on it."""
     if not points.size:
         return curve
     s = np.mod(curve.closest(points), curve.length)

@@ -31,7 +31,7 @@ def mesh_of(
     drawn: list[Match] | None = None,
     regions: Sequence[Sequence[Complex]] = (),
 ) -> DiscreteMap:
-    """The shape on a mesh, not moved yet.
+    """Return the shape on a mesh, not moved yet.
 
     Args:
         outlines: the outer one, counter-clockwise, and those of holes, clockwise, around an area of about one, with a
@@ -74,7 +74,7 @@ def mesh_of(
 
 
 def sizes_at_pins(outline: Complex, size: float, energy: Energy) -> Sizes:
-    """The size limits for triangles of size h, smaller around soft pins."""
+    """Return the size limits for triangles of size h, smaller around soft pins."""
     sizes = Sizes.even(0.5 * size**2)
     if energy.pins is None:
         return sizes
@@ -82,7 +82,9 @@ def sizes_at_pins(outline: Complex, size: float, energy: Energy) -> Sizes:
 
 
 def _spaced(outline: Curve, spacing: float, points: Complex) -> tuple[Complex, Complex]:
-    """The vertices of an outline on the grid, see `space_out`, and those at the same places of the given outline."""
+    """Return the vertices of an outline on the grid, see `space_out`, and those at the same places of the given
+    outline.
+    """
     z = on_grid(outline.z)
     rounded = Curve(z)
     if (rounded.lengths == 0).any() or not rounded.polygon.is_valid:

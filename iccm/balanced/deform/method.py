@@ -54,7 +54,7 @@ def solve(
     regions: Regions = NO_REGIONS,
     patches: PinnedPatches = NO_PATCHES,
 ) -> Solution:
-    """The deformation of a domain by pins and strokes, from an earlier one on if there is one.
+    """Return the deformation of a domain by pins and strokes, from an earlier one on if there is one.
 
     Args:
         source: its outer outline.
@@ -83,7 +83,7 @@ def solve(
 
 
 def _outlines(curves: Sequence[Curve], points: Complex, settings: Settings) -> list[Curve]:
-    """The outlines, simplified, with vertices at points on them."""
+    """Return the outlines, simplified, with vertices at points on them."""
     away = [curve.distances(points) for curve in curves]
     own = np.argmin(away, axis=0)
     outer, *holes = (with_points(curve, points[own == k]) for k, curve in enumerate(curves))
@@ -99,7 +99,7 @@ def refine(
     start: MeshMap | None,
     bones: Regions = NO_REGIONS,
 ) -> list[DiscreteMap]:
-    """The deformation on one mesh after the other, the last one fine."""
+    """Return the deformation on one mesh after the other, the last one fine."""
     size, energy = np.sqrt(TRIANGLES_PER_AREA / settings.triangles), settings.energy.without_rotation()
     levels = []
     if start is None:
@@ -119,14 +119,14 @@ def refine(
 
 
 def stiffen(state: DiscreteMap, bones: Regions, pins: Pins) -> DiscreteMap:
-    """The map with rigid bones."""
+    """Return the map with rigid bones."""
     aims, said, held = aims_of(bones, pins, 1.0)
     wanted = Rigid(bones.polygons, aims, ~said, np.zeros(said.size, bool), held)
     return harden(state, wanted, state.value)
 
 
 def roughly(outlines: Sequence[Curve], pins: Pins, energy: Energy, size: float) -> DiscreteMap:
-    """The deformation on a coarse mesh; ends of strokes that slide pass corners of theirs between meshes."""
+    """Return the deformation on a coarse mesh; ends of strokes that slide pass corners of theirs between meshes."""
     state = aim_feet(pins.strokes, rigid_motion(mesh_of(outlines, pins, energy, size)), BESIDE)
     state = relax(satisfy_constraints(state, MOVING_STEPS, SETTLED), 1.0)
     for _ in range(RELEASES if any(not all(stroke.sticks) for stroke in pins.strokes) else 0):
@@ -140,12 +140,12 @@ def roughly(outlines: Sequence[Curve], pins: Pins, energy: Energy, size: float) 
 
 
 def scale_of(state: DiscreteMap) -> float:
-    """The mean scale."""
+    """Return the mean scale."""
     return float(np.sqrt(abs(sum(Curve(state.u[loop]).area for loop in state.boundary.slices))))
 
 
 def start_from(state: DiscreteMap, start: MeshMap) -> DiscreteMap:
-    """The mesh with the images of an earlier map; moved as a whole only, where those fold."""
+    """Return the mesh with the images of an earlier map; moved as a whole only, where those fold."""
     try:
         return transfer(state, start)
     except Stuck:
@@ -153,7 +153,7 @@ def start_from(state: DiscreteMap, start: MeshMap) -> DiscreteMap:
 
 
 def rigid_motion(state: DiscreteMap) -> DiscreteMap:
-    """The shape turned and shifted, as a whole, so that what is constrained fits best."""
+    """Return the shape turned and shifted, as a whole, so that what is constrained fits best."""
     here, there = state.z[state.aimed], state.goals
     if state.energy.pins is not None:
         here = np.append(here, state.energy.pins.source)
@@ -164,7 +164,9 @@ def rigid_motion(state: DiscreteMap) -> DiscreteMap:
 
 
 def relax(state: DiscreteMap, q: float) -> DiscreteMap:
-    """The converged map; what has not met its goal stays where it is, and along strokes vertices find their places."""
+    """Return the converged map; what has not met its goal stays where it is, and along strokes vertices find their
+    places.
+    """
     goals = state.goals
     resting = state if state.miss == 0 else state.held()
     resting = resting.forward(q, SETTLING_STEPS, SETTLED)
@@ -177,7 +179,7 @@ def relax(state: DiscreteMap, q: float) -> DiscreteMap:
 
 
 def transfer(state: DiscreteMap, start: MeshMap) -> DiscreteMap:
-    """The mesh of `state` with the images of another map of the shape; of a map on the same mesh, those.
+    """Return the mesh of `state` with the images of another map of the shape; of a map on the same mesh, those.
 
     Raises:
         Stuck: folds remain.
@@ -197,13 +199,13 @@ def _sorted(faces: Index) -> Index:
 
 
 def _in(frame: Similarity, start: TriangulatedMap) -> MeshMap:
-    """An earlier deformation in unit coordinates."""
+    """Return an earlier deformation in unit coordinates."""
     border = sum(loop.size for loop in start.loops)
     return MeshMap.plain(frame(start.source), frame(start.image), start.faces, border)
 
 
 def _solution(levels: list[DiscreteMap], frame: Similarity, pins: Pins, settings: Settings) -> Solution:
-    """The map in the given coordinates, checked there."""
+    """Return the map in the given coordinates, checked there."""
     state = levels[-1]
     z, u = frame.pull_back(state.z), frame.pull_back(state.u)
     put_pins(pins, z, u, state.border, state.first_pin)

@@ -36,8 +36,9 @@ class Filled(NamedTuple):
 
 
 def fill_hull(curve: Curve, kept: Sequence[complex] = ()) -> Filled:
-    """A shape, counter-clockwise, with the concavities filled that its convex hull has beyond it, but for those that
-    vertices to be kept on the outline are in."""
+    """Return a shape, counter-clockwise, with the concavities filled that its convex hull has beyond it, but for those
+    that vertices to be kept on the outline are in.
+    """
     ends = np.flatnonzero(_on_hull(curve.z))
     rolled = np.roll(curve.z, -ends[0])
     path, places = np.append(rolled, rolled[0]), np.append(ends - ends[0], curve.z.size)
@@ -46,9 +47,10 @@ def fill_hull(curve: Curve, kept: Sequence[complex] = ()) -> Filled:
 
 
 def fill_half_hull(curve: Curve, top: int) -> tuple[Filled, complex]:
-    """The right half of a shape with the concavities of the whole filled, and the upper end of its axis, the
+    """Return the right half of a shape with the concavities of the whole filled, and the upper end of its axis, the
     imaginary one; the lower end is the first vertex. `curve` goes from one end up to the vertex `top` and down the
-    axis."""
+    axis.
+    """
     path = curve.z[: top + 1]
     ends = np.flatnonzero(_on_hull(np.append(path, -path[-2:0:-1].conj()))[: path.size])
     outline, bays = _mouths(curve.polygon, path[ends[0] : ends[-1] + 1], ends - ends[0])
@@ -63,7 +65,7 @@ def fill_half_hull(curve: Curve, top: int) -> tuple[Filled, complex]:
 
 
 def _on_hull(z: Complex) -> Flags:
-    """Which vertices of a polygon are on its convex hull, or close to it."""
+    """Return which vertices of a polygon are on its convex hull, or close to it."""
     polygon = polygon_of(z)
     away = shapely.distance(shapely.points(xy_of(z)), polygon.convex_hull.exterior)
     return away <= SHALLOW_DEPTH_SHARE * np.sqrt(polygon.area)
@@ -72,8 +74,9 @@ def _on_hull(z: Complex) -> Flags:
 def _mouths(
     shape: shapely.Polygon, path: Complex, ends: Index, kept: Sequence[complex] = ()
 ) -> tuple[Complex, tuple[Complex, ...]]:
-    """A polyline that skips the concavities of a shape's outline between vertices `ends` (k,), all ends among them,
-    and the concavities; those whose mouth is not outside, or with vertices inside that are kept, stay part of it."""
+    """Return a polyline that skips the concavities of a shape's outline between vertices `ends` (k,), all ends among
+    them, and the concavities; those whose mouth is not outside, or with vertices inside that are kept, stay part of it.
+    """
     outline, bays, stack = [path[:1]], [], list(pairwise(ends.tolist()))[::-1]
     while stack:
         start, stop = stack.pop()
@@ -96,7 +99,7 @@ def _mouths(
 
 
 def _within(start: complex, end: complex) -> shapely.LineString:
-    """A segment without its ends."""
+    """Return a segment without its ends."""
     return shapely.LineString(
         xy_of(start + (end - start) * np.array([ROUNDING_OF_MOUTH, 1 - ROUNDING_OF_MOUTH]))
     )
@@ -105,8 +108,9 @@ def _within(start: complex, end: complex) -> shapely.LineString:
 def bays_within(
     outline: Outline, bays: Sequence[Complex], fineness: float, spacing: float
 ) -> tuple[Complex, ...]:
-    """The concavities of a simplified outline: of each as many vertices as stay within `fineness` of the outline's
-    diagonal, and half its own depth, and points between, no farther apart than asked."""
+    """Return the concavities of a simplified outline: of each as many vertices as stay within `fineness` of the
+    outline's diagonal, and half its own depth, and points between, no farther apart than asked.
+    """
     found = []
     for bay in bays:
         mouth, line = shapely.LineString(xy_of(bay[[0, -1]])), shapely.LineString(xy_of(bay))

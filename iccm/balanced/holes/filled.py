@@ -35,9 +35,10 @@ class Cut(NamedTuple):
 
 
 def without_filled(state: MeshMap, *, mirrored: bool) -> Cut:
-    """The map without the triangles that fill concavities, and holes of the target; those that fill holes of the
+    """Return the map without the triangles that fill concavities, and holes of the target; those that fill holes of the
     source stay, so that the picture has no crack. Triangles and loops turn as in a mirror if the unit coordinates are
-    `mirrored`."""
+    `mirrored`.
+    """
     opened = [loop for loop in state.filled if loop.source < 0 <= loop.target]
     weights: Real = np.ones(len(state.faces)) if state.weights is None else state.weights
     bays = bool(np.any(weights == BAY))
@@ -58,5 +59,5 @@ def without_filled(state: MeshMap, *, mirrored: bool) -> Cut:
 
 
 def outer_loop(faces: Index, z: Complex) -> Index:
-    """The vertices of the boundary of triangles (m, 3) that surrounds them, counter-clockwise."""
+    """Return the vertices of the boundary of triangles (m, 3) that surrounds them, counter-clockwise."""
     return max(Triangles(faces, z.size).loops(), key=lambda loop: polygon_area(z[loop]))

@@ -34,7 +34,7 @@ class Holes:
         return self.source, self.target
 
     def only(self, numbers: tuple[Sequence[int], Sequence[int]]) -> "Holes":
-        """Those with these numbers, in the source and in the target."""
+        """Return those with these numbers, in the source and in the target."""
         here, there = ({number: k for k, number in enumerate(side)} for side in numbers)
         pairs = tuple((here[i], there[j]) for i, j in self.partners if i in here and j in there)
         source, target = (tuple(side[k] for k in kept) for side, kept in zip(self.sides, numbers))
@@ -43,7 +43,7 @@ class Holes:
     def others(
         self, numbers: tuple[Sequence[int], Sequence[int]]
     ) -> tuple[tuple[Curve, ...], tuple[Curve, ...]]:
-        """Those of both domains with other numbers."""
+        """Return those of both domains with other numbers."""
         source, target = (
             tuple(hole for k, hole in enumerate(side) if k not in kept)
             for side, kept in zip(self.sides, numbers)
@@ -51,11 +51,11 @@ class Holes:
         return source, target
 
     def inverse(self) -> "Holes":
-        """Those of the inverse map."""
+        """Return those of the inverse map."""
         return Holes(self.target, self.source, tuple((j, i) for i, j in self.partners))
 
     def unit(self, frames: tuple[Similarity, Similarity]) -> "Holes":
-        """The holes in unit coordinates."""
+        """Return the holes in unit coordinates."""
         source, target = (
             tuple(unit_curve(frame, hole) for hole in side) for frame, side in zip(frames, self.sides)
         )
@@ -71,7 +71,7 @@ FOLLOWED_SHARE = 0.05
 def named_partners(
     holes: Holes, source: Curve, target: Curve, pins: Complex, strokes: Sequence[tuple[Curve, Curve]]
 ) -> tuple[Holes, Complex, Index]:
-    """The holes with the partners that pins (k, 2) in them name, the other pins, and their numbers.
+    """Return the holes with the partners that pins (k, 2) in them name, the other pins, and their numbers.
 
     Raises:
         InputError: a pin in a hole of one shape only, or on the outline of one; pins that name two partners for a hole;
@@ -104,7 +104,7 @@ def named_partners(
 
 
 def _which(holes: Sequence[Curve], z: Complex) -> Index:
-    """(k,) the hole that each point lies in, -1 for none."""
+    """Return (k,) the hole that each point lies in, -1 for none."""
     found = np.full(z.size, -1)
     for number, hole in enumerate(holes):
         found[hole.contains(z)] = number
@@ -112,7 +112,7 @@ def _which(holes: Sequence[Curve], z: Complex) -> Index:
 
 
 def hole_at(z: Complex, holes: Sequence[Curve]) -> int:
-    """The hole on whose outline points lie, -1 for none."""
+    """Return the hole on whose outline points lie, -1 for none."""
     for number, hole in enumerate(holes):
         if hole.distances(z).max() < FOLLOWED_SHARE * hole.diagonal:
             return number
@@ -122,7 +122,7 @@ def hole_at(z: Complex, holes: Sequence[Curve]) -> int:
 def _refuse_touching(
     name: str, outer: Curve, holes: Sequence[Curve], z: Complex, rest: Index, strokes: Sequence[Curve]
 ) -> None:
-    """Raises InputError where one of the pins z[rest], or a stroke, touches a hole."""
+    """Raise InputError where one of the pins z[rest], or a stroke, touches a hole."""
     near = ON_RIM_SHARE * outer.diagonal
     for hole in holes:
         ring = hole.polygon
@@ -141,8 +141,9 @@ def _refuse_touching(
 def open_holes(
     holes: Sequence[Curve], outer: Curve, z: Complex, strokes: Sequence[Curve]
 ) -> tuple[tuple[Curve, ...], list[str]]:
-    """The holes of a shape that is deformed which no pin (k,) and no stroke moves, and what to say of the others: they
-    are moved along as if there were none."""
+    """Return the holes of a shape that is deformed which no pin (k,) and no stroke moves, and what to say of the
+    others: they are moved along as if there were none.
+    """
     near = ON_RIM_SHARE * outer.diagonal
     lines = [shapely.LineString(xy_of(stroke.z)) for stroke in strokes]
     kept = []
@@ -160,7 +161,7 @@ def open_holes(
 
 
 def unequal(holes: Holes) -> list[str]:
-    """What is to be said where one domain has more holes than the other."""
+    """Return what is to be said where one domain has more holes than the other."""
     counts = [len(side) for side in holes.sides]
     more = abs(counts[0] - counts[1])
     if not more:

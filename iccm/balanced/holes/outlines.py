@@ -23,7 +23,7 @@ def outlines_of(
     always: tuple[complex, ...] = (),
     spacing: float = np.inf,
 ) -> list[Outline]:
-    """The outer outline of a domain and those of its holes.
+    """Return the outer outline of a domain and those of its holes.
 
     Args:
         curve: the outer boundary.
@@ -64,8 +64,9 @@ def _of_hole(
 def manageable_holes(
     outer: Curve, holes: Sequence[Curve], tolerance: float, always: Sequence[tuple[complex, ...]] = ()
 ) -> list[Curve]:
-    """The outlines of holes within a share of the tolerance, relative to the outer one; as given where they would
-    touch it or each other. Vertices `always` of each are kept."""
+    """Return the outlines of holes within a share of the tolerance, relative to the outer one; as given where they
+    would touch it or each other. Vertices `always` of each are kept.
+    """
     fineness = FINENESS_OF_TOLERANCE * tolerance * outer.diagonal
     found = [
         simplify(hole, min(fineness / hole.diagonal, FINENESS_OF_TOLERANCE * COARSEST_SHARE_OF_HOLE), kept)
@@ -75,7 +76,7 @@ def manageable_holes(
 
 
 def are_disjoint(loops: Sequence[Complex]) -> bool:
-    """Whether polygons, the outer one first, neither cross nor touch, and the outer one holds the others."""
+    """Return whether polygons, the outer one first, neither cross nor touch, and the outer one holds the others."""
     outer, *holes = (xy_of(z) for z in loops)
     domain = shapely.Polygon(outer, holes)
     return bool(domain.is_valid) and shapely.get_num_interior_rings(domain.normalize()) == len(holes)
@@ -84,12 +85,12 @@ def are_disjoint(loops: Sequence[Complex]) -> bool:
 def rim_spacing(
     outlines: tuple[Outline, Outline], spacing: float, fewest: int = FEWEST_RIM_VERTICES
 ) -> float:
-    """The longest edge of a hole's rim."""
+    """Return the longest edge of a hole's rim."""
     return min(spacing, *(outline.length / fewest for outline in outlines))
 
 
 def space_out(outline: Outline, spacing: float, *, kinks: bool = False) -> Complex:
-    """The corners of an outline, or all its `corners`, and points between, no farther apart than asked."""
+    """Return the corners of an outline, or all its `corners`, and points between, no farther apart than asked."""
     corners = outline.curve.knots[:-1] if kinks else outline.corners
     corners = corners if corners.size else np.zeros(1)
     gaps = np.diff(corners, append=corners[0] + outline.length)

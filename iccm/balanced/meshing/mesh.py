@@ -55,7 +55,7 @@ class Sizes(NamedTuple):
 
     @classmethod
     def even(cls, area: float) -> "Sizes":
-        """The same limit everywhere."""
+        """Return the same limit everywhere."""
         return cls(0j, 1.0, np.full((1, 1), float(area)))
 
 
@@ -124,7 +124,7 @@ def triangulate(
 
 
 def closed_links(sizes: Sequence[int]) -> Index:
-    """(k,) the next vertex on each of several loops of given sizes, which follow each other."""
+    """Return (k,) the next vertex on each of several loops of given sizes, which follow each other."""
     links, end = np.arange(1, sum(sizes) + 1), 0
     for size in sizes:
         links[end + size - 1], end = end, end + size

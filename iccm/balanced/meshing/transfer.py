@@ -10,7 +10,7 @@ from ...plane import cross
 
 
 def interpolate(z: Complex, faces: Index, values: Complex, points: Complex) -> Complex:
-    """The piecewise linear function at points of a mesh, extended linearly from the closest triangle beyond it.
+    """Return the piecewise linear function at points of a mesh, extended linearly from the closest triangle beyond it.
 
     Args:
         z: (n,) vertices.
@@ -27,7 +27,7 @@ def interpolate(z: Complex, faces: Index, values: Complex, points: Complex) -> C
 
 
 def nearest_triangles(z: Complex, faces: Index, points: Complex) -> Index:
-    """(p,) the triangle that holds each point, or else the closest one."""
+    """Return (p,) the triangle that holds each point, or else the closest one."""
     corners = z[faces]
     found, _ = PatchLocator(corners, np.zeros_like(corners))(points, 1)
     outside = found < 0

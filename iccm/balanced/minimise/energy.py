@@ -142,7 +142,7 @@ def assemble(rest: RestShapes, u: Complex, objective: Objective, matrix: Real, g
 
 
 def energy_of(z: Complex, u: Complex, faces: Index, theta: float = 1.0, q: float = 1.0) -> float:
-    """The energy of the piecewise linear map z -> u (n,) on triangles (m, 3), both domains' areas taken as one.
+    """Return the energy of the piecewise linear map z -> u (n,) on triangles (m, 3), both domains' areas taken as one.
 
     Without the outline's term; 1 for a similarity, and the same for the inverse map.
     """
@@ -153,8 +153,9 @@ def energy_of(z: Complex, u: Complex, faces: Index, theta: float = 1.0, q: float
 
 
 def geometry(z: Complex, corners: Index) -> tuple[Complex, Real]:
-    """(m, 3) Wirtinger gradients α of the hat functions, f_z = Σ α u and f_z̄ = Σ ᾱ u, and (m,) areas of the triangles
-    of z."""
+    """Return (m, 3) Wirtinger gradients α of the hat functions, f_z = Σ α u and f_z̄ = Σ ᾱ u, and (m,) areas of the
+    triangles of z.
+    """
     gradients, areas = np.empty(corners.shape, np.complex128), np.empty(len(corners))
     z, corners = np.ascontiguousarray(z, np.complex128), np.ascontiguousarray(corners)
     _hat_gradients(corners, z, gradients, areas, len(corners))

@@ -55,7 +55,7 @@ class Ground(NamedTuple):
 
     @classmethod
     def of(cls, locator: Locator, points: Real) -> "Ground":
-        """A layout, and where its vertices are in space."""
+        """Return a layout, and where its vertices are in space."""
         flat, corners = locator.flat[locator.faces], points[locator.faces]
         sides, edges = (w[:, 1:] - w[:, :1] for w in (flat, corners))
         matrix = np.stack([sides.real, sides.imag], axis=1)  # columns are the sides

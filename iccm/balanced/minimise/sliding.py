@@ -88,7 +88,9 @@ class Rails(NamedTuple):
 
     @classmethod
     def of(cls, rails: Sequence[Rail], own: Index, loops: int = 1) -> "Rails":
-        """The rails put together; the first `loops` are closed curves, the others strokes there and back again."""
+        """Return the rails put together; the first `loops` are closed curves, the others strokes there and back
+        again.
+        """
         ends = [np.inf if k < loops else 0.5 * rail.knots[-1] for k, rail in enumerate(rails)]
         starts = np.cumsum([(0, 0, 0), *(tuple(part.size for part in rail) for rail in rails)], axis=0)
         if len(rails) == 1:  # as a rule
@@ -123,7 +125,7 @@ class Border(NamedTuple):
         return cls(vertices, ones, 0 * ones, ones)
 
     def then(self, more: "Border") -> "Border":
-        """These chains and others, of the vertices that follow."""
+        """Return these chains and others, of the vertices that follow."""
         return Border(*(np.append(a, b) for a, b in zip(self, more)))
 
     def record(self) -> Record:
@@ -148,7 +150,7 @@ class Constraints(NamedTuple):
 
     @classmethod
     def held(cls, u: Complex, held: Flags) -> "Constraints":
-        """Some vertices (n,) held where they are."""
+        """Return some vertices (n,) held where they are."""
         those = np.arange(1 + np.flatnonzero(held).max(initial=-1))
         kinds = np.where(held[those], HELD, FREE)
         return cls(kinds, u[those], Rails.of([NO_RAIL], 0 * those), Border.still(those))
@@ -192,14 +194,16 @@ def choose_directions(
 
 
 def point_at(rail: Rail, s: float) -> complex:
-    """The point of a rail at arclength s."""
+    """Return the point of a rail at arclength s."""
     point = np.empty(1, np.complex128)
     _point_at(rail.knots, rail.vertices, rail.vertices.size, s, point)
     return complex(point[0])
 
 
 def corners_beside(rail: Rail, s: float) -> tuple[bool, float, float]:
-    """Whether arclength s is on a corner, and the distances (negative, positive) to the corners behind and ahead."""
+    """Return whether arclength s is on a corner, and the distances (negative, positive) to the corners behind and
+    ahead.
+    """
     distances = np.empty(2)
     on = _corners_beside(rail.knots, rail.vertices.size, rail.corners, rail.corners.size, s, distances)
     return bool(on), float(distances[0]), float(distances[1])

@@ -26,8 +26,8 @@ def unfold(
     weights: Real | float = 1.0,
     most: float = 1.0,
 ) -> Complex:
-    """(n,) images with vertices moved beside some triangles alone, those of `held` staying, until none is folded; as
-    they are where none was and some would be.
+    """Return (n,) images with vertices moved beside some triangles alone, those of `held` staying, until none is
+    folded; as they are where none was and some would be.
 
     Args:
         u: images.
@@ -58,7 +58,7 @@ def unfold(
 
 
 def unfold_in(u: Complex, faces: Index, held: Flags, rest: Complex) -> Complex:
-    """(n,) places in another plane with vertices moved beside folded triangles alone.
+    """Return (n,) places in another plane with vertices moved beside folded triangles alone.
 
     Args:
         u: places in that plane.
@@ -75,8 +75,8 @@ def unfold_in(u: Complex, faces: Index, held: Flags, rest: Complex) -> Complex:
 
 
 def unfold_on(u: Complex, faces: Index, held: Flags, points: Real, least: float) -> Complex:
-    """(n,) places in a plane of a surface's vertices, moved beside triangles that are folded there, group by group of
-    those that are near each other; groups in which folds would remain stay as they are.
+    """Return (n,) places in a plane of a surface's vertices, moved beside triangles that are folded there, group by
+    group of those that are near each other; groups in which folds would remain stay as they are.
 
     Args:
         u: places, most triangles counter-clockwise.
@@ -106,7 +106,7 @@ def unfold_on(u: Complex, faces: Index, held: Flags, points: Real, least: float)
 
 
 def _around(faces: Index, folded: Flags, rings: int, count: int) -> Flags:
-    """(n,) which of `count` vertices are in some triangles (m,), or so many rings of triangles around them."""
+    """Return (n,) which of `count` vertices are in some triangles (m,), or so many rings of triangles around them."""
     near = np.zeros(count, bool)
     near[faces[folded]] = True
     for _ in range(rings):
@@ -117,7 +117,9 @@ def _around(faces: Index, folded: Flags, rings: int, count: int) -> Flags:
 def _move(
     u: Complex, faces: Index, free: Flags, gradients: Complex, areas: Real, weights: Real | float = 1.0
 ) -> Complex:
-    """(n,) images with those of the free vertices (n,) moved; rest shapes as large as their images, on the whole."""
+    """Return (n,) images with those of the free vertices (n,) moved; rest shapes as large as their images, on the
+    whole.
+    """
     hit = free[faces].any(axis=1)
     if not hit.any():
         return u

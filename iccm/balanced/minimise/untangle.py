@@ -28,13 +28,13 @@ UNTANGLING = Objective(1.0, 1.0)
 
 
 def springs(gradients: Complex, areas: Real) -> Real:
-    """(m, 3) weights of the edges opposite the corners of triangles: half the cotangents, floored."""
+    """Return (m, 3) weights of the edges opposite the corners of triangles: half the cotangents, floored."""
     a, b = gradients[:, (1, 2, 0)], gradients[:, (2, 0, 1)]
     return np.maximum(-4 * areas[:, None] * (a.real * b.real + a.imag * b.imag), LEAST_WEIGHT)
 
 
 def _pull(pattern: BlockPattern, weights: Real, u: Complex, space: Workspace) -> None:
-    """Fills in the derivatives of the energy ½ Σ w |u_i - u_j|² of springs, weights (m, 3)."""
+    """Fill in the derivatives of the energy ½ Σ w |u_i - u_j|² of springs, weights (m, 3)."""
     tails, heads = pattern.corners[:, (1, 2, 0)].ravel(), pattern.corners[:, (2, 0, 1)].ravel()
     pairs, weights = pattern.slots[:, (4, 2, 1)].ravel(), weights.ravel()
     stiffness = -np.bincount(pairs, weights, pattern.columns.size)
@@ -47,7 +47,7 @@ def _pull(pattern: BlockPattern, weights: Real, u: Complex, space: Workspace) ->
 
 
 def _epsilon(least: float, before: float, shrink: float) -> float:
-    """How far below zero the smoothed determinant reaches."""
+    """Return how far below zero the smoothed determinant reaches."""
     if least > 0:
         return POLISHED
     epsilon = np.sqrt(1e-6 + DEEP * least * least)
@@ -65,7 +65,7 @@ def untangle(
     steps: int,
     polish: int,
 ) -> float:
-    """Fills in what is not held of u so that no triangle is folded; the least determinant.
+    """Fill in what is not held of u so that no triangle is folded; the least determinant.
 
     Args:
         pattern: of the mesh.
@@ -80,7 +80,7 @@ def untangle(
     system = System.of(pattern, rest.corners, rest, constraints)
 
     def stepped(objective: Objective) -> tuple[int, bool]:
-        """A step with the held ones where they are: how many there were, and whether it gained little."""
+        """Return a step with the held ones where they are: how many there were, and whether it gained little."""
         _, made, slow = descend(system, objective, None, u, np.zeros(constraints.kinds.size), 1, SLOW)
         return made, slow > 0
 

@@ -55,12 +55,12 @@ ANY_ROTATION = Upright(np.empty(0, np.complex128), 0.0)
 
 
 def rotation_cost(weight: float, cosine: float) -> float:
-    """What a rotation of this cosine multiplies the energy by, at q = 1."""
+    """Return what a rotation of this cosine multiplies the energy by, at q = 1."""
     return 1 + 0.5 * weight * (1 - cosine)
 
 
 def rotation_factor(upright: Upright, u: Complex, q: float) -> float:
-    """What the energy of images u (n,) is multiplied by; infinite where they have no rotation."""
+    """Return what the energy of images u (n,) is multiplied by; infinite where they have no rotation."""
     return float(_rotation_factor(upright.record(), u, q, u.size))
 
 

@@ -51,7 +51,7 @@ class MeshHoles(NamedTuple):
     filled: tuple[Loop, ...] = ()
 
     def inverse(self) -> "MeshHoles":
-        """Those of the inverse map."""
+        """Return those of the inverse map."""
         outlines = tuple((b, a) for a, b in self.outlines)
         loops = tuple(loop.inverse() for loop in self.loops)
         return MeshHoles(outlines, loops, tuple(loop.inverse() for loop in self.filled))
@@ -174,7 +174,7 @@ class MatchedBoundary:
         return Match(np.append(s, s[0] + loop.source.length), np.append(tau, tau[0] + loop.target.length))
 
     def inverse(self) -> "MatchedBoundary":
-        """That of the inverse map; not where holes are filled."""
+        """Return that of the inverse map; not where holes are filled."""
         s, tau, at_source, at_target = self.pairs
         pairs, holes = Pairs(tau, s, at_target, at_source), self.holes.inverse()
         return replace(self, source=self.target, target=self.source, pairs=pairs, holes=holes)
@@ -184,7 +184,7 @@ class MatchedBoundary:
         return replace(self, holes=self.holes._replace(filled=loops))
 
     def images(self) -> Complex:
-        """(b,) where the vertices are on the target."""
+        """Return (b,) where the vertices are on the target."""
         u = np.zeros(self.size, np.complex128)
         for loop in self.loops:
             u[loop.vertices] = loop.target.curve.at(self.pairs.tau[loop.vertices])
@@ -204,7 +204,7 @@ class MatchedBoundary:
         return Support(*self._chains(forward), kinds, moving, rails, own)
 
     def _held(self, forward: bool, corners: bool) -> Flags:
-        """(b,) vertices that stay."""
+        """Return (b,) vertices that stay."""
         if forward and not corners:
             return self.anchored
         return self.anchored | (self.pairs.at_target if forward else self.pairs.at_source)
@@ -232,7 +232,7 @@ class MatchedBoundary:
         return replace(self, pairs=self.pairs._replace(tau=tau, at_target=at_target))
 
     def with_goals(self, goals: Complex) -> "MatchedBoundary":
-        """As it is: pins on outlines are anchored there."""
+        """Return as it is: pins on outlines are anchored there."""
         return self
 
 
@@ -268,7 +268,7 @@ class FreeBoundary:
         return np.arange(self.size)
 
     def area_share(self, forward: bool) -> float:
-        """The source's area alone counts: else a bar shrinks to 74 % as it bends."""
+        """Return the source's area alone counts: else a bar shrinks to 74 % as it bends."""
         return SOURCE_AREA if forward else IMAGE_AREA
 
     def support(self, forward: bool, moving: Complex, corners: bool) -> Support:
@@ -281,7 +281,7 @@ class FreeBoundary:
         return Support(np.zeros(self.size), border, kinds, goals, [NO_RAIL], 0 * those)
 
     def slid(self, forward: bool, tau: Real, corners: bool) -> "FreeBoundary":
-        """As it is."""
+        """Return as it is."""
         return self
 
     def with_goals(self, goals: Complex) -> "FreeBoundary":

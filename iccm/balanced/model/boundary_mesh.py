@@ -72,22 +72,24 @@ def mesh_boundary(
 
 
 def linked_on(sizes: Sequence[int], first: int) -> Index:
-    """(k,) the next vertex on each of several open polylines of given sizes, of which `first` is the first; -1 at
-    their ends."""
+    """Return (k,) the next vertex on each of several open polylines of given sizes, of which `first` is the first; -1
+    at their ends.
+    """
     links = first + np.arange(1, sum(sizes) + 1)
     links[np.cumsum(sizes, dtype=np.int64) - 1] = -1
     return links
 
 
 def mouth_of(outline: Complex, bay: Complex) -> Index:
-    """The vertices of an outline (b,) from the beginning of a concavity's polyline to its end."""
+    """Return the vertices of an outline (b,) from the beginning of a concavity's polyline to its end."""
     start, stop = (int(np.abs(outline - end).argmin()) for end in (bay[0], bay[-1]))
     return np.arange(start, stop + 1 if stop > start else stop + 1 + outline.size) % outline.size
 
 
 def bay_rays(bays: Sequence[Complex], mouths: Sequence[Index], first: int) -> Index:
-    """(2 k, 2) vertices of the outline at the ends of mouths, and those inside beside them, of which `first` is the
-    first."""
+    """Return (2 k, 2) vertices of the outline at the ends of mouths, and those inside beside them, of which `first` is
+    the first.
+    """
     rays = []
     for bay, mouth in zip(bays, mouths):
         rays += [(mouth[0], first), (mouth[-1], first := first + bay.size - 3)]
@@ -96,7 +98,7 @@ def bay_rays(bays: Sequence[Complex], mouths: Sequence[Index], first: int) -> In
 
 
 def weights_of(z: Complex, faces: Index, filled: Sequence[Complex], bays: Sequence[Complex] = ()) -> Real:
-    """(m,) weights of triangles: FILLED in the polygons `filled`, `BAY` in those of concavities, else 1."""
+    """Return (m,) weights of triangles: FILLED in the polygons `filled`, `BAY` in those of concavities, else 1."""
     middles, weights = z[faces].mean(axis=1), np.ones(len(faces))
     for polygons, weight in ((filled, FILLED), (bays, BAY)):
         weights[inside_any(map(Curve, polygons), middles)] = weight
@@ -104,8 +106,9 @@ def weights_of(z: Complex, faces: Index, filled: Sequence[Complex], bays: Sequen
 
 
 def kept_by(regions: Sequence[Sequence[Complex]], pins: Complex) -> tuple[Complex, Index]:
-    """(k,) points that a mesh has for regions: their rings' vertices, and one inside each that holds no pin; and the
-    next on its ring."""
+    """Return (k,) points that a mesh has for regions: their rings' vertices, and one inside each that holds no pin; and
+    the next on its ring.
+    """
     rings = [ring for region in regions for ring in region]
     pinned = set(regions_of(pins, regions).tolist())
     empty = [region for k, region in enumerate(regions) if k not in pinned]
@@ -115,14 +118,15 @@ def kept_by(regions: Sequence[Sequence[Complex]], pins: Complex) -> tuple[Comple
 
 
 def middle_of(region: Sequence[Complex]) -> complex:
-    """A point inside a region, outer polygon first: a mesh refines a round one from there, whose vertices alone have
-    one circumcentre."""
+    """Return a point inside a region, outer polygon first: a mesh refines a round one from there, whose vertices alone
+    have one circumcentre.
+    """
     point = polygon_of(*region).representative_point()
     return complex(point.x, point.y)
 
 
 def regions_of(places: Complex, regions: Sequence[Sequence[Complex]]) -> Index:
-    """(p,) the region that each place is in, -1 for none; regions are apart, and may have holes."""
+    """Return (p,) the region that each place is in, -1 for none; regions are apart, and may have holes."""
     found = np.full(places.size, -1)
     for k, (outer, *holes) in enumerate(regions):
         found[Curve(outer).contains(places) & ~inside_any(map(Curve, holes), places)] = k

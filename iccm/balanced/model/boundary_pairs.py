@@ -36,7 +36,7 @@ class Match(NamedTuple):
         return self.s[-1] - self.s[0]
 
     def inverse(self) -> "Match":
-        """The correspondence from target to source."""
+        """Return the correspondence from target to source."""
         holes = tuple(HoleMatch(hole.target, hole.source, hole.match.inverse()) for hole in self.holes)
         return Match(self.tau, self.s, holes)
 
@@ -76,7 +76,7 @@ class Loop(NamedTuple):
         return slice(self.first, self.after)
 
     def inverse(self) -> "Loop":
-        """The same in the inverse map."""
+        """Return the same in the inverse map."""
         return self._replace(source=self.target, target=self.source)
 
 
@@ -103,16 +103,16 @@ class Pairs(NamedTuple):
 
     @classmethod
     def joined(cls, loops: "Sequence[Pairs]") -> "Pairs":
-        """Those of several loops."""
+        """Return those of several loops."""
         return cls(*(np.concatenate(parts) for parts in zip(*loops)))
 
     def of(self, which: "Index | Flags | slice") -> "Pairs":
-        """Some of them."""
+        """Return some of them."""
         return Pairs(self.s[which], self.tau[which], self.at_source[which], self.at_target[which])
 
 
 def through(match: Match, anchors: Match | None, even: float = 0.0) -> Match:
-    """The match bent, affinely between neighbours, so that it passes through the anchors.
+    """Return the match bent, affinely between neighbours, so that it passes through the anchors.
 
     Args:
         match: a correspondence.
@@ -135,7 +135,7 @@ def through(match: Match, anchors: Match | None, even: float = 0.0) -> Match:
 
 
 def limit_slope(match: Match, steepest: float) -> Match:
-    """The match with slopes, relative to the mean one, between 1/steepest and steepest."""
+    """Return the match with slopes, relative to the mean one, between 1/steepest and steepest."""
     ds = np.diff(match.s)
     goal = match.tau[-1] - match.tau[0]
     mean = goal / (match.s[-1] - match.s[0])
@@ -183,7 +183,7 @@ def subdivide(gaps: Real, spacing: float) -> tuple[Index, Real]:
 
 
 def _corner_pairs(source: Outline, target: Outline, match: Match, anchors: Match | None):
-    """(s, τ, kind) of all corners, ascending from the beginning of the match."""
+    """Return (s, τ, kind) of all corners, ascending from the beginning of the match."""
     s0, t0 = match.s[0], match.tau[0]
     own = s0 + np.sort(np.mod(source.corners - s0, source.length))
     goals = t0 + np.sort(np.mod(target.corners - t0, target.length))
@@ -200,14 +200,14 @@ def _corner_pairs(source: Outline, target: Outline, match: Match, anchors: Match
 
 
 def _begun_after_widest_gap(s: Real, tau: Real, kind, length: float, goal: float):
-    """The same pairs, the lap's end where no two of them are merged."""
+    """Return the same pairs, the lap's end where no two of them are merged."""
     k = int(np.argmax(_gaps(s, length) / length + _gaps(tau, goal) / goal)) + 1
     later = np.arange(s.size) < k
     return tuple(np.roll(values, -k) for values in (s + length * later, tau + goal * later, kind))
 
 
 def are_distinct(values: Real, others: Real, length: float) -> Flags:
-    """Which arclengths of a closed curve are none of the others."""
+    """Return which arclengths of a closed curve are none of the others."""
     gap = np.mod(values[:, None] - others + 0.5 * length, length) - 0.5 * length
     return np.all(np.abs(gap) > 1e-9 * length, axis=1)
 

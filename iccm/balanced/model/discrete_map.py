@@ -158,13 +158,13 @@ class DiscreteMap(MeshMap):
         return np.append(self.boundary.goals, self.inside.goals)
 
     def with_goals(self, goals: Complex) -> "DiscreteMap":
-        """The map with other goals (k,)."""
+        """Return the map with other goals (k,)."""
         p = self.boundary.pinned.size
         inside = self.inside._replace(goals=goals[p:])
         return replace(self, boundary=self.boundary.with_goals(goals[:p]), inside=inside)
 
     def held(self) -> "DiscreteMap":
-        """The map with its constraints in force, asking for no more than is."""
+        """Return the map with its constraints in force, asking for no more than is."""
         return replace(self.with_goals(self.u[self.aimed]), bound=True)
 
     @property
@@ -243,8 +243,8 @@ class DiscreteMap(MeshMap):
         thin: float = BARE,
         most: float = LOCAL,
     ) -> "DiscreteMap":
-        """The inside moved so that no triangle is folded; bound vertices, and those of `still` (k,), stay where they
-        are. Unless it begins as the `harmonic` one it moves beside folds alone, if that undoes them.
+        """Return the inside moved so that no triangle is folded; bound vertices, and those of `still` (k,), stay where
+        they are. Unless it begins as the `harmonic` one it moves beside folds alone, if that undoes them.
 
         Args:
             harmonic: see above.
@@ -294,8 +294,9 @@ class DiscreteMap(MeshMap):
         return replace(self, u=u, boundary=boundary, inside=inside, **end)
 
     def with_firm_regions(self, q: float, strain: float) -> "DiscreteMap":
-        """The map with regions so stiff that a descent strains none that keeps to its aim by more than this (root mean
-        square, relative to the aim): that would cost more than all that it can gain elsewhere."""
+        """Return the map with regions so stiff that a descent strains none that keeps to its aim by more than this
+        (root mean square, relative to the aim): that would cost more than all that it can gain elsewhere.
+        """
         assert self.rigid is not None
         rest = self._rest_shapes(True, q)
         elsewhere = rest._replace(weights=np.where(rest.aims != 0, 0, rest.weights))
@@ -314,8 +315,9 @@ class DiscreteMap(MeshMap):
         return replace(moved, boundary=self.boundary)
 
     def relaxed(self) -> "DiscreteMap":
-        """A few steps at q = 1 where a triangle is badly stretched, of the inside and then of all: Newton at q widens
-        it slowly."""
+        """Return a few steps at q = 1 where a triangle is badly stretched, of the inside and then of all: Newton at q
+        widens it slowly.
+        """
         _, stretch, _ = stretches(self.z, self.u, self.material, self.metrics)
         if stretch.max() < BADLY_STRETCHED:
             return self
@@ -375,7 +377,7 @@ class DiscreteMap(MeshMap):
         )
 
     def _terms(self, forward: bool, q: float) -> TermsOnMesh:
-        """The energy's further terms on the side that moves."""
+        """Return the energy's further terms on the side that moves."""
         springs: list[TermOnMesh] = []
         if self.energy.pins is not None:
             springs = self.energy.pins.springs_on_mesh(
@@ -395,7 +397,7 @@ class DiscreteMap(MeshMap):
         return self.u, self.z, (self.metrics[1], self.metrics[0])
 
     def _rest_shapes(self, forward: bool, q: float) -> RestShapes:
-        """The rest triangles on the side that is kept, with what each counts for a power q."""
+        """Return the rest triangles on the side that is kept, with what each counts for a power q."""
         kept, moving, metrics = self._sides(forward)
         gradients, areas = rest_geometry(kept, moving, self.pattern.corners, metrics)
         areas = self._weighed(areas, q)
@@ -412,7 +414,7 @@ class DiscreteMap(MeshMap):
         return RestShapes.of(self.pattern, gradients, areas, np.where(inside, self.aims[self.rigid], 0))
 
     def _weighed(self, areas: Real, q: float) -> Real:
-        """Areas in the rest shape (m,), each times what the triangle counts.
+        """Return areas in the rest shape (m,), each times what the triangle counts.
 
         What is relative to the density is raised to q where it multiplies distortion, as the density itself is.
         """
@@ -431,13 +433,13 @@ class DiscreteMap(MeshMap):
         return areas
 
     def _counted(self, rest: RestShapes) -> RestShapes:
-        """The same with rigid regions weighing no more in the turn than others."""
+        """Return the same with rigid regions weighing no more in the turn than others."""
         if not rest.aims.size:
             return rest
         return rest._replace(weights=np.where(rest.aims != 0, 1 / self.stiffness, 1.0) * rest.weights)
 
     def _in_space(self, ground: Ground) -> tuple[RestShapes, SurfaceMap]:
-        """The rest triangles, each on its own, and what their energy on the ground needs."""
+        """Return the rest triangles, each on its own, and what their energy on the ground needs."""
         corners = self.pattern.corners
         gradients, areas = rest_geometry(self.z, self.u, corners, (self.metrics[0], None))
         if self.multipliers is not None:
@@ -475,5 +477,5 @@ class DiscreteMap(MeshMap):
 
 
 def folds(faces: Index, u: Complex) -> int:
-    """How many triangles have no positive area."""
+    """Return how many triangles have no positive area."""
     return int(np.count_nonzero(~(triangle_areas(u[faces]) > 0)))

@@ -49,7 +49,7 @@ def unit_ring(frame: Similarity, ring: Complex) -> Complex:
 
 
 def begun_farthest(w: Complex) -> Complex:
-    """A polygon's vertices from the one farthest from 0 on; of several the rightmost, and highest."""
+    """Return a polygon's vertices from the one farthest from 0 on; of several the rightmost, and highest."""
     distance = np.round(np.abs(w), 9)
     ties = np.flatnonzero(distance == distance.max())
     first = ties[np.lexsort((w[ties].imag, w[ties].real))[-1]]
@@ -59,8 +59,9 @@ def begun_farthest(w: Complex) -> Complex:
 def frames_of(
     source: Curve, target: Curve, turn: float | None, holes: Holes = ((), ())
 ) -> tuple[Similarity, Similarity]:
-    """The frames in which a map without turn is the upright one, or with `turn` None in which both shapes lie in a
-    separate way; `holes` are those of both."""
+    """Return the frames in which a map without turn is the upright one, or with `turn` None in which both shapes lie in
+    a separate way; `holes` are those of both.
+    """
     frames = [frame_of(curve, inner) for curve, inner in zip((source, target), holes)]
     if turn is None:
         frames = [f.rotated(-_farthest_angle(f, c)) for f, c in zip(frames, (source, target))]
@@ -82,7 +83,9 @@ def _moment(w: Complex) -> complex:
 
 
 def _upside_down(*loops: Complex) -> bool:
-    """Whether most of closed polylines' weight hangs low: mirrors about different lines differ by half a turn."""
+    """Return whether most of closed polylines' weight hangs low: mirrors about different lines differ by half a
+    turn.
+    """
     middles, weights = _middles(*loops)
     heavy = complex(np.sum(weights * middles * np.abs(middles) ** 2))
     return heavy.imag < 0 if abs(heavy.imag) > UNDECIDED else heavy.real < -UNDECIDED
@@ -95,7 +98,9 @@ def _farthest_angle(frame: Similarity, curve: Curve) -> float:
 
 
 def handedness(*loops: Complex) -> float:
-    """A number of closed polylines about their centroid that changes sign in every mirror and with no rotation."""
+    """Return a number of closed polylines about their centroid that changes sign in every mirror and with no
+    rotation.
+    """
     middles, weights = _middles(*loops)
     first = np.sum(weights * middles * np.abs(middles) ** 2)
     second = np.sum(weights * middles**2)

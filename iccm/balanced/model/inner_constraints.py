@@ -77,7 +77,7 @@ class InnerConstraints(NamedTuple):
         return [self._match(stroke) for stroke in range(len(self.strokes))]
 
     def _match(self, stroke: int) -> Match:
-        """Ends on the outline, which no vertex inside stands for, included."""
+        """End on the outline, which no vertex inside stands for, included."""
         chain = self.own == stroke
         on = {foot.end for foot in self.feet if foot.stroke == stroke}
         s, tau = (
@@ -98,18 +98,18 @@ class InnerConstraints(NamedTuple):
         return np.column_stack([first, self.links[first]])
 
     def rays(self, outline: Complex) -> Index:
-        """(e, 2) vertices (b,) of the outline, and vertices inside, that edges of strokes join."""
+        """Return (e, 2) vertices (b,) of the outline, and vertices inside, that edges of strokes join."""
         ends = [(int(np.abs(outline - foot.place).argmin()), foot.vertex) for foot in self.feet]
         return np.array(ends, np.int64).reshape(-1, 2)
 
     def lines_with(self, outline: Complex) -> Index:
-        """(l, 2) vertices of the edges of strokes, in a mesh that begins with vertices (b,) of the outline."""
+        """Return (l, 2) vertices of the edges of strokes, in a mesh that begins with vertices (b,) of the outline."""
         rays = self.rays(outline)
         rays[:, 1] += outline.size
         return np.concatenate([outline.size + self.lines, rays])
 
     def inverse(self, outline: Complex, image: Complex) -> "InnerConstraints":
-        """Those of the inverse map, of a mesh whose outlines have vertices (b,) with these images."""
+        """Return those of the inverse map, of a mesh whose outlines have vertices (b,) with these images."""
         on_outline = self.rays(outline)[:, 0]
         feet = tuple(foot._replace(place=complex(image[k])) for foot, k in zip(self.feet, on_outline))
         return self._replace(
@@ -135,7 +135,8 @@ class InnerConstraints(NamedTuple):
         return self._replace(goals=goals)
 
     def chains(self, forward: bool, first: int) -> tuple[Real, Border]:
-        """(k,) arclengths on the side that moves, and the strokes as chains of vertices, the first of which is `first`.
+        """Return (k,) arclengths on the side that moves, and the strokes as chains of vertices, the first of which is
+        `first`.
 
         Arclengths of the edges on the side that is kept are scaled to the moving side's, and 1 where there is not an
         edge.

@@ -14,7 +14,7 @@ MOST_DILATED, DILATATION_HALVINGS = 1e6, 30
 def derivatives(
     z: Complex, u: Complex, faces: Index, metrics: Metrics = PLANES
 ) -> tuple[Complex, Complex, Real]:
-    """(m,) f_z, f_z̄ and areas of the source's triangles, between surfaces where there are metrics."""
+    """Return (m,) f_z, f_z̄ and areas of the source's triangles, between surfaces where there are metrics."""
     gradients, areas = rest_geometry(z, u, faces, metrics)
     values = u[faces]
     return (gradients * values).sum(1), (gradients.conj() * values).sum(1), areas
@@ -27,7 +27,7 @@ def turn_of(z: Complex, u: Complex, faces: Index, metrics: Metrics = PLANES) -> 
 
 
 def stretches(z: Complex, u: Complex, faces: Index, metrics: Metrics = PLANES) -> tuple[Real, Real, Real]:
-    """(m,) dilatation K = s1/s2, stretch max(s1, 1/s2) and determinant, both domains' areas taken as one."""
+    """Return (m,) dilatation K = s1/s2, stretch max(s1, 1/s2) and determinant, both domains' areas taken as one."""
     a, b, _ = derivatives(z, u, faces, metrics)
     large, small = np.abs(a) + np.abs(b), np.abs(a) - np.abs(b)
     small = np.maximum(small, 1e-300)
@@ -35,9 +35,10 @@ def stretches(z: Complex, u: Complex, faces: Index, metrics: Metrics = PLANES) -
 
 
 def least_dilatations(z: Complex, u: Complex, faces: Index, border: int) -> Real:
-    """(m,) the least dilatation that triangles at a vertex of the outline, the first `border` ones, can all have, by
-    the angles inside; 1 elsewhere. With dilatation K a triangle's angle α becomes one between 2 atan(tan(α/2) / K) and
-    2 atan(K tan(α/2)), and these have to sum up to the angle of the image."""
+    """Return (m,) the least dilatation that triangles at a vertex of the outline, the first `border` ones, can all
+    have, by the angles inside; 1 elsewhere. With dilatation K a triangle's angle α becomes one between 2 atan(tan(α/2)
+    / K) and 2 atan(K tan(α/2)), and these have to sum up to the angle of the image.
+    """
     beside = np.flatnonzero((faces < border).any(axis=1))
     near = faces[beside]
 
@@ -61,6 +62,6 @@ def least_dilatations(z: Complex, u: Complex, faces: Index, border: int) -> Real
 
 
 def stretch_quantile(z: Complex, u: Complex, faces: Index, share: float) -> float:
-    """The stretch that a share of the area keeps to, half the source's and half the target's."""
+    """Return the stretch that a share of the area keeps to, half the source's and half the target's."""
     _, stretch, determinant = stretches(z, u, faces)
     return weighted_quantile(stretch, triangle_areas(z[faces]) * (1 + determinant), share)

@@ -22,7 +22,7 @@ GRID_CELLS_ACROSS = 40  # of the grid along the longer side
 
 
 def graded(z: Complex, u: Complex, faces: Index, area: float) -> Sizes:
-    """The area limit, divided by how much the map z -> u magnifies, between 1 and MOST_MAGNIFIED."""
+    """Return the area limit, divided by how much the map z -> u magnifies, between 1 and MOST_MAGNIFIED."""
     _, _, magnified = stretches(z, u, faces)
     middle = z[faces].mean(1)
     low, high = bounding_box(z)
@@ -37,8 +37,9 @@ def graded(z: Complex, u: Complex, faces: Index, area: float) -> Sizes:
 
 
 def finer_at_pins(sizes: Sizes, outline: Complex, pins: Complex, radii: Real) -> Sizes:
-    """The limits for a mesh of an outline (n,), with about TRIANGLES_A_RADIUS triangles along the radii (k,) of pins
-    (k,); fewer where patches are so many that the mesh would grow by more than MOST_MORE_AT_PINS."""
+    """Return the limits for a mesh of an outline (n,), with about TRIANGLES_A_RADIUS triangles along the radii (k,) of
+    pins (k,); fewer where patches are so many that the mesh would grow by more than MOST_MORE_AT_PINS.
+    """
     sizes = _on_cells(sizes, outline)
     middles = _middles(sizes)
     wanted = np.full(middles.shape, np.inf)
@@ -54,7 +55,7 @@ def finer_at_pins(sizes: Sizes, outline: Complex, pins: Complex, radii: Real) ->
 
 
 def _on_cells(sizes: Sizes, outline: Complex) -> Sizes:
-    """The same limits on a grid of cells."""
+    """Return the same limits on a grid of cells."""
     if sizes.areas.size > 1:
         return sizes
     low, high = bounding_box(outline)
@@ -68,8 +69,9 @@ def _middles(sizes: Sizes) -> Complex:
 
 
 def coarser_in_bays(sizes: Sizes, outline: Complex, bays: Sequence[Complex]) -> Sizes:
-    """The limits for a mesh of an outline (n,): areas are AREA_FACTOR_IN_BAYS times as large in concavities, which
-    shrink in the image."""
+    """Return the limits for a mesh of an outline (n,): areas are AREA_FACTOR_IN_BAYS times as large in concavities,
+    which shrink in the image.
+    """
     sizes = _on_cells(sizes, outline)
     middles = _middles(sizes)
     inside = inside_any(map(Curve, bays), middles.ravel()).reshape(middles.shape)

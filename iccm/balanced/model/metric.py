@@ -35,11 +35,13 @@ class Metric(Protocol):
     """What takes small triangles of a plane to a surface."""
 
     def over(self, z: Complex) -> Linear:
-        """The linear maps of triangles z (m, 3)."""
+        """Return the linear maps of triangles z (m, 3)."""
         ...
 
     def importance(self, z: Complex) -> Real | float:
-        """(m,) how much distortion hurts in triangles z (m, 3), by how much it does on average: everywhere alike."""
+        """Return (m,) how much distortion hurts in triangles z (m, 3), by how much it does on average: everywhere
+        alike.
+        """
         return 1.0
 
 
@@ -81,7 +83,7 @@ class LaidMetric(Metric):
         )
 
     def over(self, z: Complex) -> Linear:
-        """The linear maps of triangles z (m, 3): that of the mean metric, with the mean of the areas' ratios.
+        """Return the linear maps of triangles z (m, 3): that of the mean metric, with the mean of the areas' ratios.
 
         In holes, where there is no surface, that of the plane.
         """
@@ -130,23 +132,23 @@ class FieldMetric(Metric):
         )
 
     def over(self, z: Complex) -> Linear:
-        """The scalings of triangles z (m, 3), of the mean area."""
+        """Return the scalings of triangles z (m, 3), of the mean area."""
         if self.size is None:
             return IDENTITY
         found = self.scale * np.sqrt((self._at(self.size, z) ** 2).mean(axis=1))
         return Linear(found + 0j, 0j * found)
 
     def importance(self, z: Complex) -> Real | float:
-        """The mean weights."""
+        """Return the mean weights."""
         return 1.0 if self.weight is None else self._at(self.weight, z).mean(axis=1) / self.middle
 
     def _at(self, field: Field, z: Complex) -> Real:
-        """(m, p) the field at points of triangles z (m, 3)."""
+        """Return (m, p) the field at points of triangles z (m, 3)."""
         return field(self.frame.pull_back(z @ PLACES.T))
 
 
 def _places(parts: int) -> Real:
-    """(parts², 3) barycentric coordinates of the middles of equal parts of a triangle."""
+    """Return (parts², 3) barycentric coordinates of the middles of equal parts of a triangle."""
     i, j = np.mgrid[:parts, :parts]
     upright = (i + j < parts).ravel()
     first = np.column_stack([i.ravel() + 1 / 3, j.ravel() + 1 / 3])[upright]
@@ -171,8 +173,9 @@ def _through(jacobian: Linear, metric: Linear) -> Linear:
 
 
 def rest_geometry(z: Complex, u: Complex, corners: Index, metrics: Metrics) -> tuple[Complex, Real]:
-    """(m, 3) gradients of the hat functions on the rest shapes of the triangles of the map z -> u, and (m,) their
-    areas on the source: with metrics, in coordinates in which the map has the Jacobian between the surfaces."""
+    """Return (m, 3) gradients of the hat functions on the rest shapes of the triangles of the map z -> u, and (m,)
+    their areas on the source: with metrics, in coordinates in which the map has the Jacobian between the surfaces.
+    """
     gradients, areas = geometry(z, corners)
     if metrics == PLANES:
         return gradients, areas

@@ -63,7 +63,7 @@ class Outline:
         return np.interp(s - laps * self.length, self.curve.knots, self.origins) + laps * self._lap
 
     def simplified_from(self, s: Real) -> Real:
-        """The inverse of `original`."""
+        """Return the inverse of `original`."""
         laps = np.floor((s - self.origins[0]) / self._lap)
         return np.interp(s - laps * self._lap, self.origins, self.curve.knots) + laps * self.length
 
@@ -98,7 +98,7 @@ class Outline:
 
 
 def _turns_within(curve: Curve, spacing: float) -> Real:
-    """(n,) radians by which a closed polyline turns within half the spacing before and after each vertex."""
+    """Return (n,) radians by which a closed polyline turns within half the spacing before and after each vertex."""
     turns = np.angle(curve.edges / np.roll(curve.edges, 1))
     sums = np.append(0, np.cumsum(np.tile(turns, 3)))
     knots = curve.knots[:-1]
@@ -109,13 +109,15 @@ def _turns_within(curve: Curve, spacing: float) -> Real:
 
 
 def simplify(curve: Curve, fineness: float, always: tuple[complex, ...] = ()) -> Curve:
-    """The curve with fewer vertices, within `fineness` of its diagonal, still simple, its first vertex kept."""
+    """Return the curve with fewer vertices, within `fineness` of its diagonal, still simple, its first vertex kept."""
     kept = kept_vertices(curve, fineness, always)
     return curve if kept.size == curve.z.size else Curve(curve.z[kept])
 
 
 def kept_vertices(curve: Curve, fineness: float, always: tuple[complex, ...] = ()) -> Index:
-    """The vertices that Douglas and Peucker (1973) keep, with the topology preserved, and those `always` kept."""
+    """Return the vertices that Douglas and Peucker (1973) keep, with the topology preserved, and those `always`
+    kept.
+    """
     ring = curve.polygon.simplify(fineness * curve.diagonal).exterior
     kept = complex_of(shapely.get_coordinates(ring)).tolist()
     place = {z: k for k, z in enumerate(curve.z.tolist())}
@@ -123,7 +125,7 @@ def kept_vertices(curve: Curve, fineness: float, always: tuple[complex, ...] = (
 
 
 def manageable(curve: Curve, tolerance: float, always: tuple[complex, ...] = ()) -> Curve:
-    """The outline within a share of the tolerance, coarser where it would have too many vertices."""
+    """Return the outline within a share of the tolerance, coarser where it would have too many vertices."""
     fineness = FINENESS_OF_TOLERANCE * tolerance
     fine = simplify(curve, fineness, always)
     while fine.z.size > MOST_OUTLINE_VERTICES:

@@ -24,7 +24,7 @@ SNAPPED_EDGE_SHARE = (
 
 
 def split_at_vertices(state: DiscreteMap) -> DiscreteMap:
-    """The map with a boundary vertex at every vertex of both outlines.
+    """Return the map with a boundary vertex at every vertex of both outlines.
 
     Raises:
         Stuck: a triangle beside the outline is too flat for a corner of it.
@@ -53,7 +53,7 @@ def split_at_vertices(state: DiscreteMap) -> DiscreteMap:
 
 
 def _split_boundary(boundary: MatchedBoundary) -> tuple[MatchedBoundary, Index]:
-    """The boundary with all vertices of its outlines, and (b,) which vertex each was, -1 for new ones."""
+    """Return the boundary with all vertices of its outlines, and (b,) which vertex each was, -1 for new ones."""
     outer = boundary.match
     matches = [outer, *(hole.match for hole in outer.holes)]
     pairs, old = zip(*(_split_loop(*each, boundary) for each in zip(boundary.loops, matches)))
@@ -81,7 +81,7 @@ def _with_all_corners(outline: Outline) -> Outline:
 
 
 def _split_loop(loop: MatchedLoop, match: Match, boundary: MatchedBoundary) -> tuple[Pairs, Index]:
-    """The pairs of a loop with all vertices of its outlines, and (b,) which vertex each was, -1 for new ones."""
+    """Return the pairs of a loop with all vertices of its outlines, and (b,) which vertex each was, -1 for new ones."""
     own = boundary.pairs.of(loop.vertices)
     s, at_source = _missing(own.s, loop.source)
     tau, at_target = _missing(own.tau, loop.target)
@@ -114,7 +114,9 @@ def _missing(own: Real, outline: Outline) -> tuple[Real, Flags]:
 
 
 def _snap(pairs: Pairs, number: Index, anchored: Flags) -> tuple[Pairs, Index]:
-    """The pairs without those of vertices that are not corners where a new one is close by, which they become."""
+    """Return the pairs without those of vertices that are not corners where a new one is close by, which they
+    become.
+    """
     number, kept = number.copy(), np.ones(number.size, bool)
     old = np.flatnonzero(number >= 0)
     widths = np.diff(pairs.s[old])
@@ -129,7 +131,7 @@ def _snap(pairs: Pairs, number: Index, anchored: Flags) -> tuple[Pairs, Index]:
 
 
 def _merge(pairs: Pairs, number: Index, loop: MatchedLoop) -> tuple[Pairs, Index]:
-    """The pairs with a vertex of the source and one of the target made one where they coincide.
+    """Return the pairs with a vertex of the source and one of the target made one where they coincide.
 
     Raises:
         Stuck: others coincide.
@@ -150,7 +152,7 @@ def _merge(pairs: Pairs, number: Index, loop: MatchedLoop) -> tuple[Pairs, Index
 
 
 def _bisect(faces: Index, loops: list[slice], old: Index) -> tuple[Index, Index]:
-    """(m, 3) triangles bisected at the new vertices of the loops, and (m,) of which one each is a part."""
+    """Return (m, 3) triangles bisected at the new vertices of the loops, and (m,) of which one each is a part."""
     chains: dict[tuple[int, int], range] = {}
     for loop in loops:
         kept = loop.start + np.flatnonzero(old[loop] >= 0)
@@ -174,7 +176,7 @@ def _bisect(faces: Index, loops: list[slice], old: Index) -> tuple[Index, Index]
 
 
 def _triangles_at(faces: Index, edges: list[tuple[int, int]]) -> dict[tuple[int, int], int]:
-    """The triangle to the left of each edge."""
+    """Return the triangle to the left of each edge."""
     count = int(faces.max()) + 1
     keys = (faces * count + np.roll(faces, -1, axis=1)).ravel()
     order = np.argsort(keys)

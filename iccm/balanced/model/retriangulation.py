@@ -22,7 +22,7 @@ _flip_to_lower_energy = function(
 
 
 def flip_edges(state: DiscreteMap, q: float) -> DiscreteMap:
-    """The map with edges flipped while that lowers the energy of the two triangles beside them.
+    """Return the map with edges flipped while that lowers the energy of the two triangles beside them.
 
     Edges of the outlines, of strokes, virtual triangles and rigid regions stay, and none comes to join two vertices
     of outlines. Maps between surfaces, whose triangles' shapes are those of space, stay as they are.

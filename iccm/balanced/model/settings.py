@@ -47,7 +47,7 @@ class Settings:
     metric: Metric | None = None
 
     def inverse(self) -> "Settings":
-        """What is asked of the inverse map."""
+        """Return what is asked of the inverse map."""
         turn, size = self.turn and -self.turn, self.rigid_size and 1 / self.rigid_size
         return replace(self, turn=turn, rigid_size=size)
 
@@ -107,7 +107,7 @@ class Solution:
     softness: Softness = field(default_factory=lambda: Softness.free(0))
 
     def inverse(self) -> "Solution":
-        """The inverse map; rigid regions of one side are regions of the other side of the other."""
+        """Return the inverse map; rigid regions of one side are regions of the other side of the other."""
         return replace(
             self,
             map=self.map.linear_inverse(),
@@ -129,6 +129,6 @@ class SolveLog:
     notes: list[str] = field(default_factory=list)
 
     def add(self, other: "SolveLog") -> None:
-        """Takes over what another one has."""
+        """Take over what another one has."""
         self.energies += other.energies
         self.notes += other.notes

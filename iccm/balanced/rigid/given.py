@@ -39,7 +39,7 @@ class Regions:
     notes: tuple[str, ...] = ()
 
     def holding(self, z: Complex) -> np.ndarray:
-        """(p,) the region that each point is in; -1 for none."""
+        """Return (p,) the region that each point is in; -1 for none."""
         found = np.full(z.size, -1)
         for k, rings in enumerate(self.polygons):
             found[shapely.contains_xy(_polygon(rings), z.real, z.imag)] = k
@@ -56,7 +56,7 @@ def regions_of(
     pins: Complex = NO_PINS,
     strokes: Sequence[tuple[Curve, Curve]] = (),
 ) -> Regions:
-    """The regions of a domain with holes.
+    """Return the regions of a domain with holes.
 
     Args:
         given: (p,) vertices of simple polygons.
@@ -115,13 +115,13 @@ def regions_of(
 
 
 def aims_of(regions: Regions, pins: Pins, size: float) -> tuple[Complex, Flags, Complex]:
-    """As `aims_by`, of polygons and pins in unit coordinates."""
+    """Return as `aims_by`, of polygons and pins in unit coordinates."""
     return aims_by(len(regions.polygons), regions.holding(pins.inner[:, 0]), pins.inner, size)
 
 
 def aims_by(count: int, own: Index, pins: Complex, size: float) -> tuple[Complex, Flags, Complex]:
-    """(k,) derivatives that regions are to have, and which ones their pins say; (k, 2) the middles of their pins and
-    where these are to be, NaN where there are none; in unit coordinates.
+    """Return (k,) derivatives that regions are to have, and which ones their pins say; (k, 2) the middles of their pins
+    and where these are to be, NaN where there are none; in unit coordinates.
 
     Args:
         count: how many regions there are.
@@ -154,13 +154,13 @@ def _polygon(rings: Rings) -> shapely.Polygon:
 
 
 def _parts(found: shapely.Geometry) -> list[shapely.Polygon]:
-    """The polygons of a geometry, from the top left on."""
+    """Return the polygons of a geometry, from the top left on."""
     parts = [part for part in shapely.get_parts(found) if part.geom_type == "Polygon" and not part.is_empty]
     return sorted(parts, key=lambda part: (-part.bounds[3], part.bounds[0]))
 
 
 def _without_small_holes(part: shapely.Polygon, holes: Sequence[Curve]) -> shapely.Polygon:
-    """A region without its holes, which move with it, but for those that hold a hole of the domain."""
+    """Return a region without its holes, which move with it, but for those that hold a hole of the domain."""
     kept = [
         ring for ring in part.interiors if any(shapely.Polygon(ring).contains(_inner(hole)) for hole in holes)
     ]

@@ -13,8 +13,8 @@ SIZE_HALVINGS = 8  # of the interval of sizes
 
 
 def room_for(shape: Complex, domain: shapely.Polygon, near: complex) -> tuple[float, complex]:
-    """As how much of its size, at most all of it, a shape fits into a domain without being turned, and where it does
-    closest to a place.
+    """Return as how much of its size, at most all of it, a shape fits into a domain without being turned, and where it
+    does closest to a place.
 
     Args:
         shape: (n,) a polygon around 0.
@@ -31,7 +31,7 @@ def room_for(shape: Complex, domain: shapely.Polygon, near: complex) -> tuple[fl
     waves = np.fft.rfft2(outside)
 
     def where(size: float) -> Complex:
-        """The places at which it fits."""
+        """Return the places at which it fits."""
         reach = int(np.ceil(size * np.abs(shape).max() / cell)) + 1
         if 2 * reach + 1 > GRID_CELLS_ACROSS:  # it is larger than the domain
             return places[:0, 0]

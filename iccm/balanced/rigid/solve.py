@@ -80,7 +80,7 @@ class Rigid:
     held: Complex
 
     def aims_beside(self, own: Complex) -> Complex:
-        """(k,) the aims, what is free being as regions have it."""
+        """Return (k,) the aims, what is free being as regions have it."""
         size = np.where(self.sizes, np.abs(own), np.abs(self.aims))
         turn = np.where(self.turns, own, self.aims)
         return np.asarray(size * turn / np.abs(turn), np.complex128)
@@ -98,7 +98,8 @@ class Placing:
 def keep_rigid(
     problem: UnitProblem, start: MeshMap, rigid: Rigid, settings: Settings, journal: SolveLog
 ) -> DiscreteMap:
-    """The map continued to from one without regions; its regions may be smaller than asked for, or not quite rigid.
+    """Return the map continued to from one without regions; its regions may be smaller than asked for, or not quite
+    rigid.
 
     Raises:
         NoMapError: none without folds follows the regions' outlines.
@@ -134,7 +135,8 @@ def keep_rigid(
 def kept_by(
     problem: UnitProblem, rigid: Rigid, beginning: "Beginning", settings: Settings, *, again: bool
 ) -> list[DiscreteMap]:
-    """The maps with rigid regions that come of a beginning: of the first variant that keeps these, and those before.
+    """Return the maps with rigid regions that come of a beginning: of the first variant that keeps these, and those
+    before.
 
     Args:
         problem: what is solved.
@@ -164,8 +166,8 @@ def kept_by(
 
 
 def keep_on_mesh(state: DiscreteMap, rigid: Rigid, settings: Settings) -> DiscreteMap:
-    """The map continued to on the mesh that it has, of whose triangles the regions consist; these may be smaller than
-    asked for, or not quite rigid.
+    """Return the map continued to on the mesh that it has, of whose triangles the regions consist; these may be smaller
+    than asked for, or not quite rigid.
 
     Raises:
         NoMapError: none without folds was found.
@@ -325,7 +327,7 @@ class Growing:
 
 
 def carry_over(level: Level, sketch: MeshMap, *, split: bool) -> DiscreteMap:
-    """The map without regions, in the rest shape on a mesh that has their outlines as edges; see `Beginning` for
+    """Return the map without regions, in the rest shape on a mesh that has their outlines as edges; see `Beginning` for
     `split`.
     """
     state = warm_start.continue_from(level, sketch)
@@ -336,8 +338,9 @@ def carry_over(level: Level, sketch: MeshMap, *, split: bool) -> DiscreteMap:
 def places_of(
     problem: UnitProblem, sketch: MeshMap, rigid: Rigid, sizes: Real | float = 1.0
 ) -> tuple[Placing, bool, Real]:
-    """Where regions find room for shares (k,) of their sizes, or as much of these as they can have, close to where a
-    map has them; whether that is elsewhere, and how much (k,) of these it is."""
+    """Return where regions find room for shares (k,) of their sizes, or as much of these as they can have, close to
+    where a map has them; whether that is elsewhere, and how much (k,) of these it is.
+    """
     domain = shapely.Polygon(xy_of(problem.target.z), [xy_of(hole.z) for hole in problem.holes[1]])
     goals = [interpolate(sketch.z, sketch.faces, sketch.u, rings[0]) for rings in rigid.regions]
     own = [Similarity.fit(rings[0], goal).factor for rings, goal in zip(rigid.regions, goals)]
@@ -362,7 +365,7 @@ def places_of(
 
 
 def placing_of(state: DiscreteMap, rigid: Rigid) -> Placing:
-    """The similarities that regions follow on average."""
+    """Return the similarities that regions follow on average."""
     factors = mean_derivatives(state)
     (_, _, areas), own = _inside(state)
     assert state.rigid is not None
@@ -377,7 +380,7 @@ def placing_of(state: DiscreteMap, rigid: Rigid) -> Placing:
 
 
 def place_regions(state: DiscreteMap, places: Placing) -> DiscreteMap:
-    """The map with regions in their places, what surrounds them unfolded.
+    """Return the map with regions in their places, what surrounds them unfolded.
 
     Raises:
         Stuck: folds remain.
@@ -396,8 +399,8 @@ def place_regions(state: DiscreteMap, places: Placing) -> DiscreteMap:
 
 
 def grow_regions(state: DiscreteMap, places: Callable[[Real], Placing], begun: float = 0.0) -> DiscreteMap:
-    """The map with rigid regions as large as possible, together and then each on its own; `places` says where shares
-    (k,) of their sizes belong, of which they have `begun` with one.
+    """Return the map with rigid regions as large as possible, together and then each on its own; `places` says where
+    shares (k,) of their sizes belong, of which they have `begun` with one.
 
     Raises:
         Stuck: not even a little.
@@ -420,7 +423,7 @@ def grow_regions(state: DiscreteMap, places: Callable[[Real], Placing], begun: f
 
 
 def relax_regions(state: DiscreteMap) -> DiscreteMap:
-    """The converged map with its regions, which are rigid and stay so."""
+    """Return the converged map with its regions, which are rigid and stay so."""
     state = state.with_firm_regions(1.0, UNSEEN_STRAIN).relaxed()
     for _ in range(WEIGHT_ROUNDS):
         state = state.with_firm_regions(FINE_POWER, UNSEEN_STRAIN).forward(
@@ -432,14 +435,14 @@ def relax_regions(state: DiscreteMap) -> DiscreteMap:
 
 
 def shortfall(state: DiscreteMap, sizes: Real) -> float:
-    """How much smaller a region is at most than sizes (k,), relative to these; over 1 where one is not rigid."""
+    """Return how much smaller a region is at most than sizes (k,), relative to these; over 1 where one is not rigid."""
     if not is_rigid(state):
         return 1 + float(strains(state).max())
     return float(np.max(1 - np.abs(mean_derivatives(state)) / sizes))
 
 
 def harden(state: DiscreteMap, rigid: Rigid, energy: float) -> DiscreteMap:
-    """The map with regions that weigh more and more, until they are rigid or stuck."""
+    """Return the map with regions that weigh more and more, until they are rigid or stuck."""
     weight, before = STIFF * energy, np.inf
     while True:
         aims = rigid.aims_beside(mean_derivatives(state))
@@ -451,7 +454,7 @@ def harden(state: DiscreteMap, rigid: Rigid, energy: float) -> DiscreteMap:
 
 
 def settle(state: DiscreteMap, settings: Settings) -> DiscreteMap:
-    """The converged map with its regions rigid, and bounds met."""
+    """Return the converged map with its regions rigid, and bounds met."""
 
     def descent(state: DiscreteMap, q: float) -> DiscreteMap:
         return state.with_firm_regions(q, UNSEEN_STRAIN).forward(q, LAST_STEPS, LAST_DECREASE)
@@ -460,18 +463,18 @@ def settle(state: DiscreteMap, settings: Settings) -> DiscreteMap:
 
 
 def is_rigid(state: DiscreteMap) -> bool:
-    """Whether all regions keep to their aims."""
+    """Return whether all regions keep to their aims."""
     return bool((strains(state) <= UNSEEN_STRAIN).all())
 
 
 def mean_derivatives(state: DiscreteMap) -> Complex:
-    """(k,) the mean f_z of each region."""
+    """Return (k,) the mean f_z of each region."""
     (a, _, areas), own = _inside(state)
     return _mean(own, areas, a.real) + 1j * _mean(own, areas, a.imag)
 
 
 def strains(state: DiscreteMap) -> Real:
-    """(k,) root mean square distance of each region's derivatives from its aim, relative to that."""
+    """Return (k,) root mean square distance of each region's derivatives from its aim, relative to that."""
     (a, b, areas), own = _inside(state)
     away = np.abs(a - state.aims[own]) ** 2 + np.abs(b) ** 2
     return np.sqrt(_mean(own, areas, away)) / np.abs(state.aims)

@@ -31,7 +31,7 @@ RELEASE_GAIN_SHARE = 3e-3  # of the energy, for which there is another round
 
 
 def screen(states: list[DiscreteMap], starts: int) -> list[DiscreteMap]:
-    """The best maps after a few steps, best first; `starts` times as many continue."""
+    """Return the best maps after a few steps, best first; `starts` times as many continue."""
     for steps, keep in SCREENING:
         tried = progress.counted(f"coarse maps, {steps} steps", states)
         with suppress(OutOfTime):
@@ -41,7 +41,7 @@ def screen(states: list[DiscreteMap], starts: int) -> list[DiscreteMap]:
 
 
 def without_duplicates(states: list[DiscreteMap]) -> list[DiscreteMap]:
-    """The maps, best first, without those that are like a better one."""
+    """Return the maps, best first, without those that are like a better one."""
     kept: list[DiscreteMap] = []
     for state in states:
         if not any(are_equivalent(state, other) for other in kept):
@@ -50,13 +50,13 @@ def without_duplicates(states: list[DiscreteMap]) -> list[DiscreteMap]:
 
 
 def are_equivalent(one: DiscreteMap, other: DiscreteMap) -> bool:
-    """Whether two maps have the same energy and turn."""
+    """Return whether two maps have the same energy and turn."""
     turned = np.angle(np.exp(1j * (one.turn - other.turn)))
     return bool(abs(one.value / other.value - 1) < ALIKE[0] and abs(turned) < ALIKE[1])
 
 
 def best_of(level: Level, states: list[DiscreteMap]) -> DiscreteMap:
-    """The best of some maps, best first: all settled on new meshes, then corners released where that may win.
+    """Return the best of some maps, best first: all settled on new meshes, then corners released where that may win.
 
     Raises:
         Stuck: none settles.
@@ -77,7 +77,8 @@ def best_of(level: Level, states: list[DiscreteMap]) -> DiscreteMap:
 
 
 def settle(level: Level, state: DiscreteMap, rounds: int) -> DiscreteMap:
-    """The converged map on a new mesh; where that folds, on the one that it has, where it may still get somewhere.
+    """Return the converged map on a new mesh; where that folds, on the one that it has, where it may still get
+    somewhere.
 
     Raises:
         Stuck: it folds there too.
@@ -91,7 +92,7 @@ def settle(level: Level, state: DiscreteMap, rounds: int) -> DiscreteMap:
 
 
 def release_corners(level: Level, state: DiscreteMap) -> DiscreteMap:
-    """The best map of a few rounds: corners released, pinned again on a new mesh, settled."""
+    """Return the best map of a few rounds: corners released, pinned again on a new mesh, settled."""
     best = state
     for _ in range(RELEASE_ROUNDS):
         try:
@@ -113,8 +114,9 @@ def release_corners(level: Level, state: DiscreteMap) -> DiscreteMap:
 
 
 def remesh(level: Level, state: DiscreteMap) -> DiscreteMap:
-    """A map on a new mesh for the same match: a new one, or where that folds the same one, at last on triangles that
-    are smaller where it magnifies."""
+    """Return a map on a new mesh for the same match: a new one, or where that folds the same one, at last on triangles
+    that are smaller where it magnifies.
+    """
     try:
         return level.started(state.match)
     except Stuck:

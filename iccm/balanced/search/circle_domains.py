@@ -43,7 +43,9 @@ UNFOLDING_STEPS = 200  # steps for what is composed: 40 leave folds on 3 of 24 p
 
 
 def circle_domain(middles: Complex) -> tuple[Curve, tuple[Curve, ...]]:
-    """The outlines of a disc with round holes at (n,) places in the unit disc, moved apart if need be; of area one."""
+    """Return the outlines of a disc with round holes at (n,) places in the unit disc, moved apart if need be; of area
+    one.
+    """
     radius = HOLE_RADIUS_FACTOR / np.sqrt(middles.size + 1)
     centres = _separate(middles, radius)
     between = np.abs(centres[:, None] - centres) + np.diag(np.full(centres.size, np.inf))
@@ -84,7 +86,7 @@ class FilledMap:
 
     @classmethod
     def of(cls, outer: Outline, holes: Sequence[Outline], level: Level) -> "FilledMap":
-        """The balanced one.
+        """Return the balanced one.
 
         Raises:
             Stuck: triangles are too thin for double precision.
@@ -117,7 +119,7 @@ class FilledMap:
         return np.sqrt(np.pi) * np.array([middle_of(Curve(rim)) for rim in self.rims[1:]])
 
     def onto(self, goal: tuple[Curve, tuple[Curve, ...]], level: Level) -> MeshMap:
-        """The map onto a circle domain, going on from the disc.
+        """Return the map onto a circle domain, going on from the disc.
 
         Raises:
             Stuck: every start folds.
@@ -141,7 +143,7 @@ class FilledMap:
 
 
 def through_circles(level: Level, pairs: Sequence[tuple[int, int]]) -> DiscreteMap:
-    """A map without folds that takes hole i of the source to hole j of the target for each of the pairs.
+    """Return a map without folds that takes hole i of the source to hole j of the target for each of the pairs.
 
     Raises:
         Stuck: none was found.
@@ -164,7 +166,7 @@ def through_circles(level: Level, pairs: Sequence[tuple[int, int]]) -> DiscreteM
 
 
 def circle_starts(level: Level, matches: Sequence[Match]) -> list[DiscreteMap]:
-    """Maps without folds by way of circle domains, for the pairs of holes that most matches agree on."""
+    """Map without folds by way of circle domains, for the pairs of holes that most matches agree on."""
     if level.pinned or level.anchors:
         return []
     counts = Counter(frozenset((hole.source, hole.target) for hole in match.holes) for match in matches)
@@ -182,7 +184,7 @@ def onto_circles(
     goal: tuple[Curve, tuple[Curve, ...]],
     level: Level,
 ) -> DiscreteMap:
-    """The balanced map of a shape onto a circle domain, hole onto hole in order.
+    """Return the balanced map of a shape onto a circle domain, hole onto hole in order.
 
     Raises:
         Stuck: every start folds.
@@ -204,7 +206,7 @@ def onto_circles(
 
 
 def remesh(level: Level, sketch: MeshMap) -> DiscreteMap:
-    """The map on a separate mesh, with smaller triangles where it magnifies if need be.
+    """Return the map on a separate mesh, with smaller triangles where it magnifies if need be.
 
     Raises:
         Stuck: folds remain.
@@ -216,14 +218,14 @@ def remesh(level: Level, sketch: MeshMap) -> DiscreteMap:
 
 
 def _finer(level: Level, z: Complex, u: Complex, faces: Index) -> Iterator[Sizes | None]:
-    """The level's triangles, then smaller ones where z -> u magnifies, then ever more of them."""
+    """Yield the level's triangles, then smaller ones where z -> u magnifies, then ever more of them."""
     yield None
     for smaller in SMALLER:
         yield mesh_sizes.graded(z, u, faces, 0.5 * (smaller * level.size) ** 2)
 
 
 def harmonic_map(level: Level) -> DiscreteMap:
-    """A map onto a circle domain without folds.
+    """Return a map onto a circle domain without folds.
 
     Raises:
         Stuck: every start folds.

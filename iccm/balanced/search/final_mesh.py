@@ -53,18 +53,20 @@ AIMED_LIMITS = 0.95
 
 
 def meets_constraints(problem: UnitProblem, state: DiscreteMap) -> bool:
-    """Whether a map meets all constraints."""
+    """Return whether a map meets all constraints."""
     goals = state.inside.goals[state.inside.own < 0]
     return (state.bound or not state.inside.z.size) and bool(np.all(goals == problem.pins[:, 1]))
 
 
 def has_fine_mesh(problem: UnitProblem, size: float) -> bool:
-    """Whether there is a mesh of this size for `fine_map`, which is known before there is a map to carry to it."""
+    """Return whether there is a mesh of this size for `fine_map`, which is known before there is a map to carry to
+    it.
+    """
     return not Level.of(problem, size, *FINE_EXACTNESS, STEEPEST_FINE).is_too_long
 
 
 def fine_map(problem: UnitProblem, state: DiscreteMap, size: float, journal: SolveLog) -> DiscreteMap:
-    """The map on a finer mesh, its worst stretch lowered."""
+    """Return the map on a finer mesh, its worst stretch lowered."""
     progress.tell("fine map")
     check_time()
     level = Level.of(problem, size, *FINE_EXACTNESS, STEEPEST_FINE)
@@ -77,7 +79,7 @@ def fine_map(problem: UnitProblem, state: DiscreteMap, size: float, journal: Sol
 
 
 def on_finer(level: Level, state: MeshMap) -> DiscreteMap:
-    """The map on the mesh of a finer level, smaller triangles where it magnifies."""
+    """Return the map on the mesh of a finer level, smaller triangles where it magnifies."""
     sizes = mesh_sizes.graded(state.z, state.u, state.faces, 0.5 * level.size**2)
     return refine_pinned(level, state, sizes).relaxed()
 
@@ -85,7 +87,7 @@ def on_finer(level: Level, state: MeshMap) -> DiscreteMap:
 def finish(
     problem: UnitProblem, state: MeshMap, settings: Settings, journal: SolveLog, share: float = 1.0
 ) -> MeshMap:
-    """The map on the last mesh, or as it is where that folds."""
+    """Return the map on the last mesh, or as it is where that folds."""
     try:
         return on_final_mesh(problem, state, settings, journal, share)
     except Stuck as error:
@@ -97,7 +99,7 @@ def finish(
 def on_final_mesh(
     problem: UnitProblem, state: MeshMap, settings: Settings, journal: SolveLog, share: float = 1.0
 ) -> DiscreteMap:
-    """The map on the mesh that is returned, whose outline holds every vertex of both outlines.
+    """Return the map on the mesh that is returned, whose outline holds every vertex of both outlines.
 
     These are put in after it has slid to rest; where that folds or knots what is beside them, before.
 
@@ -131,7 +133,9 @@ def on_final_mesh(
 
 
 def eased(state: DiscreteMap) -> DiscreteMap:
-    """A map with its triangulation fitted to it, above all beside new vertices on its outlines, and a few steps."""
+    """Return a map with its triangulation fitted to it, above all beside new vertices on its outlines, and a few
+    steps.
+    """
     if state.metrics != PLANES:  # steps begin with the metric of where vertices are: the outline's stay there
         return state.inside_moved(FINE_POWER, EASING_STEPS, EASED)
     state = flip_edges(state, FINE_POWER).forward(FINE_POWER, EASING_STEPS, EASED, corners=True)
@@ -141,7 +145,7 @@ def eased(state: DiscreteMap) -> DiscreteMap:
 def final_level(
     problem: UnitProblem, settings: Settings, share: float = 1.0, *, smooth: bool = False
 ) -> Level:
-    """The outlines with all their vertices, and the size of the last mesh; see `Level.of` for `smooth`."""
+    """Return the outlines with all their vertices, and the size of the last mesh; see `Level.of` for `smooth`."""
     size = np.sqrt(TRIANGLES_PER_AREA / (settings.triangles * share))
     return Level.of(problem, size, 0.0, FINE_EXACTNESS[1] * smooth, STEEPEST_FINE, smooth=smooth)
 
@@ -149,7 +153,9 @@ def final_level(
 def meet_bounds(
     state: DiscreteMap, settings: Settings, journal: SolveLog, decrease: float | None = None
 ) -> DiscreteMap:
-    """The converged map with its worst stretch lowered, and the bounds asked for met; for `decrease` see `descend`."""
+    """Return the converged map with its worst stretch lowered, and the bounds asked for met; for `decrease` see
+    `descend`.
+    """
     return meet_bounds_by(lambda state, q: descend(state, q, journal, decrease), state, settings)
 
 
@@ -159,7 +165,7 @@ def meet_bounds_by(
     settings: Settings,
     scale: Callable[[DiscreteMap], float] = lambda state: 1.0,
 ) -> DiscreteMap:
-    """As `meet_bounds`, by what descends for a power q; lengths relative to a map's scale.
+    """Return as `meet_bounds`, by what descends for a power q; lengths relative to a map's scale.
 
     Triangles over a bound count more, the more they are over it, until they meet it: the weights are what the bounds
     cost (multipliers, found as by Lawson's algorithm), and elsewhere the map hardly changes. Corners that allow no less
@@ -181,7 +187,7 @@ def meet_bounds_by(
 
 
 def follow_pins(state: DiscreteMap, descent: Callable[[DiscreteMap], DiscreteMap]) -> DiscreteMap:
-    """The converged map with stiffer springs for soft pins that miss their places by more than they may.
+    """Return the converged map with stiffer springs for soft pins that miss their places by more than they may.
 
     A spring that is pulled by a constant force misses by the force over its stiffness. The force grows as the pin comes
     closer, and so springs get stiffer by the square of the ratio by which the miss is too large. The rounds end where
@@ -209,7 +215,7 @@ def last_decrease(energy: Energy) -> float:
 
 
 def descend(state: DiscreteMap, q: float, journal: SolveLog, decrease: float | None = None) -> DiscreteMap:
-    """The map on the last mesh after Newton's steps, until they gain less than `decrease`, by default that of
+    """Return the map on the last mesh after Newton's steps, until they gain less than `decrease`, by default that of
     `last_decrease`; a note where they do not settle.
 
     Thin triangles beside the outline are in the way of its sliding past corners: the inside alone widens them.
@@ -231,14 +237,14 @@ def descend(state: DiscreteMap, q: float, journal: SolveLog, decrease: float | N
 
 
 def refine_pinned(level: Level, state: MeshMap, sizes: Sizes) -> DiscreteMap:
-    """The map on a finer mesh, pins as they were."""
+    """Return the map on a finer mesh, pins as they were."""
     if isinstance(state, DiscreteMap):
         return pin_continuation.refine_pinned(level, state, sizes)
     return refine(level, state, sizes)
 
 
 def _excesses_and_least(state: DiscreteMap, settings: Settings, scale: float) -> tuple[Real, Real]:
-    """(m,) `excesses`, 0 in virtual triangles, and the least dilatations that the outlines' angles allow."""
+    """Return (m,) `excesses`, 0 in virtual triangles, and the least dilatations that the outlines' angles allow."""
     over = excesses(state.z, state.u / scale, state.faces, settings, state.metrics)
     if state.weights is not None:
         over[state.weights != 1] = 0
@@ -248,7 +254,7 @@ def _excesses_and_least(state: DiscreteMap, settings: Settings, scale: float) ->
 
 
 def excesses(z: Complex, u: Complex, faces: Index, settings: Settings, metrics: Metrics = PLANES) -> Real:
-    """(m,) how many times the bounds asked for dilatation and stretch are: at most 1 where they are met."""
+    """Return (m,) how many times the bounds asked for dilatation and stretch are: at most 1 where they are met."""
     dilatation, stretch, _ = stretches(z, u, faces, metrics)
     bounds = (settings.max_dilatation or np.inf, settings.max_stretch or np.inf)
     return np.maximum(dilatation / bounds[0], stretch / bounds[1])

@@ -20,7 +20,8 @@ STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))
 
 
 def route(domain: Curve, here: complex, there: complex, others: Complex) -> Complex:
-    """(k,) places on the cheapest way from `here` to `there`, which is the last; cells cost more the narrower they are.
+    """Return (k,) places on the cheapest way from `here` to `there`, which is the last; cells cost more the narrower
+    they are.
 
     Args:
         domain: what the way stays inside of.

@@ -50,7 +50,7 @@ class Partners:
         return linear_sum_assignment(apart + self.cost)
 
     def of(self, match: Match) -> Match:
-        """The match of the outer outlines with those of the holes at its turn."""
+        """Return the match of the outer outlines with those of the holes at its turn."""
         turn = initial_matches.implied_turn(match, *self.outer)
         holes = (HoleMatch(int(i), int(j), self._match(i, j, turn)) for i, j in zip(*self.assigned(turn)))
         return match._replace(holes=tuple(holes))
@@ -66,13 +66,13 @@ class Partners:
 
 
 def _scale(match: Match, length: float, goal: float) -> Match:
-    """The match in arclengths of curves of other lengths."""
+    """Return the match in arclengths of curves of other lengths."""
     laps = match.s[-1] - match.s[0], match.tau[-1] - match.tau[0]
     return Match(match.s * (length / laps[0]), match.tau * (goal / laps[1]))
 
 
 def middle_of(curve: Curve) -> complex:
-    """The centroid of what a closed curve surrounds."""
+    """Return the centroid of what a closed curve surrounds."""
     return frame_of(curve).centre
 
 

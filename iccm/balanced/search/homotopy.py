@@ -16,7 +16,7 @@ LEAST_FACTOR = 1e-3  # by which constraints shrink: below, they are taken as mov
 
 
 def path_to(begun: Complex, goals: Complex) -> Callable[[float], Complex]:
-    """The way from points (k,) to goals (k,): a similarity turns and grows evenly, the rest goes straight.
+    """Return the way from points (k,) to goals (k,): a similarity turns and grows evenly, the rest goes straight.
 
     It takes a share of the way, 1 for the goals themselves.
     """
@@ -37,7 +37,7 @@ def path_to(begun: Complex, goals: Complex) -> Callable[[float], Complex]:
 def satisfy_constraints(
     state: DiscreteMap, steps: int = MOVING_STEPS, decrease: float = MOVING_DECREASE
 ) -> DiscreteMap:
-    """The map with constrained vertices at their goals, straight or in stages; or as close as they got."""
+    """Return the map with constrained vertices at their goals, straight or in stages; or as close as they got."""
     straight = move_straight(state, steps, decrease)
     if straight.miss == 0:
         return straight
@@ -47,13 +47,14 @@ def satisfy_constraints(
 def move_straight(
     state: DiscreteMap, steps: int = MOVING_STEPS, decrease: float = MOVING_DECREASE
 ) -> DiscreteMap:
-    """The map with constrained vertices moved straight to their goals, as far as they go."""
+    """Return the map with constrained vertices moved straight to their goals, as far as they go."""
     return replace(state, bound=True).forward(1.0, steps, decrease)
 
 
 def move_in_stages(state: DiscreteMap) -> DiscreteMap:
-    """The map with constrained vertices moved along a path to their goals in stages, smaller where they get stuck; or
-    as far as that goes."""
+    """Return the map with constrained vertices moved along a path to their goals in stages, smaller where they get
+    stuck; or as far as that goes.
+    """
     goals = state.goals
     way = path_to(state.u[state.aimed], goals)
     share, step = 0.0, FIRST_SHARE

@@ -30,7 +30,7 @@ ANY_TURN = (0.0, 4), (0.5 * np.pi, 2), (np.pi, 2), (-0.5 * np.pi, 2)
 
 
 def step_gains(score: Real) -> Real:
-    """(k, n + 1, 2n) the gain of every step to every pair of samples, those of the other curve twice over.
+    """Return (k, n + 1, 2n) the gain of every step to every pair of samples, those of the other curve twice over.
 
     Args:
         score: (n, n) gain of matching sample i of one curve with sample j of the other.
@@ -47,8 +47,8 @@ def step_gains(score: Real) -> Real:
 
 
 def best_scores(gains: Real) -> Real:
-    """(n + 1, s, n + 1) the largest scores of monotone paths from (0, 0) to (i, j), for several shifts at once, after
-    LONGEST rows and columns of -inf.
+    """Return (n + 1, s, n + 1) the largest scores of monotone paths from (0, 0) to (i, j), for several shifts at once,
+    after LONGEST rows and columns of -inf.
 
     Args:
         gains: (k, n + 1, s, n + 1) of `step_gains`, by step, row, shift, and column beyond the shift.
@@ -83,7 +83,9 @@ def best_path(best: Real, gains: Real) -> tuple[Index, Index]:
 
 
 def _samples(curve: Curve, offset: float = 0.0) -> tuple[Complex, Complex]:
-    """(OUTLINE_SAMPLES,) unit tangents and centred middles, in radii of gyration, of equal pieces of a closed curve."""
+    """Return (OUTLINE_SAMPLES,) unit tangents and centred middles, in radii of gyration, of equal pieces of a closed
+    curve.
+    """
     s = offset + curve.length * np.arange(OUTLINE_SAMPLES) / OUTLINE_SAMPLES
     start, end = curve.at(s), curve.at(s + curve.length / OUTLINE_SAMPLES)
     reach = TANGENT_CHORD_SHARE * curve.length
@@ -126,7 +128,7 @@ class Different:
         self.matches: list[Match] = []
 
     def add(self, match: Match) -> bool:
-        """Whether the match was new."""
+        """Return whether the match was new."""
         places = np.exp(2j * np.pi / self._length * match.at(self._samples))
         if any(np.mean(np.abs(places - other)) < DIFFERENT_MATCH_DISTANCE for other in self._kept):
             return False
@@ -146,7 +148,7 @@ def candidates(
 
 
 def first_new(found: Different, matches: Iterator[Match], count: int) -> None:
-    """Adds the first `count` matches that differ from those found."""
+    """Add the first `count` matches that differ from those found."""
     for match in matches:
         if found.add(match):
             count -= 1
@@ -161,5 +163,5 @@ def implied_turn(match: Match, source: Curve, target: Curve) -> float:
 
 
 def without_upside_down(matches: list[Match], source: Curve, target: Curve) -> list[Match]:
-    """The matches that do not turn the picture over."""
+    """Return the matches that do not turn the picture over."""
     return [match for match in matches if abs(implied_turn(match, source, target)) < MOST_TURNED]

@@ -81,8 +81,9 @@ class Level:
         *,
         smooth: bool = False,
     ) -> "Level":
-        """The level of mesh size h; fineness of outlines and corners as shares of their diagonals. With `smooth` ones
-        corners are only where the outlines turn sharply for the mesh size."""
+        """Return the level of mesh size h; fineness of outlines and corners as shares of their diagonals. With `smooth`
+        ones corners are only where the outlines turn sharply for the mesh size.
+        """
         spacing = SPACING_MESH_SIZES * size if smooth else np.inf
         (source, *rims), (target, *goals) = (
             outlines_of(curve, holes, fineness, corner_fineness, always, spacing)
@@ -111,7 +112,7 @@ class Level:
     def mapped(
         self, match: Match, sizes: Sizes | None = None, drawn: list[Match] | None = None
     ) -> DiscreteMap:
-        """A mesh for a match of the outlines, and of each stroke, without an inside yet."""
+        """Return a mesh for a match of the outlines, and of each stroke, without an inside yet."""
         boundary, spacing, problem = self.boundary(match), SPACING_MESH_SIZES * self.size, self.problem
         sizes = sizes or Sizes.even(0.5 * self.size**2)
         if self.bays:
@@ -132,7 +133,7 @@ class Level:
         return replace(state, metrics=problem.metrics).with_energy(problem.energy)
 
     def boundary(self, match: Match, fewest: int = FEWEST_RIM_VERTICES) -> MatchedBoundary:
-        """The boundary of a mesh for a match of the outlines, with at least `fewest` vertices on each hole."""
+        """Return the boundary of a mesh for a match of the outlines, with at least `fewest` vertices on each hole."""
         outer = through(
             limit_slope(match, self.steepest), self.anchors, 0.0 if self.problem.halved else SPREAD_SHARE
         )
@@ -157,11 +158,11 @@ class Level:
         return found
 
     def keeps(self, hole: int) -> bool:
-        """Whether a hole of the source is one of those that are cut out."""
+        """Return whether a hole of the source is one of those that are cut out."""
         return hole >= len(self.holes[0]) - self.problem.cut_out
 
     def with_cut_out(self, match: Match) -> Match:
-        """A match with holes that are cut out going to their partners by shares of the length."""
+        """Return a match with holes that are cut out going to their partners by shares of the length."""
         holes = []
         for hole in match.holes:
             pair = self.holes[0][hole.source], self.holes[1][hole.target]
@@ -171,12 +172,12 @@ class Level:
         return match._replace(holes=tuple(holes))
 
     def outlines(self, loops: Sequence[Loop]) -> tuple[list[Outline], list[Outline]]:
-        """The outer outlines, and those of holes, in the source and in the target."""
+        """Return the outer outlines, and those of holes, in the source and in the target."""
         source = [self.source, *(self.holes[0][loop.source] for loop in loops)]
         return source, [self.target, *(self.holes[1][loop.target] for loop in loops)]
 
     def inverse(self) -> "Level":
-        """That of the inverse map."""
+        """Return that of the inverse map."""
         return replace(
             self,
             problem=self.problem.inverse(),
@@ -187,8 +188,8 @@ class Level:
         )
 
     def started(self, match: Match) -> DiscreteMap:
-        """A map without folds for a match. Where the harmonic one folds beyond repair (with holes more often than not),
-        its inverse may not.
+        """Return a map without folds for a match. Where the harmonic one folds beyond repair (with holes more often
+        than not), its inverse may not.
 
         Raises:
             Stuck: none was found, or the time is over.
@@ -207,7 +208,7 @@ class Level:
         return self.inverse().mapped(match.inverse()).unfolded().swap_sides()
 
     def alone(self, partnered: Sequence[HoleMatch | Loop]) -> list[int]:
-        """The holes of the source that are none of those with a partner."""
+        """Return the holes of the source that are none of those with a partner."""
         return sorted(set(range(len(self.holes[0]))) - {hole.source for hole in partnered})
 
     @property
@@ -269,8 +270,9 @@ def project(curve: Curve, points: Complex) -> Real:
 
 
 def match_on(level: Level, state: MeshMap) -> Match:
-    """The match of a map's outlines, carried to the outlines of another level: in proportion where their vertices have
-    places on the outlines that were given, else by closest points."""
+    """Return the match of a map's outlines, carried to the outlines of another level: in proportion where their
+    vertices have places on the outlines that were given, else by closest points.
+    """
     sources, targets = level.outlines(state.loops)
     vertices = [state.outer, *(loop.vertices for loop in state.loops)]
     matches = []
@@ -294,7 +296,7 @@ def _closed(source: Outline, target: Outline, s: Real, tau: Real) -> Match:
 
 
 def refine(level: Level, state: MeshMap, sizes: Sizes | None = None, *, only: int = 0) -> DiscreteMap:
-    """The map carried to a finer level, without folds, in `only` so many steps if that is given.
+    """Return the map carried to a finer level, without folds, in `only` so many steps if that is given.
 
     Raises:
         Stuck: folds remain.
@@ -312,7 +314,7 @@ def refine(level: Level, state: MeshMap, sizes: Sizes | None = None, *, only: in
 
 
 def interpolate_on(level: Level, state: MeshMap, sizes: Sizes | None = None) -> DiscreteMap:
-    """The map interpolated on the mesh of another level; it may fold."""
+    """Return the map interpolated on the mesh of another level; it may fold."""
     fine = level.mapped(match_on(level, state), sizes, state.inside.matches)
     if state.bound:
         fine = replace(fine, bound=True, inside=fine.inside.with_pins_of(state.inside))  # those not met stay

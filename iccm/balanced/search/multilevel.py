@@ -76,8 +76,8 @@ def constrained_map(
     *,
     moved: bool = False,
 ) -> tuple[MeshMap, bool]:
-    """The map in unit coordinates that meets pins, and whether it does; continued to from an earlier one if given, on a
-    new mesh if `moved`.
+    """Return the map in unit coordinates that meets pins, and whether it does; continued to from an earlier one if
+    given, on a new mesh if `moved`.
 
     Raises:
         NoMapError: none without folds was found.
@@ -113,8 +113,9 @@ def constrained_map(
 def problem_of(
     source: Curve, target: Curve, holes: Holes, pins: Pins, settings: Settings, start: MeshMap | None = None
 ) -> UnitProblem:
-    """The problem in unit coordinates, with vertices at the pins of its outlines; these are those of an earlier map
-    where that follows them. Turning the picture costs nothing where pins say how it is turned."""
+    """Return the problem in unit coordinates, with vertices at the pins of its outlines; these are those of an earlier
+    map where that follows them. Turning the picture costs nothing where pins say how it is turned.
+    """
     own = None
     if start is not None:
         own = warm_start.outlines_followed(start, source, target, holes, settings.tolerance)
@@ -145,7 +146,7 @@ def problem_of(
 
 
 def energy_of(settings: Settings, pins: Pins) -> Energy:
-    """The energy, in which a rotation costs nothing where it is left to the shapes, or pins say how much."""
+    """Return the energy, in which a rotation costs nothing where it is left to the shapes, or pins say how much."""
     free = settings.turn is None or pins.count + settings.energy.pin_count > 1 or bool(pins.strokes)
     return settings.energy.without_rotation() if free else settings.energy
 
@@ -153,8 +154,8 @@ def energy_of(settings: Settings, pins: Pins) -> Energy:
 def solve_from(
     problem: UnitProblem, start: MeshMap, settings: Settings, journal: SolveLog, *, slides: bool = False
 ) -> tuple[DiscreteMap, bool]:
-    """The map that continues from an earlier one, and whether it meets all constraints; where other sizes are asked
-    for, material is to get past corners, and the outline `slides`.
+    """Return the map that continues from an earlier one, and whether it meets all constraints; where other sizes are
+    asked for, material is to get past corners, and the outline `slides`.
 
     Raises:
         NoMapError: the earlier one cannot be carried to these outlines without folds.
@@ -178,7 +179,7 @@ def solve_from(
 def free_map(
     source: Curve, target: Curve, holes: Holes, settings: Settings, journal: SolveLog
 ) -> tuple[MeshMap, Numbers]:
-    """The map in unit coordinates, and the numbers of the holes that it does not pass over.
+    """Return the map in unit coordinates, and the numbers of the holes that it does not pass over.
 
     Raises:
         NoMapError: none without folds was found.
@@ -215,7 +216,7 @@ def free_map(
 
 
 def whole_map(used: UnitProblem, fine_map: MeshMap, settings: Settings, journal: SolveLog) -> MeshMap:
-    """The map on the final mesh, of what `coarse_to_fine` gives."""
+    """Return the map on the final mesh, of what `coarse_to_fine` gives."""
     state = finish(used, fine_map, settings, journal)
     return state.inverse() if used.inverted else state
 
@@ -223,7 +224,7 @@ def whole_map(used: UnitProblem, fine_map: MeshMap, settings: Settings, journal:
 def solve_symmetric(
     problem: UnitProblem, halves: tuple[Half, Half], settings: Settings, journal: SolveLog
 ) -> MeshMap:
-    """The map of two symmetric shapes, its own mirror image where that costs little.
+    """Return the map of two symmetric shapes, its own mirror image where that costs little.
 
     Raises:
         NoMapError: none without folds was found.
@@ -259,7 +260,7 @@ def solve_symmetric(
 
 
 def cheapest_map(problem: UnitProblem, settings: Settings, journal: SolveLog) -> Found:
-    """The map that costs the least, before its last mesh: the whole one, or a partial one.
+    """Return the map that costs the least, before its last mesh: the whole one, or a partial one.
 
     Raises:
         NoMapError: there is none.
@@ -281,7 +282,7 @@ def partial_map(
     journal: SolveLog,
     share: float = 1.0,
 ) -> Found:
-    """The map that costs the least of the whole one, if there is one, and those with concavities filled or holes
+    """Return the map that costs the least of the whole one, if there is one, and those with concavities filled or holes
     ignored, before its last mesh. For `share` see `coarse_to_fine`.
 
     Raises:
@@ -327,7 +328,7 @@ def coarse_to_fine(
     patient: bool = True,
     most: float = np.inf,
 ) -> Found:
-    """All stages but the last, of the problem or of its inverse; and which of the two.
+    """Return all stages but the last, of the problem or of its inverse; and which of the two.
 
     Maps that no finer mesh takes over (spirals onto stars) are left on a coarse one with all corners; those that pins
     stretch beyond use, on the one that they have: smaller triangles would take long, and mostly fail, too.
@@ -377,19 +378,20 @@ def coarse_to_fine(
 
 
 def coarse_size(problem: UnitProblem) -> float:
-    """The coarse mesh size: smaller where an outline is long for its area."""
+    """Return the coarse mesh size: smaller where an outline is long for its area."""
     length = max(problem.source.length, problem.target.length)
     return COARSE_MESH_SIZE * float(np.clip(COARSE_SIZE_BY_LENGTH / (COARSE_MESH_SIZE * length), 0.6, 1.0))
 
 
 def fine_size(problem: UnitProblem) -> float:
-    """The fine mesh size."""
+    """Return the fine mesh size."""
     plain = problem.metrics == PLANES and not (problem.holed or problem.constrained)
     return FINE_MESH_SIZE if plain else FINER_MESH_SIZE
 
 
 def directions(problem: UnitProblem) -> tuple[UnitProblem, ...]:
-    """The problem and its inverse in the order in which they are tried; one of them where it has more holes to fill.
+    """Return the problem and its inverse in the order in which they are tried; one of them where it has more holes to
+    fill.
 
     Without constraints and holes the one with the longer outline is meshed first: triangles that fit its protrusions
     can be spread over a block, those of a block hardly fit into protrusions (energy -8 % on 20 hard pairs).
@@ -405,7 +407,7 @@ def directions(problem: UnitProblem) -> tuple[UnitProblem, ...]:
 
 
 def half_problem(problem: UnitProblem, halves: tuple[Half, Half], settings: Settings) -> UnitProblem:
-    """That of the right halves, of area one, the ends of their axes pinned."""
+    """Return that of the right halves, of area one, the ends of their axes pinned."""
     curves = [Curve(half.curve.z / np.sqrt(half.curve.area)) for half in halves]
     anchors = [(complex(c.z[0]), complex(c.z[half.top])) for c, half in zip(curves, halves)]
     simple, goal = (manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors))
@@ -423,7 +425,7 @@ def mirrored_half_map(
     *,
     unfinished: bool = False,
 ) -> MeshMap:
-    """The map of the right halves, mirrored; carried to the outlines given where those are not quite symmetric.
+    """Return the map of the right halves, mirrored; carried to the outlines given where those are not quite symmetric.
 
     Raises:
         Stuck: it folds on the final mesh, and is not taken as it is then (`unfinished`).
@@ -463,8 +465,8 @@ def coarse_map(
     elastic: bool = False,
     most: float = np.inf,
 ) -> DiscreteMap:
-    """The best map of all starts on coarse meshes, for outlines and corners of a certain fineness; of elastic matches
-    alone if asked for.
+    """Return the best map of all starts on coarse meshes, for outlines and corners of a certain fineness; of elastic
+    matches alone if asked for.
 
     Raises:
         Stuck: none is without folds.
@@ -490,7 +492,7 @@ def coarse_map(
 
 
 def correspondences(level: Level, *, elastic: bool = False) -> list[Match]:
-    """The correspondences of the outlines to start from."""
+    """Return the correspondences of the outlines to start from."""
     problem = level.problem
     curves = level.source.curve, level.target.curve
     free = problem.energy.upright == 0 and level.anchors is None
@@ -508,13 +510,13 @@ def correspondences(level: Level, *, elastic: bool = False) -> list[Match]:
 
 
 def with_partners(level: Level, matches: list[Match]) -> list[Match]:
-    """The matches with those of holes."""
+    """Return the matches with those of holes."""
     partners = Partners(*level.domains, level.problem.partners)
     return [level.with_cut_out(partners.of(match)) for match in matches]
 
 
 def similarity_map(problem: UnitProblem, match: Match, settings: Settings) -> MeshMap:
-    """The similarity on a mesh."""
+    """Return the similarity on a mesh."""
     size = np.sqrt(TRIANGLES_PER_AREA / settings.triangles)
     state = Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE).mapped(match)
     turn = rotation(state.z[: state.border], state.u[: state.border])

@@ -27,8 +27,9 @@ triangles as it has itself, and leave nearly all of the target bare."""
 
 
 def hole_choices(problem: UnitProblem) -> list[UnitProblem]:
-    """The problem with all its holes, with those that have partners, and with none but those whose partners are wished;
-    the map ignores the others."""
+    """Return the problem with all its holes, with those that have partners, and with none but those whose partners are
+    wished; the map ignores the others.
+    """
     counts = tuple(map(len, problem.holes))
     choices: list[Numbers] = [problem.numbers]
     if counts[0] != counts[1] and all(counts):
@@ -43,15 +44,16 @@ def hole_choices(problem: UnitProblem) -> list[UnitProblem]:
 
 
 def with_holes_of(problem: UnitProblem, numbers: Numbers) -> UnitProblem:
-    """The problem with those of its holes alone that have these numbers."""
+    """Return the problem with those of its holes alone that have these numbers."""
     given = Holes(*problem.holes, problem.partners)
     kept, passed = given.only(numbers), given.others(numbers)
     return problem._replace(holes=kept.sides, partners=kept.partners, passed=passed, numbers=numbers)
 
 
 def bay_choices(problem: UnitProblem, settings: Settings) -> list[UnitProblem]:
-    """The problem with the concavities of one side filled, for each side that may have them filled; the inverse
-    problem for those of the target."""
+    """Return the problem with the concavities of one side filled, for each side that may have them filled; the inverse
+    problem for those of the target.
+    """
     found: list[UnitProblem] = []
     for side in FITS[settings.fit].fills:
         given = with_bays(problem if side == "source" else problem.inverse())
@@ -61,8 +63,8 @@ def bay_choices(problem: UnitProblem, settings: Settings) -> list[UnitProblem]:
 
 
 def with_bays_like(problem: UnitProblem, other: UnitProblem) -> UnitProblem | None:
-    """The problem with the concavities of that side filled whose concavities are filled in another one; None where
-    that cannot be.
+    """Return the problem with the concavities of that side filled whose concavities are filled in another one; None
+    where that cannot be.
     """
     if not other.bays:
         return problem
@@ -71,12 +73,12 @@ def with_bays_like(problem: UnitProblem, other: UnitProblem) -> UnitProblem | No
 
 
 def can_fill(problem: UnitProblem) -> bool:
-    """Whether holes without a partner are on the side whose concavities are filled."""
+    """Return whether holes without a partner are on the side whose concavities are filled."""
     return len(problem.holes[0]) >= len(problem.holes[1])
 
 
 def with_bays(problem: UnitProblem) -> UnitProblem:
-    """The problem with the concavities of its source filled, but for those where the outline is pinned."""
+    """Return the problem with the concavities of its source filled, but for those where the outline is pinned."""
     if not problem.halved:
         filled = fill_hull(problem.source, problem.anchors[0])
         return problem._replace(source=filled.outline, bays=filled.bays)
@@ -88,8 +90,9 @@ def with_bays(problem: UnitProblem) -> UnitProblem:
 
 
 def lost_shares(problem: UnitProblem, state: DiscreteMap) -> tuple[float, float]:
-    """The share of the source's area that is left out, and of the target's that stays uncovered, by a map of the
-    problem, or of its inverse: virtual triangles, and holes that are ignored."""
+    """Return the share of the source's area that is left out, and of the target's that stays uncovered, by a map of the
+    problem, or of its inverse: virtual triangles, and holes that are ignored.
+    """
     void = np.zeros(len(state.faces), bool) if state.weights is None else state.weights != 1
     source, target = (
         ~void & inside_any(holes, w[state.faces].mean(axis=1))
@@ -103,19 +106,20 @@ def lost_shares(problem: UnitProblem, state: DiscreteMap) -> tuple[float, float]
 
 
 def is_good(problem: UnitProblem, state: DiscreteMap) -> bool:
-    """Whether a map of the whole outlines does: one that is stretched little, and as upright as is asked."""
+    """Return whether a map of the whole outlines does: one that is stretched little, and as upright as is asked."""
     upright = problem.energy.upright == 0 or abs(state.turn) <= GOOD_ROTATION_RADIANS
     return upright and stretch_quantile(state.z, state.u, state.material, 0.95) <= GOOD_STRETCH
 
 
 def cost(problem: UnitProblem, state: DiscreteMap) -> float:
-    """The mean energy at q = 1 over source and target, without the outline's term, made larger the more the picture is
-    turned."""
+    """Return the mean energy at q = 1 over source and target, without the outline's term, made larger the more the
+    picture is turned.
+    """
     lost = lost_shares(problem, state)
     return problem.energy.cost(state.z, state.u, state.material, lost, state.metrics, state.turn)
 
 
 def is_within(problem: UnitProblem, state: DiscreteMap, settings: Settings) -> bool:
-    """Whether no more is left out, or stays uncovered, than is allowed."""
+    """Return whether no more is left out, or stays uncovered, than is allowed."""
     left_out, uncovered = lost_shares(problem, state)
     return left_out <= settings.max_left_out and uncovered <= settings.max_uncovered

@@ -43,13 +43,14 @@ RELEASES = 2  # rounds of released corners with pins held
 
 
 def aim_feet(pairs: tuple[StrokePair, ...], state: DiscreteMap, even: float) -> DiscreteMap:
-    """The map with strokes whose ends slide aimed at places beside where they are."""
+    """Return the map with strokes whose ends slide aimed at places beside where they are."""
     return replace(state, inside=strokes.aim_feet(state.inside, pairs, state.u[state.inner], even))
 
 
 def lead_one_by_one(level: Level, state: DiscreteMap) -> DiscreteMap:
-    """The map with its pins led to their goals one after the other, the nearest first, along ways around the others and
-    the outline; or as far as that goes."""
+    """Return the map with its pins led to their goals one after the other, the nearest first, along ways around the
+    others and the outline; or as far as that goes.
+    """
     goals = state.inside.goals
     state = state.held()
     for pin in np.argsort(np.abs(goals - state.inside.goals), kind="stable"):
@@ -64,7 +65,7 @@ def lead_one_by_one(level: Level, state: DiscreteMap) -> DiscreteMap:
 
 
 def move_on_new_meshes(level: Level, state: DiscreteMap, aims: Complex) -> DiscreteMap:
-    """The map with its pins moved straight, on new meshes where they get stuck; or as close as they got."""
+    """Return the map with its pins moved straight, on new meshes where they get stuck; or as close as they got."""
     for attempt in range(1 + REMESHES):
         tried = move_straight(state.with_goals(aims))
         if tried.miss == 0 or attempt == REMESHES:
@@ -92,12 +93,12 @@ def pin_aligned_matches(level: Level, pins: Complex) -> list[Match]:
 
 
 def rank(state: DiscreteMap) -> tuple[float, float]:
-    """Maps that meet their constraints first, by energy; then the others by what they miss."""
+    """Map that meet their constraints first, by energy; then the others by what they miss."""
     return state.miss, state.value
 
 
 def screen(level: Level, matches: list[Match]) -> tuple[list[DiscreteMap], float]:
-    """The best maps with pins moved, best first, and the least energy without pins."""
+    """Return the best maps with pins moved, best first, and the least energy without pins."""
     states = []
     for match in progress.counted("starts", matches):
         with suppress(Stuck):
@@ -118,7 +119,7 @@ def screen(level: Level, matches: list[Match]) -> tuple[list[DiscreteMap], float
 
 
 def settle_pinned(level: Level, state: DiscreteMap) -> DiscreteMap:
-    """The best of a few rounds with pins held: corners released, a new mesh, settled."""
+    """Return the best of a few rounds with pins held: corners released, a new mesh, settled."""
     try:
         best = state = state.alternated(1.0, 4, BACKWARD_STEPS)
     except OutOfTime:
@@ -136,7 +137,7 @@ def settle_pinned(level: Level, state: DiscreteMap) -> DiscreteMap:
 
 
 def refine_pinned(level: Level, state: DiscreteMap, sizes: Sizes | None = None) -> DiscreteMap:
-    """The map carried to another mesh with pins held; where that folds, with them free and then moved again.
+    """Return the map carried to another mesh with pins held; where that folds, with them free and then moved again.
 
     Raises:
         Stuck: no map without folds, or pins no longer met.
@@ -160,7 +161,7 @@ def refine_pinned(level: Level, state: DiscreteMap, sizes: Sizes | None = None) 
 
 
 def unfold_pinned(fine: DiscreteMap) -> DiscreteMap:
-    """The map unfolded with its constraints held.
+    """Return the map unfolded with its constraints held.
 
     Raises:
         Stuck: that would take long, or does not work.
@@ -171,7 +172,9 @@ def unfold_pinned(fine: DiscreteMap) -> DiscreteMap:
 
 
 def again(level: Level, state: DiscreteMap) -> DiscreteMap:
-    """The map with pins met that coarser meshes left on their way; as it is where they are not met on this one."""
+    """Return the map with pins met that coarser meshes left on their way; as it is where they are not met on this
+    one.
+    """
     if level.problem.strokes:
         return state
     free = replace(state.with_goals(level.problem.pins[:, 1].copy()), bound=False)
@@ -181,7 +184,7 @@ def again(level: Level, state: DiscreteMap) -> DiscreteMap:
 
 
 def coarse(level: Level, matches: list[Match], journal: SolveLog) -> DiscreteMap:
-    """The best map of all starts on coarse meshes, pins met or as close as they got.
+    """Return the best map of all starts on coarse meshes, pins met or as close as they got.
 
     Raises:
         Stuck: no start without folds.

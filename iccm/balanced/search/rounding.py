@@ -35,8 +35,9 @@ def rounded(source: Curve, target: Curve, holes: Holes) -> tuple[Curve, Curve, H
 def rounded_with_pins(
     source: Curve, target: Curve, holes: Holes, pins: Pins
 ) -> tuple[Curve, Curve, Holes, Pins]:
-    """The same with pins, those on the outlines being vertices of these; all as they are where one would leave its
-    domain, or meet another."""
+    """Return the same with pins, those on the outlines being vertices of these; all as they are where one would leave
+    its domain, or meet another.
+    """
     given = source, target, holes, pins
     source, target, holes = rounded(source, target, holes)
     inner, outer = on_grid(pins.inner), on_grid(pins.outer)
@@ -50,7 +51,7 @@ def rounded_with_pins(
 
 
 def on_grid(z: Complex) -> Complex:
-    """The closest points of the grid."""
+    """Return the closest points of the grid."""
     return np.asarray(np.round(z / GRID_SPACING) * GRID_SPACING)
 
 
@@ -60,8 +61,9 @@ def _loop_on_grid(z: Complex) -> Complex:
 
 
 def restore_outline(state: MeshMap, source: Sequence[Complex], target: Sequence[Complex]) -> MeshMap:
-    """The map with the vertices of both outlines where they were given, others of its boundary moved along; those
-    of the boundary on whose account a triangle would fold, and all where that is not enough, stay where they are."""
+    """Return the map with the vertices of both outlines where they were given, others of its boundary moved along;
+    those of the boundary on whose account a triangle would fold, and all where that is not enough, stay where they are.
+    """
     loops = [state.outer, *(loop.vertices for loop in (*state.loops, *state.filled))]
     moved = []
     for z, points in zip((state.z, state.u), (source, target)):
@@ -95,7 +97,7 @@ def _without_folds(z: Complex, shift: Complex, faces: Index, rims: Index) -> Com
 
 
 def _between(z: Complex, shift: Complex, known: Flags) -> Complex:
-    """The shifts of a closed polyline's vertices, those that are not known interpolated in its length."""
+    """Return the shifts of a closed polyline's vertices, those that are not known interpolated in its length."""
     if not known.any():
         return shift
     lengths = np.abs(np.diff(z, append=z[0]))

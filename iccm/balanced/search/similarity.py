@@ -14,7 +14,8 @@ MOST_STARTS = 64  # tried; a regular polygon has as many as vertices (by hand)
 
 
 def similarity(source: Curve, target: Curve, *, turns: bool) -> Match | None:
-    """The correspondence under which the target is the source, turned if `turns`; None where they are not similar.
+    """Return the correspondence under which the target is the source, turned if `turns`; None where they are not
+    similar.
 
     Of several the one with the least turn. Both curves have area one and centroid 0.
     """
@@ -40,8 +41,9 @@ def _far_vertices(curve: Curve, radius: float) -> np.ndarray:
 
 
 def similar_with_holes(problem: UnitProblem, match: Match) -> Match | None:
-    """The match of similar outlines with those of holes; None unless these are similar in the same way, and the
-    partners those that are wished."""
+    """Return the match of similar outlines with those of holes; None unless these are similar in the same way, and the
+    partners those that are wished.
+    """
     if len(problem.holes[0]) != len(problem.holes[1]):
         return None
     w = problem.source.at(match.s[:1] + problem.source.length * np.arange(OUTLINE_SAMPLES) / OUTLINE_SAMPLES)
@@ -55,7 +57,7 @@ def similar_with_holes(problem: UnitProblem, match: Match) -> Match | None:
 
 
 def _same(hole: Curve, others: tuple[Curve, ...], turn: complex) -> tuple[int, Match] | None:
-    """Which of other curves is this one turned, and how they correspond."""
+    """Return which of other curves is this one turned, and how they correspond."""
     ends = np.array([0.0, 1.0])
     w = turn * hole.at(hole.length * np.arange(OUTLINE_SAMPLES) / OUTLINE_SAMPLES)
     for number, other in enumerate(others):

@@ -32,7 +32,7 @@ class Half:
 
 
 def half_of(curve: Curve) -> Half | None:
-    """The right half of a domain; None if it is not symmetric or its axis leaves it."""
+    """Return the right half of a domain; None if it is not symmetric or its axis leaves it."""
     low, high = curve.box
     middle = 0.5 * (low.real + high.real)
     axis = min((middle, 0.0), key=lambda x: asymmetry(curve, x))  # the centroid is at 0
@@ -60,7 +60,7 @@ def _begun_at_axis(ring: Complex, axis: float, worst: float) -> Half | None:
 
 
 def asymmetry(curve: Curve, axis: float) -> float:
-    """The largest distance of the outline, mirrored at the vertical line, from itself, of the diagonal."""
+    """Return the largest distance of the outline, mirrored at the vertical line, from itself, of the diagonal."""
     z = curve.at(curve.length * np.arange(ASYMMETRY_SAMPLES) / ASYMMETRY_SAMPLES)
     mirrored = 2 * axis - z.conj()
     return float(curve.distances(mirrored).max()) / curve.diagonal

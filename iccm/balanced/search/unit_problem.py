@@ -90,7 +90,7 @@ class UnitProblem(NamedTuple):
         return (*self.anchors[0], *ends), self.anchors[1]
 
     def inverse(self) -> "UnitProblem":
-        """The problem of the inverse map; it has the same energy."""
+        """Return the problem of the inverse map; it has the same energy."""
         pins = np.ascontiguousarray(self.pins[:, ::-1])
         strokes = tuple(stroke.inverse() for stroke in self.strokes)
         return self._replace(

@@ -27,13 +27,13 @@ DISC_STEPS = 40  # of Newton on the way to it
 
 
 def disc() -> Curve:
-    """The outline of a disc of area one."""
+    """Return the outline of a disc of area one."""
     outline = Curve(np.exp(2j * np.pi * np.arange(DISC_CORNERS) / DISC_CORNERS))
     return Curve(outline.z / np.sqrt(outline.area))
 
 
 def onto_disc(curve: Curve, level: Level) -> DiscreteMap:
-    """The balanced map of a shape onto a disc.
+    """Return the balanced map of a shape onto a disc.
 
     Raises:
         Stuck: its triangles are too thin for double precision.
@@ -45,8 +45,9 @@ def onto_disc(curve: Curve, level: Level) -> DiscreteMap:
 
 
 def through_disc(level: Level) -> list[DiscreteMap]:
-    """Maps without folds between outlines without pairs of holes, pins and strokes; those turns of the disc that give
-    one."""
+    """Map without folds between outlines without pairs of holes, pins and strokes; those turns of the disc that give
+    one.
+    """
     if level.pinned or level.anchors or all(level.holes):
         return []
     try:

@@ -45,7 +45,7 @@ LEAST_TRIANGLE_SHARE = (
 
 
 def continue_from(level: Level, start: MeshMap) -> DiscreteMap:
-    """The earlier map with the problem's constraints met, or as close as they got; itself where it meets them.
+    """Return the earlier map with the problem's constraints met, or as close as they got; itself where it meets them.
 
     Raises:
         Stuck: no map without folds follows these outlines.
@@ -60,14 +60,15 @@ def continue_from(level: Level, start: MeshMap) -> DiscreteMap:
 
 
 def met_on_its_mesh(level: Level, start: MeshMap) -> DiscreteMap | None:
-    """The earlier map itself, if it meets the level's constraints as `on_its_mesh`."""
+    """Return the earlier map itself, if it meets the level's constraints as `on_its_mesh`."""
     state = on_its_mesh(level, start)
     return state if state is not None and state.miss == 0 else None
 
 
 def slide_anew(level: Level, start: MeshMap) -> DiscreteMap:
-    """The earlier map with its outline slid to rest, on a level with smooth outlines. Corners hold their vertices, in
-    both shapes where two of them meet, and nothing gets past until they are released and pinned again on a new mesh.
+    """Return the earlier map with its outline slid to rest, on a level with smooth outlines. Corners hold their
+    vertices, in both shapes where two of them meet, and nothing gets past until they are released and pinned again on a
+    new mesh.
 
     Raises:
         Stuck: it folds.
@@ -94,8 +95,9 @@ def _constrained(level: Level, state: DiscreteMap) -> DiscreteMap:
 def outlines_followed(
     start: MeshMap, source: Curve, target: Curve, holes: Holes, tolerance: float
 ) -> tuple[Curve, Curve, Holes] | None:
-    """The outlines as an earlier map follows them; None where it does not. Simplified anew they would have other
-    corners, at which its mesh has no vertices."""
+    """Return the outlines as an earlier map follows them; None where it does not. Simplified anew they would have other
+    corners, at which its mesh has no vertices.
+    """
     sides = (start.z, source, holes.source), (start.u, target, holes.target)
     found: list[list[Curve]] = []
     for side, (w, outer, inner) in enumerate(sides):
@@ -114,7 +116,7 @@ def outlines_followed(
 
 
 def _followed(rim: Complex, given: Curve, near: float) -> Curve | None:
-    """The polygon of vertices on an outline; None where it is not close to the one given."""
+    """Return the polygon of vertices on an outline; None where it is not close to the one given."""
     curve = Curve(rim)
     curve = simplify(curve, SAME_PLACE_SHARE / curve.diagonal)
     away = max(one.distances(other.z).max() for one, other in permutations((curve, given)))
@@ -122,8 +124,9 @@ def _followed(rim: Complex, given: Curve, near: float) -> Curve | None:
 
 
 def on_its_mesh(level: Level, start: MeshMap) -> DiscreteMap | None:
-    """The earlier map itself, if its outlines are the level's, all pins are among its vertices, and it has enough
-    triangles; None if not."""
+    """Return the earlier map itself, if its outlines are the level's, all pins are among its vertices, and it has
+    enough triangles; None if not.
+    """
     problem = level.problem
     if len(start.faces) < LEAST_TRIANGLE_SHARE * TRIANGLES_PER_AREA / level.size**2:
         return None
@@ -186,8 +189,9 @@ def _pairs_on(source: Outline, target: Outline, z: Complex, u: Complex) -> Pairs
 
 
 def _kept_first(start: MeshMap, pins: Complex, filled: list[Index]) -> Index | None:
-    """An order of the vertices with those of pins, then those of filled holes, right after the outline's; None if a pin
-    has none."""
+    """Return an order of the vertices with those of pins, then those of filled holes, right after the outline's; None
+    if a pin has none.
+    """
     away = np.abs(start.z[start.border :] - pins[:, None])
     kept = np.concatenate([start.border + away.argmin(axis=1), *filled])
     if np.any(away.min(axis=1) > SAME_PLACE_SHARE) or np.unique(kept).size < kept.size:
@@ -197,7 +201,7 @@ def _kept_first(start: MeshMap, pins: Complex, filled: list[Index]) -> Index | N
 
 
 def _vertices_on(outline: Outline, z: Complex) -> Index | None:
-    """Those on a closed outline, in its order; None if they miss a corner."""
+    """Return those on a closed outline, in its order; None if they miss a corner."""
     s = outline.curve.closest(z)
     on = np.flatnonzero(np.abs(outline.curve.at(s) - z) <= SAME_PLACE_SHARE)
     on = on[np.argsort(s[on])]
@@ -216,6 +220,6 @@ def _along(curve: Curve, w: Complex) -> Real | None:
 
 
 def _at(places: Real, s: Real, length: float) -> np.ndarray:
-    """Which arclengths are among the places."""
+    """Return which arclengths are among the places."""
     gap = np.mod(s[:, None] - places + 0.5 * length, length) - 0.5 * length
     return np.any(np.abs(gap) < SAME_PLACE_SHARE, axis=1)

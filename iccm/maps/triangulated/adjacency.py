@@ -38,7 +38,7 @@ class Edges:
 
 
 def edges_of(faces: Index) -> Edges:
-    """The edges of (m, 3) faces, ordered by their lower vertex, then by the other."""
+    """Return the edges of (m, 3) faces, ordered by their lower vertex, then by the other."""
     faces = np.ascontiguousarray(faces, np.int64)
     tail, head = (np.roll(faces, -k, axis=1).ravel() for k in (1, 2))
     low, high = np.minimum(tail, head), np.maximum(tail, head)
@@ -56,7 +56,7 @@ def edges_of(faces: Index) -> Edges:
 
 
 def edges_across(faces: Index, across: Index) -> Edges:
-    """The edges of (m, 3) faces with known neighbours (m, 3), -1 for none, in the order of the triangles."""
+    """Return the edges of (m, 3) faces with known neighbours (m, 3), -1 for none, in the order of the triangles."""
     m = len(faces)
     ends, sides = np.empty((3 * m, 2), np.int64), np.empty((m, 3), np.int64)
     rim, beside, corner = np.empty((3, 3 * m), np.int64)

@@ -17,8 +17,8 @@ _evaluate = function(
 def evaluate(
     patches: Complex, corners: Complex, triangle: Index, place: Real, threads: int | None = None
 ) -> tuple[Complex, Complex, Complex, Complex]:
-    """The inverse's value z, its argument w, and its derivatives by w and w̄; (p,) each, NaN where there is not a
-    triangle.
+    """Return the inverse's value z, its argument w, and its derivatives by w and w̄; (p,) each, NaN where there is not
+    a triangle.
 
     Args:
         patches: (m, 6) source points of the corners and bulges of the sides opposite to them.

@@ -26,7 +26,7 @@ MARGIN = 32 * UNIT
 def certify(
     source: Complex, image: Complex, faces: Index, loops: tuple[Index, ...], edges: Edges, bulge: Complex
 ) -> Certificate:
-    """What is certain; arguments as of `TriangulatedMap`, with its edges and their bulges.
+    """Return what is certain; arguments as of `TriangulatedMap`, with its edges and their bulges.
 
     `zeros` of the answer is the number of triangles that are folded in either plane, or whose patch may be.
     """
@@ -72,7 +72,7 @@ def _turns(plane: Complex, faces: Index) -> NDArray[np.int8]:
 
 
 def positive(corners: Complex, bulge: Complex) -> NDArray[np.bool_]:
-    """(m,) whether the Jacobians of patches, (m, 3) corners and bulges, are certainly positive.
+    """Return (m,) whether the Jacobians of patches, (m, 3) corners and bulges, are certainly positive.
 
     Those of patches without bulges are the triangles' own, which are known to be.
     """
@@ -82,7 +82,7 @@ def positive(corners: Complex, bulge: Complex) -> NDArray[np.bool_]:
 
 
 def _size(corners: Complex, bulge: Complex) -> Real:
-    """(m,) a bound of the sums of the products that the coefficients are made of."""
+    """Return (m,) a bound of the sums of the products that the coefficients are made of."""
     edges = np.abs(corners[:, 1] - corners[:, 0]) + np.abs(corners[:, 2] - corners[:, 0])
     return (edges + 4 * np.abs(bulge).sum(axis=1)) ** 2
 

@@ -57,7 +57,7 @@ class PatchLocator:
         return BucketGrid.of(self.boxes)
 
     def __call__(self, z: Complex, threads: int | None = None) -> tuple[Index, Real]:
-        """(p,) patch of each point (p,), -1 outside, and (p, 3) barycentric coordinates of its parameter."""
+        """Return (p,) patch of each point (p,), -1 outside, and (p, 3) barycentric coordinates of its parameter."""
         patch, place = np.full(z.size, -1), np.full((z.size, 3), np.nan)
         z, grid = np.ascontiguousarray(z, np.complex128), self.grid
         buckets = grid.low.real, grid.low.imag, grid.size, grid.columns, grid.rows, grid.begin, grid.patches

@@ -47,11 +47,11 @@ class TriangulatedMap:
     axes: tuple[str, str] = UP
 
     def __repr__(self) -> str:
-        """A line: its size."""
+        """Return a line: its size."""
         return f"<TriangulatedMap: {self.source.size} vertices, {len(self.faces)} triangles>"
 
     def __getstate__(self) -> dict:
-        """The attributes, without what was worked out from them."""
+        """Return the attributes, without what was worked out from them."""
         return {each.name: getattr(self, each.name) for each in fields(self)}
 
     @cached_property
@@ -118,7 +118,7 @@ class TriangulatedMap:
         return inverted(*self.jet_at(triangle, place)[1:])
 
     def inverse(self, w: Complex, threads: int | None = None) -> Complex:
-        """The z with f(z) = w, any shape."""
+        """Return the z with f(z) = w, any shape."""
         return self.inverse_jet(w, threads)[0]
 
     def inverse_jet(self, w: Complex, threads: int | None = None) -> tuple[Complex, Complex, Complex]:
@@ -156,7 +156,9 @@ class TriangulatedMap:
         return w, *inverted(p, q)
 
     def place(self, z: Complex, threads: int | None = None) -> tuple[Index, Real]:
-        """(p,) triangle, -1 outside, and (p, 3) barycentric coordinates in the image, of source points z (p,)."""
+        """Return (p,) triangle, -1 outside, and (p, 3) barycentric coordinates in the image, of source points z
+        (p,).
+        """
         triangle, place = self._source_locator(z, threads)
         lost = np.flatnonzero((triangle < 0) & np.isfinite(z))
         if lost.size:
@@ -167,7 +169,9 @@ class TriangulatedMap:
         return triangle, place
 
     def image_place(self, w: Complex, threads: int | None = None) -> tuple[Index, Real]:
-        """(p,) triangle, -1 outside, and (p, 3) barycentric coordinates in the image of points w (p,) of the image."""
+        """Return (p,) triangle, -1 outside, and (p, 3) barycentric coordinates in the image of points w (p,) of the
+        image.
+        """
         triangle, place = self._image_locator(w, threads)
         lost = np.flatnonzero((triangle < 0) & np.isfinite(w))
         if lost.size:
@@ -181,7 +185,7 @@ class TriangulatedMap:
         source: tuple[complex, complex, complex] = (1, 0, 0),
         image: tuple[complex, complex, complex] = (1, 0, 0),
     ) -> "TriangulatedMap":
-        """The same map in other coordinates, a z + b conj(z) + c instead of z, in either plane.
+        """Return the same map in other coordinates, a z + b conj(z) + c instead of z, in either plane.
 
         Raises:
             ValueError: one of them turns the plane over (|a| <= |b|).
@@ -195,8 +199,9 @@ class TriangulatedMap:
         return replace(self, source=z, image=w, bulge=a * self.bulges + b * self.bulges.conj())
 
     def linear_inverse(self) -> "TriangulatedMap":
-        """The map that takes each triangle of the image linearly to that of the source: at vertices, and where this map
-        is linear, the inverse; with separate patches elsewhere."""
+        """Return the map that takes each triangle of the image linearly to that of the source: at vertices, and where
+        this map is linear, the inverse; with separate patches elsewhere.
+        """
         return TriangulatedMap(self.image, self.source, self.faces, self.loops)
 
     @cached_property
@@ -231,7 +236,7 @@ class TriangulatedMap:
 
 
 def inverted(p: Complex, q: Complex) -> tuple[Complex, Complex]:
-    """The derivatives of an inverse from those of a map, either way; not finite where the Jacobian is 0."""
+    """Return the derivatives of an inverse from those of a map, either way; not finite where the Jacobian is 0."""
     with np.errstate(divide="ignore", invalid="ignore"):
         jacobian = np.abs(p) ** 2 - np.abs(q) ** 2
         return p.conj() / jacobian, -q / jacobian

@@ -35,7 +35,9 @@ _shrink = function(
 
 
 def gradients(faces: Index, image: Complex, source: Complex) -> tuple[Complex, Complex]:
-    """(m,) p and q of the linear map image -> source on each triangle, dz = p dw + q conj(dw); 0 without area."""
+    """Return (m,) p and q of the linear map image -> source on each triangle, dz = p dw + q conj(dw); 0 without
+    area.
+    """
     a, b, c = image[faces].T
     u, v, (x, y, z) = b - a, c - a, source[faces].T
     area = cross(u, v)
@@ -44,7 +46,7 @@ def gradients(faces: Index, image: Complex, source: Complex) -> tuple[Complex, C
 
 
 def vertex_gradients(faces: Index, image: Complex, source: Complex) -> tuple[Complex, Complex]:
-    """(n,) p and q at each vertex: area-weighted means over its triangles."""
+    """Return (n,) p and q at each vertex: area-weighted means over its triangles."""
     a, b, c = image[faces].T
     area = np.abs(cross(b - a, c - a))
     at, weight, n = faces.ravel(), np.repeat(area, 3), image.size
@@ -71,8 +73,8 @@ def bulges(
     straight: Index = NO_LINES,
     linear: Index = NO_FACES,
 ) -> Complex:
-    """(e,) bulge of each edge, shrunk until no patch's derivative is farther from the linear one's than the means at
-    its corners are from each other, nor than MOST_DEVIATION.
+    """Return (e,) bulge of each edge, shrunk until no patch's derivative is farther from the linear one's than the
+    means at its corners are from each other, nor than MOST_DEVIATION.
 
     Those between the pairs of vertices `straight` (l, 2) go straight, as those of the rim do; triangles `linear` (k,)
     have none.
@@ -89,7 +91,9 @@ def bulges(
 
 
 def differences(faces: Index, image: Complex, source: Complex, p: Complex, q: Complex) -> Real:
-    """(m,) how far, relative to a triangle's derivative, those at its vertices p and q (n,) are from each other."""
+    """Return (m,) how far, relative to a triangle's derivative, those at its vertices p and q (n,) are from each
+    other.
+    """
     own_p, own_q = (each[:, None] for each in gradients(faces, image, source))
     dp, dq = (each[faces] - each[np.roll(faces, 1, axis=1)] for each in (p, q))
     size = np.abs(dp * own_p.conj() - dq * own_q.conj()) + np.abs(dq * own_p - dp * own_q)
@@ -98,12 +102,12 @@ def differences(faces: Index, image: Complex, source: Complex, p: Complex, q: Co
 
 
 def keys(ends: Index, count: int) -> Index:
-    """A number for each pair of vertices (l, 2), whichever comes first."""
+    """Return a number for each pair of vertices (l, 2), whichever comes first."""
     return ends.min(axis=1) * count + ends.max(axis=1)
 
 
 def tangential(bulge: Complex, source: Complex, edges: Edges, cut: Index) -> Complex:
-    """The bulges with those of the edges `cut` reduced to their part along the source's edge."""
+    """Return the bulges with those of the edges `cut` reduced to their part along the source's edge."""
     i, j = edges.ends[cut].T
     along = source[j] - source[i]
     out = bulge.copy()
@@ -112,7 +116,7 @@ def tangential(bulge: Complex, source: Complex, edges: Edges, cut: Index) -> Com
 
 
 def slides(bulge: Complex, source: Complex, edges: Edges) -> Real:
-    """(r,) bulges of the rim's edges in units of the source's edge, along it."""
+    """Return (r,) bulges of the rim's edges in units of the source's edge, along it."""
     i, j = edges.ends[edges.rim].T
     along = source[j] - source[i]
     length = np.abs(along)
@@ -123,8 +127,9 @@ def slides(bulge: Complex, source: Complex, edges: Edges) -> Real:
 def shrunk(
     faces: Index, image: Complex, source: Complex, edges: Edges, bulge: Complex, limits: Real | None = None
 ) -> Complex:
-    """The bulges shrunk until every patch's derivative is within its limit (m,), and MOST_DEVIATION, of the linear
-    one's. Triangles that are not clearly positive stay linear."""
+    """Return the bulges shrunk until every patch's derivative is within its limit (m,), and MOST_DEVIATION, of the
+    linear one's. Triangles that are not clearly positive stay linear.
+    """
     bulge = np.array(bulge, np.complex128)
     most = np.full(len(faces), MOST_DEVIATION) if limits is None else np.minimum(limits, MOST_DEVIATION)
     corners = np.ascontiguousarray(source[faces], np.complex128)
@@ -135,13 +140,13 @@ def shrunk(
 
 
 def _sliver(corners: Complex) -> np.ndarray:
-    """Whether triangles (m, 3) have no area to speak of, or a negative one."""
+    """Return whether triangles (m, 3) have no area to speak of, or a negative one."""
     u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     return ~(cross(u, v) > SLIVER_AREA_RATIO * (np.abs(u) ** 2 + np.abs(v) ** 2))
 
 
 def tangents(corners: Complex, bulge: Complex) -> tuple[list[Complex], list[Complex]]:
-    """Values at the three corners of ∂g/∂L_1 and of ∂g/∂L_2 (L_0 following), which are linear; each (m,).
+    """Return values at the three corners of ∂g/∂L_1 and of ∂g/∂L_2 (L_0 following), which are linear; each (m,).
 
     Args:
         corners: (m, 3) source points of the corners.
@@ -153,7 +158,7 @@ def tangents(corners: Complex, bulge: Complex) -> tuple[list[Complex], list[Comp
 
 
 def bernstein(corners: Complex, bulge: Complex) -> Real:
-    """(6, m) Bernstein coefficients of degree 2 of each patch's Jacobian, in units of twice the source's area.
+    """Return (6, m) Bernstein coefficients of degree 2 of each patch's Jacobian, in units of twice the source's area.
 
     Those of the three corners, and of the sides 12, 20, 01. The Jacobian lies between the least and the greatest.
     """

@@ -26,7 +26,7 @@ class Rim:
         return edge, part, np.abs(self.start[edge] + part * self.along[edge] - w)
 
     def places(self, edge: Index, part: Real) -> tuple[Index, Real]:
-        """The triangles at fractions of edges (p,), and barycentric coordinates there (p, 3)."""
+        """Return the triangles at fractions of edges (p,), and barycentric coordinates there (p, 3)."""
         corner, at = self.opposite[edge], np.arange(edge.size)
         place = np.zeros((edge.size, 3))
         place[at, (corner + 1) % 3], place[at, (corner + 2) % 3] = 1 - part, part
@@ -34,7 +34,8 @@ class Rim:
 
 
 def unslid(part: Real, slide: Real) -> Real:
-    """Where on the image's edge a fraction of the source's goes, for |slide| < 1/2: the root t of
-    t + 2 t (1 - t) slide = part in [0, 1]."""
+    """Return where on the image's edge a fraction of the source's goes, for |slide| < 1/2: the root t of t + 2 t (1 -
+    t) slide = part in [0, 1].
+    """
     first = 1 + 2 * slide
     return 2 * part / (first + np.sqrt(np.maximum(first**2 - 8 * slide * part, 0)))

@@ -26,7 +26,7 @@ def fault(loops: list[Complex]) -> str:
 
 
 def _touching(loops: list[Complex]) -> bool:
-    """Whether two edges that do not follow each other meet, or one has no length.
+    """Return whether two edges that do not follow each other meet, or one has no length.
 
     An edge that folds back on the one before meets others, too, or makes a triangle without area.
     """
@@ -52,7 +52,7 @@ def _near(a: Complex, b: Complex) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 
 def _meeting(a: Complex, b: Complex, c: Complex, d: Complex) -> NDArray[np.bool_]:
-    """Whether segments ab and cd whose bounding boxes meet have a point in common."""
+    """Return whether segments ab and cd whose bounding boxes meet have a point in common."""
     across = orientation(a, b, c) * orientation(a, b, d) <= 0
     out = np.zeros(a.size, bool)
     k = np.flatnonzero(across)
@@ -68,7 +68,7 @@ def _turn(loop: Complex) -> int:
 
 
 def _surrounds(loop: Complex, point: complex) -> bool:
-    """Whether a point not on a simple loop is inside: edges crossing the ray to its right."""
+    """Return whether a point not on a simple loop is inside: edges crossing the ray to its right."""
     a, b = loop, np.roll(loop, -1)
     crossing = (a.imag <= point.imag) != (b.imag <= point.imag)
     a, b = a[crossing], b[crossing]

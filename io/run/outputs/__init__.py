@@ -28,7 +28,7 @@ from .output import Output
 
 
 def of(job: Job, inputs: Inputs) -> list[Output]:
-    """All that a job writes but its report.
+    """Return all that a job writes but its report.
 
     Raises:
         InputError: an unknown suffix, or what cannot be made of these shapes.
@@ -50,8 +50,8 @@ def of(job: Job, inputs: Inputs) -> list[Output]:
 
 
 def check(run: Run, wanted: list[Output]) -> list[Output]:
-    """The outputs, one for each tile in the place of those whose names hold `<UDIM>`. Refuses before the solving what
-    they would refuse after it, and reports what is wrong with the inputs.
+    """Return the outputs, one for each tile in the place of those whose names hold `<UDIM>`. Refuses before the solving
+    what they would refuse after it, and reports what is wrong with the inputs.
 
     Raises:
         InputError: as each of them says, and a texture that cannot be carried.
@@ -103,7 +103,7 @@ def _check_others(run: Run, names: list[str]) -> None:
 
 
 def _tiles_of(run: Run, output: Output) -> list[Output]:
-    """The output for each tile of the target's layout.
+    """Return the output for each tile of the target's layout.
 
     Raises:
         InputError: what is written there has no tiles, or something lies beside those that have numbers.
@@ -124,7 +124,7 @@ def _tiles_of(run: Run, output: Output) -> list[Output]:
 
 
 def _kind(name: str, job: Job) -> str:
-    """Module and class of what is written under a name by -o."""
+    """Return the module and class of what is written under a name by -o."""
     format = formats.of(name)
     if format.mesh:
         return "textured_mesh.TexturedMesh"

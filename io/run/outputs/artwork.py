@@ -29,7 +29,7 @@ class Artwork(Output):
     """An SVG of what the source file draws."""
 
     def suit(self, job: Job, onto_mesh: bool) -> None:
-        """An SVG as source, and a planar target, or a chart of a mesh's layout."""
+        """Require an SVG as source, and a planar target or a chart of a mesh's layout."""
         if formats.suffix_of(self.name) != ".svg":
             raise InputError(f"{self.name}: artwork is written as .svg; compress it afterwards")
         drawn = formats.suffix_of(Spec.of(job.source).path) in (".svg", ".svgz")
@@ -41,7 +41,7 @@ class Artwork(Output):
             )
 
     def check(self, run: Run) -> None:
-        """A drawing that can be carried.
+        """Require a drawing that can be mapped.
 
         Raises:
             InputError: it is malformed, or too much; the chart is mirrored.
@@ -57,12 +57,12 @@ class Artwork(Output):
         run.note(*framing.remarks(run.job, run.source, run.target))
 
     def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
-        """All of it, and notes on what was cut off or left out."""
+        """Return all of it, and notes on what was cut off or left out."""
         self.write_faded(run, path, 0.0)
         return OutputReport()
 
     def write_faded(self, run: Run, path: Path, opacity: float) -> None:
-        """The same, of which what the target does not paint is seen with an opacity."""
+        """Write the same with what the target does not paint shown at an opacity."""
         with run.phases.timed("artwork"):
             carried = [(source, fit.map) for (source, _), fit in zip(run.pairs, run.fits)]
             target = replace(run.target, box=framing.picture_box(run.job, run.target))
@@ -73,14 +73,16 @@ class Artwork(Output):
 
 
 def painted_rings(fits: Sequence[Fit]) -> list[Complex]:
-    """The rings that cut a drawing carried by the maps of all parts; none where the outlines of the maps do that."""
+    """Return the rings that cut a drawing carried by the maps of all parts; none where the outlines of the maps do
+    that.
+    """
     if all(_is_cut_by_its_outline(fit) for fit in fits):
         return []
     return [ring for fit in fits for ring in _rings_of_target(fit)]
 
 
 def _is_cut_by_its_outline(fit: Fit) -> bool:
-    """Whether a map covers what the target paints and nothing else."""
+    """Return whether a map covers what the target paints and nothing else."""
     if fit.drawings is None or fit.target is None:
         return True
     drawing = fit.drawings[1]
@@ -89,7 +91,7 @@ def _is_cut_by_its_outline(fit: Fit) -> bool:
 
 
 def _rings_of_target(fit: Fit) -> list[Complex]:
-    """The boundaries of what the target of a map paints."""
+    """Return the boundaries of what the target of a map paints."""
     if fit.drawings is not None:
         return fit.drawings[1].rings
     return [curve.z for curve in (fit.target, *fit.target_holes) if curve is not None]

@@ -35,7 +35,7 @@ class Baked(Picture):
     """A picture for the texture coordinates of the target mesh."""
 
     def check(self, run: Run) -> None:
-        """The layouts, the texture, room for both, and whether the format holds what will be made."""
+        """Check the layouts, the texture, room for both, and whether the format holds what will be made."""
         check_layouts(run, self.tile)
         checks.texture(run)
         (width, height), image = size(run), run.image
@@ -46,7 +46,7 @@ class Baked(Picture):
         self.check_format(run, image, width, height)
 
     def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
-        """The whole at once."""
+        """Return the whole at once."""
         options: dict[str, Any] = {"padding": run.job.padding, "max_error": run.job.max_pixel_error}
         own, partial = run.image.alpha, is_partial(run)
         options |= {"partial": partial, "alpha": partial and own < 0}
@@ -91,7 +91,7 @@ def bake(
     partial: bool = False,
     **options: Any,
 ) -> tuple[NDArray, dict[str, Any]]:
-    """The texture resampled into the target's own UV layout: its pixels, and figures for the report.
+    """Return the texture resampled into the target's own UV layout: its pixels, and figures for the report.
 
     Args:
         parts: of the target, the map from the source's plane to each one's, and the source's shape; a mesh gives its
@@ -116,7 +116,7 @@ def bake(
 def layout_of(
     targets: Sequence[MeshShape], width: int, height: int, tile: complex | None = None
 ) -> layout.Layout:
-    """The texel grid of the parts of a mesh, or of a tile of it, their triangles one part after another.
+    """Return the texel grid of the parts of a mesh, or of a tile of it, their triangles one part after another.
 
     Raises:
         InputError: one has no texture coordinates, or some that make no sense.
@@ -133,7 +133,7 @@ def layout_of(
 def baked_parts(
     parts: Parts, texture: Texture, threads: int | None, tiles: Box | None = None, *, partial: bool = False
 ) -> list[baking.BakedPart]:
-    """The parts of a target with the place of a texture on their sources; arguments as for `bake`."""
+    """Return the parts of a target with the place of a texture on their sources; arguments as for `bake`."""
     return [
         baking.BakedPart(
             target.flattening, ExtendedInverse(map, threads), source.placing(texture, tiles), partial
@@ -154,12 +154,12 @@ def report_bake(run: Run, figures: dict[str, Any], tile: complex | None) -> Outp
 
 
 def parts_of(run: Run) -> Parts:
-    """The parts of a mesh that is the target, the map to each, and the source's part."""
+    """Return the parts of a mesh that is the target, the map to each, and the source's part."""
     return [(as_mesh(target), fit.map, source) for (source, target), fit in zip(run.pairs, run.fits)]
 
 
 def is_partial(run: Run) -> bool:
-    """Whether parts of the target may stay uncovered."""
+    """Return whether parts of the target may stay uncovered."""
     return any(fit.is_partial for fit in run.fits)
 
 

@@ -137,7 +137,9 @@ def new_uvs(
 
 
 def _pull_back(map: AnyMap, pull: ExtendedInverse, layout: Flattening) -> Complex:
-    """Where a mesh's vertices come from; triangles for which the source's outline leaves no room are given some."""
+    """Return where a mesh's vertices come from; triangles for which the source's outline leaves no room are given
+    some.
+    """
     z = pull(layout.flat)
     if not isinstance(map, TriangulatedMap):
         return z
@@ -159,7 +161,7 @@ class _Coordinates(NamedTuple):
 
 
 def _joined(parts: Sequence[_Coordinates]) -> tuple[Real, Index]:
-    """The coordinates of all parts, and those of their triangles' corners."""
+    """Return the coordinates of all parts, and those of their triangles' corners."""
     firsts = np.cumsum([0, *(len(part.uv) for part in parts)])
     faces = [part.faces + first for part, first in zip(parts, firsts)]
     return np.concatenate([part.uv for part in parts]), np.concatenate(faces)
@@ -197,8 +199,9 @@ def _uv_of(source: Shape, lying: Texture, z: Complex, target: MeshShape, threads
 
 
 def _on_chart(mesh: MeshShape, chart: Flags, z: Complex) -> tuple[Real, Real]:
-    """(p, 2) coordinates at those points of some triangles (m,) of a mesh that are nearest to points z of its plane,
-    and (p,) how far these are."""
+    """Return (p, 2) coordinates at those points of some triangles (m,) of a mesh that are nearest to points z of its
+    plane, and (p,) how far these are.
+    """
     import igl
 
     flat, faces = mesh.flattening.flat, mesh.flattening.patch.faces[chart]

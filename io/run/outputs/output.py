@@ -53,7 +53,7 @@ class Output(ABC):
         """
 
     def beside(self, run: Run) -> list[str]:
-        """The files that come with it."""
+        """Return the files that come with it."""
         return []
 
     @abstractmethod

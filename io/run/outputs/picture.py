@@ -32,7 +32,7 @@ class Picture(Output):
     samples, shows, tiles = True, True, True
 
     def suit(self, job: Job, onto_mesh: bool) -> None:
-        """A suffix of pictures, and of those that keep what --padding makes."""
+        """Require a suffix of pictures, or one that keeps what --padding makes."""
         if self.name != "-":
             formats.check(self.name, "picture", "unknown suffix for -o", "drawing", "uv", "map")
         if job.padding and not self._format.hidden:
@@ -47,7 +47,7 @@ class Picture(Output):
         return formats.picture(formats.written(self.name))
 
     def check(self, run: Run) -> None:
-        """The canvas, the texture, room for both, and whether the format holds what will be made."""
+        """Check the canvas, the texture, room for both, and whether the format holds what will be made."""
         if run.on_mesh:
             checks.coordinates(run, run.source)
         width, height = checks.canvas(run, self.tile)
@@ -103,7 +103,7 @@ class Picture(Output):
         return Warp(run.mapping, run.sampler, canvas, placing=run.placing, max_error=error)
 
     def _padded(self, run: Run) -> tuple[Image, OutputReport]:
-        """The picture with its colours extended beyond the outline, which needs all of it at once."""
+        """Return the picture with its colours extended beyond the outline, which needs all of it at once."""
         job, canvas = run.job, run.canvas
         with run.phases.timed("resample"):
             work = self._warp(run)
@@ -119,7 +119,7 @@ class Picture(Output):
         return image, _report_pixels(run, colours, warped.diagnostics, canvas)
 
     def _stream(self, run: Run, path: Path) -> OutputReport:
-        """The picture, written as it is made: memory for some rows only."""
+        """Return the picture, written as it is made: memory for some rows only."""
 
         def blocks() -> Iterator[NDArray]:
             for block in work.blocks(run.threads):
@@ -134,7 +134,7 @@ class Picture(Output):
 
 
 def displayed(run: Run, canvas: Canvas) -> NDArray:
-    """(height, width, channels) the texture carried to a canvas as screens show it, 8 bits a channel in sRGB."""
+    """Return (height, width, channels) the texture carried to a canvas as screens show it, 8 bits a channel in sRGB."""
     warped = whole(Warp(run.mapping, run.sampler, canvas, placing=run.placing), threads=run.threads)
     return prepare(run.image.with_pixels(warped.pixels, warped.alpha), formats.picture(".webp")).pixels
 

@@ -28,7 +28,7 @@ class Plot(Output):
     shows = True
 
     def suit(self, job: Job, onto_mesh: bool) -> None:
-        """A suffix of figures."""
+        """Require a suffix of figures."""
         formats.check(self.name, "plot", "unknown suffix for --plot")
 
     def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
@@ -54,7 +54,7 @@ class Plot(Output):
 
 
 def _carried(run: Run) -> tuple[NDArray, Box]:
-    """The picture as screens show it, and its box in the target's plane."""
+    """Return the picture as screens show it, and its box in the target's plane."""
     canvas = run.canvas_of(None)
     canvas = Canvas.about(*proportional(PIXELS, canvas.box[1] - canvas.box[0]), canvas.box)
     return displayed(run, canvas), canvas.box

@@ -21,7 +21,7 @@ class SavedMap(Output):
     """A map between planar shapes as a file of arrays."""
 
     def suit(self, job: Job, onto_mesh: bool) -> None:
-        """One map, and none onto a mesh."""
+        """Require a single map, not onto a mesh."""
         if job.several:
             raise InputError(
                 f"{self.name}: a file can contain only one map; choose one part (file#id) instead of --parts"
@@ -36,7 +36,7 @@ class SavedMap(Output):
                 raise self._refusal(shape.spec)
 
     def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
-        """The map, and what of the job says how pictures are made with it."""
+        """Return the map, and what of the job says how pictures are made with it."""
         with run.phases.timed("write"):
             job = {name: value for name, value in run.job.solver.items() if _plain(value)}
             planes = plane_of(run.source), plane_of(run.target)
@@ -51,7 +51,7 @@ class SavedMap(Output):
 
 
 def plane_of(shape: Shape) -> Plane:
-    """What a file of a map says of a shape."""
+    """Return what a file of a map says of a shape."""
     return Plane(shape.curve.z, shape.box, shape.flip, shape.holes, Path(shape.spec).name)
 
 

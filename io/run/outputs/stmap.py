@@ -23,7 +23,7 @@ class STMap(Output):
     tiles = True
 
     def suit(self, job: Job, onto_mesh: bool) -> None:
-        """A suffix whose format holds floats."""
+        """Require a suffix whose format holds floats."""
         stmap_files.check(self.name)
 
     def check(self, run: Run) -> None:
@@ -63,14 +63,14 @@ class STMap(Output):
 
 
 def _placing(run: Run, lying: Texture) -> Placing:
-    """Where points of the source lie in a texture of one texel, which would lie flat in its plane."""
+    """Return where points of the source lie in a texture of one texel, which would lie flat in its plane."""
     if run.source.is_layout:
         return flat((0j, complex(run.source.aspect, 1))) if run.tiles else Wrapped(lying, run.whole(0).wrap)
     return run.whole(0).placing(lying, _unit(run)) if run.source.has_uv else lying
 
 
 def _unit(run: Run) -> Box | None:
-    """The tile that s and t are relative to, where those of the texture are distinguished; they continue beyond 0..1
-    then.
+    """Return the tile that s and t are relative to, where those of the texture are distinguished; they continue beyond
+    0..1 then.
     """
     return (0j, 1 + 1j) if run.tiles else None

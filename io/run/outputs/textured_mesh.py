@@ -31,7 +31,7 @@ class TexturedMesh(Output):
     shows = True
 
     def suit(self, job: Job, onto_mesh: bool) -> None:
-        """A mesh as target, and a suffix that holds texture coordinates."""
+        """Require a mesh as target, and a suffix that holds texture coordinates."""
         if job.target is None:
             raise InputError(
                 f"{self.name}: a deformation cannot be written as a mesh; use a picture's suffix"
@@ -82,7 +82,7 @@ class TexturedMesh(Output):
         return list(dict.fromkeys(found))
 
     def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
-        """The mesh, and what stands beside it."""
+        """Return the mesh, and what stands beside it."""
         with run.phases.timed("write"):
             made = new_uvs(
                 parts_of(run),
@@ -105,7 +105,9 @@ class TexturedMesh(Output):
 
 
 def _message(run: Run, measured: list[Written]) -> str | None:
-    """A sentence on chords between written coordinates that leave the outline, as the solver's knows vertices alone."""
+    """Return a sentence on chords between written coordinates that leave the outline, as the solver's knows vertices
+    alone.
+    """
     widest = max((each.boundary["hausdorff"] for each in measured), default=0.0)
     if widest <= run.job.tolerance or run.fit.status is not Status.REACHED:
         return None
@@ -127,14 +129,14 @@ def _note_distortion(run: Run, measured: list[Written]) -> None:
 
 
 def _shown_texture(run: Run) -> Path | bytes | None:
-    """The picture that a mesh with new coordinates shows: --texture, or that of a mesh source."""
+    """Return the picture that a mesh with new coordinates shows: --texture, or that of a mesh source."""
     return (
         run.held_drawing or _first(run.job, "colour") or next(iter(own_pictures(run.job, run.source)), None)
     )
 
 
 def _normal_map(job: Job) -> Path | None:
-    """The normal map that such a mesh shows."""
+    """Return the normal map that such a mesh shows."""
     return _first(job, "normal")
 
 
@@ -143,6 +145,6 @@ def _first(job: Job, kind: str) -> Path | None:
 
 
 def _textures_not_shown(job: Job) -> list[str]:
-    """The textures that such a mesh has no place for: numbers, normals with y down, further normals."""
+    """Return the textures that such a mesh has no place for: numbers, normals with y down, further normals."""
     shown = _first(job, "colour"), _normal_map(job)
     return [path for path, _ in job.maps if Path(path) not in shown]
