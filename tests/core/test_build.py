@@ -125,8 +125,10 @@ def test_a_wheel_of_another_platform_has_its_libraries_and_tags(core, tmp_path):
 @pytest.mark.timeout(900)  # ziglang is unpacked, and compiles what it needs at the first time
 def test_a_wheel_is_built_without_a_compiler(no_compilers, tmp_path):
     tree = tmp_path / "tree"
-    names = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
-    for name in names.splitlines():
+    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True)
+    if listed.returncode:
+        pytest.skip("not a git checkout: the files of a wheel cannot be told from others")
+    for name in listed.stdout.splitlines():
         if not name.startswith(("tests/", "docs/")):
             (tree / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(ROOT / name, tree / name)
