@@ -156,10 +156,11 @@ def _geometries(content: dict[str, Any]) -> Iterator[dict[str, Any]]:
 
 
 def _dropped(item: Any) -> Any:
-    """Return the content without geometries that are empty, and features without any."""
+    """Return the content without geometries that are empty, and features without any, or that are null."""
     kind = item["type"]
     if kind == "FeatureCollection":
-        item["features"] = [each for each in item["features"] if _holds(each.get("geometry"))]
+        features = [each for each in item["features"] if each is not None]
+        item["features"] = [each for each in features if _holds(each.get("geometry"))]
     return item
 
 

@@ -204,6 +204,16 @@ def test_geojson_keeps_what_it_says(saved, shapes, iccm):
     assert made["features"][4]["geometry"]["geometries"][0]["coordinates"] == there([(50, 40)]).tolist()
 
 
+def test_features_that_are_null_are_dropped(saved, shapes, iccm):
+    point = {"type": "Feature", "properties": {}, "geometry": {"type": "Point", "coordinates": [50, 40]}}
+    given = {"type": "FeatureCollection", "features": [point, None]}
+    (shapes / "g.geojson").write_text(json.dumps(given))
+    typed = iccm("apply", "map.npz", "g.geojson", "-o", "h.geojson")
+    assert typed.code == 0, typed.err
+    (made,) = json.loads((shapes / "h.geojson").read_text(encoding="utf-8"))["features"]
+    assert made["geometry"]["coordinates"] == there([(50, 40)])[0].tolist()
+
+
 def test_landmarks_in_json_tps_and_obj(saved, shapes, iccm):
     wanted = there([(50, 40), (60, 30)])
     for content in (
