@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable, Sequence
 from typing import Annotated, Any
 
+from ..errors import InputError
 from . import limits
 
 FORMS = "write x,y or [x, y]; on a mesh also v5 (a vertex) or x,y,z"
@@ -143,3 +144,22 @@ def _setting(word: str) -> tuple[str, float]:
 
 
 Pin = Annotated[tuple[Place, Place] | tuple[Place, Place, dict[str, float]], CheckedBy(pin)]
+
+
+def coordinate(text: str, where: str) -> float:
+    """Return a coordinate of a table or another text file.
+
+    Args:
+        text: the number as it is written.
+        where: its place in the file, for the message.
+
+    Raises:
+        InputError: it is not a finite number, or too large.
+    """
+    try:
+        found = float(text)
+    except ValueError:
+        found = math.nan
+    if not abs(found) <= limits.COORDINATE:
+        raise InputError(f"{where}: {text.strip()[:40]!r} is not a coordinate")
+    return found

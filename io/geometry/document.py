@@ -111,18 +111,3 @@ def read(path: str, columns: str | None = None) -> Document:
             return getattr(import_module(f".{module}", __package__), name).parse(data, columns)
         except UnicodeDecodeError:
             raise InputError("not a UTF-8 text file; save it as UTF-8") from None
-
-
-def number(text: str, where: str) -> float:
-    """Return a finite number.
-
-    Raises:
-        InputError: it is none; `where` says where it stands.
-    """
-    try:
-        found = float(text)
-    except ValueError:
-        found = np.nan
-    if not abs(found) <= limits.COORDINATE:
-        raise InputError(f"{where}: {text.strip()[:40]!r} is not a coordinate")
-    return found

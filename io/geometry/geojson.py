@@ -13,7 +13,8 @@ from ...arrays import Complex
 from ...errors import InputError
 from ..files import parse_json
 from ..outlines.polygons import geometries
-from .document import Document, Geometry, Images, number
+from ..point_syntax import coordinate
+from .document import Document, Geometry, Images
 
 SIMPLE = {"Point", "MultiPoint", "LineString", "MultiLineString", "Polygon", "MultiPolygon"}
 """Geometries with coordinates."""
@@ -213,7 +214,7 @@ def _pair(position: Any) -> complex:
         raise InputError(f"{json.dumps(position)[:60]} is not a position")
     if None in position[:2]:
         return complex(np.nan, np.nan)
-    x, y = (number(str(value), "a position") for value in position[:2])
+    x, y = (coordinate(str(value), "a position") for value in position[:2])
     return complex(x, y)
 
 

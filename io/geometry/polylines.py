@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import InputError
-from .document import Document, Geometry, Images, number
+from ..point_syntax import coordinate
+from .document import Document, Geometry, Images
 
 _KEPT = (b"o", b"g", b"#")
 
@@ -41,7 +42,7 @@ class Polylines(Document):
             if words[0] == "v":
                 if len(words) < 4:
                     raise InputError(f"{where}: a vertex needs x, y and z")
-                x, y, z = (number(word, where) for word in words[1:4])
+                x, y, z = (coordinate(word, where) for word in words[1:4])
                 vertices.append((x, y, z))
             elif words[0] in ("l", "p"):
                 found = np.array([_vertex(word, vertices, where) for word in words[1:]])

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import InputError
-from .document import NOWHERE, Document, Geometry, Images, number
+from ..point_syntax import coordinate
+from .document import NOWHERE, Document, Geometry, Images
 
 MISSING = frozenset(["na", "n/a", "#n/a", "nan", "null", "none", "missing"])
 """Cells, in lower case, that say that there is no value."""
@@ -172,5 +173,5 @@ def _place(row: list[str], at: tuple[int, int], line: int) -> complex:
     words = [cell.strip().lower() for cell in cells]
     if not any(words) or any(word in MISSING for word in words):
         return NOWHERE
-    x, y = (number(cell, f"row {line}") for cell in cells)
+    x, y = (coordinate(cell, f"row {line}") for cell in cells)
     return complex(x, y)

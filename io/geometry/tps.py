@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import InputError
-from .document import NOWHERE, Document, Geometry, Images, number
+from ..point_syntax import coordinate
+from .document import NOWHERE, Document, Geometry, Images
 
 MISSING = "NA NA"
 _COUNT = re.compile(r"\s*(LM|POINTS)\s*=\s*(\d+)\s*", re.IGNORECASE)
@@ -78,5 +79,5 @@ def _place(line: str, at: int) -> complex:
         return NOWHERE
     if len(words) != 2:
         raise InputError(f"line {at}: {line.strip()[:40]!r} is not a position x y")
-    x, y = (number(word, f"line {at}") for word in words)
+    x, y = (coordinate(word, f"line {at}") for word in words)
     return complex(x, y)

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import csv
 import io
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from ...errors import InputError
 from .. import formats, limits
+from ..point_syntax import coordinate
 
 if TYPE_CHECKING:
     from .shape import Shape
@@ -117,16 +117,6 @@ def _rows(text: str) -> list[tuple[int, list[str]]]:
     return [(number, row) for number, row in rows if any(row) and not row[0].startswith("#")]
 
 
-def _number(text: str, line: int) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not abs(value) <= limits.COORDINATE:
-        raise InputError(f"line {line}: {text[:40]!r} is not a coordinate")
-    return value
-
-
 def _read_bigwarp(text: str) -> LandmarkPairs:
     pairs = LandmarkPairs("image", [], [], [])
     for line, row in _rows(text):
@@ -137,7 +127,7 @@ def _read_bigwarp(text: str) -> LandmarkPairs:
                 f"line {line}: has {len(row)} columns instead of name, active, x, y, x, y (BigWarp)"
             )
         if row[1].lower() not in NO:
-            x, y, u, v = (_number(cell, line) for cell in row[2:])
+            x, y, u, v = (coordinate(cell, f"line {line}") for cell in row[2:])
             pairs.names.append(row[0])
             pairs.source.append((x, y))
             pairs.target.append((u, v))
@@ -155,7 +145,7 @@ def _read_qgis(text: str) -> LandmarkPairs:
         cells = dict(zip(header, row))
         if cells.get("enable", "1").lower() in NO:
             continue
-        x, y, u, v = (_number(cells.get(name, ""), line) for name in (*sources, "mapX", "mapY"))
+        x, y, u, v = (coordinate(cells.get(name, ""), f"line {line}") for name in (*sources, "mapX", "mapY"))
         pairs.names.append("")
         pairs.source.append((x, y))
         pairs.target.append((u, v))
@@ -193,8 +183,11 @@ def _specimens(text: str) -> list[list[Point | None]]:
         elif left and words:
             if len(words) != 2:
                 raise InputError(f"line {line}: {row.strip()[:40]!r} is not a landmark x y")
-            is_missing = [word.upper() for word in words] == ["NA", "NA"]
-            specimens[-1].append(None if is_missing else (_number(words[0], line), _number(words[1], line)))
+            if [word.upper() for word in words] == ["NA", "NA"]:
+                specimens[-1].append(None)
+            else:
+                x, y = (coordinate(word, f"line {line}") for word in words)
+                specimens[-1].append((x, y))
             left -= 1
     if left:
         raise InputError(f"the file ends before the last {left} landmarks")
