@@ -13,7 +13,6 @@ from ..meshes.flatten import Flattening, upright
 from ..meshes.mesh import Mesh
 from ..meshes.packing import pack
 from ..meshes.patch import Patch
-from ..meshes.topology import Triangles
 from .method import convex, flatten
 
 SAME_LENGTH_SHARE = (
@@ -113,17 +112,7 @@ def pack_all(
         side = 1 / float(np.abs(packing.factor).max())
         flat = [z * side for z in flat]
     firsts = np.cumsum([0, *(each.flat.size for each in layouts)])
-    patches = [each.patch for each in layouts]
-    whole = Patch(
-        mesh,
-        np.concatenate([patch.points for patch in patches]),
-        Triangles(
-            np.concatenate([patch.faces + first for patch, first in zip(patches, firsts)]), int(firsts[-1])
-        ),
-        np.concatenate([patch.vertex for patch in patches]),
-        np.concatenate(list(corners)),
-        np.concatenate([patch.seam for patch in patches]),
-    )
+    whole = Patch.of_pieces(mesh, [each.patch for each in layouts], corners)
     outlines = tuple(each.loop + first for each, first in zip(layouts, firsts))
     largest = int(np.argmax([each.patch.areas.sum() for each in layouts]))
     found = Flattening(

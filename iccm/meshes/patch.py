@@ -1,5 +1,6 @@
 """A piece of a mesh that can be flattened: one sound, oriented disk, with or without holes."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -33,6 +34,26 @@ class Patch:
     corner: Index
     seam: Index = field(default_factory=lambda: np.zeros((0, 2), np.int64))
     notes: tuple[str, ...] = ()
+
+    @classmethod
+    def of_pieces(cls, mesh: Mesh, pieces: "Sequence[Patch]", corners: Sequence[Index]) -> "Patch":
+        """Return several patches as one, vertices and triangles in order; their notes are left out.
+
+        Args:
+            mesh: that they are of together.
+            pieces: the patches.
+            corners: (m, 3) of each, the corners of that mesh behind those of its triangles.
+        """
+        firsts = np.cumsum([0, *(len(piece.points) for piece in pieces)])
+        faces = np.concatenate([piece.faces + first for piece, first in zip(pieces, firsts)])
+        return cls(
+            mesh,
+            np.concatenate([piece.points for piece in pieces]),
+            Triangles(faces, int(firsts[-1])),
+            np.concatenate([piece.vertex for piece in pieces]),
+            np.concatenate(list(corners)),
+            np.concatenate([piece.seam for piece in pieces]),
+        )
 
     @property
     def faces(self) -> Index:

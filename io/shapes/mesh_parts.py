@@ -10,7 +10,6 @@ from ...arrays import Flags, Index
 from ...meshes.flatten import Flattening
 from ...meshes.mesh import Mesh
 from ...meshes.patch import Patch
-from ...meshes.topology import Triangles
 from ..meshes.mesh_format import MeshFile
 from .mesh_shape import MeshShape
 
@@ -49,18 +48,8 @@ def join(shapes: Sequence[MeshShape]) -> MeshShape:
         return shapes[0]
     mesh, faces, corners = _unite([shape.file for shape in shapes])
     patches = [shape.flattening.patch for shape in shapes]
-    firsts = np.cumsum([0, *(len(patch.points) for patch in patches)])
-    whole = Patch(
-        mesh,
-        np.concatenate([patch.points for patch in patches]),
-        Triangles(
-            np.concatenate([patch.faces + first for patch, first in zip(patches, firsts)]), int(firsts[-1])
-        ),
-        np.concatenate([patch.vertex for patch in patches]),
-        np.concatenate([number[patch.corner] for number, patch in zip(corners, patches)]),
-        np.concatenate([patch.seam for patch in patches]),
-        tuple(dict.fromkeys(note for patch in patches for note in patch.notes)),
-    )
+    whole = Patch.of_pieces(mesh, patches, [number[patch.corner] for number, patch in zip(corners, patches)])
+    whole = replace(whole, notes=tuple(dict.fromkeys(note for patch in patches for note in patch.notes)))
     flat = np.concatenate([shape.flattening.flat for shape in shapes])
     first = shapes[0]
     laid = Flattening(whole, flat, first.flattening.loop, first.flattening.method)
