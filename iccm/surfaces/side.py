@@ -86,14 +86,21 @@ class Side:
         """
         if self.layout is None:
             return z
+        if self.own is self.layout or not z.size:
+            return z
         on = _is_near(Curve(self.layout.flat[self.loops[0]]), z)
-        return _transfer(self.layout, self.own, self.loops[0], z, on)
+        return _transfer(self._given_locator, self.own, self.loops[0], z, on)
+
+    @cached_property
+    def _given_locator(self) -> Locator:
+        """Finds the triangle under a point of the user's plane."""
+        return Locator(self.given)
 
     def scale_inward(self, z: Complex) -> Real:
         """Return how many times as long small lengths at points (p,) of the user's plane are where it is solved."""
-        if self.layout is None or self.own is self.layout:
+        if self.layout is None or self.own is self.layout or not z.size:
             return np.ones(z.size)
-        face, _ = Locator(self.layout)(z, 1)
+        face, _ = self._given_locator(z, 1)
         corners = self.layout.patch.faces[face]
         areas = [np.abs(triangle_areas(flat[corners])) for flat in (self.own.flat, self.layout.flat)]
         return np.sqrt(areas[0] / areas[1])
@@ -111,7 +118,9 @@ class Side:
 
     def outward(self, z: Complex, on: Flags) -> Complex:
         """And back again, for vertices (n,) of a map, some of which are on the outer outline."""
-        return z if self.layout is None else _transfer(self.own, self.layout, self.loops[0], z, on)
+        if self.layout is None or self.own is self.layout or not z.size:
+            return z
+        return _transfer(Locator(self.own), self.layout, self.loops[0], z, on)
 
     def curve_inward(self, stroke: Curve, points: int = 64) -> Curve:
         """Return a polyline of the user's plane, by points along it."""
@@ -125,12 +134,10 @@ def _is_near(outline: Curve, z: Complex) -> Flags:
     return outline.distances(z) < ON_OUTLINE_SHARE * outline.diagonal
 
 
-def _transfer(here: Flattening, there: Flattening, loop: Index, z: Complex, on: Flags) -> Complex:
+def _transfer(here: Locator, there: Flattening, loop: Index, z: Complex, on: Flags) -> Complex:
     """Return points z (p,) of one layout in another one of the same surface; those `on` the outline's loop along it."""
-    if here is there or not z.size:
-        return z
-    face, place = Locator(here)(z, 1)
-    found = np.einsum("pk,pk->p", place, there.flat[here.patch.faces[face]])
+    face, place = here(z, 1)
+    found = np.einsum("pk,pk->p", place, there.flat[here.faces[face]])
     outline, ends = Curve(here.flat[loop]), there.flat[loop]
     edge, share = outline.locate(outline.closest(z[on]))
     found[on] = ends[edge] * (1 - share) + ends[(edge + 1) % loop.size] * share
