@@ -95,7 +95,7 @@ def collect(
     ]
     for number, stroke in enumerate(listed.strokes if listed else []):
         a, b = _curves(stroke, number, source, target)
-        unit = float(np.mean([source.unit_at(z) for z in a.z]))
+        unit = float(np.mean([source.unit_at(z) for z in a.z])) if stroke.width else 1.0
         strokes.append((a, b, stroke.weight, stroke.name, stroke.width * unit))
         if stroke.ends == "stick":
             pins += [(a.z[end], b.z[end], stroke.weight, stroke.name, {"radius": 0.0}) for end in (0, -1)]
@@ -116,8 +116,12 @@ def in_the_plane(
     settings: dict[str, float], source: Shape, target: Shape, start: complex, end: complex
 ) -> dict[str, float]:
     """Return the settings of a pin from a point to a point of the core planes, its lengths from the files' units."""
-    units = {"radius": source.unit_at(start), "tolerance": target.unit_at(end)}
-    return {name: value * units.get(name, 1.0) for name, value in settings.items()}
+    found = dict(settings)
+    if "radius" in found:
+        found["radius"] *= source.unit_at(start)
+    if "tolerance" in found:
+        found["tolerance"] *= target.unit_at(end)
+    return found
 
 
 def _drawn_settings(source: Shape, name: str) -> dict[str, float]:
