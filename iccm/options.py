@@ -94,7 +94,7 @@ def _field(default: Any, **row: Any) -> Any:
 
 
 def _number(default: Any, *, least: float = 0, **row: Any) -> Any:
-    """Return a field for numbers, of at least 0 unless something else is said."""
+    """Return a field for numbers, by default of at least 0."""
     return _field(default, is_number=True, least=least, **row)
 
 

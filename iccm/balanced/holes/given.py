@@ -161,7 +161,7 @@ def open_holes(
 
 
 def unequal(holes: Holes) -> list[str]:
-    """Return what is to be said where one domain has more holes than the other."""
+    """Return a note where one domain has more holes than the other."""
     counts = [len(side) for side in holes.sides]
     more = abs(counts[0] - counts[1])
     if not more:

@@ -259,15 +259,21 @@ def test_the_checkerboard_is_remembered_where_a_job_is_written_down():
     assert again.checkered and again == job and not Job(source="a.svg", target="b.svg").checkered
 
 
-def test_it_is_rendered_as_finely_as_the_map_samples_it(files, monkeypatch):
-    """A narrow part of the source is widened to most of a large picture."""
-    made = []
+@pytest.fixture
+def made(monkeypatch):
+    """Return a list to which the size of each rendering is added."""
+    sizes = []
     render = rendering.render
     monkeypatch.setattr(
         rendering,
         "render",
-        lambda path, box, size, **how: made.append(size) or render(path, box, size, **how),
+        lambda path, box, size, **how: sizes.append(size) or render(path, box, size, **how),
     )
+    return sizes
+
+
+def test_it_is_rendered_as_finely_as_the_map_samples_it(files, made):
+    """A narrow part of the source is widened to most of a large picture."""
     from iccm.io.run.execute import run
 
     for size in (200, 3000):
@@ -294,15 +300,8 @@ def test_the_renderer_ends_without_who_started_it():
     assert done.returncode == -signal.SIGALRM
 
 
-def test_a_small_result_needs_no_large_rendering(files, monkeypatch):
+def test_a_small_result_needs_no_large_rendering(files, made, monkeypatch):
     """However much of the source a pixel shows: so many texels for each, or what was rendered before the map."""
-    made = []
-    render = rendering.render
-    monkeypatch.setattr(
-        rendering,
-        "render",
-        lambda path, box, size, **how: made.append(size) or render(path, box, size, **how),
-    )
     monkeypatch.setattr(texture, "density_needed", lambda fits, step: 1e3)
     from iccm.io.run.execute import run
 
