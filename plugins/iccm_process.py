@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 PYTHON = Path(__file__).with_name("iccm_python.txt")
-"""Names iccm's Python; written by `iccm plugins install`."""
+"""File with the path of iccm's Python, written by `iccm plugins install`."""
 THEIRS = ("PYTHONPATH", "PYTHONHOME", "PYTHONSTARTUP", "LD_LIBRARY_PATH", "LD_PRELOAD", "DYLD_LIBRARY_PATH")
 AGAIN = "run `iccm plugins install {program}` again"
 
@@ -32,7 +32,7 @@ def python(program: str) -> str:
 
 
 def start(interpreter: str, arguments: list[str], folder: str, log: str) -> subprocess.Popen:
-    """Return a process `iccm ARGUMENTS` in a folder, whose messages go to the file `log`."""
+    """Start a process `iccm ARGUMENTS` in a folder, with its messages written to the file `log`."""
     environment = {name: value for name, value in os.environ.items() if name not in THEIRS}
     command = [interpreter, "-c", "from iccm.__main__ import main; main()", *arguments]
     flags = {"creationflags": 0x08000000} if sys.platform == "win32" else {}  # no console window
@@ -52,7 +52,7 @@ def start(interpreter: str, arguments: list[str], folder: str, log: str) -> subp
 
 
 def messages(log: str) -> tuple[list[str], list[str]]:
-    """Return the errors and the notes that were logged with `--log-format json`."""
+    """Return the errors and warnings that were logged with `--log-format json`."""
     errors, notes = [], []
     for line in Path(log).read_text(encoding="utf-8", errors="replace").splitlines():
         try:

@@ -1,4 +1,4 @@
-"""`iccm edit`: a page in the browser on which pins and strokes are placed and the map is seen to follow.
+"""`iccm edit`: a page in the browser for placing pins and strokes while the map follows.
 
 session       the shapes, the converged map and the map that follows
 map_choice    a map continued, or found anew

@@ -1,4 +1,4 @@
-"""What was not saved of a pair, in the user's state folder: for a browser or a server that dies."""
+"""Unsaved changes to a pair, kept in the user's state folder in case the browser or the server dies."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from .session import Session
 
 
 class Unsaved(StrictModel):
-    """Pins and strokes that no file has.
+    """Pins and strokes that have not been saved to a file.
 
     Attributes:
-        scene: these.
-        start: the map that theirs continues from.
-        when: they were last changed.
-        port: of the server that had them: the next one takes its place, so that a page that is still open continues.
-        token: of its address.
+        scene: the pins and strokes.
+        start: the map that the scene's map continues from.
+        when: time of the last change.
+        port: of the server that edited them; the next server reuses it, so that a page that is still open reconnects.
+        token: of the address of that server.
     """
 
     scene: Scene
@@ -39,23 +39,23 @@ class Unsaved(StrictModel):
 
 
 def folder() -> Path:
-    """Return where programs keep what is to outlast them: $XDG_STATE_HOME, or what the system has for it."""
+    """Return the folder for persistent state: $XDG_STATE_HOME, or the system's equivalent."""
     home = os.environ.get("LOCALAPPDATA") if os.name == "nt" else os.environ.get("XDG_STATE_HOME")
     return Path(home or Path.home() / ".local" / "state") / "iccm" / "edit"
 
 
 def make_private(path: Path) -> None:
-    """Make a folder in, or the one that is, `folder`: for the user alone, as the token of the page's address is kept
-    there.
+    """Make a folder in `folder()` readable by the user alone, and create it if necessary: the token of the page's
+    address is stored there.
 
-    Raises:
+    InputError: the folder cannot be created or made private.
         InputError: it cannot be made so.
     """
     make_private_folder(path, folder().parent)
 
 
 def path(job: Job) -> Path:
-    """Return the file of a pair."""
+    """Return the file in which unsaved changes to a pair are kept."""
     specs = [
         os.path.abspath(path_of(spec)) + spec[len(path_of(spec)) :] for spec in (job.source, job.target or "")
     ]
@@ -63,7 +63,7 @@ def path(job: Job) -> Path:
 
 
 def read(job: Job) -> Unsaved | None:
-    """Return what was kept of a pair, if anything was that can be read."""
+    """Return the unsaved changes to a pair, or None if there are none or they cannot be read."""
     try:
         return Unsaved.model_validate_json(path(job).read_bytes())
     except (OSError, ValidationError):
@@ -71,20 +71,20 @@ def read(job: Job) -> Unsaved | None:
 
 
 def offer(session: Session, left: Unsaved | None) -> None:
-    """Let the page ask whether to continue with what was left of the pair."""
+    """Have the page ask whether to restore unsaved changes from an earlier session."""
     if left is None or left.scene == session.first:
         return
     session.left = left.scene
     if left.start:
-        with suppress(InputError):  # the files have changed: from scratch
+        with suppress(InputError):  # the files have changed: start from scratch
             session.begin(left.scene, left.start.map(session.source, session.target))
 
 
 def keep(session: Session, scene: Scene, port: int, token: str) -> None:
-    """Write what is not saved, for the user alone to read; forget it when all is.
+    """Store unsaved changes, readable by the user alone; delete them once everything is saved.
 
     Raises:
-        InputError: it cannot be written.
+        InputError: the file cannot be written.
     """
     if scene == session.left:
         session.left = None
@@ -100,6 +100,6 @@ def keep(session: Session, scene: Scene, port: int, token: str) -> None:
 
 
 def forget(job: Job) -> None:
-    """Nothing is unsaved any more."""
+    """Delete the stored changes to a pair."""
     with suppress(OSError):
         path(job).unlink()

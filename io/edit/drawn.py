@@ -1,4 +1,4 @@
-"""Pins and strokes drawn in a copy of an SVG file, in place of those that it has; the rest stays byte for byte."""
+"""Draw pins and strokes into a copy of an SVG file, replacing those it contains; all other bytes are kept."""
 
 from __future__ import annotations
 
@@ -20,15 +20,14 @@ Point = tuple[float, float]
 Pins = Sequence[tuple[str, Point]]
 Strokes = Sequence[tuple[str, Sequence[Point]]]
 LABEL = "inkscape:label"
-RADIUS = 0.008  # of the canvas: of the circles that show pins
+RADIUS = 0.008  # relative to the diagonal of the canvas: radius of the circles that show pins
 
 
 def copy_with(of: Shape, pins: Pins, strokes: Strokes) -> bytes:
-    """Return the drawing that a shape was read from with these pins and strokes, names without their prefix, in file
-    units.
+    """Return the drawing of a shape with these pins and strokes, in file units; names are given without their prefix.
 
     Raises:
-        InputError: it is not an SVG, or cannot be changed in this way.
+        InputError: the file is not an SVG, or cannot be changed in this way.
     """
     path, (low, high) = of.path, of.box
     data = drawing_bytes(path)
@@ -43,17 +42,17 @@ def copy_with(of: Shape, pins: Pins, strokes: Strokes) -> bytes:
     for a, b in cuts:
         kept.append(data[start:a])
         start = b
-    # larger circles would say how large the patches of pins are
+    # larger circles would be read as the sizes of the pins' patches
     mark = 0.5 * MARK_SHARE * float(np.sqrt(abs(of.curve.area)))
     drawn = "\n".join(_elements(pins, strokes, min(RADIUS * abs(high - low), mark)))
     return b"".join([*kept, data[start:end], drawn.encode("ascii", "xmlcharrefreplace"), b"\n", data[end:]])
 
 
 def check(spec: str, like: Shape, pins: Pins, strokes: Strokes) -> None:
-    """Read a copy again and compare it with the shape that it is to show, and with what was drawn.
+    """Read a copy again and compare it with the original shape and with the constraints that were drawn.
 
     Raises:
-        InputError: it is another, as where the root is transformed.
+        InputError: they differ, for example because the root element is transformed.
     """
     read = shape.read(spec)
     places = {PIN + name: like.to_core(place) for name, place in pins}
@@ -74,7 +73,7 @@ def check(spec: str, like: Shape, pins: Pins, strokes: Strokes) -> None:
 
 @dataclass
 class _Cuts:
-    """Bytes of the elements that are constraints, and where the root ends."""
+    """Byte ranges of the elements that are constraints, and the position of the root's end tag."""
 
     found: list[tuple[int, int]] = field(default_factory=list)
     end: int = 0
@@ -130,5 +129,5 @@ def _elements(pins: Pins, strokes: Strokes, radius: float) -> list[str]:
 
 
 def _text(value: float) -> str:
-    """Return all digits of a number, as SVG has it."""
+    """Return a number with all its digits, without an exponent."""
     return np.format_float_positional(value, trim="-")

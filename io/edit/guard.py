@@ -1,6 +1,7 @@
-"""The guard of the server: only its own page, which knows the token, is answered.
+"""Access control of the server: it answers only its own page, which knows the token.
 
-Anything else on the machine may send to a port of 127.0.0.1: other users, and every page that is open in the browser.
+Any program on the machine can send requests to a port of 127.0.0.1: those of other users, and every page that is open
+in the browser.
 """
 
 from __future__ import annotations
@@ -24,14 +25,14 @@ POLICY = {
 
 
 class Guard:
-    """Refuses, with 403, all requests but those to /TOKEN/… at this server's own address, from its own page."""
+    """Refuse, with status 403, all requests except those from its own page to /TOKEN/… at this server's address."""
 
     def __init__(self, app: ASGIApp, token: str, port: int) -> None:
         self._app, self._token = app, token
         self._hosts = {f"127.0.0.1:{port}", f"localhost:{port}"}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Serve one request, or one conversation."""
+        """Serve one HTTP request or one websocket."""
         if scope["type"] == "lifespan":
             return await self._app(scope, receive, send)
         if self._allowed(scope):

@@ -1,5 +1,9 @@
-"""The conversation with the page. Maps are made in three threads: the map that follows, the converged map, and
-another to compare that with; of what is asked for while they work only the newest counts."""
+"""The websocket between server and page.
+
+Maps are computed in three threads: one for the coarse map during dragging, one for the converged map, and one for the
+map from scratch that the converged map is compared with. If several requests arrive while a thread is busy, only the
+newest is served.
+"""
 
 from __future__ import annotations
 
@@ -24,18 +28,21 @@ from .workspace import Workspace, without_folders
 KINDS = ("follow", "solve", "compare")
 Answered = Place | Suggest | Save | Draw | Export | Forget | ReadPins | WritePins
 Keep = Callable[[Session, Scene], None]
-SENTENCES = ("message", "error", "notes")  # the parts of messages that are read by people
-IDLE = 0.5  # seconds without a change after which a map is compared with that from scratch
-GRACE = 3.0  # seconds in which a page that is loaded again must be asked for
-LOADING = 30.0  # and in which it must be back then
-UNSUPPORTED = 1003  # close code (RFC 6455, 7.4.1): data of a kind that is not taken
-TAKE_OVER = '{"type":"take"}'  # what a page sends whose user wants to edit there again
+SENTENCES = ("message", "error", "notes")  # fields of messages that contain text for the user
+IDLE = 0.5  # seconds without a change before a map is compared with the one from scratch
+GRACE = 3.0  # seconds that the server waits for a page that is being reloaded to be requested
+LOADING = 30.0  # seconds within which a requested page must connect
+UNSUPPORTED = 1003  # close code (RFC 6455, 7.4.1): the type of data is not accepted
+TAKE_OVER = '{"type":"take"}'  # sent by a waiting page when its user wants to edit there again
 MISTAKE = "internal error, please report it ({}: {})"
 
 
 class Links:
-    """The pages that are open on a workspace. One of them edits: the newest, or the one that asked for it last. The
-    others wait, and may take over. When none is open any more, `gone` is called."""
+    """The open pages of a workspace.
+
+    Only one of them edits: the newest, or the one that last asked to. The others wait, and may take over. `gone` is
+    called when the last page has been closed.
+    """
 
     def __init__(
         self, workspace: Workspace, gone: Callable[[], None], keep: Keep, grace: float = GRACE
@@ -64,7 +71,7 @@ class Links:
                 self._leave(LOADING if self._expected else self._grace)
 
     async def _edit(self, socket: WebSocket) -> bool:
-        """Let a page edit, in place of the one that does; return whether another one took over before it was closed."""
+        """Let a page edit in place of the current one; return whether another page took over before it was closed."""
         if self._replaced:
             self._replaced.set()
         self._replaced = replaced = asyncio.Event()
@@ -90,13 +97,13 @@ class Links:
         return True
 
     def expect(self) -> None:
-        """Note that a page was asked for, and is waited for unless it takes the place of another."""
+        """Note that a page was requested, and wait for it to connect."""
         self._expected = True
         if self._leaving:
             self._leave(LOADING)
 
     def _leave(self, seconds: float | None) -> None:
-        """Leave after some seconds, or not at all."""
+        """Schedule the end of the server in some seconds; None cancels it."""
         if self._leaving:
             self._leaving.cancel()
         loop = asyncio.get_running_loop()
@@ -104,10 +111,10 @@ class Links:
 
 
 async def _wait_for_return(socket: WebSocket) -> None:
-    """Tell a page that another one edits, and wait until the user wants to edit here again.
+    """Inform a page that another one is editing, and wait until the user wants to edit here again.
 
     Raises:
-        WebSocketDisconnect: it was closed.
+        WebSocketDisconnect: the page was closed.
     """
     with suppress(RuntimeError):
         await socket.send_json({"type": "taken"})
@@ -116,10 +123,10 @@ async def _wait_for_return(socket: WebSocket) -> None:
 
 
 async def _text(socket: WebSocket) -> str:
-    """Return the next message of a page, which sends text alone.
+    """Return the next message of a page, which sends text only.
 
     Raises:
-        WebSocketDisconnect: it has left, or sent bytes, which end the conversation.
+        WebSocketDisconnect: the page was closed, or sent bytes, for which the connection is closed.
     """
     message = await socket.receive()
     if message["type"] == "websocket.disconnect":
@@ -132,7 +139,7 @@ async def _text(socket: WebSocket) -> str:
 
 
 async def _choosing(socket: WebSocket, workspace: Workspace) -> None:
-    """Hold a page on which nothing is edited yet, until it leaves."""
+    """Serve a page on which no files have been opened yet, until it is closed."""
     with suppress(WebSocketDisconnect, RuntimeError):
         await socket.send_json({"type": "hello", "empty": True, **workspace.describe()})
         while True:
@@ -140,7 +147,7 @@ async def _choosing(socket: WebSocket, workspace: Workspace) -> None:
 
 
 def _with_plain_names(message: dict[str, Any]) -> dict[str, Any]:
-    """Return a message whose sentences name files as the user knows them."""
+    """Return a message in which files have the names that the user knows."""
     sentences = {name: message[name] for name in SENTENCES if name in message}
     plain = {
         name: without_folders(text) if isinstance(text, str) else [without_folders(each) for each in text]
@@ -150,7 +157,7 @@ def _with_plain_names(message: dict[str, Any]) -> dict[str, Any]:
 
 
 class _Link:
-    """One page."""
+    """The connection to the page that is editing."""
 
     def __init__(
         self,
@@ -165,7 +172,7 @@ class _Link:
         self._told = False
 
     async def run(self) -> None:
-        """Until the page leaves."""
+        """Serve the page until it is closed."""
         await self._say({"type": "hello", **self._session.describe(), **self._names()})
         async with asyncio.TaskGroup() as tasks:
             works = self._work("follow"), self._work("solve"), self._compare()
@@ -182,7 +189,7 @@ class _Link:
         except InputError as error:
             return await self._say({"type": "error", "message": str(error)})
         if isinstance(message, Follow | Solve):
-            self._session.scene = message.scene  # here, where they come one after another, not in the threads
+            self._session.scene = message.scene  # here, where messages arrive in order, not in the threads
             return self._put(message.type, message)
         pool = "follow" if isinstance(message, Place | Suggest) else "files"
         answer = await self._done(pool, self._answer, message)
@@ -193,13 +200,13 @@ class _Link:
         while True:
             message: Follow | Solve = await queue.get()
             if session.scene is not message.scene:
-                continue  # it was released by now
+                continue  # the pin was released in the meantime
             way = (message.way,) if isinstance(message, Solve) else ()
             shown: Any = await self._done(kind, getattr(session, kind), message.scene, *way)
             if isinstance(shown, dict):
                 shown = MapUpdate("error", False, shown["error"])
             if kind == "solve" and session.scene is not message.scene and shown.kind != "error":
-                continue  # something is being dragged again
+                continue  # the user is dragging again
             await self._show(message, shown)
             if kind == "solve":
                 await self._kept(message.scene)
@@ -207,7 +214,7 @@ class _Link:
                 self._put("compare", message)
 
     async def _kept(self, scene: Scene) -> None:
-        """Keep what is not saved; tell, once, that it cannot be."""
+        """Keep unsaved changes; report a failure once."""
         failed = await self._done("files", self._keep, scene)
         if failed and not self._told:
             self._told = True
@@ -216,7 +223,9 @@ class _Link:
             )
 
     async def _compare(self) -> None:
-        """Tell the page of another map, when nothing else is to be done."""
+        """While nothing else is to be done, compare the map with the one from scratch and inform the page if they
+        differ.
+        """
         session, queue = self._session, self._newest["compare"]
         while True:
             message: Solve = await queue.get()
@@ -227,7 +236,7 @@ class _Link:
                     await self._show(message, shown)
 
     def _put(self, kind: str, message: Follow | Solve) -> None:
-        """Something to do, in place of what was to be done."""
+        """Queue a request in place of the one that is waiting."""
         queue = self._newest[kind]
         if queue.full():
             queue.get_nowait()
@@ -243,12 +252,12 @@ class _Link:
             await self._send(self._socket.send_bytes(frame(_with_plain_names(head), drawn)))
 
     async def _done(self, pool: str, call: Callable[..., Any], *arguments: Any) -> Any:
-        """Return what a call gives in a separate thread, or {"error": …}."""
+        """Return the result of a call in another thread, or {"error": …}."""
         try:
             return await asyncio.get_running_loop().run_in_executor(self._pools[pool], call, *arguments)
         except InputError as error:
             return {"error": str(error)}
-        except Exception as error:  # a mistake of iccm must not end the page, and what is on it
+        except Exception as error:  # an error in iccm must not close the page and lose the user's work
             return {"error": MISTAKE.format(type(error).__name__, " ".join(str(error).split()))}
 
     def _answer(self, message: Answered) -> dict[str, Any]:
@@ -275,7 +284,9 @@ class _Link:
         return self._written(message, names)
 
     def _asks(self, name: str) -> bool:
-        """Return whether the user must say that a file may be replaced: one that is there, and not from here."""
+        """Return whether the user must confirm that a file may be replaced: one that exists and was not written by this
+        session.
+        """
         session = self._session
         known = name in session.written or name == session.job.constraints
         return not known and check_output(name, force=True).exists()
@@ -307,6 +318,6 @@ class _Link:
         await self._send(self._socket.send_json(_with_plain_names(message)))
 
     async def _send(self, sending: Any) -> None:
-        with suppress(WebSocketDisconnect, RuntimeError):  # the page has left
+        with suppress(WebSocketDisconnect, RuntimeError):  # the page was closed
             async with self._sending:
                 await sending

@@ -1,4 +1,4 @@
-"""The choice between two maps of a scene: continued from the map before it, or from scratch."""
+"""The choice between two maps of a scene: one continued from the previous map, or one from scratch."""
 
 from __future__ import annotations
 
@@ -8,17 +8,18 @@ import numpy as np
 
 from ...maps.triangulated.map import TriangulatedMap
 
-AGREED = 0.005  # of the target's diagonal: what 95 % of the points move less than that is one map (4 pixels of 800)
+# relative to the target's diagonal: maps are the same if 95 % of the points move by less (4 pixels of 800)
+AGREED = 0.005
 
 
 @dataclass(frozen=True, eq=False)
 class MapChoice:
-    """How the map of a scene is found, and is found again: by undo, and by the command from what is saved.
+    """How the map of a scene is computed, so that undo and the command line can repeat it.
 
     Attributes:
-        start: the map that it continues from; None if it is made from scratch.
-        fresh: whether it is made from scratch all the same.
-        other: whether the map from scratch is known to be another.
+        start: the map that it may continue from; None if there is none.
+        fresh: whether it is computed from scratch even though there is a `start`.
+        other: whether the map from scratch is known to be different.
     """
 
     start: TriangulatedMap | None = None
@@ -27,19 +28,19 @@ class MapChoice:
 
     @property
     def begins(self) -> TriangulatedMap | None:
-        """The map that it does continue from."""
+        """The map that it actually continues from."""
         return None if self.fresh else self.start
 
     @property
     def alternative(self) -> str:
-        """Which other map there is, as `MapUpdate.other`."""
+        """The other map that the user can choose, as in `MapUpdate.other`."""
         if self.start is None or not (self.other or self.fresh):
             return ""
         return "kept" if self.fresh else "fresh"
 
 
 def same(one: TriangulatedMap, other: TriangulatedMap) -> bool:
-    """Return whether two maps of the same shapes are not seen to differ."""
+    """Return whether two maps of the same shapes look the same."""
     inner = np.setdiff1d(np.arange(one.source.size), np.concatenate(one.loops))
     gaps = np.abs(other(one.source[inner]) - one.image[inner])
     gaps = gaps[np.isfinite(gaps)]

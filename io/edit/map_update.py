@@ -1,4 +1,4 @@
-"""The answer to the page: figures and picture of a map, or why there is none."""
+"""The server's answer to the page: the figures and picture of a map, or why there is none."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ from ...status import Status
 from ..run.report import as_json
 from .messages import Scene
 
-SEEN = ("shown", "covered")  # of drawings
-LOST = ("left_out", "uncovered")  # of partial maps
-MISSED = 1e-6  # of the target's diagonal; pins that are met are met to 1e-9
-MISSED_STROKE = 1e-3  # the same for strokes, which lie on theirs to 2e-4
+SEEN = ("shown", "covered")  # figures of maps of whole drawings
+LOST = ("left_out", "uncovered")  # figures of partial maps
+MISSED = 1e-6  # relative to the target's diagonal; exact pins are met to 1e-9
+MISSED_STROKE = 1e-3  # the same for strokes, whose points lie on their images to 2e-4
 
 
 @dataclass(frozen=True, eq=False)
 class Solved:
-    """Maps in the rest shape.
+    """The converged maps of a scene.
 
     Attributes:
-        fits: of each part; one, unless parts are mapped one by one.
-        report: their figures, of the first with those of others as its parts.
-        pins: (k, 2) in the core plane, first those of the scene.
+        fits: one for each part; a single one unless parts are mapped separately.
+        report: figures of the first fit, with those of the others as its parts.
+        pins: (k, 2) in the core plane; those of the scene come first.
     """
 
     fits: list[Fit]
@@ -42,7 +42,7 @@ class Solved:
 
     @property
     def fit(self) -> Fit:
-        """That of the first."""
+        """The fit of the first part."""
         return self.fits[0]
 
     @property
@@ -52,25 +52,25 @@ class Solved:
 
     @property
     def status(self) -> Status:
-        """How the solver ended: for the first part that did not end well."""
+        """The status of the first part that was not solved successfully."""
         return next((fit.status for fit in self.fits if not fit.status.ok), self.fit.status)
 
 
 @dataclass(frozen=True, eq=False)
 class MapUpdate:
-    """What the page is shown.
+    """What the page shows after a change.
 
     Attributes:
-        kind: "full" for the map that `iccm map` makes of what is saved, "coarse" for one that follows, "error" where
-            there is none.
-        ok: whether the map is as good as was asked for.
-        message: a sentence on it.
-        figures: of the report, as far as they are known.
-        wrong: numbers of the pins and strokes that are not met or cannot be.
-        drawn: what the page draws of it, see `Session.drawn`; None where the map on the page stays.
+        kind: "full" for the map that `iccm map` computes from the saved constraints, "coarse" for one that follows
+            dragging, "error" if there is none.
+        ok: whether the map meets all requirements.
+        message: a sentence about the map.
+        figures: those of the report that are known.
+        wrong: indices of the pins and strokes that are not or cannot be met.
+        drawn: what the page draws, see `Session.image_of`; None if the page keeps its map.
         patches: radius and tolerance of each soft pin, in the units of the files; None for exact pins.
-        outlines: of a shape that is deformed, rings of [x, y] in the page's coordinates.
-        other: "fresh" where the map from scratch is another, "kept" where the one continued from the last map is.
+        outlines: of a deformed shape, rings of [x, y] in the page's coordinates.
+        other: "fresh" if the map from scratch differs, "kept" if the map continued from the last one does.
     """
 
     kind: str
@@ -84,20 +84,20 @@ class MapUpdate:
     patches: list[dict[str, float] | None] = field(default_factory=list)
 
     def head(self, seq: int) -> dict[str, Any]:
-        """Return all but what is drawn, for the page; `seq` says to what this is the answer."""
+        """Return all fields except `drawn` for the page; `seq` is the number of the request that this answers."""
         names = ("kind", "ok", "message", "figures", "wrong", "other", "outlines", "patches")
         head = {name: getattr(self, name) for name in names}
         return as_json({"type": "map", "seq": seq, **head})
 
 
 def figures(report: dict[str, Any]) -> dict[str, Any]:
-    """Return what the page shows of a report."""
+    """Return the figures of a report that the page shows."""
     names = ("status", "boundary", "stretch", "dilatation", "scale", "turn", "injective", "notes")
     return {name: report[name] for name in (*names, *SEEN, *LOST) if name in report}
 
 
 def verdict(status: Status, report: dict[str, Any], *, deformed: bool) -> str:
-    """Return a sentence on a whole map, for who never saw a report."""
+    """Return a sentence about a converged map, for users who have never seen a report."""
     if not status.ok:
         return status.value
     most, certified = report["stretch"]["p95"], report["injective"]["certified"]
@@ -122,7 +122,7 @@ def verdict(status: Status, report: dict[str, Any], *, deformed: bool) -> str:
 
 
 def missed_constraints(report: dict[str, Any], scene: Scene) -> dict[str, list[int]]:
-    """Numbers of the pins and strokes that a full map does not meet."""
+    """Return the indices of the pins and strokes that a full map does not meet."""
     pins, strokes = report["pins"][: len(scene.pins)], report["strokes"]
     return {
         "pins": [
@@ -135,7 +135,9 @@ def missed_constraints(report: dict[str, Any], scene: Scene) -> dict[str, list[i
 
 
 def refusal(error: InputError) -> MapUpdate:
-    """Return what cannot be: the message counts from 1, and so names which."""
+    """Return the answer for constraints that cannot be met; their numbers are read from the message, which counts from
+    1.
+    """
     text, wrong = str(error), {}
     for kind in ("pin", "stroke"):
         found = re.findall(rf"\b{kind}s? (?:on the outline out of order: )?(\d+(?:(?:, | and )\d+)*)", text)

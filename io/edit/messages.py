@@ -1,4 +1,4 @@
-"""Messages of the page, validated: everything that comes from it is data of a stranger."""
+"""Messages from the page, validated: they are untrusted input."""
 
 from __future__ import annotations
 
@@ -19,8 +19,9 @@ class _Message(StrictModel):
 
 
 class Scene(_Message):
-    """All that is edited: pins, strokes and rigid regions in the files' units, as constraints files have them, and how
-    the map is to be."""
+    """The edited state: pins, strokes and rigid regions in file units, as in constraints files, and settings of the
+    map.
+    """
 
     pins: list[Pin] = Field(default=[], max_length=limits.PAGE_PINS)
     strokes: list[Stroke] = Field(default=[], max_length=limits.PAGE_STROKES)
@@ -45,20 +46,21 @@ class Scene(_Message):
 
     @property
     def whole(self) -> bool:
-        """Whether the outlines, or the tightest frames, of both drawings go onto each other for certain, so that maps
-        may continue from each other."""
+        """Whether the whole outlines, or the tightest frames, of both drawings are certain to be mapped onto each
+        other, so that maps can continue from each other.
+        """
         mode = FITS[self.fit]
         return not mode.is_partial and (self.constrained or not mode.is_searched)
 
     @property
     def key(self) -> str:
-        """What the map depends on: all but the names."""
+        """What the map depends on: everything except the names, as JSON."""
         nameless = {"name": True}
         return self.model_dump_json(exclude={"pins": {"__all__": nameless}, "strokes": {"__all__": nameless}})
 
 
 class Follow(_Message):
-    """Something is being dragged: the coarse map."""
+    """A request for the coarse map while something is being dragged."""
 
     type: Literal["follow"]
     seq: int
@@ -66,7 +68,10 @@ class Follow(_Message):
 
 
 class Solve(_Message):
-    """It was released: the whole map, as `iccm map` makes it of what is saved; `way`: which of two that are known."""
+    """A request for the converged map, as `iccm map` computes it from the saved constraints.
+
+    `way` selects one of two known maps, see `MapChoice`.
+    """
 
     type: Literal["solve"]
     seq: int
@@ -75,7 +80,7 @@ class Solve(_Message):
 
 
 class Place(_Message):
-    """Where points of one side are on the other."""
+    """A request for the images of points of one side on the other."""
 
     type: Literal["place"]
     id: int
@@ -91,26 +96,26 @@ class _File(_Message):
 
 
 class Save(_File):
-    """Pins and strokes as JSON."""
+    """A request to save pins and strokes as JSON."""
 
     type: Literal["save"]
 
 
 class Draw(_File):
-    """Pins and strokes drawn in copies of the SVG files, whose names end in this."""
+    """A request to draw pins and strokes into copies of the SVG files, whose names end in this suffix."""
 
     type: Literal["draw"]
 
 
 class Forget(_Message):
-    """What an earlier session left is not wanted."""
+    """A request to delete the unsaved changes of an earlier session."""
 
     type: Literal["forget"]
     id: int
 
 
 class Suggest(_Message):
-    """Pins that both drawings suggest."""
+    """A request for pins that both drawings suggest."""
 
     type: Literal["suggest"]
     id: int
@@ -118,7 +123,7 @@ class Suggest(_Message):
 
 
 class ReadPins(_Message):
-    """Pins from a file of the browser: constraints as JSON, or landmarks of another program."""
+    """Pins from a file chosen in the browser: constraints as JSON, or landmarks of another program."""
 
     type: Literal["read-pins"]
     id: int
@@ -127,7 +132,7 @@ class ReadPins(_Message):
 
 
 class WritePins(_Message):
-    """Pins as landmarks of another program, for a file of the browser."""
+    """A request for pins as landmarks of another program, to download."""
 
     type: Literal["write-pins"]
     id: int
@@ -136,7 +141,7 @@ class WritePins(_Message):
 
 
 class Export(_File):
-    """What `iccm map` writes; or, unless `write`, the command that writes it."""
+    """A request for what `iccm map` writes; without `write`, only for the command that writes it."""
 
     type: Literal["export"]
     size: int = Field(default=1024, ge=1, le=limits.SIDE)
@@ -144,7 +149,7 @@ class Export(_File):
 
 
 class Download(_Message):
-    """What `iccm map` writes, as a file for the browser."""
+    """A request for what `iccm map` writes, as a file to download."""
 
     scene: Scene
     name: str = Field(min_length=1, max_length=200)
@@ -159,10 +164,10 @@ _READ: TypeAdapter[Message] = TypeAdapter(Message)
 
 
 def read(text: str) -> Message:
-    """Return a message of the page.
+    """Parse a message from the page.
 
     Raises:
-        InputError: it is none.
+        InputError: the message is invalid.
     """
     try:
         return _READ.validate_json(text)
@@ -171,10 +176,10 @@ def read(text: str) -> Message:
 
 
 def read_download(text: bytes) -> Download:
-    """Read the request for a file.
+    """Parse a request for a download.
 
     Raises:
-        InputError: it is not one.
+        InputError: the request is invalid.
     """
     try:
         return Download.model_validate_json(text)
@@ -183,10 +188,12 @@ def read_download(text: bytes) -> Download:
 
 
 def scene_of(pins: list[Pin], strokes: list[Stroke], rigid: list[str | Polygon], **how: Any) -> Scene:
-    """Return a scene that was not made on the page; `how` the map is to be.
+    """Return a scene that was not made on the page.
+
+    `how` are settings of the map, such as its balance.
 
     Raises:
-        InputError: it could not be.
+        InputError: the scene is not valid, for example because it has too many pins.
     """
     try:
         return Scene.model_validate({"pins": pins, "strokes": strokes, "rigid": rigid, **how})

@@ -1,4 +1,4 @@
-"""What a shape's own file shows, as the browser lays it under or over what is carried."""
+"""A shape's own file as a picture, which the browser shows under or over the carried texture."""
 
 from __future__ import annotations
 
@@ -13,11 +13,13 @@ from ..svg.document import drawing_bytes, root
 from .scene import png
 
 SIDE = 2048
-"""Pixels of the longer side of a drawing, as a browser paints it."""
+"""Pixels of the longer side of a drawing in the browser."""
 
 
 def own_drawing(shape: Shape) -> tuple[bytes, str] | None:
-    """Content and type of a picture of the shape's canvas, `Shape.box`; None for what shows none, such as a mesh."""
+    """Return content and media type of a picture of the canvas, `Shape.box`; None for meshes and other files without
+    one.
+    """
     suffix = formats.suffix_of(shape.path)
     if shape.is_mesh or shape.is_layout:
         return None
@@ -29,8 +31,9 @@ def own_drawing(shape: Shape) -> tuple[bytes, str] | None:
 
 
 def _drawing(shape: Shape) -> bytes:
-    """Return the file with the canvas as its view, whatever its own is. As an image of a page it loads nothing, and
-    nothing in it runs.
+    """Return the SVG file with the shape's canvas as its `viewBox`.
+
+    A browser that shows it as an image loads nothing from other files and runs no scripts.
     """
     drawn, corners = root(drawing_bytes(shape.path)), shape.to_file(np.array(shape.box))
     (x, y), (width, height) = corners.min(axis=0), np.ptp(corners, axis=0)

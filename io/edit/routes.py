@@ -1,5 +1,7 @@
-"""What the server answers: the page's files, its textures and meshes, files that are chosen on the page, and the
-conversation. Of the disk nothing is read that was not named on the command line or chosen on the page."""
+"""Routes of the server: the page's files, textures and meshes, files chosen on the page, and the websocket.
+
+Only files named on the command line or chosen on the page are read from disk.
+"""
 
 from __future__ import annotations
 
@@ -31,12 +33,12 @@ CONTENT_TYPES = {
     ".js": "text/javascript",
     ".svg": "image/svg+xml",
 }
-LEAST_TEXELS = 2048  # of a texture's side: what every WebGL 2 takes
-MAX_SIDE_DIGITS = 5  # of a texture's side that a page asks for
+LEAST_TEXELS = 2048  # of a texture's side: supported by every WebGL 2 implementation
+MAX_SIDE_DIGITS = 5  # of a texture's side in a request
 
 
 def page_files() -> dict[str, tuple[bytes, str]]:
-    """Return content and type of each of the page's files, by name; that of the page itself is empty."""
+    """Return content and media type of each of the page's files by name; the page itself has the empty name."""
     found = {}
     for file in files(__package__).joinpath("page").iterdir():
         suffix = file.name[file.name.rfind(".") :]
@@ -53,15 +55,15 @@ def app(
     keep: Keep = lambda *_: None,
     **options: Any,
 ) -> Guard:
-    """Make what answers requests of those who know the token.
+    """Make the application that answers requests with the right token.
 
     Args:
-        workspace: what is edited.
+        workspace: the open shapes.
         token: the first part of every address.
         port: of the server.
-        gone: is called when no page is open any more.
-        keep: keeps what is not saved.
-        **options: of `Links`.
+        gone: called when the last page has been closed.
+        keep: stores unsaved changes.
+        **options: passed to `Links`.
     """
     answers = _Answers(workspace, Links(workspace, gone, keep, **options))
     routes: list[BaseRoute] = [
@@ -84,13 +86,13 @@ def app(
 
 
 class _Answers:
-    """The answer to each kind of request."""
+    """Handlers of the routes."""
 
     def __init__(self, workspace: Workspace, links: Links) -> None:
         self._workspace, self._links = workspace, links
 
     def page_file(self, name: str, content: bytes, kind: str) -> Callable[..., Any]:
-        """Return what answers with a file of the page."""
+        """Return a handler that answers with a file of the page."""
 
         async def answer(_: Request) -> Response:
             if not name:
@@ -100,7 +102,7 @@ class _Answers:
         return answer
 
     def texture(self, request: Request) -> Response:
-        """Return the texture as a PNG, of at most as many pixels a side as the page asks for."""
+        """Return the texture as a PNG, with at most as many pixels a side as the page asks for."""
         session = self._workspace.session
         if session is None:
             return Response(status_code=404)
@@ -121,7 +123,7 @@ class _Answers:
         return Response(content, media_type="application/octet-stream")
 
     def drawing(self, request: Request) -> Response:
-        """Return what the file of a side shows itself, if anything."""
+        """Return the picture in the file of a side, if there is one."""
         session = self._workspace.session
         if session is None:
             return Response(status_code=404)
@@ -144,7 +146,7 @@ class _Answers:
         return await _in_thread(keep)
 
     async def export(self, request: Request) -> Response:
-        """Return a file that `iccm map` writes, to show or to download."""
+        """Return a file that `iccm map` writes, to be shown or downloaded."""
         session = self._workspace.session
         if session is None:
             return Response(status_code=404)
@@ -161,14 +163,14 @@ class _Answers:
         return Response(made.content, media_type=kind, headers={"x-file-name": quote(made.name)})
 
     async def describe_workspace(self, request: Request) -> Response:
-        """Return what is edited and may be chosen; with ?side=source or target the parts of that file."""
+        """Return the open files and those that may be chosen; with ?side=source or target, the parts of that file."""
         side = request.query_params.get("side", "")
         if side in ("source", "target"):
             return await _in_thread(lambda: {"parts": self._workspace.parts(side)})
         return await _in_thread(self._workspace.describe)
 
     async def open_files(self, request: Request) -> Response:
-        """Edit the files that are named, or a sample."""
+        """Open the named files, or a sample."""
         body = await _body(request, limits.PAGE_MESSAGE_BYTES)
         if body is None:
             return JSONResponse({"error": "more than the names of files"}, 413)
@@ -190,12 +192,12 @@ class _Answers:
         return await _in_thread(open_them)
 
     async def converse(self, page: WebSocket) -> None:
-        """Hold the conversation with a page."""
+        """Serve the websocket of a page."""
         await self._links.serve(page)
 
 
 async def _body(request: Request, most: int) -> bytes | None:
-    """Return what is sent with a request; None for more than so many bytes, of which no more are read."""
+    """Return the body of a request; None, without reading on, if it exceeds so many bytes."""
     body = bytearray()
     async for part in request.stream():
         body += part
@@ -205,7 +207,7 @@ async def _body(request: Request, most: int) -> bytes | None:
 
 
 async def _in_thread(call: Callable[[], dict[str, Any]]) -> Response:
-    """Return what a call in another thread gives, or {"error": …}."""
+    """Return the result of a call in another thread, or {"error": …}."""
     try:
         return JSONResponse(await run_in_threadpool(call))
     except InputError as error:

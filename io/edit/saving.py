@@ -1,4 +1,4 @@
-"""Saving from the page: constraints as JSON or drawn, the command that repeats the result, and what that writes."""
+"""Saving from the page: constraints as JSON or drawn, the command line, and exported files."""
 
 from __future__ import annotations
 
@@ -29,24 +29,24 @@ from .messages import Scene
 from .session import Session, stem
 
 ANSWERED = ("pin", "constraints", "balance", "turn", "fit", "force", "output", "stmap", "size")
-"""Fields of the job that the scene, or the page, says."""
+"""Fields of the job that are set by the scene or the page."""
 
 
 def constraints_file(session: Session) -> str:
-    """Return where Save puts pins and strokes: into the file that they came from, else beside where iccm runs."""
+    """Return the file that Save writes: the one that the constraints came from, else one in the current folder."""
     given = session.job.constraints
     return given if given and given != "-" else f"{stem(session.job)}.json"
 
 
 ENDING = "-pins"
-"""Of the names of copies, if the user does not say another."""
+"""Suffix of the names of copies, unless the user chooses another."""
 
 
 def local(name: str) -> str:
-    """Return a name that the page may write: of a file in the folder in which iccm runs.
+    """Check a file name from the page: only files in the current folder may be written.
 
     Raises:
-        InputError: it names another folder, or what is hidden.
+        InputError: it names another folder or a hidden file.
     """
     if (
         name != os.path.basename(name)
@@ -59,12 +59,12 @@ def local(name: str) -> str:
 
 
 def constraints_json(session: Session, scene: Scene, listed: dict[str, list[Any]] | None = None) -> str:
-    """Return the constraints as JSON, with the sizes of the shapes that they belong to, and the map to continue from.
+    """Return the constraints as JSON, with the sizes of their shapes and the map to continue from.
 
     Args:
         session: the pair.
-        scene: all constraints, to which that map belongs.
-        listed: the pins and strokes that are written; None for all.
+        scene: all constraints; the map to continue from belongs to them.
+        listed: the pins and strokes to write; None for all.
     """
     sides = (
         {"source": session.source} if session.deforming else dict(zip(("source", "target"), _sides(session)))
@@ -92,10 +92,10 @@ def _size(shape: Shape) -> list[float]:
 
 
 def save(session: Session, scene: Scene, name: str, *, replace: bool) -> str:
-    """Write the constraints, and give the name of the file.
+    """Write the constraints, and return the name of the file.
 
     Raises:
-        InputError: it cannot be written, or exists without `replace`.
+        InputError: the file cannot be written, or exists without `replace`.
     """
     if session.drawn:
         raise InputError(
@@ -111,10 +111,10 @@ def save(session: Session, scene: Scene, name: str, *, replace: bool) -> str:
 
 
 def copy_names(session: Session, ending: str) -> list[str]:
-    """Return what the copies of both drawings are called, and the file beside them that holds the map to continue from.
+    """Return the names of the copies of both drawings, and of the file beside them that holds the map to continue from.
 
     Raises:
-        InputError: one is not an SVG, or both would be called the same.
+        InputError: one is not an SVG, or both copies would have the same name.
     """
     if session.deforming:
         raise InputError("the pins of a deformation can only be saved as JSON; use Save")
@@ -129,13 +129,13 @@ def copy_names(session: Session, ending: str) -> list[str]:
 
 
 def copies(session: Session, scene: Scene, names: list[str], *, replace: bool) -> dict[str, str]:
-    """Write copies of both drawings with the constraints drawn in them, and a list of what cannot be drawn.
+    """Write copies of both drawings with the constraints drawn into them, and a file with what cannot be drawn.
 
     Returns:
-        The fields of a job that name what was written.
+        The fields of a job that name the files written.
 
     Raises:
-        InputError: a drawing cannot be changed so, a copy cannot be written, or exists without `replace`.
+        InputError: a drawing cannot be changed in this way, or a copy cannot be written, or exists without `replace`.
     """
     scene = with_names(scene)
     held = [pin for pin in scene.pins if pin.settings]
@@ -144,7 +144,7 @@ def copies(session: Session, scene: Scene, names: list[str], *, replace: bool) -
     if _needs_list(session, scene):
         listed = constraints_json(session, scene, {"pins": held} if held else {})
     specs = {}
-    with ExitStack() as stack:  # all appear, or none
+    with ExitStack() as stack:  # all files appear, or none
         for side, name, shape in zip(("source", "target"), names, _sides(session)):
             pins = [(pin.name, _point(getattr(pin, side))) for pin in drawn_pins]
             strokes = [(s.name, [_point(place) for place in getattr(s, side)]) for s in scene.strokes]
@@ -161,8 +161,8 @@ def copies(session: Session, scene: Scene, names: list[str], *, replace: bool) -
 
 
 def _needs_list(session: Session, scene: Scene) -> bool:
-    """Return whether a file beside the copies holds what cannot be drawn: the map to continue from, rigid regions, and
-    pins of which more is said than their places.
+    """Return whether a file beside the copies is needed for what cannot be drawn: the map to continue from, rigid
+    regions, and pins with settings.
     """
     held = any(pin.settings for pin in scene.pins)
     return held or bool(scene.rigid) or session.start(scene) is not None
@@ -173,12 +173,12 @@ def _sides(session: Session) -> tuple[Shape, Shape]:
 
 
 def _spec(name: str, shape: Shape) -> str:
-    """Return the same part of another file."""
+    """Return the spec of the same part in another file."""
     return name + shape.spec[len(path_of(shape.spec)) :]
 
 
 def with_names(scene: Scene) -> Scene:
-    """Return the scene with a name for each pin and stroke, different from all others."""
+    """Return the scene with a unique name for each pin and stroke."""
 
     def all_named(entries: list[Any]) -> Iterator[Any]:
         taken: set[str] = set()
@@ -207,7 +207,8 @@ def job_of(session: Session, scene: Scene, **more: Any) -> Job:
         InputError: as `make`.
     """
     given = session.job.model_dump(exclude_defaults=True, exclude=set(ANSWERED))
-    plain = scene.fit == "auto" or (scene.constrained and scene.fit == "whole")  # as it is without the option
+    # the default, without the option
+    plain = scene.fit == "auto" or (scene.constrained and scene.fit == "whole")
     if not session.deforming:
         given |= {"turn": scene.turn or None} | ({} if plain else {"fit": scene.fit})
     return make({**given, "balance": scene.balance, **more})
@@ -221,9 +222,9 @@ def command(
     Args:
         session: the pair.
         scene: what is shown.
-        fields: of the job that name what was saved; by default what Save will write.
-        output: the file that it writes; by default after both inputs.
-        size: pixels of the picture's longer side; by default those of the session's job.
+        fields: of the job that name saved files; by default those that Save would write.
+        output: the file to write; by default named after both inputs.
+        size: pixels of the picture's longer side; by default that of the session's job.
     """
     job = job_of(session, scene)
     kind = "map" if job.target else "deform"
@@ -248,7 +249,7 @@ def edit_command(session: Session) -> str:
 
 
 def _option_words(given: dict[str, Any], command: str) -> list[str]:
-    """Fields of a job as options of a command, without those that it does not have."""
+    """Return fields of a job as options of a command, without those that the command does not have."""
     words: list[str] = []
     for name, (_, option) in options_of().items():
         if name in given and command in option.commands:
@@ -259,7 +260,7 @@ def _option_words(given: dict[str, Any], command: str) -> list[str]:
 
 
 def _line(words: list[str]) -> str:
-    """Words as a line that the user's shell reads."""
+    """Return words as a command line for the user's shell."""
     return subprocess.list2cmdline(words) if os.name == "nt" else shlex.join(words)
 
 
@@ -278,10 +279,10 @@ def _is_stmap(name: str) -> bool:
 
 
 def export(session: Session, scene: Scene, name: str, size: int, *, replace: bool) -> Outcome:
-    """Write a picture, an STMap, artwork or a mesh by the code of `iccm map`.
+    """Write a picture, an STMap, artwork or a mesh with the code of `iccm map`.
 
     Raises:
-        InputError: as that.
+        InputError: as in `iccm map`.
     """
     local(name)
     output: dict[str, Any] = {"stmap": name} if _is_stmap(name) else {"output": (name,)}
@@ -293,17 +294,17 @@ def export(session: Session, scene: Scene, name: str, size: int, *, replace: boo
 
 
 class Download(NamedTuple):
-    """A file for the browser."""
+    """A file for the browser to download."""
 
     name: str
     content: bytes
 
 
 def download(session: Session, scene: Scene, name: str, size: int) -> Download:
-    """Make what `export` writes, as one file: an archive where there are several, as a mesh with its texture.
+    """Return what `export` writes as one file: a ZIP archive if there are several, such as a mesh and its texture.
 
     Raises:
-        InputError: as `export`.
+        InputError: as in `export`.
     """
     local(name)
     with tempfile.TemporaryDirectory() as folder, _written_constraints(session, scene) as given:
@@ -323,7 +324,7 @@ def download(session: Session, scene: Scene, name: str, size: int) -> Download:
 
 @contextmanager
 def naming_only(folder: str) -> Iterator[None]:
-    """Name files of a folder in messages without it: the user does not know it."""
+    """Remove the name of a temporary folder from messages: the user does not know it."""
     try:
         yield
     except InputError as error:
@@ -332,7 +333,7 @@ def naming_only(folder: str) -> Iterator[None]:
 
 @contextmanager
 def _written_constraints(session: Session, scene: Scene) -> Iterator[dict[str, Any]]:
-    """Fields of a job whose constraints are the scene's, in files that last for the block."""
+    """Yield the fields of a job with the scene's constraints, in files that exist inside the block."""
     with tempfile.TemporaryDirectory() as folder:
         if session.drawn:
             names = [str(Path(folder) / name) for name in copy_names(session, "")]

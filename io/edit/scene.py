@@ -1,6 +1,6 @@
-"""Drawings for the page, in its own coordinates: about 1 large, y down, so that 32 bits are enough.
+"""Drawings in the page's own coordinates: of size about 1, with y down, so that 32 bits suffice.
 
-A point of a file is origin + scale · (x, ±y); the sign says whether the file's own y points down.
+A point of a file is origin + scale · (x, ±y), where the sign depends on whether y points down in the file.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from ..shapes.shape import Shape
 
 @dataclass(frozen=True)
 class PageHalf:
-    """The coordinates of one half of the page.
+    """The coordinate system of one half of the page.
 
     Attributes:
-        centre: the point of the core plane that becomes 0.
-        scale: lengths of the core plane that become 1.
+        centre: the point of the core plane at the origin.
+        scale: the length in the core plane that becomes 1.
     """
 
     centre: complex
@@ -37,30 +37,30 @@ class PageHalf:
 
     @classmethod
     def of(cls, *boxes: Box) -> PageHalf:
-        """Return the view whose unit holds all boxes."""
+        """Return the coordinates in which the boxes together have size 1."""
         low, high = bounding_box(np.array(boxes))
         return cls((low + high) / 2, longer_side(low, high))
 
     def __call__(self, z: Complex) -> NDArray[np.float32]:
-        """Return (..., 2) coordinates of the page of points of the core plane."""
+        """Convert points of the core plane to page coordinates (..., 2)."""
         w = (np.asarray(z, np.complex128) - self.centre) / self.scale
         return np.stack([w.real, -w.imag], axis=-1).astype(np.float32)
 
     def points(self, z: Complex) -> list[list[float]]:
-        """Return (n, 2) of points, rounded, for JSON."""
+        """Return points (n,) as n rounded pairs for JSON."""
         return np.round(self(z).astype(float), 6).tolist()
 
     def vectors(self, d: Complex) -> NDArray[np.float32]:
-        """Return the same for differences of points."""
+        """Convert differences of points to page coordinates."""
         return PageHalf(0j, self.scale)(d)
 
     def box(self, box: Box) -> list[float]:
-        """Left, top, right and bottom."""
+        """Return left, top, right and bottom of a box."""
         (left, bottom), (right, top) = self(np.array(box)).tolist()
         return [left, top, right, bottom]
 
     def describe(self, shape: Shape, box: Box) -> dict[str, Any]:
-        """Return what the page must know of a side that shows a shape in a box."""
+        """Return what the page needs to know about the side that shows a shape in a box."""
         origin = shape.to_file(np.array([self.centre]))[0]
         return {
             "name": shape.spec,
@@ -76,22 +76,24 @@ class PageHalf:
 
 
 def patches(map: TriangulatedMap, source: PageHalf, target: PageHalf) -> NDArray[np.float32]:
-    """Return (m, 18) of each triangle the corners in the image, then the corners and bulges of its patch in the
-    source.
+    """Return (m, 18): for each triangle its corners in the image, then the corners and curvature vectors of its patch
+    in the source.
     """
     sides = [target(map.corners), source(map.patches[:, :3]), source.vectors(map.patches[:, 3:])]
     return np.concatenate([side.reshape(len(map.faces), 6) for side in sides], axis=1)
 
 
 def frame(head: dict[str, Any], floats: NDArray[np.float32]) -> bytes:
-    """Return a binary message: the length of a JSON text padded to four bytes, the text, then floats, little-endian."""
+    """Return a binary message: the length of a JSON text padded to four bytes, the text, then floats, all
+    little-endian.
+    """
     text = json.dumps(head, allow_nan=False).encode()
     text += b" " * (-len(text) % 4)
     return struct.pack("<I", len(text)) + text + floats.astype("<f4").tobytes()
 
 
 def png(image: Image, most: int) -> bytes:
-    """Return the texture as a browser takes it: a PNG of at most so many pixels a side."""
+    """Return an image as a PNG for browsers, with at most so many pixels a side."""
     shown = prepare(image, picture("texture.png"))
     height, width = shown.pixels.shape[:2]
     if (larger := max(height, width)) > most:

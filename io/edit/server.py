@@ -1,4 +1,4 @@
-"""The life of the server: from the command until the page is closed or Ctrl-C."""
+"""The server's lifetime: from the command until the page is closed or Ctrl-C is pressed."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ from .routes import app
 from .workspace import Workspace, remove_old_copies
 
 BROWSER_DELAY = 0.3
-"""Seconds until the browser is opened: the server must listen by then."""
+"""Seconds before the browser is opened; by then the server must be listening."""
 
 
 def serve(workspace: Workspace, *, port: int, browser: bool, show: Callable[[str], None]) -> None:
     """Serve a workspace until its page is closed.
 
     Args:
-        workspace: what is edited.
-        port: 0 for any that is free.
+        workspace: the open shapes.
+        port: 0 for any free port.
         browser: whether to open the page.
-        show: is given the page's address.
+        show: called with the page's address.
 
     Raises:
-        InputError: the port is taken.
-        KeyboardInterrupt: Ctrl-C.
+        InputError: the port is in use.
+        KeyboardInterrupt: on Ctrl-C.
     """
     remove_old_copies()
     left = autosave.read(workspace.session.job) if workspace.session else None
@@ -59,7 +59,7 @@ def serve(workspace: Workspace, *, port: int, browser: bool, show: Callable[[str
                 access_log=False,
                 server_header=False,
                 ws_max_size=limits.PAGE_MESSAGE_BYTES,
-                ws_ping_interval=None,  # a machine that slept has not closed its page
+                ws_ping_interval=None,  # a machine that was asleep has not closed its page
                 timeout_graceful_shutdown=1,
             )
         )
@@ -73,18 +73,19 @@ def serve(workspace: Workspace, *, port: int, browser: bool, show: Callable[[str
 def _open(address: str) -> None:
     try:
         webbrowser.open(address)
-    except Exception:  # the address was shown: it can be opened by hand
+    except Exception:  # the address was printed: it can be opened by hand
         return
 
 
 def listen(port: int, *, otherwise: bool = False) -> socket.socket:
-    """Return a socket of this machine alone; if the port is taken and `otherwise`, of any other.
+    """Return a listening socket that only this machine can reach; on any other port if this one is in use and
+    `otherwise`.
 
     Raises:
-        InputError: the port is taken, or not for everybody.
+        InputError: the port is in use, or may not be used.
     """
     listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-    if os.name != "nt":  # the port of a server that died a moment ago is free
+    if os.name != "nt":  # the port of a server that died a moment ago can be reused
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         listener.bind(("127.0.0.1", port))

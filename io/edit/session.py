@@ -1,6 +1,6 @@
-"""An editing session: two shapes, a texture, the converged map, and the map that follows while something is dragged.
+"""An editing session: two shapes, a texture, the converged map, and a coarse map that follows dragging.
 
-Without a target the shape is deformed: its other half of the page is the same shape as its pins move it.
+Without a target the shape is deformed: the other half of the page shows the same shape, moved by its pins.
 """
 
 from __future__ import annotations
@@ -55,21 +55,25 @@ from .suggest import axis, corners, suggested
 from .surface_view import SurfaceView, lay_out
 
 ON_OUTLINE = 2e-3
-"""Of the diagonal: what is so close to an outline goes onto the other; twice what a pin's is."""
+"""Relative to the diagonal: points this close to an outline are carried to the other outline. Twice the tolerance of
+pins.
+"""
 FOLLOWED_LIMITS = 1.5
-"""Of its limit: how far a soft pin may be from its place while it is dragged, and the map lags behind."""
-LOST_ON_THE_WAY = (Status.PINS, Status.GAP, Status.SOURCE_GAP)  # what a map from scratch may not have
-DIGITS = 7  # to which places are rounded, of the shape's size: the page and the files say the same
+"""How far a soft pin may be from its place while it is dragged, relative to its limit, since the map lags behind."""
+# a map from scratch that ends like this replaces no other
+LOST_ON_THE_WAY = (Status.PINS, Status.GAP, Status.SOURCE_GAP)
+# significant digits of coordinates relative to the shape's size, the same on the page and in files
+DIGITS = 7
 
 
 class PlacedConstraints(NamedTuple):
     """Pins and strokes in the core plane.
 
     Attributes:
-        pins: (k, 2) points of the source, and their places.
+        pins: (k, 2) points of the source and their images.
         strokes: pairs of curves.
-        settings: of each pin what is said of it beside its places.
-        stroke_widths: of the bands around strokes.
+        settings: of each pin, beside its places.
+        stroke_widths: widths of the bands around strokes.
     """
 
     pins: Complex
@@ -79,13 +83,13 @@ class PlacedConstraints(NamedTuple):
 
 
 class Session:
-    """One pair of shapes being edited. Of `follow` and `solve` one call each may run at a time."""
+    """A pair of shapes being edited. One call of `follow` and one of `solve` may run at the same time."""
 
     def __init__(self, job: Job) -> None:
-        """Read all that a job reads.
+        """Read the inputs of a job.
 
         Raises:
-            InputError: a file is wrong, or constraints are not places of these files.
+            InputError: a file is invalid, or constraints do not lie in these shapes.
         """
         inputs = Inputs(job)
         source = inputs.shape(job.source)
@@ -116,24 +120,24 @@ class Session:
             self.begin(self.first, listed.start.map(self.source, self.target))
 
     def go_on_from(self, before: Session) -> None:
-        """Take over what was edited of the same shapes with another texture."""
+        """Take over the edits from a session with the same shapes and another texture."""
         self.scene, self.saved, self.left = before.scene, before.saved, before.left
         self.written, self._choices = before.written, before._choices
 
     @property
     def _map(self) -> TriangulatedMap | None:
-        """The map that is shown; of parts that are mapped one by one that of the first."""
+        """The map that is shown; if parts are mapped separately, that of the first."""
         return self._maps[0] if self._maps else None
 
     @cached_property
     def views(self) -> tuple[PageHalf, PageHalf]:
-        """The coordinates of both halves of the page."""
+        """The coordinate systems of both halves of the page."""
         source, target = self._boxes
         return PageHalf.of(source, self.source.curve.box), PageHalf.of(target, self.target.curve.box)
 
     @cached_property
     def surfaces(self) -> tuple[SurfaceView | None, SurfaceView | None]:
-        """Those that are meshes, as the page shows them."""
+        """The views of the sides that are meshes."""
         source, target = (
             SurfaceView(shape) if isinstance(shape, MeshShape) else None
             for shape in (self.source, self.target)
@@ -142,24 +146,24 @@ class Session:
 
     @property
     def _boxes(self) -> tuple[Box, Box]:
-        """What the texture covers, and what pictures show."""
+        """The box that the texture covers, and the box that pictures show."""
         return texture.box_of(self.job, self.source, self._image), framing.picture_box(self.job, self.target)
 
     @lru_cache(maxsize=1)  # noqa: B019  (there is one session)
     def texture(self, most: int) -> bytes:
-        """Return the texture as PNG of at most so many pixels a side."""
+        """Return the texture as PNG with at most so many pixels a side."""
         image, source = self._image, self.source
         if isinstance(source, MeshShape) and texture.on_mesh(self.job, source):
             image = lay_out(self.job, source, image, self._boxes[0], most)
         if texture.on_paper(self.job, source) and image.alpha >= 0:
             placed = image.texture(self._boxes[0], kind=self.job.kind)
-            filled = on_paper(placed)  # with its antialiased edge, since all of it is shown
+            filled = on_paper(placed)  # with its antialiased edge, since the whole texture is shown
             image = image.with_pixels(filled.pixels, filled.alpha)
         return png(image, most)
 
     @property
     def notes(self) -> list[str]:
-        """Remarks on the inputs."""
+        """Notes on the inputs."""
         found = [f"{shape.spec}: {note}" for shape in (self.source, self.target) for note in shape.notes]
         return [
             *found,
@@ -169,7 +173,7 @@ class Session:
         ]
 
     def describe(self) -> dict[str, Any]:
-        """Return what the page must know before it draws."""
+        """Return what the page needs to know before it draws."""
         job = self.job
         sides = []
         for shape, view, surface, box in zip(
@@ -194,20 +198,20 @@ class Session:
 
     @property
     def _magnification(self) -> float:
-        """Lengths in the texture's plane by those on the target, both as the page has them, in the mean."""
+        """The mean scale from the texture's plane to the target, in the page's coordinates of both."""
         surface, (source, target) = self.surfaces[1], self.views
         scale = surface.scale if surface else target.scale
         return float(np.sqrt(self.source.curve.area / self.target.curve.area) * scale / source.scale)
 
     def drawing(self, side: str) -> tuple[bytes, str] | None:
-        """Content and type of what the file of a side shows on its canvas, if anything."""
+        """Return content and media type of the picture in the file of a side, if there is one."""
         return own_drawing(self.source if side == "source" else self.target)
 
     def triangles(self, side: str) -> bytes:
-        """Return a mesh for the page: its triangles, and of the source's the places in the texture's plane.
+        """Return a mesh for the page: its triangles, and for the source the vertices' places in the texture plane.
 
         Raises:
-            KeyError: that side is none.
+            KeyError: that side is not a mesh.
         """
         surface = self.surfaces[side == "target"]
         if surface is None:
@@ -216,27 +220,30 @@ class Session:
         return surface.triangles + flat.astype("<f4").tobytes()
 
     def image_of(self, maps: Sequence[TriangulatedMap]) -> NDArray[np.float32]:
-        """Return what the page draws of the maps of all parts: `scene.patches`, or of a mesh the place in the texture's
-        plane of each vertex, (n, 2), as `iccm map` writes it.
+        """Return what the page draws of the maps of all parts.
+
+        This is `scene.patches`, or for a mesh the place (n, 2) of each vertex in the texture plane, as `iccm map`
+        writes it.
         """
         if isinstance(self.target, MeshShape):
             return self.views[0](maps[0].extended_inverse(self.target.flattening.flat)[0])
         return np.concatenate([patches(map, *self.views) for map in maps])
 
     def begin(self, scene: Scene, start: TriangulatedMap) -> None:
-        """Have the map of a scene continue from an earlier one."""
+        """Set the map that the map of a scene continues from."""
         self._choices[scene.key] = MapChoice(start)
 
     def start(self, scene: Scene) -> TriangulatedMap | None:
-        """Return the map that the one of a scene continues from, which must be saved to find it again."""
+        """Return the map that the map of a scene continues from, which must be saved to reproduce it."""
         return self._choices.get(scene.key, MapChoice()).begins
 
     def solve(self, scene: Scene, way: str = "") -> MapUpdate:
-        """Return the whole map, continued to from the last one or from scratch: what `iccm map` makes of what is saved.
+        """Return the converged map, continued from the last one or from scratch, as `iccm map` computes it from saved
+        files.
 
         Args:
             scene: pins and strokes.
-            way: "fresh" for the map from scratch, "kept" for the one continued to, where both are known.
+            way: "fresh" for the map from scratch, "kept" for the continued one, if both are known.
         """
         self.scene = scene
         try:
@@ -249,10 +256,11 @@ class Session:
         return self._settle(scene, solved, chosen)
 
     def compare(self, scene: Scene) -> MapUpdate | None:
-        """Return what there is to be said once the map that was continued to is compared with that from scratch.
+        """Compare a continued map with the one from scratch; return an update of the page if there is something to
+        report.
 
-        Where no difference is seen the latter takes its place: then nothing but pins and strokes has to be saved. On
-        meshes nothing is compared: a whole map takes seconds there.
+        If they look the same, the map from scratch replaces the other: then only pins and strokes have to be saved.
+        Maps of meshes are not compared, because each takes seconds.
         """
         if self.source.is_mesh or (self.target and self.target.is_mesh):
             return None
@@ -272,17 +280,18 @@ class Session:
         return replace(self._last[1], drawn=None, other=chosen.alternative)
 
     def _start(self, scene: Scene) -> TriangulatedMap | None:
-        """Return the map to continue from, as a file will hold it; None for one from scratch."""
+        """Return the map to continue from, rounded as in a file; None to start from scratch."""
         pair = self.source, self.target
         try:
             found = self._before(scene)
             return None if found is None else StartingMap.of(found, *pair).map(*pair)
-        except InputError:  # what is wrong with the scene is wrong from scratch, too
+        except InputError:  # what is wrong with the scene will be reported from scratch, too
             return None
 
     def _before(self, scene: Scene) -> TriangulatedMap | None:
-        """Return the map that follows, or the last one in the rest shape. Without pins, turned, of parts of the shapes,
-        or with rigid regions, none.
+        """Return the coarse map that follows, or the last converged one.
+
+        None without pins, after a change of the rotation, for partial maps, and with rigid regions.
         """
         fit, last = self._fit, self._last[0]
         if self.deforming:
@@ -303,8 +312,9 @@ class Session:
 
     @property
     def _is_whole(self) -> bool:
-        """Whether the last map in the rest shape is one of the whole outlines, or of the tightest frames, with all
-        holes: one that the map of pins and strokes may continue."""
+        """Whether the last converged map covers the whole outlines, or the tightest frames, with all holes, so that a
+        map with pins and strokes may continue from it.
+        """
         fit = self._fit
         if self._last[0].whole:
             return True
@@ -319,7 +329,7 @@ class Session:
         )
 
     def _solve(self, scene: Scene, chosen: MapChoice) -> tuple[Solved, MapChoice]:
-        """Return the map, by the way chosen if that leads anywhere."""
+        """Return the map computed in the chosen way, or from scratch if that fails."""
         gone_on = None
         if chosen.begins is not None:
             with suppress(InputError):
@@ -336,11 +346,11 @@ class Session:
         return fresh if gone_on is None or fresh[0].status.ok else gone_on
 
     def _fit_scene(self, scene: Scene, start: TriangulatedMap | None) -> Solved:
-        """Return the maps of all parts, as `iccm map` makes them, and their report."""
+        """Return the maps of all parts, as `iccm map` computes them, and their report."""
         pins, strokes, settings, widths = self.core(scene)
         asked: dict[str, Any] = {"balance": scene.balance, "pin": (), "constraints": None}
         if self.deforming and not (scene.pins or scene.strokes):
-            pins = np.tile(self.source.curve.z[:1], (1, 2))  # one that stays where it is: so does everything
+            pins = np.tile(self.source.curve.z[:1], (1, 2))  # a pin that stays in place: then everything does
             settings = []
         elif not self.deforming:
             asked |= {"turn": scene.turn or None, "fit": None if scene.fit == "auto" else scene.fit}
@@ -365,25 +375,23 @@ class Session:
         return Solved(run.fits, report, pins)
 
     def _softness(self, settings: Sequence[dict[str, float]]) -> Softness | None:
-        """Return how pins hold what is around them, of what is said of each beside its places; None where all are
-        exact.
-        """
+        """Return the softness of pins, from the settings of each; None if all pins are exact."""
         if self.job.exact_pins or (self.source.is_mesh and self.target.is_mesh):
             return None
         return Softness.of([SoftPin(0, 0, **each) for each in settings])
 
     def _rigid(self, scene: Scene) -> list[Complex]:
-        """Return the rigid regions of a scene, and those that the drawing has, in the core plane.
+        """Return the rigid regions of a scene, and those drawn in the file, in the core plane.
 
         Raises:
-            InputError: one is none, or names what the session did not begin with.
+            InputError: a region is invalid, or is the name of one that the session did not begin with.
         """
         if any(isinstance(each, str) and each not in self.first.rigid for each in scene.rigid):
             raise InputError("rigid: only regions from the command line or drawn on this page are possible")
         return regions.read(self.source, (), scene.rigid)
 
     def _regions(self, fit: Fit, report: dict[str, Any]) -> dict[str, Any]:
-        """Figures of rigid regions, with their outlines on both sides as the page has them."""
+        """Return the figures of rigid regions with their outlines on both sides in page coordinates."""
         found = []
         for region, said in zip(fit.rigid, report.get("regions", ())):
             outline = fit.outline_of(region)
@@ -392,7 +400,7 @@ class Session:
         return {"regions": found}
 
     def _settle(self, scene: Scene, solved: Solved, chosen: MapChoice) -> MapUpdate:
-        """Return what is shown of a map, which takes the place of the last one if it meets what it must."""
+        """Return what is shown of a map, and make it the current one if it meets the constraints."""
         report, status = solved.report, solved.status
         wrong = missed_constraints(report, scene)
         if any(wrong.values()) and self._map is not None:
@@ -404,15 +412,13 @@ class Session:
             shown, patches=self._patches(scene, solved.pins, solved.fit.pins, solved.fit.softness)
         )
         self._choices[scene.key] = chosen
-        if self.scene is scene:  # else something is being dragged again, from the map as it was then
+        if self.scene is scene:  # else something is being dragged again, from the map as it was
             self._fit, self._maps, self._live = solved.fit, solved.maps, None
             self._last = scene, shown = scene, replace(shown, outlines=self._outlines(solved.fit))
         return shown
 
     def follow(self, scene: Scene) -> MapUpdate:
-        """Return the coarse map, continued from the last one; where only parts of the shapes correspond there is
-        none.
-        """
+        """Return the coarse map, continued from the last one. There is none if only parts of the shapes correspond."""
         if self.deforming:
             return self._bend(scene)
         if not (scene.whole and self._is_whole):
@@ -448,7 +454,7 @@ class Session:
         return replace(found, wrong=wrong, message=message)
 
     def _bend(self, scene: Scene) -> MapUpdate:
-        """Return the deformation, continued from the one before."""
+        """Return the deformation, continued from the previous one."""
         try:
             with one_thread():
                 solved = self._fit_scene(scene, self._map)
@@ -468,8 +474,9 @@ class Session:
         )
 
     def _outlines(self, fit: Fit) -> list[list[list[float]]]:
-        """Of a shape that is deformed, the outline of its frame, then what it paints, or its outline and holes; none of
-        one that is mapped onto a target."""
+        """Return the rings of a deformed shape: the outline of its frame and what is painted, or its outline and holes.
+        Empty for shapes that are mapped onto a target.
+        """
         if not self.deforming:
             return []
         map = self._maps[0]
@@ -479,7 +486,7 @@ class Session:
         return [self.views[1].points(ring) for ring in rings]
 
     def _continue(self, scene: Scene, placed: PlacedConstraints, *, dragged: bool = False) -> Live:
-        """Return the map that follows, at the constraints of a scene as they are `placed`."""
+        """Return the coarse map at the constraints `placed` of a scene."""
         pins, strokes, softness = placed.pins, placed.strokes, self._softness(placed.settings)
         if self._live is not None:
             return self._live.moved(pins, strokes, softness, scene.balance, dragged=dragged)
@@ -490,10 +497,10 @@ class Session:
         return Live.of(self._fit, asked, pins, strokes, softness, dragged=dragged)
 
     def transfer(self, side: str, points: Sequence[Place]) -> list[list[float]]:
-        """Return where places of a side, as its file counts them, are on the other; points on the outline stay on it.
+        """Carry points of one side, in file coordinates, to the other; points on the outline stay on it.
 
         Raises:
-            InputError: a point is outside, or there is no map yet.
+            InputError: a point is outside its shape, or there is no map yet.
         """
         if not self._maps:
             raise InputError("there is no map yet")
@@ -520,10 +527,10 @@ class Session:
         return [[round(value, digits) for value in place] for place in other.to_file(w).tolist()]
 
     def read_pins(self, name: str, text: str) -> list[dict[str, Any]]:
-        """Return the pins of a file of the browser, in the units of the shapes' files.
+        """Return the pins in a file chosen in the browser, in the units of the shapes' files.
 
         Raises:
-            InputError: it is not such a file, or one of the pins is outside its shape.
+            InputError: the file is invalid, or one of the pins is outside its shape.
         """
         listed = listing.parse(name, text.encode())
         target = self.source if self.deforming else self.target
@@ -533,7 +540,7 @@ class Session:
         return [pin.model_dump(mode="json") for pin in pins]
 
     def suggest(self, scene: Scene) -> list[dict[str, Any]]:
-        """Pins that both drawings suggest beside those of a scene.
+        """Return pins that both drawings suggest in addition to those of a scene.
 
         Raises:
             InputError: there is no map yet.
@@ -546,10 +553,10 @@ class Session:
         return [pin.model_dump(mode="json") for pin in pins]
 
     def core(self, scene: Scene) -> PlacedConstraints:
-        """Pins and strokes in the core plane.
+        """Return the pins and strokes of a scene in the core plane.
 
         Raises:
-            InputError: one is not inside its shape.
+            InputError: one of them is not inside its shape.
         """
         listed = ConstraintsFile(pins=scene.pins, strokes=scene.strokes)
         target = self.source if self.deforming else self.target
@@ -565,14 +572,13 @@ class Session:
     def _patches(
         self, scene: Scene, pins: Complex, known: Complex, softness: Softness | None
     ) -> list[dict[str, float] | None]:
-        """Return the radius and the tolerance of each soft pin of a scene, in the units of the files; None for exact
-        ones.
+        """Return the radius and tolerance of each soft pin of a scene in file units; None for exact pins.
 
         Args:
             scene: the pins as listed.
-            pins: (k, 2) the same in the core plane, first of others.
-            known: (j, 2) those that the map has, without those in holes.
-            softness: of these; None where pins are weights.
+            pins: (k, 2) those pins in the core plane; more may follow.
+            known: (j, 2) the pins of the map, without those in holes.
+            softness: of the map's pins; None if all are exact.
         """
         if softness is None:
             return []
@@ -591,7 +597,7 @@ class Session:
 
 
 def _axis(view: PageHalf, shape: Shape) -> float | None:
-    """Return the abscissa of a mirror axis in the page's coordinates."""
+    """Return the abscissa of a mirror axis in page coordinates, if there is one."""
     found = axis(shape.curve)
     return None if found is None else float(view(np.array(found))[0])
 
@@ -601,8 +607,8 @@ def _dumped(scene: Scene | None) -> dict[str, Any] | None:
 
 
 def _scene(job: Job, source: Shape, target: Shape, listed: ConstraintsFile) -> Scene:
-    """Return all constraints of a job as a list: those drawn, those in its file, those typed."""
-    kept = constraints.collect(source, target)  # refuses a name without partner
+    """Return all constraints of a job as a list: those drawn, those in its file, and those on the command line."""
+    kept = constraints.collect(source, target)  # rejects names that occur in one file only
     listed.check(source, target)
     pins = [
         Pin(name=_bare(name), source=_place(source, a), target=_place(target, b), **said)
@@ -623,7 +629,7 @@ def _scene(job: Job, source: Shape, target: Shape, listed: ConstraintsFile) -> S
 
 
 def _on_surface(entry: Any, source: Shape, target: Shape) -> Any:
-    """Return a pin or stroke with places of a mesh's plane as those of its surface."""
+    """Return a pin or stroke with its places in a mesh's plane replaced by points on the surface."""
     sides = (("source", source), ("target", target))
     meshes = [(side, SurfaceView(shape)) for side, shape in sides if isinstance(shape, MeshShape)]
     found = {side: _on(surface, getattr(entry, side)) for side, surface in meshes}
@@ -647,6 +653,6 @@ def _place(shape: Shape, z: complex) -> tuple[float, float]:
 
 
 def stem(job: Job) -> str:
-    """Return what files of this pair are called."""
+    """Return the stem of the file names of a pair."""
     names = [Path(spec.partition("#")[0]).stem for spec in (job.source, job.target) if spec]
     return "-".join(names if job.target else [*names, "deformed"])

@@ -1,4 +1,4 @@
-"""Pins that two drawings suggest: where both have a corner, and what both call by the same name."""
+"""Pins that two drawings suggest: corners of both outlines, and parts with the same name."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from ..shapes.listing import Pin
 from ..shapes.shape import Shape
 
 ROUGHLY, SHARP = 0.01, np.pi / 4
-"""An outline simplified so far, of its diagonal, turns by so much at a corner."""
-NEAR = 0.05  # of the diagonal: corners that are farther apart, once carried, do not form a pair
-APART = 0.1  # of the diagonal: closer to another, handles would cover each other in a small window
-MOST = 12  # pins that are suggested
+"""An outline simplified to this tolerance, relative to its diagonal, turns by at least this angle at a corner."""
+NEAR = 0.05  # relative to the diagonal: corners that are farther apart after mapping are not paired
+APART = 0.1  # relative to the diagonal: if pins were closer, their handles would overlap in a small window
+MOST = 12  # pins that are suggested at most
 
 
 def corners(curve: Curve) -> tuple[Complex, Real]:
-    """Return the vertices at which an outline turns sharply, and which way: 1 to the left, -1 to the right."""
+    """Return the vertices at which an outline turns sharply, and the direction: 1 for left, -1 for right."""
     rough = Curve(curve.z[kept_vertices(curve, ROUGHLY)])
     turns = np.angle(rough.edges / np.roll(rough.edges, 1))
     sharp = np.abs(turns) > SHARP
@@ -29,19 +29,19 @@ def corners(curve: Curve) -> tuple[Complex, Real]:
 
 
 def axis(curve: Curve) -> float | None:
-    """Return the abscissa of the vertical line about which a shape is its own mirror image; None where it is not."""
+    """Return the abscissa of a shape's vertical mirror axis; None if it is not symmetric."""
     low, high = curve.box
     middle = 0.5 * (low.real + high.real)
     return middle if asymmetry(curve, middle) <= MOST_ASYMMETRY_SHARE else None
 
 
 def suggested(map: TriangulatedMap, source: Shape, target: Shape, taken: Complex) -> list[Pin]:
-    """Pins between plane shapes, in their files' units: those with names first, then corners, the closest first.
+    """Return pins between plane shapes in file units: those with names first, then corners, the closest first.
 
     Args:
-        map: between the shapes: what it carries a corner close to is its partner.
+        map: between the shapes; corners are paired with the closest corner to their image.
         source, target: the shapes.
-        taken: (k, 2) pins that there are: nothing is suggested beside them.
+        taken: (k, 2) existing pins; nothing is suggested near them.
     """
     if source.is_mesh or target.is_mesh:
         return []
@@ -58,7 +58,7 @@ def suggested(map: TriangulatedMap, source: Shape, target: Shape, taken: Complex
 
 
 def _corners(map: TriangulatedMap, source: Shape, target: Shape) -> list[tuple[str, complex, complex]]:
-    """Corners that turn the same way, and are each other's closest ones."""
+    """Return pairs of corners that turn the same way and are each other's closest."""
     (here, ways), (there, turns) = corners(source.curve), corners(target.curve)
     if not here.size or not there.size:
         return []
@@ -76,7 +76,7 @@ def _corners(map: TriangulatedMap, source: Shape, target: Shape) -> list[tuple[s
 
 
 def _turning_once(s: Real, tau: Real) -> bool:
-    """Return whether points follow each other on a second outline as they do on the first."""
+    """Return whether points are in the same cyclic order on two outlines."""
     tau = tau[np.argsort(s)]
     return bool(np.count_nonzero(np.diff(tau, append=tau[0]) < 0) <= 1)
 

@@ -1,4 +1,4 @@
-"""A mesh as the page shows it: its triangles in space, and its own texture flattened in the flattening's plane."""
+"""A mesh as the page shows it: its triangles in space, and its texture in the plane of the flattening."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from ..pictures.image import Image
 from ..run.job import Job
 from ..shapes.mesh_shape import MeshShape
 
-ROWS = 64  # of the picture that are made at a time
-SHARPER = 1.5  # texels for one of the texture's, in each direction: flattened, it is turned and stretched
+ROWS = 64  # rows of the picture made at a time
+SHARPER = 1.5  # texels per texel of the texture, in each direction, since flattening rotates and stretches it
 
 
 class SurfaceView:
-    """A mesh in coordinates of the page: about 1 large, as in space, its middle at 0."""
+    """A mesh in page coordinates: of size about 1, centred at 0."""
 
     def __init__(self, shape: MeshShape) -> None:
         self.shape = shape
@@ -29,7 +29,7 @@ class SurfaceView:
         self.centre, self.scale = (low + high) / 2, float((high - low).max()) or 1.0
 
     def describe(self) -> dict[str, Any]:
-        """Return what the page must know beside the triangles."""
+        """Return what the page needs to know besides the triangles."""
         flat, axes = self.shape.flattening, view(self._points, self.shape.flattening.patch.faces)
         loops = [flat.loop, *(loop for loop in flat.patch.loops if not np.array_equal(loop, flat.loop))]
         rings = [np.round(self._page(loop), 6).tolist() for loop in loops]
@@ -47,8 +47,9 @@ class SurfaceView:
 
     @property
     def triangles(self) -> bytes:
-        """Numbers of vertices and triangles, places (n, 3) as floats, triangles (m, 3), and how the file counts the
-        vertices (n,); all little-endian and of four bytes."""
+        """The mesh in binary: numbers of vertices and triangles, points (n, 3) as floats, triangles (m, 3), and the
+        file's index of each vertex (n,); all little-endian, four bytes each.
+        """
         patch = self.shape.flattening.patch
         places = (self._points - self.centre) / self.scale
         numbers = patch.vertex + self.shape.file.mesh.base
@@ -56,13 +57,13 @@ class SurfaceView:
         return struct.pack("<II", len(places), len(patch.faces)) + b"".join(part.tobytes() for part in parts)
 
     def places(self, z: Complex, digits: int) -> list[list[float]]:
-        """Return points of the surface, as they are typed, of points (k,) of the flattening's plane."""
+        """Return points (k,) of the flattening's plane as points of the surface, rounded as a user would type them."""
         after = max(0, digits - int(np.floor(np.log10(self.scale))))
         return [[round(value, after) for value in place] for place in self.shape.to_space(z).tolist()]
 
 
 def lay_out(job: Job, shape: MeshShape, image: Image, box: Box, most: int) -> Image:
-    """Return the texture of a mesh with separate coordinates as a picture of a box of the flattening's plane."""
+    """Return the texture of a mesh with its own coordinates, as a picture of a box in the plane of the flattening."""
     texture = image.texture(box, kind=job.kind)
     placing = shape.placing(texture)
     size = box[1] - box[0]

@@ -1,4 +1,4 @@
-"""What lies on the page: a pair that is edited, or nothing yet; and the files that may be opened on it."""
+"""The workspace of the page: the pair that is edited, if any, and the files that can be opened."""
 
 from __future__ import annotations
 
@@ -31,30 +31,30 @@ SAMPLES = {
     "Limbs": ("limbs", "gingerbread.svg", "starfish.svg", "icing.png"),
     "A feather, by strokes": ("strokes", "straight.svg", "bent.svg", "barbs.jpg"),
 }
-"""Pairs to try: folder, source, target and texture."""
-KEPT = 30  # days after which a file that was dropped on the page, and not opened since, is removed
+"""Samples: folder, source, target and texture."""
+KEPT = 30  # days after which a file dropped on the page is removed, unless it was opened since
 ALL = "all"
-"""What the page calls the whole drawing among its parts."""
-PARTS = 30  # of a drawing, from the largest, that are shown as thumbnails
-POINTS = 300  # about, of a thumbnail's outlines
+"""The name that the page gives to the whole drawing among its parts."""
+PARTS = 30  # parts of a drawing, the largest first, that are shown as thumbnails
+POINTS = 300  # approximate number of points of a thumbnail's outline
 ROLES = ("source", "target", "texture")
 AUTOMATIC, WHOLE_PICTURE = "automatic", "whole picture"
-"""What the page calls the shapes that a picture can be read as, besides its silhouette."""
+"""The names of the shapes that a picture can be read as, besides its silhouette."""
 
 
 class Workspace:
-    """The session that is being edited, if any, and how another is opened.
+    """The session that is being edited, if any, and the means to open another.
 
     Attributes:
         session: what is edited; None until files have been chosen.
-        chosen: the files by their role, as far as they are known.
+        chosen: the files chosen so far, by role.
     """
 
     def __init__(self, **given: Any) -> None:
-        """Open the pair, or the shape to deform, that is given among the options of a job.
+        """Open the pair, or the shape to deform, given by the options of a job.
 
         Raises:
-            InputError: as `Session`.
+            InputError: as in `Session`.
         """
         self._given = given
         self.chosen = {role: given[role] for role in ROLES if given.get(role)}
@@ -62,7 +62,7 @@ class Workspace:
         self.session = Session(make(given)) if "source" in self.chosen else None
 
     def describe(self) -> dict[str, Any]:
-        """Return what the page must know to offer files."""
+        """Return what the page needs to know to offer files."""
         pictures = formats.holding("picture")
         shapes = (*formats.holding("drawing"), *formats.holding("mesh"), *pictures)
         suffixes = {"source": shapes, "target": shapes, "texture": pictures}
@@ -74,10 +74,10 @@ class Workspace:
         }
 
     def put(self, name: str, content: bytes) -> str:
-        """Return the path of a file of the browser: the same one in this folder, else a copy in the user's state
-        folder.
+        """Return a path for a file from the browser: an identical file in the current folder, else a copy in the user's
+        state folder.
 
-        Raises:
+        InputError: the name is not allowed, or the copy cannot be written.
             InputError: its name is none, or it cannot be written.
         """
         local(name)
@@ -93,13 +93,13 @@ class Workspace:
         return str(path)
 
     def open(self, chosen: dict[str, str]) -> None:
-        """Edit other files, or the same shapes with another texture: then with the same pins and strokes.
+        """Open other files, or the same shapes with another texture; the latter keeps pins and strokes.
 
         Args:
-            chosen: specs by their role, of files that were put here or given before.
+            chosen: specs by role, of files that were put here or given before.
 
         Raises:
-            InputError: a file is none of these, or as `Session`.
+            InputError: a file is neither, or as in `Session`.
         """
         for spec in filter(None, chosen.values()):
             if path_of(spec) not in self._known:
@@ -120,10 +120,10 @@ class Workspace:
         self._given, self.chosen, self.session = given, now, session
 
     def open_sample(self, name: str) -> None:
-        """Edit one of `SAMPLES`.
+        """Open one of `SAMPLES`.
 
         Raises:
-            InputError: there is none of this name.
+            InputError: there is no sample with this name.
         """
         found = samples_of(name)
         if not found:
@@ -132,30 +132,30 @@ class Workspace:
         self.open(dict(zip(ROLES, found)))
 
     def parts(self, role: str) -> list[dict[str, Any]]:
-        """Return the shapes that the file of a side draws, the largest first, to choose from; see `parts_of`.
+        """Return the shapes in the file of a side, the largest first; see `parts_of`.
 
         Raises:
-            InputError: the file is wrong.
+            InputError: the file is invalid.
         """
         return parts_of(path_of(self.chosen[role])) if role in self.chosen else []
 
 
 @lru_cache
 def _sample(name: str) -> dict[str, Any]:
-    """Return one of `SAMPLES` with thumbnails of both shapes."""
+    """Return a sample with thumbnails of both shapes."""
     source, target, _ = samples_of(name)
     shapes = [_part(shape.read(path, whole=True), path, "") for path in (source, target)]
     return {"name": name, "shapes": [part["d"] for part in shapes]}
 
 
 def without_folders(text: str) -> str:
-    """Return a message with the names of copies of the browser's files as the user knows them."""
+    """Return a message in which copies of the browser's files have the names that the user knows."""
     folder = re.escape(f"{_copies()}{os.sep}")
     return re.sub(rf"{folder}[0-9a-f]{{16}}[\\/]", "", text)
 
 
 def _copies() -> Path:
-    """Return where files of the browser are, each in a folder named after its content."""
+    """Return the folder of copies of the browser's files, each in a subfolder named after its content."""
     return autosave.folder() / "files"
 
 
@@ -164,9 +164,10 @@ def _name_of(content: bytes) -> str:
 
 
 def remove_old_copies(now: float | None = None) -> None:
-    """Remove files of the browser that were last opened more than KEPT days ago, `now` in seconds since 1970.
+    """Remove copies of the browser's files that were last opened more than KEPT days ago. `now` is in seconds since
+    1970.
 
-    What was changed since it was put there, or is not such a copy, is somebody's own and stays.
+    Files that were changed since, or are not such copies, belong to the user and are kept.
     """
     oldest = (time.time() if now is None else now) - KEPT * 86400
     for path in _copies().glob("*/*"):
@@ -174,25 +175,25 @@ def remove_old_copies(now: float | None = None) -> None:
             plain = path.is_file() and not (path.is_symlink() or path.parent.is_symlink())
             if plain and path.stat().st_mtime < oldest and _name_of(path.read_bytes()) == path.parent.name:
                 path.unlink()
-                path.parent.rmdir()  # unless there is something else
+                path.parent.rmdir()  # fails if the folder contains anything else
 
 
 def samples_of(name: str) -> list[str]:
-    """Return the files of one of `SAMPLES`; none where it was not installed."""
+    """Return the files of one of `SAMPLES`; empty if it was not installed."""
     folder, *names = SAMPLES.get(name, ("",))
     root = Path(__file__).parents[2] / "samples" / folder
     return [str(root / each) for each in names] if names and (root / names[0]).is_file() else []
 
 
 def parts_of(path: str) -> list[dict[str, Any]]:
-    """Return the shapes that a drawing or picture can be read as: what picks each, its names, and its outline as SVG's
+    """Return the shapes that a drawing or picture can be read as: the spec of each, its names, and its outline as SVG's
     `d`.
 
-    Where there are several, the whole drawing is the first, and the silhouette of an SVG the last. Of a picture, its
-    rectangle and its silhouette are among them. Meshes have none.
+    If there are several, the whole drawing comes first, and the silhouette of an SVG last. For a picture, its rectangle
+    and its silhouette are among them. There are none for meshes.
 
     Raises:
-        InputError: the file is wrong, or draws nothing.
+        InputError: the file is invalid, or draws nothing.
     """
     if formats.of(Path(path)).mesh:
         return []
@@ -201,7 +202,7 @@ def parts_of(path: str) -> list[dict[str, Any]]:
     found = shape.read_all(path)
     parts = [_part(each, f"{path}#{each.part}", ", ".join(each.names[:1])) for each in found[:PARTS]]
     if len(found) > 1:
-        with suppress(InputError):  # its largest part may be no shape
+        with suppress(InputError):  # its largest part may not be a shape
             parts.insert(0, _part(shape.read(path, whole=True), path, ALL))
     if len(found) > 1 and formats.suffix_of(path) in (".svg", ".svgz"):
         whole = shape.read(f"{path}#{SILHOUETTE}", whole=True)
@@ -210,25 +211,27 @@ def parts_of(path: str) -> list[dict[str, Any]]:
 
 
 def _parts_of_picture(path: str) -> list[dict[str, Any]]:
-    """Return what a picture can be read as: as iccm decides, all of it, or its silhouette, then single pieces."""
+    """Return the shapes that a picture can be read as: iccm's choice, the whole picture, its silhouette, then single
+    pieces.
+    """
     parts = []
     for spec, name in (
         (path, AUTOMATIC),
         (f"{path}#{CANVAS}", WHOLE_PICTURE),
         (f"{path}#{SILHOUETTE}", SILHOUETTE),
     ):
-        with suppress(InputError):  # nothing stands out
+        with suppress(InputError):  # nothing stands out from the background
             parts.append(_part(shape.read(spec, whole=True), spec, name))
     with suppress(InputError):
         pieces = shape.read_all(path)[:PARTS]
         parts += [_part(piece, f"{path}#{piece.part}", "") for piece in pieces] if len(pieces) > 1 else []
     if not parts:
-        shape.read(path, whole=True)  # says what is wrong
+        shape.read(path, whole=True)  # raises the error
     return [{**part, "picture": True} for part in parts]
 
 
 def _part(part: Shape, spec: str, name: str) -> dict[str, Any]:
-    """Return one of them, its picture in a unit square, y down."""
+    """Return one of these shapes, with its thumbnail in a unit square, y down."""
     low, high = part.box
     size = max((high - low).real, (high - low).imag)
 

@@ -1,7 +1,7 @@
-"""iccm in Blender's UV editor: islands into outlines, textures onto faces, textures to another layout.
+"""iccm in Blender's UV editor: fit islands into outlines, map textures onto faces, transfer textures to another layout.
 
-Each operator writes meshes and pictures into a temporary folder, runs `iccm` there as a process, and takes back what it
-made. While that runs Blender stays responsive, and Esc ends it; without a window, as in scripts, the operator waits.
+Each operator writes meshes and pictures into a temporary folder, runs `iccm` there as a process, and reads the results.
+Blender stays responsive meanwhile, and Esc cancels. Without a window, as in scripts, the operator waits for the result.
 """
 
 import tempfile
@@ -23,8 +23,8 @@ FILES = {
     "outline.svg": "the outline",
     "canvas.svg": "the picture",
 }
-"""What files of the temporary folder are called in messages."""
-EVERY = 0.2  # seconds from one look at the process to the next
+"""Names for files of the temporary folder in messages."""
+EVERY = 0.2  # seconds between two checks of the process
 FITS = [
     ("auto", "Automatic", "The fit with the lowest cost"),
     ("whole", "Whole Outlines", "All of one outline onto all of the other"),
@@ -34,7 +34,7 @@ FITS = [
 
 
 class Preferences(bpy.types.AddonPreferences):
-    """The location of iccm."""
+    """The preferences of the add-on: the location of iccm."""
 
     bl_idname = __package__
     python: StringProperty(
@@ -44,35 +44,40 @@ class Preferences(bpy.types.AddonPreferences):
     )
 
     def draw(self, _context):
-        """Return one field."""
+        """Draw the field for the path."""
         self.layout.prop(self, "python")
 
 
 class Run:
-    """An operator that runs iccm: `prepare` gives the commands, `take` what they made."""
+    """Base class of operators that run iccm.
 
-    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012 - as Blender wants it
+    Subclasses define `prepare`, which returns the commands, and `take`, which reads the results.
+    """
+
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012 - required by Blender
     _asked = False
 
     @classmethod
     def poll(cls, context):
-        """Return a mesh with texture coordinates is active."""
+        """Return whether the active object is a mesh with texture coordinates."""
         found = context.object
         return found is not None and found.type == "MESH" and bool(found.data.uv_layers)
 
     def invoke(self, context, _event):
-        """Ask for options first."""
+        """Show the options before running."""
         self._asked = True
         return context.window_manager.invoke_props_dialog(self, width=400)
 
     def waits(self):
-        """Return whether to wait for the result: without a window, and in the panel of the last operation (F9), which
-        applies the operator again with other options.
+        """Return whether to wait for the result.
+
+        This is so without a window, and in the panel of the last operation (F9), which runs the operator again with
+        other options.
         """
         return bpy.app.background or not self._asked
 
     def execute(self, context):
-        """Begin; without a window, wait for the end."""
+        """Start the first command; without a window, wait for the result."""
         self._folder = tempfile.TemporaryDirectory(prefix="iccm-")
         self._timer = None
         try:
@@ -94,7 +99,10 @@ class Run:
         return {"RUNNING_MODAL"}
 
     def modal(self, context, event):
-        """Look at the process; Esc ends it. Other events wait, so that the mesh stays as iccm has it."""
+        """Check the process, or cancel it with Esc.
+
+        Other events are consumed, so that the mesh does not change while iccm works on it.
+        """
         if event.type == "ESC":
             self._process.kill()
             self._process.wait()
@@ -117,7 +125,9 @@ class Run:
         return command
 
     def _advance(self, context):
-        """None while there is something to wait for; else how the operator ended."""
+        """Check the process and start the next command; return how the operator ended, or None if it is still
+        running.
+        """
         code = self._process.poll()
         if code is None:
             return None
@@ -148,17 +158,17 @@ class Run:
 
 
 def readable(text):
-    """Return a message with names of the scene in place of those of temporary files."""
+    """Return a message with names from the scene in place of temporary file names."""
     for name, title in FILES.items():
         text = text.replace(name, title)
     return text
 
 
 def existing(path):
-    """Return the path of a file that the user named, which may end in #id.
+    """Return the absolute path of a file that the user entered; it may end in #id.
 
     Raises:
-        Unfit: there is none.
+        Unfit: the path is empty, or there is no such file.
     """
     path = bpy.path.abspath(path)
     if not path:
@@ -169,12 +179,12 @@ def existing(path):
 
 
 def shares_outline(parts, mesh, faces):
-    """Return whether several islands share the outline."""
+    """Return whether several islands are fitted into the outline together."""
     return parts == "joined" and mesh.count(faces) > 1
 
 
 def onto_islands(source, mesh, faces, turn):
-    """Return the command that maps a shape onto each island of a layout, rotated as entered."""
+    """Return the command that maps a shape onto each island of a layout, with the rotation that the user entered."""
     parts = ["--parts", "each"] if mesh.count(faces) > 1 else []
     turned = [f"--turn={turn.strip()}"] if turn.strip() else []
     return ["map", source, "islands.obj#uv", *parts, *turned]
@@ -219,7 +229,7 @@ class ICCM_OT_fit_island(Run, bpy.types.Operator):
     )
 
     def draw(self, context):
-        """Return the outline's own field, and how to fit."""
+        """Draw the field for the chosen kind of outline, and the fitting options."""
         self.layout.prop(self, "outline")
         if self.outline == "file":
             self.layout.prop(self, "filepath")
@@ -229,7 +239,7 @@ class ICCM_OT_fit_island(Run, bpy.types.Operator):
             self.layout.prop(self, name)
 
     def prepare(self, context, folder):
-        """Return the islands and the outline as files."""
+        """Write the islands and the outline to files; return the commands."""
         mesh = exchange.Layout(context.object, context.tool_settings.use_uv_select_sync)
         faces = mesh.islands_of(mesh.selected)
         if self.outline == "island":
@@ -272,7 +282,7 @@ class ICCM_OT_fit_island(Run, bpy.types.Operator):
         return [[*onto_islands(outline, mesh, faces, self.turn), *fit, "-o", "fitted.obj"]]
 
     def take(self, context, folder):
-        """Return the islands' new coordinates."""
+        """Set the islands' new coordinates."""
         if (folder / "placed.csv").is_file():
             exchange.set_corners(context.object, self._layer, self._faces, folder)
             return
@@ -302,7 +312,7 @@ class ICCM_OT_transfer(Run, bpy.types.Operator):
     )
 
     def draw(self, context):
-        """Return the picture and its shape, then how to fit."""
+        """Draw the fields for the picture and its shape, and the fitting options."""
         self.layout.prop_search(self, "picture", bpy.data, "images")
         self.layout.prop(self, "source")
         if self.source == "file":
@@ -311,7 +321,7 @@ class ICCM_OT_transfer(Run, bpy.types.Operator):
             self.layout.prop(self, name)
 
     def prepare(self, context, folder):
-        """Return the islands, the picture and its shape as files."""
+        """Write the islands, the picture and its shape to files; return the commands."""
         mesh = exchange.Layout(context.object, context.tool_settings.use_uv_select_sync)
         faces = mesh.islands_of(mesh.selected)
         if not faces:
@@ -334,7 +344,10 @@ class ICCM_OT_transfer(Run, bpy.types.Operator):
         return [[*onto_islands(source, mesh, faces, self.turn), *fit, *made]]
 
     def take(self, context, folder):
-        """Return a new picture, shown in the editor and by the material; Object Mode, where Undo knows of both."""
+        """Add a new picture, and show it in the editor and in the material.
+
+        The operator leaves Edit Mode first, because only in Object Mode does Undo include the picture and the material.
+        """
         made = exchange.over(folder / "layer.png", self._under)
         exchange.leave_edit_mode(context)
         exchange.show(context, made, self._under)
@@ -350,7 +363,9 @@ class ICCM_OT_relayout(Run, bpy.types.Operator):
     )
 
     def prepare(self, context, folder):
-        """Return both layouts of what shows the same pictures, and those, as files; a command for each."""
+        """Write both layouts and the pictures to files; return a command for each group of materials with the same
+        pictures.
+        """
         owner = context.object
         layers = owner.data.uv_layers
         self._old, self._new = next(each.name for each in layers if each.active_render), layers.active.name
@@ -380,7 +395,7 @@ class ICCM_OT_relayout(Run, bpy.types.Operator):
         return commands
 
     def take(self, context, folder):
-        """Return new pictures in the places of the old ones, and the active UV map rendered."""
+        """Replace the old pictures by new ones, and make the active UV map the rendered one."""
         exchange.leave_edit_mode(context)
         made = {
             image: exchange.load(folder / name, f"{image.name} {self._new}", image)
@@ -390,13 +405,13 @@ class ICCM_OT_relayout(Run, bpy.types.Operator):
 
 
 class ICCM_PT_texture(bpy.types.Panel):
-    """The operators."""
+    """The panel with the operators."""
 
     bl_label, bl_category = "Texture Transfer", "iccm"
     bl_space_type, bl_region_type = "IMAGE_EDITOR", "UI"
 
     def draw(self, _context):
-        """Return a button each."""
+        """Draw a button for each operator."""
         for each in OPERATORS:
             self.layout.operator(each.bl_idname)
 
@@ -406,12 +421,12 @@ CLASSES = (Preferences, *OPERATORS, ICCM_PT_texture)
 
 
 def register():
-    """Register the add-on; Blender calls this when it is switched on."""
+    """Register the add-on; called by Blender when it is enabled."""
     for each in CLASSES:
         bpy.utils.register_class(each)
 
 
 def unregister():
-    """Remove the add-on; Blender calls this when it is switched off."""
+    """Remove the add-on; called by Blender when it is disabled."""
     for each in reversed(CLASSES):
         bpy.utils.unregister_class(each)

@@ -1,4 +1,4 @@
-"""Meshes, curves and pictures between Blender and files."""
+"""Exchange of meshes, curves and pictures between Blender and files."""
 
 import itertools
 from contextlib import contextmanager
@@ -11,13 +11,13 @@ from bpy_extras.bmesh_utils import bmesh_linked_uv_islands
 
 
 class Unfit(Exception):
-    """What is selected or there cannot be used; the message is for the user."""
+    """The selection or another input cannot be used; the message is for the user."""
 
 
 @contextmanager
 def edited(owner, change=False):
-    """Yield the bmesh of an object's mesh, in Edit Mode the one that is edited; with `change` what is done to it is
-    kept.
+    """Yield a bmesh of an object's mesh, in Edit Mode the one being edited; with `change`, write changes back to the
+    mesh.
     """
     in_edit_mode = owner.mode == "EDIT"
     made = bmesh.from_edit_mesh(owner.data) if in_edit_mode else bmesh.new()
@@ -41,15 +41,15 @@ class Layout:
 
     Attributes:
         layer: the UV map's name.
-        points: (c, 3) the place of each face corner.
-        normals: (c, 3) its normal, as it is shaded.
-        corners: (c,) its vertex.
-        coordinates: (c, 2) its texture coordinates.
-        starts: (f,) the first corner of each face; `sides`: how many it has.
-        materials: (f,) the slot of its material.
-        islands: lists of faces that the UV map joins.
-        selected: the faces that are selected, in Edit Mode in the UV editor; all outside of Edit Mode.
-        active: the active face; None where there is none, or outside of Edit Mode.
+        points: (c, 3) the position of each face corner.
+        normals: (c, 3) the shading normal of each face corner.
+        corners: (c,) the vertex of each face corner.
+        coordinates: (c, 2) the texture coordinates of each face corner.
+        starts: (f,) the first corner of each face.
+        materials: (f,) the material slot of each face.
+        islands: lists of faces that are connected in the UV map.
+        selected: the selected faces, in Edit Mode those selected in the UV editor; all faces outside of Edit Mode.
+        active: the active face; None if there is none, or outside of Edit Mode.
     """
 
     def __init__(self, owner, synced=True, layer=None):
@@ -80,25 +80,25 @@ class Layout:
             self.active = None if active is None else active.index
 
     def with_materials(self, slots):
-        """Return the faces whose material is in one of some slots."""
+        """Return the faces whose material is in one of these slots."""
         return np.flatnonzero(np.isin(self.materials, list(slots))).tolist()
 
     def corners_of(self, face):
-        """Return the numbers of a face's corners."""
+        """Return the indices of a face's corners."""
         return range(self.starts[face], self.starts[face] + self.sides[face])
 
     def islands_of(self, faces):
-        """Return all faces of the islands that some faces are in."""
+        """Return all faces of the islands that contain any of these faces."""
         chosen = set(faces)
         return sorted(itertools.chain(*(each for each in self.islands if chosen.intersection(each))))
 
     def count(self, faces):
-        """Return how many islands some faces are in."""
+        """Return the number of islands that contain any of these faces."""
         chosen = set(faces)
         return sum(bool(chosen.intersection(each)) for each in self.islands)
 
     def mirrored(self):
-        """Return the faces of islands that lie mirrored in the UV map."""
+        """Return the faces of islands that are mirrored in the UV map."""
         place = self.coordinates @ [1, 1j]
         areas = [
             np.vdot(place[each], np.roll(place[each], -1)).imag
@@ -107,8 +107,8 @@ class Layout:
         return {face for island in self.islands if sum(areas[each] for each in island) < 0 for face in island}
 
     def write(self, path, faces, turned=()):
-        """Return some faces as OBJ, those of `turned` seen from behind: corners at one place of a vertex share
-        coordinates.
+        """Write faces as OBJ, with those in `turned` in reverse order. Corners of a vertex with the same coordinates
+        share them.
         """
         corners = np.fromiter(
             itertools.chain(*(self.corners_of(face)[:: -1 if face in turned else 1] for face in faces)), int
@@ -126,8 +126,8 @@ class Layout:
         Path(path).write_text("\n".join(lines) + "\n", encoding="ascii")
 
     def write_islands(self, path, faces):
-        """Return the outlines of the islands of some faces as a drawing whose canvas is the unit square, a shape for
-        each.
+        """Write the outlines of the islands that contain these faces as an SVG, one shape per island, on the unit
+        square.
         """
         chosen = set(faces)
         shapes = []
@@ -140,7 +140,7 @@ class Layout:
         write_shapes(path, shapes, 1, 1)
 
     def write_corners(self, path, faces):
-        """Return the texture coordinates of the corners of faces as a table, in the units of `write_islands`."""
+        """Write the texture coordinates of the corners of faces as a table, in the units of `write_islands`."""
         rows = [
             f"{u:.9g},{1 - v:.9g}"
             for face in faces
@@ -150,7 +150,7 @@ class Layout:
 
 
 def _borders(faces):
-    """Return the closed lines around faces, which are lists of places: edges that one of them has."""
+    """Return the closed boundaries of faces given as lists of points: the edges that belong to only one face."""
     edges = {(a, b) for face in faces for a, b in zip(face, [*face[1:], face[0]]) if a != b}
     following = {}
     for a, b in edges:
@@ -181,7 +181,7 @@ def _is_uv_selected(face, layer):
 
 
 def read_coordinates(path):
-    """Return the texture coordinates of each face's corners in an OBJ."""
+    """Return the texture coordinates of each face's corners in an OBJ file."""
     places, faces = [], []
     for line in Path(path).read_text(encoding="utf-8").splitlines():
         words = line.split()
@@ -193,7 +193,7 @@ def read_coordinates(path):
 
 
 def set_coordinates(owner, layer, faces, turned, path):
-    """Give faces of an object the coordinates that an OBJ has for them, as `Layout.write` wrote it."""
+    """Set coordinates of an object's faces from an OBJ file whose faces are those written by `Layout.write`."""
     found = read_coordinates(path)
     if len(found) != len(faces):
         raise Unfit(f"iccm wrote {len(found)} faces of {len(faces)}")
@@ -207,8 +207,9 @@ def set_coordinates(owner, layer, faces, turned, path):
 
 
 def set_corners(owner, layer, faces, folder):
-    """Give the corners of faces the places that iccm wrote for those of `Layout.write_corners`, in shares of the canvas
-    of the outline."""
+    """Set the coordinates of faces' corners from iccm's images of the points written by `Layout.write_corners`,
+    relative to the canvas of the outline.
+    """
     rows = (folder / "placed.csv").read_text(encoding="utf-8").splitlines()[1:]
     with np.load(folder / "map.npz") as saved:
         (low, high), upward = saved["target_box"], int(saved["target_y"])
@@ -226,7 +227,7 @@ def set_corners(owner, layer, faces, folder):
 
 
 def write_curve(context, name, path):
-    """Return a curve object, seen from above, as a drawing whose canvas is the unit square, which it is fitted into."""
+    """Write a curve object, seen from above, as an SVG, scaled to fit into the unit square."""
     owner = context.scene.objects.get(name)
     if owner is None or owner.type != "CURVE":
         raise Unfit("choose a curve object")
@@ -253,7 +254,7 @@ def write_curve(context, name, path):
 
 
 def _outlines(made):
-    """Return the closed lines of a curve's mesh: its borders where it is filled, else its wires."""
+    """Return the closed lines of a curve's mesh: its boundaries if it is filled, else its wires."""
     borders = [edge for edge in made.edges if len(edge.link_faces) < 2]
     following = {}
     for edge in borders:
@@ -278,12 +279,12 @@ def _outlines(made):
 
 
 def write_outlines(path, loops, width, height):
-    """Return closed lines, y up, as one shape on a canvas."""
+    """Write closed lines, with y up, as one shape on a canvas."""
     write_shapes(path, [loops], width, height)
 
 
 def write_shapes(path, shapes, width, height):
-    """Shapes, each of closed lines with y up, on a canvas."""
+    """Write shapes on a canvas, each given by closed lines with y up."""
     drawn = [
         "".join(
             "M" + " ".join(f"{x:.9g},{height - y:.9g}" for x, y in np.asarray(loop).tolist()) + "Z"
@@ -299,13 +300,13 @@ def write_shapes(path, shapes, width, height):
 
 
 def write_canvas(image, path):
-    """Return a picture's rectangle as a drawing."""
+    """Write a picture's rectangle as an SVG."""
     width, height = image.size
     write_outlines(path, [[(0, 0), (width, 0), (width, height), (0, height)]], width, height)
 
 
 def save(image, stem):
-    """Return a picture as a file beside `stem`, as it is now; returns the file's name in its folder."""
+    """Write the current state of a picture to a file beside `stem`; return the file's name."""
     if image.source == "TILED":
         raise Unfit(f"{image.name} has several tiles (UDIM); use `iccm relayout` or `iccm map` instead")
     if not all(image.size):
@@ -323,7 +324,7 @@ def save(image, stem):
 
 
 def _pixels(image):
-    """Return (height, width, channels) from the lowest row up."""
+    """Return the pixels (height, width, channels), with the lowest row first."""
     width, height = image.size
     found = np.empty(width * height * image.channels, np.float32)
     image.pixels.foreach_get(found)
@@ -331,7 +332,7 @@ def _pixels(image):
 
 
 def load(path, name, like=None):
-    """Return a picture kept in the .blend file, in the colour space of another one."""
+    """Load a picture into the .blend file, with the colour space of another one."""
     if not Path(path).is_file():
         raise Unfit("iccm wrote no picture")
     image = bpy.data.images.load(str(path))
@@ -345,7 +346,7 @@ def load(path, name, like=None):
 
 
 def over(path, under):
-    """Return a layer as a new picture, over another one of its size if there is one."""
+    """Load a picture, composited over another one of its size if there is one."""
     image = load(path, f"{under.name} transferred" if under else "Transferred")
     if under is not None:
         layer, below = _pixels(image), _pixels(under)
@@ -363,7 +364,7 @@ def over(path, under):
 
 
 def shown_image(context, but=None):
-    """Return the picture that the UV editor shows, else that of the active material's active node; not `but`."""
+    """Return the picture in the UV editor, else that of the active material's active node; never `but`."""
     space = context.space_data
     image = space.image if space is not None and space.type == "IMAGE_EDITOR" else None
     if image is None and (node := _active_node(context.object)):
@@ -379,7 +380,7 @@ def _active_node(owner):
 
 
 def show(context, image, before):
-    """Show a picture in the editor, and in the active material where it shows the one before, or no picture."""
+    """Show a picture in the editor, and in the active material in place of the previous picture or of none."""
     space = context.space_data
     if space is not None and space.type == "IMAGE_EDITOR":
         space.image = image
@@ -401,15 +402,15 @@ def show(context, image, before):
 
 
 def leave_edit_mode(context):
-    """Object Mode: in Edit Mode Undo knows of the mesh only."""
+    """Switch to Object Mode: in Edit Mode, Undo includes only the mesh."""
     if context.object.mode == "EDIT":
         bpy.ops.object.mode_set(mode="OBJECT")
 
 
 def pictures(owner, layer):
-    """Return the pictures that an object's materials show by a UV map, each with what iccm calls its kind.
+    """Return the pictures that an object's materials show with a UV map, each with its kind in iccm's terms.
 
-    They are grouped by the slots of the materials that show them, and in each group sorted by their kinds.
+    They are grouped by the slots of the materials that show them, and sorted by kind in each group.
     """
     slots, kinds = {}, {}
     for slot, node in _image_nodes(owner):
@@ -423,7 +424,7 @@ def pictures(owner, layer):
 
 
 def replace(owner, made, old, new):
-    """Pictures in the places of others, by another UV map; materials of other objects stay as they are."""
+    """Replace pictures by others with another UV map; materials shared with other objects are copied first."""
     for slot in owner.material_slots:
         if slot.material is not None and slot.material.users > 1:
             slot.material = slot.material.copy()
@@ -438,7 +439,7 @@ def replace(owner, made, old, new):
 
 
 def _image_nodes(owner):
-    """Yield number of the slot and node of each picture that an object's materials show."""
+    """Yield slot number and node of each picture in an object's materials."""
     for number, slot in enumerate(owner.material_slots):
         tree = slot.material.node_tree if slot.material else None
         for node in tree.nodes if tree else ():
@@ -447,7 +448,7 @@ def _image_nodes(owner):
 
 
 def _map_of(node, owner):
-    """Return the UV map that a picture is shown by; None if that is not a UV map."""
+    """Return the UV map that a picture is shown with; None if it uses other coordinates."""
     links = node.inputs["Vector"].links
     while links:
         before = links[0].from_node
@@ -466,7 +467,7 @@ def _rendered(owner):
 
 
 def _kind(node):
-    """Return what a picture holds, by what it leads to and its colour space."""
+    """Return the kind of a picture, from the nodes that it is connected to and its colour space."""
     if any(link.to_node.type == "NORMAL_MAP" for link in node.outputs["Color"].links):
         return "normal"
     return "data" if node.image.colorspace_settings.name == "Non-Color" else "texture"

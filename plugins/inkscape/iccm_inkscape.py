@@ -1,8 +1,8 @@
-"""Inkscape's Extensions > Texture: "Fit into shape" and "Deform by pins" by `iccm map` and `iccm deform`.
+"""Inkscape's Extensions > Texture: "Fit into shape" and "Deform by pins", which run `iccm map` and `iccm deform`.
 
-The document is copied for iccm, once with nothing but the artwork drawn and once with nothing but the target, so that
-transforms, styles and definitions are what they are; user units of the document are those of all files. What iccm
-writes is put into the target's layer, in one group.
+The document is copied for iccm twice, once with only the artwork drawn and once with only the target, so that
+transforms, styles and definitions stay valid. All files use the document's user units. The result is inserted into the
+target's layer as one group.
 """
 
 import base64
@@ -19,10 +19,10 @@ from inkex.command import inkscape
 from lxml import etree
 
 KINDS = ("pin-", "stroke-")
-FLATNESS = 1e-4  # of a stroke's size: as far may its polyline be from it
-MARGIN = 0.02  # of the artwork's or target's size, around what pictures show
-MARK_SHARE = 0.025  # of the artwork's size: larger circles say how large the part is that keeps its form
-SIDE = 8192  # pixels: no artwork is rendered larger
+FLATNESS = 1e-4  # relative to a stroke's size: largest distance of its polyline
+MARGIN = 0.02  # relative to the size of artwork or target: margin of rendered pictures
+MARK_SHARE = 0.025  # relative to the artwork's size: larger circles give the radius of the pin's patch
+SIDE = 8192  # pixels: largest size of rendered artwork
 NOT_DRAWN = {"defs", "style", "metadata", "namedview", "title", "desc", "script"}
 SWAPPED = "{0} was selected last, so {1} was fitted into it. To fit {0} into {1}, undo, and select {1} last."
 OF_ROOT = {"id", "width", "height", "viewBox", "version", "preserveAspectRatio", "x", "y"}
@@ -30,10 +30,10 @@ LABEL, HREFS = inkex.addNS("label", "inkscape"), ("href", inkex.addNS("href", "x
 
 
 class Texture(inkex.EffectExtension):
-    """Both entries of the menu; `--job` says which."""
+    """Both menu entries; `--job` selects one."""
 
     def add_arguments(self, pars):
-        """Return the parameters of both .inx files."""
+        """Declare the parameters of both .inx files."""
         pars.add_argument("--job", default="fit")
         pars.add_argument("--result", default="paths")
         pars.add_argument("--size", type=int, default=1024)
@@ -48,7 +48,7 @@ class Texture(inkex.EffectExtension):
         pars.add_argument("--replace", type=inkex.Boolean, default=False)
 
     def effect(self):
-        """Run iccm on what is selected, and add what it makes to the document."""
+        """Run iccm on the selection, and add the result to the document."""
         with tempfile.TemporaryDirectory(prefix="iccm-") as folder:
             try:
                 self.carry(Path(folder))
@@ -127,13 +127,15 @@ class Texture(inkex.EffectExtension):
             inkex.errormsg(readable("\n".join(said)))
 
     def part(self, artwork):
-        """Return the `#part` of the artwork's file that is the outline; shapes are numbered from the largest, 1."""
+        """Return the `#part` that selects the artwork's outline in its file; shapes are numbered from 1, the largest
+        first.
+        """
         first = f"#{artwork[0].get('id')}"
         parts = {"silhouette": "#silhouette", "largest": "#1", "box": "#canvas", "first": first}
         return parts[self.options.outline]
 
     def said(self):
-        """Return the options that differ from the defaults."""
+        """Return the options that differ from their defaults."""
         found = []
         for name, default in (("fit", "auto"), ("holes", "auto"), ("parts", "auto"), ("balance", 1.0)):
             value = getattr(self.options, name)
@@ -142,7 +144,7 @@ class Texture(inkex.EffectExtension):
         return found + ([f"--turn={turn}"] if turn else [])
 
     def marks(self):
-        """Return visible pins and strokes: for each kind a dictionary from names to elements in drawing order."""
+        """Return the visible pins and strokes: for each kind, a dictionary from names to elements in drawing order."""
         found = {kind: {} for kind in KINDS}
         for element in self.svg.iterdescendants():
             if not isinstance(element, inkex.ShapeElement):
@@ -154,9 +156,10 @@ class Texture(inkex.EffectExtension):
         return found
 
     def listed(self, pairs, artwork, target):
-        """Pins and strokes for `--constraints`; each pair's first is the artwork's.
+        """Return pins and strokes for `--constraints`, each pair with the artwork's element first.
 
-        With a target, that is the one nearer to the artwork's bounding box than to the target's, or drawn first.
+        With a target, the artwork's element is the one nearer to the artwork's bounding box than to the target's;
+        without, it is the one drawn first.
         """
         for kind in pairs.values():
             for name, pair in kind.items():
@@ -189,8 +192,8 @@ class Texture(inkex.EffectExtension):
         }
 
     def only(self, kept, left_out):
-        """Return a copy of the document that draws some elements only; others are definitions there, for clones to
-        find.
+        """Return a copy of the document that draws only some elements; the others become definitions, so that clones
+        still find them.
         """
         root = copy.deepcopy(self.svg)
         kept = {each.get("id") for each in kept}
@@ -206,7 +209,7 @@ class Texture(inkex.EffectExtension):
                 if child.get("id") in left_out or not (taken or holds):
                     rest.append(child)
                 else:
-                    if (child.get("id") or "").startswith(KINDS):  # would be read as a pin or a stroke
+                    if (child.get("id") or "").startswith(KINDS):  # it would be read as a pin or a stroke
                         child.set("id", f"kept-{child.get('id')}")
                     if (child.get(LABEL) or "").startswith(KINDS):
                         child.attrib.pop(LABEL)
@@ -221,14 +224,14 @@ class Texture(inkex.EffectExtension):
         return root
 
     def remove(self, element):
-        """Take an element out of the drawing; clones of it keep what they show."""
+        """Remove an element from the drawing; clones of it stay visible."""
         links = {each.attrib.get(name, "")[1:] for each in self.svg.iter() for name in HREFS}
         element.getparent().remove(element)
         if links & {each.attrib.get("id") for each in element.iter()}:
             self.svg.defs.append(element)
 
     def insert(self, made, target, name):
-        """Put a group above the target, in its layer: its coordinates are the document's user units."""
+        """Insert a group above the target, in the target's layer. Its coordinates are in the document's user units."""
         above = target
         while not is_layer(above.getparent()) and above.getparent() is not self.svg:
             above = above.getparent()
@@ -240,7 +243,7 @@ class Texture(inkex.EffectExtension):
 
 
 def drawn_in(element):
-    """Return the elements that an element draws, itself or what it groups."""
+    """Return the visible elements that an element consists of: itself, or the members of a group."""
     return [
         each
         for each in element.iter()
@@ -249,7 +252,7 @@ def drawn_in(element):
 
 
 def is_open_line(element):
-    """Return whether an element draws nothing but lines with two ends."""
+    """Return whether an element consists only of open lines."""
     drawn = drawn_in(element)
     return bool(drawn) and all(
         isinstance(each, (inkex.PathElement, inkex.Line, inkex.Polyline))
@@ -260,7 +263,7 @@ def is_open_line(element):
 
 
 def is_swapped(artwork, target):
-    """Return whether it seems that the artwork was selected last: text, pictures or several objects, after one plain
+    """Return whether the artwork was apparently selected last: text, a picture or several objects, after one plain
     shape.
     """
     plain = (inkex.PathElement, inkex.Rectangle, inkex.Circle, inkex.Ellipse, inkex.Polygon)
@@ -273,12 +276,12 @@ def is_swapped(artwork, target):
 
 
 def is_layer(element):
-    """Return whether an element is a layer of Inkscape's."""
+    """Return whether an element is an Inkscape layer."""
     return element.get(inkex.addNS("groupmode", "inkscape")) == "layer"
 
 
 def shown(element):
-    """Return whether an element is drawn: not hidden, and in nothing that is hidden or a definition."""
+    """Return whether an element is drawn: it is not hidden, and not inside anything hidden or a definition."""
     while element is not None:
         style = element.attrib.get("style", "").replace(" ", "")
         if (
@@ -292,7 +295,7 @@ def shown(element):
 
 
 def title(element):
-    """Return what the user calls an element."""
+    """Return the name of an element as the user sees it."""
     return element.get(LABEL) or element.get("id")
 
 
@@ -312,14 +315,14 @@ def middle(element):
 
 
 def settings(pin, mark):
-    """Return the radius of a pin that is drawn as a circle larger than a mark, in user units."""
+    """Return the settings of a pin: its radius in user units, if its circle is larger than a mark."""
     box = boxed([pin])
     radius = (box.width * box.height) ** 0.5 / 2
     return {"radius": radius} if radius > mark else {}
 
 
 def distance(box, element):
-    """Return how far the centre of an element is outside a bounding box."""
+    """Return the distance of an element's centre to a bounding box, 0 inside."""
     x, y = middle(element)
     across = max(box.left - x, 0, x - box.right)
     return (across**2 + max(box.top - y, 0, y - box.bottom) ** 2) ** 0.5
@@ -336,12 +339,12 @@ def polyline(element, name):
 
 
 def write(root, path):
-    """Return a document as a file."""
+    """Write a document to a file."""
     path.write_bytes(etree.tostring(root))
 
 
 def drawn_box(root, folder):
-    """Left, top, width and height in user units of all that a document draws, as Inkscape finds it."""
+    """Return left, top, width and height in user units of everything that a document draws, measured by Inkscape."""
     bare = copy.deepcopy(root)
     for name in ("viewBox", "width", "height"):
         bare.attrib.pop(name, None)
@@ -357,7 +360,7 @@ def drawn_box(root, folder):
 
 
 def framed(root, box, margin):
-    """Make a box, with a margin of its larger side, the canvas of a document; returns it."""
+    """Set the canvas of a document to a box with a margin relative to its larger side; return the canvas."""
     x, y, width, height = box
     by = margin * max(width, height)
     box = (x - by, y - by, width + 2 * by, height + 2 * by)
@@ -369,7 +372,7 @@ def framed(root, box, margin):
 
 
 def render(drawing_path, path, side):
-    """Return a picture of a drawing's canvas by Inkscape."""
+    """Render a drawing's canvas to a PNG file with Inkscape."""
     root = etree.parse(str(drawing_path)).getroot()
     width, height = float(root.get("width")), float(root.get("height"))
     longer = {"export_width": side} if width >= height else {"export_height": side}
@@ -397,7 +400,9 @@ def image(path, box):
 
 
 def drawing(path, svg):
-    """Return what a drawing draws as a group, with names that the document does not have; its definitions go there."""
+    """Return the contents of a drawing as a group with IDs that are new in the document; add its definitions to the
+    document.
+    """
     root = inkex.load_svg(str(path)).getroot()
     taken = set(svg.get_ids())
     new = {}
@@ -435,7 +440,7 @@ def drawing(path, svg):
 
 
 def renamed(text, new, key=""):
-    """Return an attribute, or a style sheet, that refers to elements by their new names."""
+    """Return an attribute or a style sheet with references to elements replaced by their new names."""
     if key == "id":
         return new.get(text, text)
     if key in HREFS and text.startswith("#"):
@@ -448,7 +453,7 @@ def renamed(text, new, key=""):
 
 
 def readable(text):
-    """iccm's messages in terms of the document."""
+    """Return a message of iccm in terms of the document."""
     return text.replace("artwork.svg", "the artwork").replace("target.svg", "the target")
 
 

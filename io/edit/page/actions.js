@@ -1,4 +1,4 @@
-// What the user does on the shapes and in the list of pins and strokes.
+// What the user can do on the shapes and in the list of pins and strokes.
 
 import {byId} from './dom.js';
 import {finer, simplified} from './geometry.js';
@@ -18,13 +18,13 @@ const SIDES = ['source', 'target'];
  * @param {Link} parts.link
  * @param {Record<Side, Pane>} parts.panes
  * @param {Hello} parts.hello
- * @param {(text: string, bad?: boolean) => void} parts.report shows a sentence
- * @param {() => void} parts.putDown puts the tool down with which a stroke was drawn
+ * @param {(text: string, bad?: boolean) => void} parts.report shows a message
+ * @param {() => void} parts.putDown switches back from the stroke tool
  * @returns {Actions}
  */
 export function actionsOf({editor, link, panes, hello, report, putDown}) {
   /**
-   * Remove the pins that go with one.
+   * Remove a pin and, if it is selected, the other selected pins.
    * @param {number} number
    */
   function removePins(number) {
@@ -202,10 +202,10 @@ export function actionsOf({editor, link, panes, hello, report, putDown}) {
 }
 
 /**
- * Remove a point of a stroke on both sides; all of the stroke where two points are left.
+ * Remove a point of a stroke on both sides, or the whole stroke if only two points are left.
  * @param {import('./types.d.ts').Stroke[]} strokes
  * @param {number} number of the stroke
- * @param {number | null} point null for all of it
+ * @param {number | null} point null for the whole stroke
  */
 export function removeFromStroke(strokes, number, point) {
   const stroke = strokes[number];

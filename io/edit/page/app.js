@@ -1,4 +1,4 @@
-// iccm edit: connects the server, what is edited, the two shapes and the controls.
+// iccm edit: connects the server, the editor, the two shapes and the controls.
 
 import {actionsOf} from './actions.js';
 import {Comparison} from './compare.js';
@@ -25,11 +25,11 @@ import {Tour} from './tour.js';
 
 const GRID_LINES = 16;  // along the longer side of the source
 
-/** What there is once the server has said what is edited. */
+/** Set once the server has reported the open shapes. */
 /** @type {{hello: Hello, panes: Record<Side, Pane>, actions: Actions, comparison: Comparison, linked: Linked} | null} */
 let page = null;
 
-/** Whether another tab edits. */
+/** Whether another tab is editing. */
 let taken = false;
 
 const link = new Link(receive, () => {
@@ -45,12 +45,12 @@ new Tour();
 button('take').onclick = () => link.say({type: 'take'});
 button('help').onclick = () => dialog('keys').showModal();
 button('choose').onclick = () => choose(false, () => {
-  editor.saved = contentOf(editor.scene);  // the server keeps what is not saved
+  editor.saved = contentOf(editor.scene);  // the server keeps unsaved changes
 });
 
 /**
  * @param {Hello | MapMessage | ErrorMessage | TakenMessage} message
- * @param {Float32Array | null} floats a map
+ * @param {Float32Array | null} floats of a map
  */
 function receive(message, floats) {
   if (message.type === 'hello') begin(message);
@@ -62,7 +62,7 @@ function receive(message, floats) {
 /** @param {Hello} hello */
 const namesOf = ({source, target}) => JSON.stringify([source.name, target.name]);
 
-/** Leave the shapes to another tab, until the user wants to edit here again. */
+/** Leave the shapes to another tab until the user wants to edit here again. */
 function giveAway() {
   taken = true;
   dialog('files').close();
@@ -73,7 +73,7 @@ function giveAway() {
 // ---------------------------------------------------------------- begin
 
 /**
- * Continue with what another tab has made of the same shapes; load the page again where it has opened others.
+ * Continue from what another tab has changed on the same shapes; reload the page if it has opened others.
  * @param {Hello} hello
  */
 function takeBack(hello) {
@@ -82,7 +82,7 @@ function takeBack(hello) {
   document.body.classList.remove('ended');
   if (!page && hello.empty) return;
   if (!page || hello.empty || namesOf(hello) !== namesOf(page.hello)) {
-    editor.saved = contentOf(editor.scene);  // the server has what is not saved
+    editor.saved = contentOf(editor.scene);  // the server has the unsaved changes
     location.reload();
     return;
   }
@@ -98,7 +98,7 @@ async function begin(hello) {
     return;
   }
   if (page) {
-    page.hello = hello;  // the server was started again, or another tab has edited
+    page.hello = hello;  // the server was restarted, or another tab has edited
   } else {
     try {
       page = await open(hello);
@@ -124,7 +124,7 @@ async function begin(hello) {
 }
 
 /**
- * Make both halves of the page and what belongs to them.
+ * Create both halves of the page and everything that belongs to them.
  * @param {Hello} hello
  */
 async function open(hello) {
@@ -153,7 +153,7 @@ async function open(hello) {
 }
 
 /**
- * Disable what these shapes do not have.
+ * Disable controls that do not apply to these shapes.
  * @param {Hello} hello
  * @param {Record<Side, Pane>} panes
  */
@@ -181,7 +181,7 @@ function showTitle({source, target, deforming}) {
 }
 
 /**
- * What tests and the console see of the page.
+ * The state of the page for tests and the console.
  * @param {Record<Side, Pane>} panes
  */
 const inspection = (panes) => ({
@@ -192,7 +192,7 @@ const inspection = (panes) => ({
 });
 
 /**
- * Paint for the screen's resolution, and again when the window moves to another screen.
+ * Paint at the screen's resolution, and again when the window moves to another screen.
  * @param {Record<Side, Pane>} panes
  */
 function resize(panes) {
@@ -218,7 +218,7 @@ async function loadTexture(hello, panes) {
 // ---------------------------------------------------------------- what is shown
 
 /**
- * Show a map that has come, or why there is none.
+ * Show a map from the server, or why there is none.
  * @param {MapMessage} message
  * @param {Float32Array | null} floats
  */
@@ -243,7 +243,7 @@ function showMap(message, floats) {
   refresh();
 }
 
-/** @param {string} way to the other of two maps that are known, empty where there is one */
+/** @param {string} way to the other of two known maps; empty if there is only one */
 function showOtherMap(way) {
   const element = button('other');
   element.hidden = !way;

@@ -1,4 +1,5 @@
-// What attracts a pin that is placed or dragged: corners of the outline, mirror images of other pins, the mirror axis.
+// Points that attract a pin while it is placed or dragged: corners of the outline, mirror images of pins, the mirror
+// axis.
 
 import {closest, distance} from './geometry.js';
 
@@ -25,8 +26,8 @@ function nearest(points, pixel, reach, toPixel) {
 }
 
 /**
- * The point that attracts a pin at a pixel, null where there is none. On the outline that is a corner or the mirror
- * image of another pin, inside also the mirror axis.
+ * Return the point that attracts a pin at a pixel, or null. On the outline this is a corner or the mirror image of
+ * another pin; inside it may also lie on the mirror axis.
  * @param {Point} pixel where the pin is
  * @param {boolean} onOutline whether it stays on the outline
  * @param {{outline: Point[], corners?: Point[], axis?: number | null}} shape

@@ -1,15 +1,15 @@
-// Where a map takes single points, on the page itself: for the cross under the pointer and for linked views.
+// Images of single points under a map, computed on the page: for the cross under the pointer and for linked views.
 
 /** @import {Point} from './types.d.ts' */
 
-const FLOATS = 18;   // of a triangle: corners in the target, corners and bulges in the source (see gl.js)
+const FLOATS = 18;   // of a triangle: corners in the target, corners and curvature vectors in the source (see gl.js)
 const MARGIN = 1e-6; // relative to a triangle: points on its edge are inside
 
 /**
- * The image of a point under a map of triangles, taken as linear in each; null where the map does not have it.
+ * Return the image of a point under a triangulated map, taken as linear in each triangle; null outside of the map.
  * @param {Float32Array} floats
  * @param {Point} point
- * @param {'source' | 'target'} side of the point
+ * @param {'source' | 'target'} side that the point is on
  * @returns {Point | null}
  */
 export function carry(floats, [x, y], side) {

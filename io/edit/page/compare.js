@@ -1,4 +1,4 @@
-// Comparisons: of two states A and B, and of the result with the files' own drawings or with the map before.
+// Comparisons of two states A and B, and of the result with the files' own drawings or with the previous map.
 
 import {button, input, select} from './dom.js';
 
@@ -8,10 +8,10 @@ import {button, input, select} from './dom.js';
 
 /** @typedef {'result' | 'overlay' | 'onion' | 'swipe'} ViewName what the target side shows */
 
-const BLINK = 700;        // milliseconds of the drawing, and of the map
-const SHARE_STEP = 0.25;  // by which the key makes the drawing more visible
+const BLINK = 700;        // milliseconds for which the drawing and the map are shown in turn
+const SHARE_STEP = 0.25;  // by which the key increases the opacity of the drawing
 
-/** @type {Record<ViewName, {share: number, label: string}>} what the slider is, and where it begins */
+/** @type {Record<ViewName, {share: number, label: string}>} label and initial value of the slider */
 const VIEWS = {
   result: {share: 0, label: 'Opacity of the files\u2019 own drawings'},
   overlay: {share: 0.4, label: 'Opacity of the files\u2019 own drawings'},
@@ -28,7 +28,7 @@ export class Comparison {
   #letter = 'B';
   /** @type {Float32Array | null} the last converged map */
   #map = null;
-  /** The scene that it belongs to, as JSON. */
+  /** The scene of that map, as JSON. */
   #scene = '';
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #blinking;
@@ -55,7 +55,7 @@ export class Comparison {
   }
 
   /**
-   * Take a converged map. Where the scene is another one, the last map is the previous map from now on.
+   * Store a converged map. If the scene has changed, the last map becomes the previous map.
    * @param {Float32Array} floats
    */
   take(floats) {
@@ -66,7 +66,9 @@ export class Comparison {
     if (previous) this.#panes.target.painter.ghost(previous);
   }
 
-  /** Keep the state as A; later exchange the state that is kept with the one that is visible, without a step of history. */
+  /**
+   * Store the present state as A; from then on, exchange the stored state and the visible one without a history step.
+   */
   swap() {
     const present = {scene: structuredClone(this.#editor.scene), map: this.#map}, kept = this.#kept;
     this.#kept = present;
@@ -92,7 +94,7 @@ export class Comparison {
     this.#apply();
   }
 
-  /** Paint what is chosen. */
+  /** Apply the chosen view to the panes. */
   #apply() {
     const view = select('view').value, share = Number(input('own').value);
     this.#panes.target.overlay.swipe = view === 'swipe' ? share : null;
@@ -101,7 +103,7 @@ export class Comparison {
   }
 
   /**
-   * How much of the files' own drawings is visible.
+   * Set the opacity of the files' own drawings.
    * @param {number} share from 0 to 1
    */
   #showDrawing(share) {
@@ -111,7 +113,7 @@ export class Comparison {
     }
   }
 
-  /** Make the drawings more visible by a step; after all of them none. */
+  /** Increase the opacity of the drawings by a step; after 1 it starts again from 0. */
   step() {
     const isResult = select('view').value === 'result', share = isResult ? 0 : Number(input('own').value);
     if (isResult) select('view').value = 'overlay';
@@ -119,7 +121,7 @@ export class Comparison {
     this.#apply();
   }
 
-  /** Show drawing and map in turn, or stop that. */
+  /** Start or stop showing drawing and map alternately. */
   blink() {
     const on = button('blink').getAttribute('aria-pressed') !== 'true';
     button('blink').setAttribute('aria-pressed', String(on));

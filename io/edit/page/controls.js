@@ -1,4 +1,4 @@
-// The controls beside and above the shapes: how the map is to be, undo, suggested pins and overlays.
+// The controls beside and above the shapes: settings of the map, undo, suggested pins and overlays.
 
 import {button, byId, input, output, select} from './dom.js';
 import {report} from './status.js';
@@ -35,7 +35,7 @@ export function listenToControls({editor, link, panes, actions}) {
     button(name).onclick = () => toggleOverlay(panes, name);
   }
   button('other').onclick = () => {
-    editor.saved = '';  // the file determines which of both maps its command makes
+    editor.saved = '';  // the saved file determines which of the two maps the command makes
     editor.solve(button('other').dataset.way);
   };
   listenToMapControls(editor);

@@ -1,4 +1,4 @@
-// The divider of the swipe view, which is dragged over the target side; the slider in the toolbar moves it by keys.
+// The divider of the swipe view, dragged by the pointer; keys move it through the slider in the toolbar.
 
 import {followPointer} from './dom.js';
 

@@ -28,7 +28,7 @@ export const output = (id) => /** @type {HTMLOutputElement} */ (byId(id));
 export const dialog = (id) => /** @type {HTMLDialogElement} */ (byId(id));
 
 /**
- * One of the page's icons.
+ * Return one of the page's icons.
  * @param {string} name
  */
 export function icon(name) {
@@ -40,7 +40,7 @@ export function icon(name) {
 }
 
 /**
- * Follow a pointer that is pressed on an element until it is released.
+ * Follow a pointer pressed on an element until it is released.
  * @param {HTMLElement} element
  * @param {PointerEvent} event the press
  * @param {(event: PointerEvent) => void} move

@@ -1,16 +1,16 @@
-// What is edited: the scene, its history, selected and locked pins, and the map that the server was asked for.
+// The state that is edited: the scene, its history, selected and locked pins, and the map requested from the server.
 
 import {contentOf} from './history.js';
 
 /** @import {History} from './history.js' */
 /** @import {MapMessage, Patch, Pin, PinEnd, Region, Scene, Stroke, Wrong} from './types.d.ts' */
 
-const REST = 250;  // milliseconds without movement after which a drag is solved as if the pin were released
+const REST = 250;  // milliseconds without movement after which the converged map is requested during a drag
 
 export class Editor {
   /** @type {Scene} */
   scene = {pins: [], strokes: [], rigid: [], balance: 1, turn: 0, fit: 'auto'};
-  /** The content of the scene as it was saved last. */
+  /** The content of the scene when it was last saved. */
   saved = '';
   begun = false;
   /** @type {Pin[]} */
@@ -19,22 +19,22 @@ export class Editor {
   regions = [];
   /** Of each pin; null for exact ones. @type {(Patch | null)[]} */
   patches = [];
-  /** The number of the pin whose settings are shown. @type {number | null} */
+  /** Index of the pin whose settings are shown. @type {number | null} */
   active = null;
   /** @type {Wrong} */
   wrong = {};
-  /** The end of a pin whose other end is placed next. @type {PinEnd | null} */
+  /** The first end of a pin whose other end is still to be placed. @type {PinEnd | null} */
   pending = null;
-  /** Numbers of pins. @type {Set<number>} */
+  /** Indices of pins. @type {Set<number>} */
   selected = new Set();
-  /** Ends of pins and strokes that stay where they are, as JSON. @type {Set<string>} */
+  /** Ends of pins and strokes that cannot be moved, as JSON. @type {Set<string>} */
   locks = new Set();
   /** The kind of the last map. */
   kind = '';
-  /** The numbers of the last map that was asked for, and of the last one that has come. */
+  /** Sequence numbers of the last map requested, and of the last one received. */
   asked = 0;
   shown = 0;
-  /** Whether the whole map is being computed. */
+  /** Whether the converged map is being computed. */
   busy = false;
   #failed = false;
   #solved = 0;
@@ -44,7 +44,7 @@ export class Editor {
 
   /**
    * @param {(message: object) => void} say sends a message to the server
-   * @param {History} history
+   * @param {History} history called after every change
    * @param {() => void} changed is called after every change
    */
   constructor(say, history, changed) {
@@ -82,7 +82,7 @@ export class Editor {
   }
 
   /**
-   * The pins that are moved with one: all that are selected, if it is; none that are locked.
+   * Return the pins that move with one: all selected pins if it is selected, except locked ones.
    * @param {number} number
    */
   movedWith(number) {
@@ -91,7 +91,7 @@ export class Editor {
   }
 
   /**
-   * Make what was changed a step that can be undone, and ask for the whole map of it.
+   * Add the change to the history, and request its converged map.
    * @param {boolean} [solve]
    */
   commit(solve = true) {
@@ -100,7 +100,7 @@ export class Editor {
     else this.changed();
   }
 
-  /** End a drag; the map that was requested while nothing moved is still that of the scene. */
+  /** End a drag. If nothing has moved since the converged map was requested, that map is still valid. */
   drop() {
     this.commit(this.asked !== this.#solved);
   }
@@ -113,7 +113,7 @@ export class Editor {
   }
 
   /**
-   * Show another state without a step in the history.
+   * Show another state without adding it to the history.
    * @param {Scene} scene
    */
   show(scene) {
@@ -123,7 +123,7 @@ export class Editor {
     this.solve();
   }
 
-  /** Ask for the coarse map, as something is dragged; and for the whole one when nothing moves any more. */
+  /** Request the coarse map while something is dragged, and the converged one once nothing moves. */
   follow() {
     this.#ask('follow');
     this.#rest = setTimeout(() => { if (!this.#failed) this.solve(); }, REST);
@@ -131,8 +131,8 @@ export class Editor {
   }
 
   /**
-   * Ask for the whole map.
-   * @param {string} [way] which of two that are known
+   * Request the converged map.
+   * @param {string} [way] which of two known maps
    */
   solve(way) {
     this.#ask('solve', way);
@@ -152,9 +152,10 @@ export class Editor {
   }
 
   /**
-   * Take a map that has come.
+   * Receive a map.
    * @param {MapMessage} message
-   * @returns {boolean} whether it is still wanted: a coarse one unless a newer one is shown, a whole one if it is the last
+   * @returns {boolean} whether it is still needed: a coarse map unless a newer one is shown, a converged one if it
+   *   answers the last request
    */
   receive(message) {
     const wanted = message.kind === 'coarse' ? message.seq > this.shown : message.seq === this.asked;

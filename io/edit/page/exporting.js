@@ -1,4 +1,4 @@
-// The dialog that exports the result: its format, name and size, a preview, and the download.
+// The export dialog: format, name, size, a preview, and the download.
 
 import {button, byId, dialog, input, select} from './dom.js';
 import {report} from './status.js';
@@ -8,17 +8,17 @@ import {report} from './status.js';
 /** @import {Pane} from './pane.js' */
 /** @import {Hello, Side} from './types.d.ts' */
 
-const DEFAULT_SIZE = 1024;  // pixels of the longer side, as of `iccm map`
+const DEFAULT_SIZE = 1024;  // pixels of the longer side, as in `iccm map`
 const PREVIEW_SIZE = 512;   // pixels of the longer side
 const SUFFIX = /(\.stmap)?\.[^.]*$/;
-const SHOWN = /\.(png|jpe?g|webp|svg)$/i;  // files that a browser shows as they are
+const SHOWN = /\.(png|jpe?g|webp|svg)$/i;  // files that browsers can display
 
 export class Exporting {
   #editor;
   #link;
   #hello;
   #panes;
-  /** The number of the preview that was asked for last. */
+  /** The number of the last preview requested. */
   #asked = 0;
   #address = '';
 
@@ -50,12 +50,12 @@ export class Exporting {
     button('download').onclick = () => this.#download();
   }
 
-  /** The file that is chosen. */
+  /** The chosen file name and size. */
   get choice() {
     return {name: input('picture').value, size: Math.round(Number(input('size').value)) || DEFAULT_SIZE};
   }
 
-  /** Show the command that writes what the dialog would. */
+  /** Show the command that writes the same file. */
   async #showCommand() {
     const {name, size} = this.choice;
     select('format').value = formatOf(name, [...select('format').options].map((option) => option.value));
@@ -65,7 +65,7 @@ export class Exporting {
   }
 
   /**
-   * What the server writes under a name, as a file to show or to download.
+   * Fetch what the server writes under a name, to show or download it.
    * @param {string} name
    * @param {number} size
    * @returns {Promise<{blob?: Blob, name: string, error?: string}>}
@@ -121,7 +121,7 @@ export class Exporting {
 }
 
 /**
- * Have the browser save a file.
+ * Let the browser save a file.
  * @param {Blob} blob
  * @param {string} name
  */
@@ -142,7 +142,7 @@ function hint(text) {
 }
 
 /**
- * The format that a file's name ends in, empty where it is none of them.
+ * Return the format that a file's name ends in; empty if it is not one of these.
  * @param {string} name
  * @param {string[]} formats
  */

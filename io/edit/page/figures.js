@@ -3,10 +3,10 @@
 /** @import {Figures} from './types.d.ts' */
 
 const DIGITS = 3;
-const WHOLE_FROM = 100;  // figures as large have no digits after the point
+const WHOLE_FROM = 100;  // larger figures have no decimals
 
 /**
- * A figure with three digits.
+ * Format a figure with three digits.
  * @param {number | null | undefined} value
  */
 export function rounded(value) {
@@ -21,7 +21,7 @@ const percent = (share) => `${(100 * share).toFixed(1)} %`;
 const together = (values) => values.map(rounded).join('   ');
 
 /**
- * Name, explanation and value of each row; the value is null where the figure is not known.
+ * Return name, explanation and value of each row; the value is null if the figure is not known.
  * @param {Figures} figures
  * @returns {[string, string, string | null][]}
  */
@@ -55,7 +55,7 @@ export function figureRows(figures) {
 const certificate = ({certified, share}) => (certified ? `${(100 * share).toFixed(2)} %` : 'not certified');
 
 /**
- * Show the figures of a map; those of a coarse one are marked by its kind.
+ * Show the figures of a map; a coarse map is marked as such.
  * @param {HTMLTableElement} table
  * @param {string} kind
  * @param {Figures} figures

@@ -1,12 +1,12 @@
-// Points of the page's own coordinates, polygons and lines, and the conversion to a file's units.
+// Points in page coordinates, polygons and polylines, and conversion to file units.
 
 /** @import {Point} from './types.d.ts' */
 
-const MAX_DIGITS = 15;         // that a number of JavaScript can have after its point
-const PLACED_DIGITS = 4;       // of a length that is set by hand
-const PARTS_OF_PIXEL = 10;     // that a hand can place
+const MAX_DIGITS = 15;         // digits after the point that JavaScript can print
+const PLACED_DIGITS = 4;       // significant digits of a length set by hand
+const PARTS_OF_PIXEL = 10;     // parts of a pixel to which a point can be placed by hand
 const BISECTIONS = 40;         // steps after which a crossing is exact to 1e-12 of a segment
-const PARTS_OF_SEGMENT = 8;    // in which a segment is mapped: its image is curved
+const PARTS_OF_SEGMENT = 8;    // parts in which a segment is mapped, because its image is curved
 
 /**
  * @param {Point} a
@@ -15,7 +15,7 @@ const PARTS_OF_SEGMENT = 8;    // in which a segment is mapped: its image is cur
 export const distance = (a, b) => Math.hypot(...a.map((value, k) => value - b[k]));
 
 /**
- * The point at a share of the way from one to another.
+ * Return the point at a fraction of the way from a to b.
  * @param {Point} a
  * @param {Point} b
  * @param {number} share
@@ -23,18 +23,18 @@ export const distance = (a, b) => Math.hypot(...a.map((value, k) => value - b[k]
 export const between = (a, b, share) => a.map((value, k) => value + share * (b[k] - value));
 
 /**
- * A length with as many digits as a hand can place.
+ * Round a length to the digits that matter when it is set by hand.
  * @param {number} value
  */
 export const significant = (value) => Number(value.toPrecision(PLACED_DIGITS));
 
 /**
- * The name of a file without its folder, with the part that is meant.
+ * Return the name of a file without its folder, with the selected part.
  * @param {string} spec
  */
 export const fileName = (spec) => spec.replace(/^[^#]*[\\/]/, '');
 
-/** Conversion between a file's units and the page's coordinates, of the plane or of space. */
+/** Conversion between file units and page coordinates, in the plane or in space. */
 export class Units {
   /**
    * @param {{origin: number[], scale: number, signs: number[]}} shape
@@ -48,7 +48,7 @@ export class Units {
   }
 
   /**
-   * Coordinates of the file, rounded, so that the page, the file and the command line have the same ones.
+   * Convert to file coordinates, rounded, so that page, file and command line show the same numbers.
    * @param {Point} point
    * @param {number} [digits] after the point, where fewer than all matter
    */
@@ -60,7 +60,7 @@ export class Units {
   }
 
   /**
-   * The digits after the point of what a hand can place on a screen: of a tenth of a pixel.
+   * Return the number of decimals in file units that a tenth of a pixel corresponds to.
    * @param {number} zoom pixels per unit of the page
    */
   placedDigits(zoom) {
@@ -77,7 +77,7 @@ export class Units {
 }
 
 /**
- * Whether a point is inside of a closed polygon (even-odd rule).
+ * Return whether a point is inside a closed polygon (even-odd rule).
  * @param {Point[]} ring
  * @param {Point} point
  */
@@ -91,7 +91,7 @@ export function inside(ring, [x, y]) {
 }
 
 /**
- * The longest part of a line that is inside of a closed polygon.
+ * Return the longest part of a line inside a closed polygon.
  * @param {Point[]} ring
  * @param {Point[]} line
  */
@@ -114,7 +114,7 @@ export function clipped(ring, line) {
 export const length = (line) => line.reduce((sum, point, k) => sum + (k ? distance(point, line[k - 1]) : 0), 0);
 
 /**
- * Where a segment crosses a closed polygon, by bisection.
+ * Find where a segment crosses a closed polygon, by bisection.
  * @param {Point[]} ring
  * @param {Point} a
  * @param {Point} b
@@ -131,7 +131,7 @@ function crossing(ring, a, b, startsInside) {
 }
 
 /**
- * The closest point of a closed polygon, its distance, the edge that it is on, and its share of that edge.
+ * Return the closest point of a closed polygon, its distance, its edge, and its position along that edge (0 to 1).
  * @param {Point[]} ring
  * @param {Point} point
  */
@@ -146,7 +146,7 @@ export function closest(ring, point) {
 }
 
 /**
- * The closest point of an edge.
+ * Return the closest point of an edge.
  * @param {Point} a
  * @param {Point} b
  * @param {Point} point
@@ -162,7 +162,7 @@ function footOn(a, b, point) {
 }
 
 /**
- * A line with fewer points, within a tolerance of it (Ramer 1972; Douglas and Peucker 1973).
+ * Simplify a line within a tolerance (Ramer 1972; Douglas and Peucker 1973).
  * @param {Point[]} points
  * @param {number} tolerance
  * @returns {Point[]}
@@ -180,7 +180,7 @@ export function simplified(points, tolerance) {
 }
 
 /**
- * A line with further points on each of its segments.
+ * Subdivide each segment of a line.
  * @param {Point[]} points
  * @param {number} [parts] of each segment
  */

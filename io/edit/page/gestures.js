@@ -1,4 +1,4 @@
-// Gestures on the shape itself: zoom, pan, rotate a mesh, draw a stroke, click for a pin.
+// Gestures on the shape: zoom, pan, rotate a mesh, draw a stroke, click to place a pin.
 
 import {followPointer} from './dom.js';
 import {clipped, distance, simplified} from './geometry.js';
@@ -8,10 +8,10 @@ import {ARROWS, CLICK_REACH} from './handles.js';
 /** @import {Point} from './types.d.ts' */
 
 const KEY_PAN = 40;              // pixels by which an arrow key moves the view
-const WHEEL_BY_LINE = 0.05;      // log of the zoom, for a line that a wheel scrolls
-const WHEEL_BY_PIXEL = 0.0015;   // the same for a pixel
-const MIN_STROKE_LENGTH = 16;    // pixels: shorter ones are slips of the hand
-const MAX_GAP = 16;              // pixels between the ends of a stroke that counts as closed
+const WHEEL_BY_LINE = 0.05;      // logarithm of the zoom per line of scrolling
+const WHEEL_BY_PIXEL = 0.0015;   // the same per pixel
+const MIN_STROKE_LENGTH = 16;    // pixels: shorter strokes are accidental
+const MAX_GAP = 16;              // pixels between the ends of a stroke that is considered closed
 const MAX_GAP_SHARE = 0.25;      // the same, relative to its length
 export const STROKE_TOLERANCE = 2;  // pixels: how far a drawn line may be from its simplified form
 
@@ -42,7 +42,8 @@ export function listen(element, pane) {
 function press(event, element, pane) {
   if (event.button > 1 || pane.pinched) return;
   const start = pane.pixelOf(event), pan = !pane.surface || event.shiftKey || event.button === 1;
-  const isMain = event.button === 0, scrolls = event.pointerType === 'touch' && !pane.surface;  // the page, not the view
+  // the page, not the view
+  const isMain = event.button === 0, scrolls = event.pointerType === 'touch' && !pane.surface;
   let moved = false, last = start;
   const draw = (/** @type {Point} */ pixel) => {
     const point = pane.surface ? pane.hit(pixel) : pane.at(pixel);
@@ -67,7 +68,7 @@ function press(event, element, pane) {
 }
 
 /**
- * Zoom and move the view with two fingers. One finger is left to the browser, which scrolls the page, or is a click.
+ * Zoom and pan with two fingers. One finger is left to the browser: it scrolls the page, or clicks.
  * @param {HTMLElement} element
  * @param {Pane} pane
  */
@@ -105,9 +106,9 @@ function listenToFingers(element, pane) {
 }
 
 /**
- * The stroke that a drawn line stands for: inside of the outline, with few points; null where it is too short.
+ * Convert a drawn line to a stroke: clipped to the outline, with few points; null if it is too short.
  * @param {Point[]} drawn
- * @param {Point[] | null} outline null for lines on a mesh, which lie on it and do not close
+ * @param {Point[] | null} outline null for lines on a mesh, which lie on it and are never closed
  * @param {number} zoom pixels per unit
  * @returns {{line: Point[], closed: boolean} | null}
  */

@@ -1,5 +1,5 @@
-// The painter of a shape, by WebGL 2: a map as its triangles, each a quadratic patch from the target back to the source,
-// so that the texture is as sharp at any zoom as it is; the texture itself; grid and stretch over both.
+// WebGL 2 renderer of a shape. A map is drawn as triangles, each a quadratic patch from the target back to the source,
+// so that the texture keeps its own sharpness at any zoom. The texture itself, grid and stretch are drawn, too.
 
 import {SHADERS} from './shaders.js';
 
@@ -11,7 +11,8 @@ import {SHADERS} from './shaders.js';
 /** @typedef {{array: WebGLVertexArrayObject, buffer: WebGLBuffer, count: number}} Patches triangles of a map */
 /** @typedef {{handle: WebGLProgram, at: (name: string) => WebGLUniformLocation | null}} Program */
 
-const PATCH_ATTRIBUTES = ['a0', 'a1', 'a2', 'b0', 'b1', 'b2', 'd0', 'd1', 'd2'];  // of a triangle, each a point
+// attributes of a triangle, each a point
+const PATCH_ATTRIBUTES = ['a0', 'a1', 'a2', 'b0', 'b1', 'b2', 'd0', 'd1', 'd2'];
 const FLOATS = 2 * PATCH_ATTRIBUTES.length;
 const FLOAT_BYTES = 4;
 const OUTSIDE_OPACITY = 0.22;  // of the texture beyond the source
@@ -25,7 +26,7 @@ export class Painter {
   #programs = {};
   /** @type {Layer | null} */
   #texture = null;
-  /** @type {Layer | null} what the file itself shows */
+  /** @type {Layer | null} the picture in the shape's file */
   #drawing = null;
   /** @type {Fan[]} the outlines, the outer one first */
   #rings = [];
@@ -35,7 +36,7 @@ export class Painter {
   #cover = null;
   /** @type {Fan | null} the box of the file's own drawing */
   #canvas = null;
-  /** Of the map, and of the one before. @type {Patches} */
+  /** Triangles of the map and of the previous map. @type {Patches} */
   #patches;
   #ghost;
   /** @type {{array: WebGLVertexArrayObject, source: WebGLBuffer, indices: number} | null} */
@@ -56,10 +57,10 @@ export class Painter {
     if (!gl) throw new Error('This browser or its graphics card does not support WebGL 2.');
     this.#gl = gl;
     this.#shape = shape;
-    /** @type {number} pixels of a side of a texture */
+    /** @type {number} largest side of a texture in pixels */
     this.maxSide = gl.getParameter(gl.MAX_TEXTURE_SIZE);
     const info = gl.getExtension('WEBGL_debug_renderer_info');
-    /** Whether there is no graphics card. */
+    /** Whether WebGL runs without a graphics card. */
     this.software = SOFTWARE.test(gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
     for (const [name, [vertex, fragment]] of Object.entries(SHADERS)) this.#programs[name] = link(gl, vertex, fragment);
     this.outlines(shape.painted ?? [shape.outline, ...shape.holes]);
@@ -82,7 +83,7 @@ export class Painter {
   }
 
   /**
-   * Take the outlines of the shape, the outer one first; those of a shape that is deformed move.
+   * Set the outlines of the shape, the outer one first; those of a deformed shape change.
    * @param {Point[][]} rings
    */
   outlines(rings) {
@@ -109,7 +110,7 @@ export class Painter {
   }
 
   /**
-   * Take the triangles of a mesh, and their places in the texture's plane, if they are known by now.
+   * Set the triangles of a mesh, and their places in the texture plane if already known.
    * @param {Surface} surface
    */
   mesh({places, faces, source}) {
@@ -124,9 +125,9 @@ export class Painter {
   }
 
   /**
-   * An attribute of the mesh's vertices.
+   * Create an attribute of the mesh's vertices.
    * @param {string} name
-   * @param {number} size numbers of each vertex
+   * @param {number} size components per vertex
    * @param {Float32Array} data
    */
   #attribute(name, size, data) {
@@ -149,7 +150,7 @@ export class Painter {
   }
 
   /**
-   * Take what the shape's own file shows.
+   * Set the picture in the shape's own file.
    * @param {HTMLImageElement} image
    * @param {Box} box
    */
@@ -187,7 +188,7 @@ export class Painter {
   }
 
   /**
-   * Take a map: (m, 18) numbers, or of a mesh (n, 2); see `image_of` in io/edit/session.py.
+   * Set a map: (m, 18) numbers, or for a mesh (n, 2); see `image_of` in io/edit/session.py.
    * @param {Float32Array} floats
    */
   map(floats) {
@@ -199,7 +200,7 @@ export class Painter {
   }
 
   /**
-   * Take the map before, which is painted over the map as much as the overlay has it; not of a mesh.
+   * Set the previous map, which is blended over the map with the opacity in the overlay; not for meshes.
    * @param {Float32Array} floats
    */
   ghost(floats) {
@@ -211,7 +212,7 @@ export class Painter {
   }
 
   /**
-   * Paint all of the canvas, or a part of it.
+   * Paint the whole canvas, or a part of it.
    * @param {PaintedView} view
    * @param {Overlay} overlay
    */
@@ -246,7 +247,7 @@ export class Painter {
     this.#drawOwn();
   }
 
-  /** How much of the texture is visible beside the file's own drawing. */
+  /** Opacity of the texture beside the file's own drawing. */
   get #textureShare() {
     return this.#drawing && !this.#overlay.plain ? 1 - this.#overlay.own : 1;
   }
@@ -256,7 +257,7 @@ export class Painter {
     if (!this.#drawing || plain || own <= 0) return;
     this.#use('plane', own, false, this.#drawing);
     gl.disable(gl.STENCIL_TEST);
-    gl.blendFunc(gl.ONE, gl.ONE);  // shares of both add up to one
+    gl.blendFunc(gl.ONE, gl.ONE);  // both opacities add up to one
     this.#fan(this.#canvas);
   }
 
@@ -271,7 +272,7 @@ export class Painter {
     this.#fan(this.#quad);
   }
 
-  /** The map where the shape is: of a frame what the drawing paints, else all but holes. */
+  /** Draw the map inside the shape: for a frame, only what the drawing paints; else everything except holes. */
   #drawTarget() {
     const gl = this.#gl, {painted} = this.#shape;
     this.#cut(painted ? this.#rings : this.#overlay.holes ? this.#rings.slice(1) : []);
@@ -302,7 +303,7 @@ export class Painter {
   }
 
   /**
-   * Mark in the stencil what is inside of an odd number of rings.
+   * Mark the inside of the rings in the stencil, by the even-odd rule.
    * @param {Fan[]} rings
    */
   #cut(rings) {
@@ -326,7 +327,7 @@ export class Painter {
   /**
    * @param {string} name of the program
    * @param {number} opacity
-   * @param {boolean} [overlaid] whether with grid and stretch
+   * @param {boolean} [overlaid] whether to draw grid and stretch
    * @param {Layer | null} [layer]
    */
   #use(name, opacity, overlaid = true, layer = this.#texture) {
@@ -352,7 +353,7 @@ export class Painter {
 /**
  * @param {WebGL2RenderingContext} gl
  * @param {string} vertex source of the vertex shader
- * @param {string} fragment and of the fragment shader
+ * @param {string} fragment source of the fragment shader
  * @returns {Program}
  */
 function link(gl, vertex, fragment) {

@@ -1,5 +1,5 @@
-// The handles over a painted shape: buttons for pins, their rotations and radii, points of strokes and suggested pins, which
-// are dragged by the pointer and moved by keys.
+// Handles over a painted shape: buttons for pins, their rotations and radii, points of strokes, and suggested pins.
+// They are dragged by the pointer and moved by keys.
 
 import {followPointer} from './dom.js';
 import {rounded} from './figures.js';
@@ -11,25 +11,25 @@ import {pinHue, strokeHue} from './hues.js';
 
 /**
  * @typedef {object} Handle
- * @property {string} key which of the buttons it is
+ * @property {string} key unique name of the button
  * @property {'pin' | 'point' | 'turn' | 'radius' | 'ghost'} class
  * @property {Item} item
  * @property {Place} place
- * @property {string} text beside it
- * @property {string} name for screen readers
+ * @property {string} text label beside it
+ * @property {string} name label for screen readers
  * @property {number} hue
- * @property {Point} [pixel] where it is, if not at its place
+ * @property {Point} [pixel] position, if not at its place
  * @property {boolean} [wrong] whether the map does not meet it
  * @property {boolean} [selected]
  * @property {boolean} [locked]
  */
 
 export const CLICK_REACH = 4;  // pixels: a press that moves less is a click
-const KEY_STEP = 0.005;        // of the pane's width, by which an arrow key moves a pin
+const KEY_STEP = 0.005;        // relative to the pane's width: step of an arrow key
 const KEY_ANGLE = 5;           // degrees by which an arrow key rotates
-const FINE = 0.1;              // of either, with Shift
-const KEY_GROWTH = 1.1;        // by which a key enlarges a patch, or reduces it
-const KEY_REST = 250;          // milliseconds after the last key when the whole map is solved for
+const FINE = 0.1;              // factor of both with Shift
+const KEY_GROWTH = 1.1;        // factor by which a key enlarges or reduces a patch
+const KEY_REST = 250;          // milliseconds after the last key when the converged map is requested
 
 /** @type {Record<string, [number, number]>} */
 export const ARROWS = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1]};
@@ -175,7 +175,7 @@ export class Handles {
   }
 
   /**
-   * Follow the pointer once it has moved farther than in a click, and drop what was changed.
+   * Follow the pointer once it has moved farther than in a click; commit the change on release.
    * @param {PointerEvent} event
    * @param {HTMLElement} element
    * @param {(pixel: Point) => void} move
@@ -209,7 +209,7 @@ export class Handles {
   }
 
   /**
-   * Take a pin exactly to its place, or softly again.
+   * Toggle between an exact and a soft pin.
    * @param {Item} item
    */
   #toggleExact(item) {
@@ -273,7 +273,7 @@ export class Handles {
     this.#dropAtRest();
   }
 
-  /** Solve for the whole map once no key is pressed any more. */
+  /** Request the converged map once no key has been pressed for a while. */
   #dropAtRest() {
     clearTimeout(this.#rest);
     this.#rest = setTimeout(() => this.#pane.actions.drop(), KEY_REST);

@@ -1,20 +1,20 @@
-// The steps that can be undone, which outlast a page that is loaded again, and what each changed in words.
+// The undo history, which survives reloading the page, and a description of each step.
 
 /** @import {Pin, Scene, Stroke} from './types.d.ts' */
 
 /**
- * What is saved of a scene, to compare it.
+ * Return the part of a scene that is saved, as JSON for comparison.
  * @param {Scene} scene
  */
 export const contentOf = ({pins, strokes, rigid}) => JSON.stringify([pins, strokes, rigid]);
 
 export class History {
-  /** @type {string[]} scenes as JSON, which nothing changes */
+  /** @type {string[]} scenes as immutable JSON */
   #steps = [];
   #present = 0;
   #store;
   #key;
-  /** Is called after every change of the steps. */
+  /** Called after every change of the history. */
   changed = () => {};
 
   /**
@@ -27,7 +27,7 @@ export class History {
   }
 
   /**
-   * Begin with a scene: with its earlier steps, if it is the one that was kept last.
+   * Begin with a scene, and with its earlier steps if it is the one that was stored last.
    * @param {Scene} scene
    */
   begin(scene) {
@@ -43,7 +43,7 @@ export class History {
   }
 
   /**
-   * Add a step after the present one, in place of those that were undone; none where nothing has changed.
+   * Add a step after the present one in place of undone steps, unless nothing has changed.
    * @param {Scene} scene
    */
   push(scene) {
@@ -55,9 +55,9 @@ export class History {
   }
 
   /**
-   * Go back or forward by steps.
+   * Go back or forward in the history.
    * @param {number} steps
-   * @returns {Scene | null} null where there are not as many
+   * @returns {Scene | null} null if there are not as many steps
    */
   travel(steps) {
     const number = this.#present + steps;
@@ -79,7 +79,7 @@ export class History {
     return this.#present < this.#steps.length - 1;
   }
 
-  /** What each step changed, the first one first. */
+  /** Describe what each step changed, the oldest first. */
   describe() {
     const scenes = this.#steps.map((text) => JSON.parse(text));
     return scenes.map((scene, k) => describeChange(scenes[k - 1], scene));
@@ -89,14 +89,14 @@ export class History {
     try {
       this.#store.setItem(this.#key, JSON.stringify({history: this.#steps, present: this.#present}));
     } catch {
-      this.#store.removeItem(this.#key);  // too long: a page that is loaded again begins with what is there
+      this.#store.removeItem(this.#key);  // too long to store: a reloaded page starts without earlier steps
     }
     this.changed();
   }
 }
 
 /**
- * What a step changed, from one scene to the next.
+ * Describe the change from one scene to the next.
  * @param {Scene | undefined} before
  * @param {Scene} after
  */
@@ -137,7 +137,7 @@ function valueChange(before, after) {
 /**
  * @param {string} word
  * @param {(Pin | Stroke)[]} before
- * @param {(Pin | Stroke)[]} after as many
+ * @param {(Pin | Stroke)[]} after as many entries
  */
 function entryChange(word, before, after) {
   const changed = after.map((_, k) => k).filter((k) => JSON.stringify(after[k]) !== JSON.stringify(before[k]));

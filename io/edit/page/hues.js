@@ -1,8 +1,9 @@
-// The colours of pins and strokes, which both sides and the list share.
+// Colours of pins and strokes, the same on both sides and in the list.
 
 const FIRST_HUE = 330;           // degrees: a red that stands out on most textures
-const GOLDEN_ANGLE = 137.508;    // degrees: neighbours in the list differ much, and no two of the first dozen are close
-const STROKES = 0.5;             // of this angle, by which strokes differ from the pins of the same numbers
+// degrees: neighbours in the list differ strongly, and no two of the first dozen are close
+const GOLDEN_ANGLE = 137.508;
+const STROKES = 0.5;             // of this angle: offset of strokes from pins with the same number
 
 /** @param {number} number of the pin */
 export const pinHue = (number) => Math.round((FIRST_HUE + GOLDEN_ANGLE * number) % 360);

@@ -1,4 +1,4 @@
-// Keys of the whole page; those of pins and of the shapes are in handles.js and gestures.js.
+// Keys for the whole page; those for pins and shapes are in handles.js and gestures.js.
 
 import {button, byId} from './dom.js';
 import {toggleOverlay} from './controls.js';
@@ -11,7 +11,7 @@ import {toggleOverlay} from './controls.js';
 /** @import {Tools} from './tools.js' */
 /** @import {Side} from './types.d.ts' */
 
-const KEY_ZOOM = 1.25;  // by which + enlarges, and - shrinks
+const KEY_ZOOM = 1.25;  // zoom factor of the keys + and -
 
 /**
  * @param {object} parts

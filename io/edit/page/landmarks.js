@@ -1,4 +1,4 @@
-// Pairs of landmarks of other programs: pins from a file, and a file of pins.
+// Landmarks of other programs: import pins from a file, and export them.
 
 import {input} from './dom.js';
 import {saveAs} from './exporting.js';
@@ -17,7 +17,7 @@ export function listenToLandmarks(editor, link) {
     const file = field.files?.[0];
     if (!file) return;
     const answer = await link.ask({type: 'read-pins', name: file.name, text: await file.text()});
-    field.value = '';  // the same file may be chosen again
+    field.value = '';  // so that the same file can be chosen again
     if (!answer.pins) {
       report(answer.error ?? '', true);
       return;

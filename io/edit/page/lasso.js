@@ -1,15 +1,15 @@
-// The lasso: an outline that is drawn by hand on a photograph, and the picture that is transparent beyond it.
+// The lasso: the user draws an outline on a photograph, and everything beyond it becomes transparent.
 
 import {button, byId, dialog, followPointer} from './dom.js';
 import {simplified} from './geometry.js';
 
 /** @import {Point} from './types.d.ts' */
 
-const SIDE = 720;          // pixels at most of the longer side of the picture on the page
-const TOLERANCE = 1;       // pixels of the page: how far the outline may be from the drawn line
-const MIN_POINTS = 3;      // of an outline that encloses something
+const SIDE = 720;          // largest side of the picture on the page, in pixels
+const TOLERANCE = 1;       // pixels on the page: largest distance of the outline from the drawn line
+const MIN_POINTS = 3;      // fewest points of an outline that encloses an area
 
-/** @type {Point[]} the outline, in pixels of the page */
+/** @type {Point[]} the outline, in page pixels */
 let outline = [];
 const canvas = /** @type {HTMLCanvasElement} */ (byId('lasso-picture'));
 const image = new Image();
@@ -19,7 +19,7 @@ let take = () => {};
 /**
  * Let the user draw an outline on a picture.
  * @param {string} address of the picture
- * @param {(cut: Blob) => void} use is called with the picture as PNG, transparent beyond the outline
+ * @param {(cut: Blob) => void} use called with the picture as PNG, transparent beyond the outline
  */
 export async function lasso(address, use) {
   take = use;
@@ -72,7 +72,7 @@ function draw() {
   context.restore();
 }
 
-/** The picture in its own resolution, transparent beyond the outline. @returns {Promise<Blob | null>} */
+/** Return the picture at its own resolution, transparent beyond the outline. @returns {Promise<Blob | null>} */
 function cut() {
   const whole = document.createElement('canvas');
   whole.width = image.naturalWidth;

@@ -1,4 +1,4 @@
-// The lines over a painted shape: outlines, strokes, rigid regions, rings and arms of pins, the guide and the loupe.
+// Lines over a painted shape: outlines, strokes, rigid regions, rings and arms of pins, the guide and the loupe.
 
 import {SVG} from './dom.js';
 import {pinHue, strokeHue} from './hues.js';
@@ -9,8 +9,8 @@ import {pinHue, strokeHue} from './hues.js';
 /** @typedef {{d: string, class: string, hue?: number}} Line */
 
 const GUIDE_ARM = 14;     // pixels: half the length of the cross where a pin is attracted
-const POINTER_ARM = 7;    // pixels: half the length of the cross at the place under the pointer of the other side
-const PENDING_RADIUS = 9; // pixels: of the circle at an end of a pin whose other end is placed next
+const POINTER_ARM = 7;    // pixels: half the length of the cross at the image of the other side's pointer
+const PENDING_RADIUS = 9; // pixels: radius of the circle at the end of a pin whose other end is still to be placed
 const CROSSHAIR_ARM = 9;  // pixels, in the loupe
 export const LOUPE_SIDE = 150;    // pixels
 export const LOUPE_ZOOM = 4;      // relative to the pane

@@ -1,11 +1,11 @@
-// The conversation with the server: JSON both ways, and maps as binary frames (see io/edit/scene.py).
+// The websocket to the server: JSON in both directions, and maps as binary frames (see io/edit/scene.py).
 
 /** @import {Answer, ErrorMessage, Hello, MapMessage, TakenMessage} from './types.d.ts' */
 
-const TRIES = 4;             // to connect again before the user hears of it
+const TRIES = 4;             // attempts to reconnect before the user is informed
 const PAUSE = 500;           // milliseconds between these
-const PAUSE_AFTER = 2000;    // and between further ones
-const LENGTH_BYTES = 4;      // of a binary frame, before its JSON text
+const PAUSE_AFTER = 2000;    // milliseconds between later attempts
+const LENGTH_BYTES = 4;      // length field at the start of a binary frame
 
 export class Link {
   /** @type {WebSocket} */
@@ -17,9 +17,9 @@ export class Link {
   #end;
 
   /**
-   * @param {(message: Hello | MapMessage | ErrorMessage | TakenMessage, floats: Float32Array | null) => void} receive is called with
-   *   what the server sends without being asked
-   * @param {() => void} end is called when the server is gone; it may come again
+   * @param {(message: Hello | MapMessage | ErrorMessage | TakenMessage, floats: Float32Array | null) => void} receive
+   *   called with messages that do not answer a question
+   * @param {() => void} end called when the connection is lost; it may come back
    */
   constructor(receive, end) {
     this.#receive = receive;
@@ -70,7 +70,7 @@ export class Link {
   }
 
   /**
-   * Send a message that has no separate answer.
+   * Send a message that is not answered separately.
    * @param {object} message
    */
   say(message) {
@@ -78,7 +78,7 @@ export class Link {
   }
 
   /**
-   * Ask, and wait for the answer.
+   * Send a question and wait for the answer.
    * @param {object} message
    * @returns {Promise<Answer>}
    */
@@ -94,7 +94,7 @@ export class Link {
 }
 
 /**
- * A binary frame: the length of a JSON text, the text, then numbers.
+ * Read a binary frame: the length of a JSON text, the text, then floats.
  * @param {ArrayBuffer} data
  */
 export function readFrame(data) {

@@ -1,4 +1,4 @@
-// Both sides together: views that zoom and move with each other, and a cross where the pointer's place is on the other side.
+// Linked views that zoom and pan together, and a cross at the image of the pointer on the other side.
 
 import {button} from './dom.js';
 import {carry} from './carry.js';
@@ -10,7 +10,7 @@ export class Linked {
   #panes;
   /** @type {Float32Array | null} */
   #map = null;
-  /** Of the other side's zoom relative to that of the side that was moved, when both were linked. */
+  /** Zoom of the other side relative to that of the moved side at the time when the views were linked. */
   #ratio = 1;
   #on = false;
 
@@ -43,7 +43,7 @@ export class Linked {
   }
 
   /**
-   * Show on the other side what is in the middle of one, as much larger or smaller as when both were linked.
+   * Show the image of one side's centre in the middle of the other side, at the ratio of zooms when they were linked.
    * @param {Pane} pane
    * @param {Pane} other
    */

@@ -1,4 +1,4 @@
-// The list of pins, strokes and rigid regions, in which they are named, moved, locked and removed.
+// The list of pins, strokes and rigid regions, where they are named, moved, locked and removed.
 
 import {icon} from './dom.js';
 import {rounded} from './figures.js';
@@ -20,7 +20,7 @@ const NUMBER = /[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?/gi;
 const MAX_NAME_LENGTH = 60;  // characters
 
 /**
- * The numbers in a text.
+ * Return the numbers in a text.
  * @param {string} text
  */
 export const numbersIn = (text) => (text.match(NUMBER) ?? []).map(Number);
@@ -36,13 +36,13 @@ export function showList(element, scene, actions) {
   scene.strokes.forEach((stroke, k) => showStroke(rows[scene.pins.length + k], stroke, k, scene, actions));
   const first = scene.pins.length + scene.strokes.length;
   scene.rigid.forEach((region, k) => {
-    const known = scene.regions.length === scene.rigid.length;  // else some of them were joined
+    const known = scene.regions.length === scene.rigid.length;  // else some regions were merged
     showRegion(rows[first + k], region, known ? scene.regions[k] : null, k, actions);
   });
 }
 
 /**
- * The rows of the list, as many as there are entries; those that are there stay, and with them the focus.
+ * Return one row per entry. Existing rows are reused, so that the focus is kept.
  * @param {HTMLElement} element
  * @param {number} count
  * @returns {Row[]}
@@ -115,7 +115,7 @@ function showStroke(row, stroke, number, scene, actions) {
 }
 
 /**
- * What rows of pins and of strokes have in common. Fields that have the focus keep what is typed there.
+ * Fill in what rows of pins and strokes have in common. Fields with the focus keep what is typed there.
  * @param {Row} row
  * @param {string} word
  * @param {Item} item

@@ -1,15 +1,16 @@
-// The dialog in which files are chosen or dropped, the part of each that is meant, and samples to try.
+// The dialog for opening files: choose or drop them, select a part of each, or try a sample.
 
 import {button, byId, dialog, SVG} from './dom.js';
 import {lasso} from './lasso.js';
 
 /** @typedef {'source' | 'target' | 'texture'} Role */
 /**
- * @typedef {{spec: string, name: string, d: string, extent: [number, number], picture?: boolean}} Part a shape of a file, with
- *   its path data in the unit square, and the width and height of the file's canvas there; `picture` where that is shown behind
+ * @typedef {{spec: string, name: string, d: string, extent: [number, number], picture?: boolean}} Part a shape of a
+ *   file, with its path data in the unit square, and the width and height of the file's canvas there; `picture` if the
+ *   file's picture is shown behind it
  */
 /** @typedef {{name: string, shapes: string[]}} Sample a pair to try, with path data of both shapes */
-/** @typedef {Partial<Record<Role, string>>} Chosen the file of each role, with its part */
+/** @typedef {Partial<Record<Role, string>>} Chosen the spec of each role */
 
 const NO_FILE = {
   source: 'none yet', target: 'none: pins deform the source', texture: 'automatic: the source’s own colors, or a checkerboard',
@@ -23,12 +24,12 @@ const files = dialog('files');
 let chosen = {};
 /** @type {Chosen} what was chosen when the dialog was opened */
 let before = {};
-/** @type {Chosen} the same without their parts */
+/** @type {Chosen} the same without parts */
 let paths = {};
 /** @type {Chosen} addresses of the pictures among them */
 let pictures = {};
 let leave = () => {};
-/** @type {Record<Role, string[]>} of the files that can be read for each role */
+/** @type {Record<Role, string[]>} suffixes of files that can be read for each role */
 let suffixes = {source: [], target: [], texture: []};
 
 /**
@@ -52,8 +53,8 @@ function report(text) {
 
 /**
  * Open the dialog.
- * @param {boolean} empty whether nothing is edited yet
- * @param {() => void} [leaving] is called before the page is loaded again
+ * @param {boolean} empty whether nothing is open yet
+ * @param {() => void} [leaving] called before the page is reloaded
  */
 export async function choose(empty, leaving = leave) {
   leave = leaving;
@@ -87,7 +88,7 @@ function sampleButton({name, shapes}) {
 }
 
 /**
- * Show the file of a role, and thumbnails of what else is in it.
+ * Show the file of a role, and thumbnails of the other shapes in it.
  * @param {Role} role
  * @param {Part[]} parts
  */
@@ -114,7 +115,7 @@ function nameOf(role, name) {
 /**
  * @param {Role} role
  * @param {Part} part
- * @param {Part[]} parts the first of which is all of the file
+ * @param {Part[]} parts the first is the whole file
  */
 function thumbnail(role, part, parts) {
   const element = document.createElement('button');
@@ -135,7 +136,7 @@ function thumbnail(role, part, parts) {
 }
 
 /**
- * A drawing of a shape, or of one of its parts with the rest behind it.
+ * Return a drawing of a shape, or of one of its parts with the rest behind it.
  * @param {string} all path data
  * @param {string} [part]
  */
@@ -153,7 +154,7 @@ function silhouette(all, part = all) {
 }
 
 /**
- * A photograph with the outline that it can be read as.
+ * Return a photograph with the outline that it can be read as.
  * @param {Part} part
  * @param {string} address of the photograph
  */
@@ -167,7 +168,7 @@ function overPicture({d, extent: [width, height]}, address) {
 }
 
 /**
- * The button that draws an outline on a photograph by hand.
+ * Return the button for drawing an outline on a photograph.
  * @param {Role} role
  */
 function lassoButton(role) {
@@ -182,7 +183,7 @@ function lassoButton(role) {
 }
 
 /**
- * Take a file of this computer for a role.
+ * Upload a file from this computer for a role.
  * @param {Role} role
  * @param {File} file
  */
@@ -200,7 +201,7 @@ async function upload(role, file) {
 }
 
 /**
- * Edit what was chosen: the page is loaded again.
+ * Open the chosen files: the page is reloaded.
  * @param {Chosen | {sample: string}} choice
  */
 async function open(choice) {
@@ -211,7 +212,8 @@ async function open(choice) {
     return;
   }
   const sameShapes = (chosen.source ?? '') === (before.source ?? '') && (chosen.target ?? '') === (before.target ?? '');
-  if ('sample' in choice || !sameShapes) sessionStorage.removeItem(location.pathname);  // the history of other shapes
+  // the history belongs to other shapes
+  if ('sample' in choice || !sameShapes) sessionStorage.removeItem(location.pathname);
   leave();
   location.reload();
 }
@@ -242,7 +244,7 @@ files.oncancel = (/** @type {Event} */ event) => { if (files.dataset.empty === '
 const isPicture = (name) => suffixes.texture.some((suffix) => name.toLowerCase().endsWith(suffix));
 
 /**
- * The role of a file: where it is dropped, else a picture is the texture, and others are what is still missing.
+ * Return the role of a dropped file: from where it is dropped; else pictures are textures, and others what is missing.
  * @param {EventTarget | null} target
  * @param {File} file
  * @returns {Role}

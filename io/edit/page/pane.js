@@ -1,4 +1,4 @@
-// One half of the page: a painted shape, the lines and handles over it, and its coordinates.
+// One half of the page: a painted shape with its lines and handles, and its coordinates.
 
 import {attraction} from './attraction.js';
 import {Divider} from './divider.js';
@@ -12,15 +12,15 @@ import {View} from './view.js';
 
 /** @import {Actions, Hello, Item, Overlay, PaintedView, PaneScene, Pin, Place, Point, ShapeInfo, Side, Tool} from './types.d.ts' */
 
-const OUTLINE_REACH = 8;     // pixels: a click as near to the outline places a pin on it
-const ON_OUTLINE = 1e-3;     // of the shape: pins as near to the outline are those of it, as for the server
+const OUTLINE_REACH = 8;     // pixels: a click this close to the outline places a pin on it
+const ON_OUTLINE = 1e-3;     // relative to the shape: pins this close to the outline are on it, as on the server
 const VERTEX_REACH = 4;      // pixels: a pin released this close to a vertex of a mesh is placed on it
-const HURRIED_SHARE = 0.5;   // of the pixels of a side, while the map follows without a graphics card
-const ORBIT = 0.008;         // radians that a pixel rotates a mesh
+const HURRIED_SHARE = 0.5;   // of the pixels of a side, painted while the map follows without a graphics card
+const ORBIT = 0.008;         // radians by which a mesh rotates per pixel
 const ARM_LENGTH = 34;       // pixels from a pin to the handle that rotates it
 const LOUPE_MARGIN = 8;      // pixels
 const LOUPE_TOP = 36;        // pixels: below the caption
-const LOUPE_AWAY = 40;       // pixels that the loupe keeps from what is dragged
+const LOUPE_AWAY = 40;       // pixels between the loupe and what is dragged
 
 export class Pane {
   /** @type {PaneScene} */
@@ -29,11 +29,11 @@ export class Pane {
     wrong: {}, suggested: [], selected: new Set(), locked: () => false, patches: [], active: null, pending: null, digits: {source: 0, target: 0},
   };
   view = new View();
-  /** Whether the file shows its own drawing. */
+  /** Whether there is a picture in the shape's file. */
   hasDrawing = false;
-  /** What a click and a drag do. @type {Tool} */
+  /** The tool for clicks and drags. @type {Tool} */
   tool = 'pin';
-  /** Whether two fingers move the view. */
+  /** Whether two fingers are moving the view. */
   pinched = false;
   /** @type {Surface | null} */
   surface = null;
@@ -41,15 +41,15 @@ export class Pane {
   drawing = null;
   /** @type {Point | null} the pixel in the middle of the loupe */
   loupe = null;
-  /** @type {Point | null} the point that attracts the pin that is dragged */
+  /** @type {Point | null} the point that attracts the dragged pin */
   guide = null;
-  /** @type {Point | null} where the place under the pointer is that is on the other side */
+  /** @type {Point | null} the image of the point under the other side's pointer */
   cross = null;
   /** @type {Point[] | null} two opposite corners, in pixels, of the rectangle that selects */
   marquee = null;
-  /** Is called after a change of the view that the user has made. */
+  /** Called after the user has changed the view. */
   viewed = () => {};
-  /** Is called when the divider is dragged. @type {(share: number) => void} of the width, left of the divider */
+  /** Called when the divider is dragged. @type {(share: number) => void} of the width, left of the divider */
   divided = () => {};
   #rough = false;
   #stale = false;
@@ -68,7 +68,7 @@ export class Pane {
     this.shape = shape;
     this.actions = actions;
     this.units = new Units(shape, hello.digits);
-    this.deforms = hello.deforming && side === 'target';  // its outline is where pins move it
+    this.deforms = hello.deforming && side === 'target';  // its outline moves with the pins
     this.canvas = element.appendChild(document.createElement('canvas'));
     this.canvas.setAttribute('aria-hidden', 'true');
     this.lines = new Lines(element, side);
@@ -83,12 +83,12 @@ export class Pane {
     this.overlay = {
       grid: false, stretch: false, own: 0, ghost: 0, swipe: null, mapped: side === 'target', holes: hello.holes, mean: hello.mean, step: 0.1,
     };
-    /** The number of the frame that is due, 0 where none is. */
+    /** The animation frame that was requested; 0 if none. */
     this.waiting = 0;
     listen(element, this);
   }
 
-  /** Fetch what the file itself shows, and the triangles of a mesh. */
+  /** Fetch the picture in the shape's file, and the triangles of a mesh. */
   async load() {
     const drawing = await fetch(`${this.side}.drawing`);
     if (drawing.status === 200) {
@@ -106,12 +106,12 @@ export class Pane {
     }
     new ResizeObserver(() => {
       this.resized();
-      this.paint();  // at once: a new size has cleared the canvas
+      this.paint();  // immediately: the new size has cleared the canvas
     }).observe(this.element);
   }
 
   /**
-   * Take the outlines of a shape that is deformed from where its pins have moved them.
+   * Set the outlines of a deformed shape as its pins have moved them.
    * @param {Point[][]} rings
    */
   reshape(rings) {
@@ -139,7 +139,7 @@ export class Pane {
   }
 
   /**
-   * Paint fewer pixels where there is no graphics card, while the map is about to change.
+   * Paint fewer pixels while the map is about to change, if there is no graphics card.
    * @param {boolean} on
    */
   hurry(on) {
@@ -155,7 +155,7 @@ export class Pane {
     this.viewed();
   }
 
-  /** What is visible when all is: the shape with its canvas. */
+  /** Return the box of the shape with its canvas. */
   wholeBox() {
     const {box, bounds} = this.shape;
     return this.surface?.bounds() ?? [
@@ -165,7 +165,7 @@ export class Pane {
 
   /**
    * @param {number} factor
-   * @param {Point} [pixel] that stays where it is
+   * @param {Point} [pixel] that stays in place
    */
   zoomBy(factor, pixel = this.view.middle) {
     this.view.zoomBy(factor, pixel);
@@ -174,7 +174,7 @@ export class Pane {
   }
 
   /**
-   * Move the view by pixels, or rotate the mesh.
+   * Pan the view by pixels, or rotate the mesh.
    * @param {number} right
    * @param {number} down
    * @param {boolean} [pan]
@@ -193,7 +193,7 @@ export class Pane {
   // ---------------------------------------------------------------- coordinates
 
   /**
-   * The point of the page's coordinates under a pixel; of a mesh that of its projection.
+   * Return the point in page coordinates under a pixel; for a mesh that of its projection.
    * @param {Point} pixel
    */
   at(pixel) {
@@ -201,7 +201,7 @@ export class Pane {
   }
 
   /**
-   * The pixel of a point of the page's coordinates.
+   * Return the pixel of a point in page coordinates.
    * @param {Point} point
    */
   pixel(point) {
@@ -209,7 +209,7 @@ export class Pane {
   }
 
   /**
-   * The pixel of a mouse or pointer.
+   * Return the pixel of a mouse or pointer event.
    * @param {MouseEvent} event
    */
   pixelOf(event) {
@@ -218,7 +218,7 @@ export class Pane {
   }
 
   /**
-   * The pixel of the pane that is closest to one.
+   * Clamp a pixel to the pane.
    * @param {Point} pixel
    */
   clamp([x, y]) {
@@ -226,7 +226,7 @@ export class Pane {
   }
 
   /**
-   * The page's coordinates of a place of the file.
+   * Convert a place in the file to page coordinates.
    * @param {Place} place
    * @returns {Point}
    */
@@ -237,7 +237,7 @@ export class Pane {
   }
 
   /**
-   * The place of a point as the file has it: of a mesh a vertex, where one is close.
+   * Convert a point to a place in the file; for a mesh to a vertex, if one is close.
    * @param {Point} point
    * @returns {Place}
    */
@@ -252,7 +252,7 @@ export class Pane {
   }
 
   /**
-   * The place of an entry of the scene on this side.
+   * Return the place of an entry of the scene on this side.
    * @param {Item} item
    * @returns {Place}
    */
@@ -262,7 +262,7 @@ export class Pane {
   }
 
   /**
-   * The point of the outline under a pixel, null where that is not close.
+   * Return the point of the outline under a pixel; null if the outline is not close.
    * @param {Point} pixel
    * @param {number} [reach] in pixels
    */
@@ -273,7 +273,7 @@ export class Pane {
   }
 
   /**
-   * The point of the shape under a pixel, null where there is none.
+   * Return the point of the shape under a pixel, or null.
    * @param {Point} pixel
    * @returns {Point | null}
    */
@@ -284,7 +284,7 @@ export class Pane {
   }
 
   /**
-   * A place of the file moved by [x, y] of the page; on the outline it stays there.
+   * Return a place of the file moved by [x, y] in page coordinates; points on the outline stay on it.
    * @param {Place} place
    * @param {Point} by
    */
@@ -294,13 +294,13 @@ export class Pane {
     return this.units.file(onOutline ? closest(outline, to).point : to);
   }
 
-  /** The pins that may be rotated: those of a shape that is deformed, where it is. */
+  /** The pins that can be rotated: those of a deformed shape, on its moved side. */
   get rotatable() {
     return this.deforms ? this.scene.pins : [];
   }
 
   /**
-   * The pixel of the handle that rotates a pin; above it where the rotation is free.
+   * Return the pixel of the handle that rotates a pin; it is above the pin if the rotation is free.
    * @param {Pin} pin
    */
   armEnd({target, turn}) {
@@ -309,7 +309,7 @@ export class Pane {
   }
 
   /**
-   * The patch of a soft pin of the source, in pixels; null where there is none.
+   * Return the patch of a soft pin of the source in pixels, or null.
    * @param {number} number
    */
   ring(number) {
@@ -319,7 +319,7 @@ export class Pane {
   }
 
   /**
-   * The radius of a patch, in the units of the file, that reaches a pixel.
+   * Return the radius, in file units, of a patch that reaches a pixel.
    * @param {number} number of the pin
    * @param {Point} pixel
    */
@@ -334,8 +334,9 @@ export class Pane {
    * Drag a pin, or a point of a stroke, to a pixel.
    * @param {Item} item
    * @param {Point} pixel
-   * @param {{last?: boolean, attracted?: boolean}} [how] whether it is released there, and whether others attract it
-   * @returns {Point | null} the pixel where it is then, null where it cannot be
+   * @param {{last?: boolean, attracted?: boolean}} [how] whether it is released there, and whether other points attract
+   *   it
+   * @returns {Point | null} the pixel at which it is then; null if it cannot be there
    */
   drag(item, pixel, {last = false, attracted = false} = {}) {
     const isPin = item.kind === 'pins';
@@ -350,7 +351,7 @@ export class Pane {
   }
 
   /**
-   * A point that is placed by hand, as exactly as a screen shows it.
+   * Convert a point placed by hand to file coordinates, rounded to what a screen can show.
    * @param {Point} point
    */
   #placed(point) {
@@ -368,7 +369,7 @@ export class Pane {
     return attraction(pixel, onOutline, this.shape, others, this);
   }
 
-  /** Select the pins in the rectangle that was drawn. */
+  /** Select the pins inside the rectangle. */
   selected() {
     const [[a, b], [c, d]] = this.marquee ?? [[0, 0], [0, 0]];
     this.marquee = null;
@@ -388,7 +389,7 @@ export class Pane {
   }
 
   /**
-   * Place a pin at a pixel, if the shape is there; with the pen a point of a stroke.
+   * Place a pin at a pixel inside the shape.
    * @param {Point} [pixel]
    */
   click(pixel = this.view.middle) {
@@ -414,7 +415,7 @@ export class Pane {
   // ---------------------------------------------------------------- painting
 
   /**
-   * Draw everything again with the next frame, or only lines and handles.
+   * Draw everything again in the next frame, or only lines and handles.
    * @param {boolean} [painted]
    */
   redraw(painted = true) {
@@ -444,7 +445,7 @@ export class Pane {
     }, {...this.overlay, swipe: null});
   }
 
-  /** The upper left corner of the loupe: at the right, or at the left where that hides what is dragged. */
+  /** Return the upper left corner of the loupe: on the right, or on the left if it would hide what is dragged. */
   loupeCorner() {
     const [x, y] = this.loupe ?? [0, 0], right = this.view.width - LOUPE_SIDE - LOUPE_MARGIN;
     const hides = x > right - LOUPE_AWAY && y < LOUPE_TOP + LOUPE_SIDE + LOUPE_AWAY;
@@ -452,7 +453,7 @@ export class Pane {
   }
 
   /**
-   * A PNG, as an address, of what the canvas paints of the canvas of the file, or of a mesh.
+   * Return a PNG, as an address, of the picture painted on the file's canvas, or of a mesh.
    * @param {number} width in pixels
    * @param {number} height
    */

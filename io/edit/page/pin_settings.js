@@ -8,7 +8,7 @@ import {report} from './status.js';
 /** @import {Actions, Hello, PaneScene, Patch, Pin, PinSettings} from './types.d.ts' */
 
 const FIELDS = /** @type {const} */ (['radius', 'tolerance', 'turn', 'scale']);
-const PULLING = 1 / 3;  // of the radius and tolerance that are chosen: a patch that moves rather than keeps its form
+const PULLING = 1 / 3;  // of the automatic radius and tolerance: such a patch moves rather than keeping its form
 
 /**
  * @param {PaneScene} scene
@@ -46,7 +46,7 @@ export function showPinSettings(scene, hello, actions) {
 const textOf = (value) => (typeof value === 'number' ? String(value) : '');
 
 /**
- * What a field shows where nothing is given.
+ * Return the placeholder of a field that is empty.
  * @param {typeof FIELDS[number]} name
  * @param {Patch | null} patch of the map
  */
@@ -56,7 +56,7 @@ function placeholderOf(name, patch) {
 }
 
 /**
- * What is typed in a field, null for nothing or for what cannot be.
+ * Return the value typed in a field; null if it is empty or not allowed.
  * @param {HTMLInputElement} field
  * @param {typeof FIELDS[number]} name
  */

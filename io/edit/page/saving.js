@@ -1,4 +1,4 @@
-// Writing files: pins and strokes, and copies of the drawings, in the folder of iccm; and the command that repeats the map.
+// Saving pins and strokes, or copies of the drawings, in iccm's folder; and the command that repeats the map.
 
 import {button, byId, dialog, input} from './dom.js';
 import {Exporting} from './exporting.js';
@@ -52,7 +52,7 @@ export class Saving {
     });
   }
 
-  /** Save pins and strokes where they came from: in a separate file, or drawn in the shapes' files. */
+  /** Save pins and strokes where they came from: to a separate file, or drawn into copies of the shapes' files. */
   save() {
     return this.#hello.drawn ? this.#draw() : this.#write({type: 'save', name: input('file').value});
   }
@@ -62,7 +62,7 @@ export class Saving {
   }
 
   /**
-   * Have the server write files, and ask the user whether to replace those that exist.
+   * Let the server write files, and ask the user whether to replace existing ones.
    * @param {{type: string, name: string, size?: number}} message
    */
   async #write(message) {

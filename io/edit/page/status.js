@@ -1,11 +1,11 @@
-// Sentences to the user: the status line and the notes.
+// Messages to the user: the status line and the notes.
 
 import {byId} from './dom.js';
 
 /**
- * Show a sentence on the last step.
+ * Show a message about the last step.
  * @param {string} text empty while the map follows
- * @param {boolean} [bad] whether it is about something that went wrong
+ * @param {boolean} [bad] whether it reports a problem
  */
 export function report(text, bad = false) {
   byId('status').textContent = text || 'Following…';

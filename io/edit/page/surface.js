@@ -1,12 +1,12 @@
-// A mesh in space: its triangles, its rotation, and what a ray meets first (a tree of boxes). It is seen by parallel
-// projection, so that zoom, pixels and rays are those of the plane.
+// A mesh in space: its triangles, its rotation, and intersections with rays (by a tree of boxes). The projection is
+// parallel, so that zoom, pixels and rays work as in the plane.
 
 /** @import {Point} from './types.d.ts' */
 
-const LEAF = 4;              // triangles, below which a box is not split
-const DEPTH_MARGIN = 0.01;   // of the shape: a point that lies as little behind the surface is on it
-const EDGE_MARGIN = 1e-6;    // of a triangle: rays that pass as near to its edges meet it
-const BOX_MARGIN = 1e-7;     // of the shape: boxes are larger by that, so that rays in their sides meet them
+const LEAF = 4;              // triangles: boxes with no more are not split
+const DEPTH_MARGIN = 0.01;   // relative to the shape: points this close behind the surface are considered visible
+const EDGE_MARGIN = 1e-6;    // relative to a triangle: rays this close to its edges hit it
+const BOX_MARGIN = 1e-7;     // relative to the shape: boxes are enlarged by this, so that rays in their sides hit them
 
 /**
  * @param {Point} a
@@ -27,7 +27,7 @@ const minus = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 
 /**
- * The linear combination s u + t v.
+ * Return the linear combination s u + t v.
  * @param {Point} u
  * @param {Point} v
  * @param {number} s
@@ -42,7 +42,7 @@ export class Surface {
   #root;
 
   /**
-   * @param {ArrayBuffer} data what the server sends, see io/edit/surface_view.py
+   * @param {ArrayBuffer} data from the server, see io/edit/surface_view.py
    * @param {number[]} axes right, up and towards the viewer, row by row
    */
   constructor(data, axes) {
@@ -51,7 +51,7 @@ export class Surface {
     this.faces = new Uint32Array(data, 8 + 12 * vertexCount, 3 * faceCount);
     this.numbers = new Uint32Array(data, 8 + 12 * (vertexCount + faceCount), vertexCount);
     this.source = new Float32Array(data, 8 + 16 * vertexCount + 12 * faceCount);
-    this.axes = axes.map((value, k) => (k > 2 && k < 6 ? -value : value));  // down, as the page has y
+    this.axes = axes.map((value, k) => (k > 2 && k < 6 ? -value : value));  // down, because y points down on the page
     this.#order = Uint32Array.from({length: faceCount}, (_, k) => k);
     this.#root = this.#branch(0, faceCount);
   }
@@ -65,7 +65,7 @@ export class Surface {
   }
 
   /**
-   * The vertices of a triangle.
+   * Return the vertices of a triangle.
    * @param {number} triangle
    */
   corners(triangle) {
@@ -73,7 +73,7 @@ export class Surface {
   }
 
   /**
-   * The place of a vertex by its name in the file.
+   * Return the position of a vertex by its name in the file.
    * @param {string} name
    */
   named(name) {
@@ -86,7 +86,7 @@ export class Surface {
   }
 
   /**
-   * The coordinates of a point to the right, down and towards the viewer.
+   * Return the coordinates of a point to the right, down and towards the viewer.
    * @param {Point} point
    */
   turned(point) {
@@ -94,7 +94,7 @@ export class Surface {
   }
 
   /**
-   * Rotate it under the pointer.
+   * Rotate the mesh under the pointer.
    * @param {number} right in radians
    * @param {number} down
    */
@@ -105,7 +105,7 @@ export class Surface {
     this.axes = [...newX, ...newY, ...newZ];
   }
 
-  /** Left, top, right and bottom as it is rotated. */
+  /** Return left, top, right and bottom of the rotated mesh. */
   bounds() {
     const box = [Infinity, Infinity, -Infinity, -Infinity], right = this.row(0), down = this.row(1);
     for (let k = 0; k < this.places.length; k += 3) {
@@ -120,7 +120,7 @@ export class Surface {
   }
 
   /**
-   * The first point under a point of the view, and its triangle; null where there is none.
+   * Return the first point under a point of the view, and its triangle; or null.
    * @param {Point} point
    * @returns {{point: Point, triangle: number} | null}
    */
@@ -143,7 +143,7 @@ export class Surface {
   }
 
   /**
-   * Whether something lies before a point.
+   * Return whether something lies in front of a point.
    * @param {Point} point
    */
   hides(point) {
@@ -152,7 +152,7 @@ export class Surface {
   }
 
   /**
-   * How far along a ray a triangle is met (Möller and Trumbore 1997); -Infinity where it is not.
+   * Return the distance along a ray at which it hits a triangle (Möller and Trumbore 1997); -Infinity if it does not.
    * @param {number} triangle
    * @param {Point} origin
    * @param {Point} toward
@@ -167,7 +167,7 @@ export class Surface {
   }
 
   /**
-   * A node over some of the ordered triangles, split at the middle of its longest side.
+   * Build a node for a range of the ordered triangles, split at the middle of its longest side.
    * @param {number} begin
    * @param {number} end
    * @returns {Node}
@@ -201,7 +201,7 @@ export class Surface {
 }
 
 /**
- * Whether a line meets the box of a node farther along than `most`.
+ * Return whether a ray hits the box of a node farther along than `most`.
  * @param {Node} node
  * @param {Point} origin
  * @param {Point} toward

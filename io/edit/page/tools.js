@@ -1,4 +1,4 @@
-// The tool in hand: what a click and a drag on a shape do.
+// The current tool, which determines what clicks and drags on a shape do.
 
 import {byId} from './dom.js';
 
@@ -10,7 +10,7 @@ const TOOLS = ['pin', 'pair', 'stroke', 'select'];
 
 export class Tools {
   #panes;
-  /** Is called when another tool is taken. */
+  /** Called when the tool changes. */
   changed = () => {};
 
   /** @param {Record<Side, Pane>} panes */
@@ -25,7 +25,7 @@ export class Tools {
   }
 
   /**
-   * Take a tool, or put it down for pins.
+   * Choose a tool; if it is already chosen, return to the pin tool.
    * @param {Tool} tool
    */
   toggle(tool) {

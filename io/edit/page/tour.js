@@ -1,10 +1,10 @@
-// A short tour of the page: a box beside each of its parts in turn.
+// A short tour of the page, with a box beside each part in turn.
 
 import {button, byId} from './dom.js';
 
-const GAP = 10;  // pixels between the box and what it is about
+const GAP = 10;  // pixels between the box and the part that it explains
 
-/** @type {[string, string][]} what each step is about, and what it explains */
+/** @type {[string, string][]} selector of the part, and its explanation */
 const STEPS = [
   ['#source', 'This is the source. Click a feature, such as an eye: a pin appears here and where the map takes it.'],
   ['#target', 'This is the result on the target. Drag the pin to where the feature belongs; the map follows.'],
@@ -55,7 +55,7 @@ export class Tour {
     place(byId('tour'), about.getBoundingClientRect());
   }
 
-  /** @param {HTMLElement | null} about what is outlined */
+  /** @param {HTMLElement | null} about the part that is outlined */
   #mark(about) {
     for (const element of document.querySelectorAll('.toured')) element.classList.remove('toured');
     about?.classList.add('toured');
@@ -63,7 +63,7 @@ export class Tour {
 }
 
 /**
- * Place a box below an element of the toolbar, or inside a large one, within the window.
+ * Place a box below an element of the toolbar, or inside a large element, within the window.
  * @param {HTMLElement} box
  * @param {DOMRect} about
  */

@@ -1,14 +1,14 @@
-// The data that the page and the server exchange (see io/edit/messages.py and io/edit/session.py), for type checks.
+// Types of the data exchanged between page and server (see io/edit/messages.py and io/edit/session.py).
 
 export type Side = 'source' | 'target';
 
-/** What a click and a drag on a shape do. */
+/** The tool, which determines what clicks and drags on a shape do. */
 export type Tool = 'pin' | 'pair' | 'stroke' | 'select';
 
-/** Coordinates of the page: [x, y] with y down, or [x, y, z] on the surface of a mesh. */
+/** Page coordinates: [x, y] with y down, or [x, y, z] on the surface of a mesh. */
 export type Point = number[];
 
-/** A place as the file has it: coordinates, or the name of a vertex of a mesh, such as `v5`. */
+/** A place in the file: coordinates, or the name of a vertex of a mesh, such as `v5`. */
 export type Place = number[] | string;
 
 /** Left, top, right and bottom. */
@@ -19,20 +19,20 @@ export interface Pin {
   weight: number;
   source: Place;
   target: Place;
-  /** Degrees by which the patch around it is rotated; null where that is free. */
+  /** Rotation of the patch in degrees; null if free. */
   turn: number | null;
-  /** Of the patch, in the source's units; 0 for an exact pin; null or missing where it is chosen. */
+  /** Radius of the patch in the source's units; 0 for an exact pin; null or missing if automatic. */
   radius?: number | null;
-  /** How far it may miss its place, in the target's units; null or missing where that is chosen. */
+  /** Largest distance from its place in the target's units; null or missing if automatic. */
   tolerance?: number | null;
-  /** Of the patch, relative to the mean scale of the map; null or missing where it is free. */
+  /** Scale of the patch relative to the mean scale of the map; null or missing if free. */
   scale?: number | null;
 }
 
-/** What is said of a pin beside its places. */
+/** The settings of a pin. */
 export type PinSettings = Partial<Pick<Pin, 'radius' | 'tolerance' | 'turn' | 'scale'>>;
 
-/** The patch of a soft pin as the map has it, in the units of the files. */
+/** The patch of a soft pin in the map, in file units. */
 export interface Patch {
   radius: number;
   tolerance: number;
@@ -44,11 +44,11 @@ export interface Stroke {
   source: Place[];
   target: Place[];
   ends: string;
-  /** Of the band around it that keeps its form, in the source's units; missing where there is none. */
+  /** Width of the band around the stroke that keeps its form, in the source's units; missing if there is none. */
   width?: number;
 }
 
-/** What is edited. A rigid region is a polygon, or the name of an element of the drawing. */
+/** The edited state. A rigid region is a polygon, or the name of an element of the drawing. */
 export interface Scene {
   pins: Pin[];
   strokes: Stroke[];
@@ -58,14 +58,14 @@ export interface Scene {
   fit: string;
 }
 
-/** One entry of a scene; of a stroke also one of its points. */
+/** An entry of a scene, or one of the points of a stroke. */
 export interface Item {
   kind: 'pins' | 'strokes' | 'rigid' | 'suggested';
   number: number;
   point?: number;
 }
 
-/** A rigid region of a map, with its outlines in the coordinates of the page. */
+/** A rigid region of a map, with its outlines in page coordinates. */
 export interface Region {
   dilatation: number;
   scale: number;
@@ -73,7 +73,7 @@ export interface Region {
   target: Point[];
 }
 
-/** Numbers of pins and strokes that the map does not meet. */
+/** Indices of pins and strokes that the map does not meet. */
 export interface Wrong {
   pins?: number[];
   strokes?: number[];
@@ -86,13 +86,13 @@ export interface ShapeInfo {
   signs: number[];
   outline: Point[];
   holes: Point[][];
-  /** The outlines of what a whole drawing paints; then `outline` is the frame around it. */
+  /** The outlines that a whole drawing paints, in which case `outline` is the frame around it. */
   painted: Point[][] | null;
   box: Box;
   bounds: Box;
   canvas: Box;
   mesh: boolean;
-  /** Of a mesh: right, up and towards the viewer, row by row. */
+  /** For a mesh: right, up and towards the viewer, row by row. */
   axes: number[];
   corners?: Point[];
   axis?: number | null;
@@ -122,7 +122,7 @@ export interface Hello {
   restart: string;
 }
 
-/** The figures of a map, as the report has them. */
+/** The figures of a map, as in the report. */
 export interface Figures {
   stretch?: {p50: number, p95: number, max: number};
   dilatation?: {median: number, p95: number, max: number};
@@ -148,13 +148,13 @@ export interface MapMessage {
   figures: Figures;
   wrong: Wrong;
   outlines?: Point[][];
-  /** Of each pin; null for exact ones. */
+  /** For each pin; null for exact pins. */
   patches?: (Patch | null)[];
   other?: string;
   command?: string;
 }
 
-/** The server serves another tab now. */
+/** Sent when another tab takes over. */
 export interface TakenMessage {
   type: 'taken';
 }
@@ -178,22 +178,25 @@ export interface Answer {
   name?: string;
 }
 
-/** How a texture lies in the plane, and what is beyond it. */
+/** The position of a texture in the plane, and how it continues beyond its edge. */
 export interface Look {
   box: Box;
   edge: string;
   filter: string;
 }
 
-/** What is painted over the texture, and how. */
+/** What is painted over the texture. */
 export interface Overlay {
   grid: boolean;
   stretch: boolean;
-  /** How much of the file's own drawing is visible, from 0 to 1. */
+  /** Opacity of the file's own drawing, from 0 to 1. */
   own: number;
-  /** How much of the map before is visible, from 0 to 1. */
+  /** Opacity of the previous map, from 0 to 1. */
   ghost: number;
-  /** The share of the width left of which the file's own drawing is shown alone; null where it is not divided. */
+  /**
+   * Position of the divider, as a share of the width; left of it only the file's own drawing is shown. null if not
+   * divided.
+   */
   swipe: number | null;
   mapped: boolean;
   holes: boolean;
@@ -203,37 +206,37 @@ export interface Overlay {
   plain?: boolean;
 }
 
-/** What the painter shows: the middle, pixels per unit, and the size in pixels. */
+/** The view of the renderer: its centre, pixels per unit, and the size in pixels. */
 export interface PaintedView {
   x: number;
   y: number;
   zoom: number;
   width: number;
   height: number;
-  /** Of a mesh: its rotation, row by row. */
+  /** For a mesh: its rotation, row by row. */
   turn?: number[];
-  /** Of a part of the canvas: where that begins. */
+  /** For a part of the canvas: its lower left corner. */
   left?: number;
   bottom?: number;
 }
 
-/** What the user does on the shapes and in the list. */
+/** Actions of the user on the shapes and in the list. */
 export interface Actions {
   select(item: Item): void;
   lock(item: Item): void;
   accept(...numbers: number[]): void;
-  /** Select these pins alone. */
+  /** Select only these pins. */
   selectOnly(numbers: number[]): void;
   place(side: Side, place: Place): Promise<void>;
-  /** Place one end of a pin; the other one is placed on the other side. */
+  /** Place one end of a pin; the other end is placed later on the other side. */
   placeEnd(side: Side, place: Place): void;
   stroke(side: Side, places: Place[], closed: boolean): Promise<void>;
-  /** Returns whether it was moved. */
+  /** Returns whether the item was moved. */
   drag(side: Side, item: Item, place: Place): boolean;
   turn(item: Item, degrees: number | null): void;
-  /** Change what is said of a pin beside its places; `ended` unless it is still being dragged. */
+  /** Change the settings of a pin; `ended` unless it is still being dragged. */
   hold(item: Item, settings: PinSettings, ended?: boolean): void;
-  /** Show what is said of a pin. */
+  /** Show the settings of a pin. */
   activate(item: Item): void;
   drop(): void;
   remove(item: Item, whole?: boolean): void;
@@ -242,20 +245,20 @@ export interface Actions {
   hover(item: Item | null): void;
 }
 
-/** What a pane shows of the editor. */
+/** The state of the editor as a pane shows it. */
 export interface PaneScene extends Scene {
   wrong: Wrong;
   suggested: Pin[];
   selected: Set<number>;
   locked: (entry: Pin | Stroke) => boolean;
   regions: Region[];
-  /** Of each pin; null for exact ones, empty where that is not known. */
+  /** For each pin; null for exact pins, empty if not known. */
   patches: (Patch | null)[];
-  /** The number of the pin whose settings are shown. */
+  /** Index of the pin whose settings are shown. */
   active: number | null;
-  /** The end of a pin whose other end is placed next. */
+  /** The first end of a pin whose other end is still to be placed. */
   pending: PinEnd | null;
-  /** Digits after the point of coordinates that are read, of the source and of the target. */
+  /** Decimals of displayed coordinates, for source and target. */
   digits: Record<Side, number>;
 }
 

@@ -1,10 +1,10 @@
-// What a pane shows of the plane: the point in its middle, and pixels per unit.
+// The view of a pane: the point in its middle, and pixels per unit.
 
 /** @import {Box, Point} from './types.d.ts' */
 
 const MIN_ZOOM = 0.2;   // relative to the zoom at which everything is visible
 const MAX_ZOOM = 2000;  // relative to the same
-const FILLED = 0.92;    // of the pane, by the shape, where everything is visible
+const FILLED = 0.92;    // share of the pane filled by the shape when everything is visible
 
 export class View {
   x = 0;
@@ -12,7 +12,7 @@ export class View {
   zoom = 1;
   width = 1;
   height = 1;
-  /** Whether everything is visible, and is to stay so in a window of another size. */
+  /** Whether everything is visible, and should stay so when the window is resized. */
   whole = false;
   #zoomOfAll = 1;
 
@@ -22,7 +22,7 @@ export class View {
   }
 
   /**
-   * Show a box as large as it fits.
+   * Show a box as large as possible.
    * @param {Box} box
    */
   showAll([left, top, right, bottom]) {
@@ -48,7 +48,7 @@ export class View {
   }
 
   /**
-   * Move what is visible by pixels.
+   * Pan by pixels.
    * @param {number} right
    * @param {number} down
    */
@@ -59,7 +59,7 @@ export class View {
   }
 
   /**
-   * The point under a pixel.
+   * Return the point under a pixel.
    * @param {Point} pixel
    * @returns {Point}
    */
@@ -68,7 +68,7 @@ export class View {
   }
 
   /**
-   * The pixel of a point.
+   * Return the pixel of a point.
    * @param {Point} point
    * @returns {Point}
    */
