@@ -1,21 +1,21 @@
-"""Balanced maps of surfaces.
+"""Balanced maps with a surface in space as source, target or both.
 
-method            the method: layouts, a planar map, Newton on the surfaces
-partial           partial maps, by the outlines of even layouts
-problem           what is solved, checked, and in unit coordinates
-side              a domain of the plane, or a surface in an even layout
-icp_start         a start for layouts of almost the same shape
-ground            a surface in space as what a map goes onto
-refined           more vertices: in faces, on the boundary, in chords
-subdivided        rims split until chords follow an outline
-inserted          given points and strokes as vertices and edges
-target_mesh_map   the last map, on the target's own triangles
-rigid             rigid regions: the surface's own triangles, flattened on their own
-isomorphism       two meshes of the same connectivity, in any order
-matching          two meshes with the same triangles brought together
-as_written        figures of new texture coordinates
-boundary_slivers  triangles at the boundary without room
+method            solve: even layouts, a map between them, then Newton's method on the surfaces
+partial           partial maps between the outlines of even layouts
+problem           the checked problem, and the same in unit coordinates of even layouts
+side              source or target: a planar domain, or a surface with its layouts
+icp_start         an initial map for layouts of almost the same shape
+ground            a surface in space as the target of Newton's method
+refined           a triangulation with added vertices: in faces, on the boundary, on chords
+subdivided        rim edges split until the chords between vertices follow an outline
+inserted          vertices at given points, and edges along paths through them
+target_mesh_map   the final map, on the surface's own triangles
+rigid             rigid regions: parts of the surface, each flattened separately
+isomorphism       correspondence of two meshes with the same connectivity in any order
+matching          registration of two meshes with the same triangles
+as_written        distortion and accuracy of new texture coordinates
+boundary_slivers  room for triangles that the outline leaves flat or flipped
 packed            the map onto pieces that are packed inside a picture
-seams             the order of two seams through the same landmarks
-trilateration     one surface's seam on the other, by geodesic distances
+seams             orders of landmarks that give the same seam on both surfaces
+trilateration     transfer of a seam to another surface by geodesic distances
 """

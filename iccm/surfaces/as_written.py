@@ -1,5 +1,8 @@
-"""The figures of new texture coordinates: of the linear maps and the chords that a file holds, not of the map behind
-them, of which it has the vertices alone."""
+"""Distortion and accuracy of new texture coordinates.
+
+A file stores only the vertices of a map. A viewer interpolates linearly between them, so the numbers here describe the
+piecewise linear map and the straight chords between its boundary vertices, not the map that was solved for.
+"""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -16,21 +19,21 @@ from ..meshes.mesh import face_areas
 from ..meshes.stretch import laid_flat, linear
 from ..plane import orientation, polygon_area, triangle_areas
 
-SLIT_AREA_SHARE = 1e-12  # of the layout: what a slit winds around by rounding is less (by hand)
-SAMPLES_PER_EDGE = 8  # places of a chord whose distances are taken (by hand)
+SLIT_AREA_SHARE = 1e-12  # of the layout's area: rounding makes a slit enclose less than this (by hand)
+SAMPLES_PER_EDGE = 8  # samples of each chord at which its distance to the outline is taken (by hand)
 
 
 @dataclass(frozen=True, eq=False)
 class Written:
-    """What new coordinates of a surface are.
+    """Measurements of a surface's new texture coordinates.
 
     Attributes:
-        distortion: from the plane of the picture to the surface, a sample a triangle.
-        boundary: `rms` and two-sided `hausdorff` distance of the chords between its vertices to the picture's outline,
-            relative to that; 0 of packed charts.
-        log10_area: quantiles of the logarithm of the area scale, over the picture's area.
-        packed: whether these are charts inside the picture, without an outline to reach.
-        one_to_one: whether no two triangles overlap, for certain.
+        distortion: of the map from the picture's plane to the surface, one sample per triangle.
+        boundary: `rms` and two-sided `hausdorff` distance between the picture's outline and the chords between boundary
+            vertices, relative to the outline's diagonal; 0 for packed charts.
+        log10_area: quantiles of log10 of the area scale, weighted by area in the picture.
+        packed: whether these are charts inside the picture, which need not reach its outline.
+        one_to_one: whether it is certain that no two triangles overlap.
     """
 
     distortion: Distortion
@@ -41,8 +44,10 @@ class Written:
 
     @classmethod
     def of(cls, z: Complex, layout: Flattening, outline: Curve) -> "Written":
-        """Of a layout's vertices (n,) in the plane of a picture with this outline; charts that are packed inside it do
-        not have to reach it."""
+        """Measure a layout with vertices z (n,) in the plane of a picture with the given outline.
+
+        Charts that are packed inside the picture do not have to reach the outline.
+        """
         corners, space = z[layout.patch.faces], layout.patch.points[layout.patch.faces]
         before, after = np.abs(triangle_areas(corners)), face_areas(space)
         return cls(
@@ -54,9 +59,9 @@ class Written:
         )
 
     def report(self) -> dict[str, Any]:
-        """Return as in the JSON report."""
+        """Return the measurements as they appear in the JSON report."""
         found = self.distortion.report()
-        found.pop("turn")  # triangles in space have no upright
+        found.pop("turn")  # triangles in space have no upright direction
         boundary = {} if self.packed else {"boundary": self.boundary}
         if self.one_to_one:
             found["injective"] = {
@@ -70,10 +75,11 @@ class Written:
 
 
 def _is_one_to_one(z: Complex, layout: Flattening) -> bool:
-    """Return whether a layout's triangles at z (n,) are certain not to overlap, by exact signs.
+    """Return whether it is certain, by exact predicates, that a layout's triangles at z (n,) do not overlap.
 
-    If all triangles are positive, as many lie over a point as the boundary winds around it. A simple outer boundary
-    winds around no point twice. A hole that winds around none, or clockwise, adds nothing; so it may also be a slit.
+    If all triangles are counter-clockwise, the number of triangles over a point is the winding number of the boundary
+    about it. A simple outer boundary winds at most once about any point. A hole may be a slit: it adds nothing as long
+    as it winds about no point, or clockwise.
     """
     faces, loops = layout.patch.faces, layout.patch.loops
     if not np.isfinite(z).all() or (orientation(*(z[faces[:, k]] for k in range(3))) <= 0).any():
@@ -86,7 +92,7 @@ def _is_one_to_one(z: Complex, layout: Flattening) -> bool:
 
 
 def _area_wound(loop: Complex) -> float:
-    """Return the area that a closed polyline winds around counter-clockwise."""
+    """Return the area of the points about which a closed polyline (n,) has a positive winding number."""
     if not fault([loop]):
         return max(polygon_area(loop), 0.0)
     if not fault([loop[::-1]]):
@@ -108,7 +114,7 @@ def _distortion(corners: Complex, space: Real, scale: float) -> Distortion:
     with np.errstate(all="ignore"):
         f_z, f_zbar = linear(corners, laid_flat(space))
     known = np.isfinite(f_z) & np.isfinite(f_zbar)
-    f_z, f_zbar = (np.where(known, part, 1.0) for part in (f_z, f_zbar))  # without area: folded
+    f_z, f_zbar = (np.where(known, part, 1.0) for part in (f_z, f_zbar))  # no area: counts as folded
     return Distortion(face_areas(space), f_z, f_zbar, scale)
 
 

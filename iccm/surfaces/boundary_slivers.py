@@ -1,4 +1,8 @@
-"""Triangles at the boundary without room: all corners on a straight or hollow side, or cut off by a corner of it."""
+"""Make room for triangles at the boundary that the outline leaves flat or flipped.
+
+This happens to triangles whose corners all lie on a straight or concave part of the outline, and to those that a chord
+between boundary vertices cuts off.
+"""
 
 import numpy as np
 
@@ -8,19 +12,19 @@ from ..flattening.opening import open_up, tuck_in
 from ..meshes.flatten import Flattening
 from ..plane import cross
 
-LIFTING_ROUNDS = 20  # of lifting; one does unless such triangles lie behind one another
+LIFTING_ROUNDS = 20  # rounds of lifting; one is enough unless such triangles lie behind one another
 MOST_MOVED_SHARE = (
-    1e-3  # of the outline's diagonal, the default tolerance: how far a vertex may be moved out of it
+    1e-3  # of the outline's diagonal, the default tolerance: how far a vertex may leave the outline
 )
-HEIGHT_SHARE = 1e-4  # of a triangle that is lifted, of its base: far above what files round to
-LEAST_HEIGHT_SHARE = 2e-7  # and of the diagonal: single precision's ulp at 1 is 1.2e-7
+HEIGHT_SHARE = 1e-4  # of its base: height given to a triangle, far more than the rounding of files
+LEAST_HEIGHT_SHARE = 2e-7  # of the diagonal: least such height; the ulp of single precision at 1 is 1.2e-7
 
 
 def with_room(image: Complex, layout: Flattening, diagonal: float) -> Complex:
-    """Return images (n,) of a layout's vertices; triangles and polygons have room that the outline leaves them none
-    for.
+    """Move vertices (n,) of a layout's image so that flat and flipped triangles and polygons face up where possible.
 
-    `diagonal` is the outline's; see `lift`, `open_up` and `tuck_in`.
+    Boundary vertices leave the outline only where it leaves no room, see `lift`, `open_up` and `tuck_in`. `diagonal` is
+    the outline's. Returns the new positions (n,).
     """
     patch = layout.patch
     every = np.concatenate([patch.faces, patch.fans[0]])
@@ -35,19 +39,24 @@ def with_room(image: Complex, layout: Flattening, diagonal: float) -> Complex:
 
 
 def lift(flat: Complex, faces: Index, loop: Index, diagonal: float) -> Complex:
-    """Positions (n,) in which the corners of such triangles stand out of the outline by as little as lets them face up.
+    """Move boundary corners just far enough off the outline for their triangles to face up.
+
+    Only triangles with all three corners on the loop are considered.
 
     Args:
-        flat: positions, those of the loop on an outline.
+        flat: (n,) positions; those of the loop are on an outline.
         faces: (m, 3) triangles.
         loop: vertices of the outline, counter-clockwise.
-        diagonal: of the outline; triangles that need more than MOST_MOVED_SHARE of it stay as they are.
+        diagonal: of the outline. Vertices that would move more than MOST_MOVED_SHARE of it stay where they are.
+
+    Returns:
+        (n,) new positions.
     """
     place = np.full(flat.size, -1)
     place[loop] = np.arange(loop.size)
     faces = faces[(place[faces] >= 0).all(axis=1)]
     ways = _gaps(place[faces], loop.size)
-    tip = np.argmax(ways, axis=1)  # opposite to the side beyond which most of the surface lies
+    tip = np.argmax(ways, axis=1)  # opposite the side beyond which most of the surface lies
     tips, heads, tails = (np.take_along_axis(faces, ((tip + k) % 3)[:, None], 1)[:, 0] for k in range(3))
     moved = flat.copy()
     for _ in range(LIFTING_ROUNDS):
@@ -63,7 +72,5 @@ def lift(flat: Complex, faces: Index, loop: Index, diagonal: float) -> Complex:
 
 
 def _gaps(places: Index, length: int) -> Index:
-    """Return (m, 3) how many edges of the boundary lie between the two other corners, on the side away from each
-    one.
-    """
+    """Count boundary edges between the two other corners of each corner, on the side away from that corner: (m, 3)."""
     return np.mod(np.roll(places, -2, axis=1) - np.roll(places, -1, axis=1), length)

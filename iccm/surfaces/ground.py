@@ -14,7 +14,10 @@ from ..plane import Similarity
 
 
 def ground_of(layout: Flattening, frame: Similarity) -> Ground:
-    """Of a layout without folds, in the unit coordinates of a frame; the surface's area is taken as one."""
+    """Return a layout without folds as Newton's target, in unit coordinates; the surface's area is scaled to one.
+
+    Holes are covered with triangles.
+    """
     patch = layout.patch
     points = patch.points / np.sqrt(face_areas(patch.points[patch.faces]).sum())
     holes = [loop for loop in patch.loops if not np.isin(loop, layout.loop).all()]

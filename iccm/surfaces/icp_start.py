@@ -1,7 +1,7 @@
-"""Surfaces whose even layouts are almost the same shape: a map that starts from the similarity between these.
+"""An initial map for surfaces whose even layouts have almost the same shape: a similarity found by closest points.
 
-The usual starts know outlines alone, and what stands out inside (legs, ears) may be squeezed to nothing on a coarse
-mesh while what it should go to is drawn from its base; no later step mends that.
+The usual initial maps see only the outlines. On a coarse mesh, protrusions inside the layout (legs, ears) may then be
+squeezed to nothing while their counterparts are stretched out of their base, and no later step repairs that.
 """
 
 import numpy as np
@@ -14,17 +14,18 @@ from ..balanced.search.unit_problem import UnitProblem
 from ..curve import Curve
 from ..plane import Similarity
 
-OUTLINE_SAMPLES = 256  # of an outline
+OUTLINE_SAMPLES = 256  # per outline
 SHARES = np.arange(OUTLINE_SAMPLES) / OUTLINE_SAMPLES
-FARTHEST_UNITS = 100.0  # in unit coordinates
+FARTHEST_UNITS = 100.0  # half the side of the square around both outlines, in unit coordinates
 FAR = FARTHEST_UNITS * np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j])
-CLOSEST_POINT_ROUNDS = 30  # of closest points
-CLOSE_RMS = 0.15  # root mean square distance of outlines and pins, of areas of one, up to which it is tried
+CLOSEST_POINT_ROUNDS = 30  # iterations of ICP
+CLOSE_RMS = 0.15  # RMS distance of outlines and pins, at area one, up to which the similarity is used
 
 
 def similarity_sketch(problem: UnitProblem) -> MeshMap | None:
-    """Return the similarity that fits pins and outlines best, as a map on two triangles around both outlines, whose
-    points come first; None where none fits well.
+    """Return the similarity that fits pins and outlines best as a map on two triangles around both outlines.
+
+    The outlines' samples are its first vertices. Returns None where no similarity fits well.
     """
     if problem.strokes or len(problem.holes[0]) != len(problem.holes[1]):
         return None
@@ -41,7 +42,7 @@ def similarity_sketch(problem: UnitProblem) -> MeshMap | None:
 
 
 def _partners(problem: UnitProblem, near: Similarity) -> list[tuple[int, int]]:
-    """Return which hole of the source goes to which of the target: those wished, the others by their middles."""
+    """Return pairs (source hole, target hole): given partners first, the others assigned by distance of centroids."""
     from scipy.optimize import linear_sum_assignment
 
     here, there = (np.array([curve.z.mean() for curve in side], complex) for side in problem.holes)
@@ -52,20 +53,20 @@ def _partners(problem: UnitProblem, near: Similarity) -> list[tuple[int, int]]:
 
 
 def similarity(problem: UnitProblem) -> Similarity | None:
-    """Return the similarity that takes the source closest to the target; None if that is not close."""
+    """Return the similarity that maps the source closest to the target; None if the best one is not close."""
     found = [_icp(problem, match) for match in _matches(problem)]
     away, near = min(found, key=lambda each: each[0])
     return near if away < CLOSE_RMS else None
 
 
 def unlikeness(source: Curve, target: Curve, here: Complex, there: Complex) -> float:
-    """Return how far the similarity that fits two outlines best leaves them apart, relative to the root of the area.
+    """Return the RMS distance between two outlines after the best similarity, relative to the root of the area.
 
     Args:
         source: an outline.
-        target: as above.
-        here: (k,) points of the source, and
-        there: where they go; in between it goes by lengths.
+        target: the outline that it is compared with.
+        here: (k,) corresponding points on the source.
+        there: (k,) their images on the target. Between them, points correspond by arclength.
     """
     s = source.length * SHARES
     z, w = source.at(s), target.at(_interpolate(source, target, (here, there)).at(s))
@@ -74,7 +75,7 @@ def unlikeness(source: Curve, target: Curve, here: Complex, there: Complex) -> f
 
 
 def _matches(problem: UnitProblem) -> list[Match]:
-    """Correspondences of the outlines to begin with."""
+    """Return correspondences of the outlines from which ICP starts."""
     source, target = problem.source, problem.target
     if problem.anchors[0]:
         return [_interpolate(source, target, (np.array(problem.anchors[0]), np.array(problem.anchors[1])))]
@@ -83,7 +84,7 @@ def _matches(problem: UnitProblem) -> list[Match]:
 
 
 def _interpolate(source: Curve, target: Curve, pins: tuple[Complex, Complex]) -> Match:
-    """In proportion to lengths between points of the outlines."""
+    """Return the correspondence of two outlines that is linear in arclength between given pairs of points."""
     s, tau = (curve.closest(side) for curve, side in zip((source, target), pins))
     order = np.argsort(s)
     s, tau = s[order], tau[order]
@@ -92,7 +93,10 @@ def _interpolate(source: Curve, target: Curve, pins: tuple[Complex, Complex]) ->
 
 
 def _icp(problem: UnitProblem, match: Match) -> tuple[float, Similarity]:
-    """Return the similarity for a correspondence, made better by closest points, and how far it is off."""
+    """Run ICP from a correspondence; return the RMS distance that is left, and the similarity.
+
+    With pins on the outline the correspondence is kept, and the similarity is fitted once.
+    """
     pins, goals = problem.all_pins.T
     s = problem.source.length * SHARES
     z, w = problem.source.at(s), problem.target.at(match.at(s))

@@ -1,4 +1,4 @@
-"""Vertices at given points of a surface, in the midst of its faces, and edges along ways through them."""
+"""Insert vertices at given points of a surface, and edges along straight paths between them."""
 
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -12,28 +12,31 @@ from ..meshes.patch import Patch
 from .refined import RefinedSurface
 
 NEAR_BARYCENTRIC = 0.03
-"""Barycentric coordinate under which a point is taken to the edge opposite, by hand: no thin triangles."""
-MOST_CROSSED_TRIANGLES = 1000  # triangles between two points of a way, by hand: far more than any should
+"""Barycentric coordinate below which a point is moved to the opposite edge, by hand; avoids thin triangles."""
+MOST_CROSSED_TRIANGLES = (
+    1000  # triangles between two points of a path, by hand: far more than any should cross
+)
 
 
 class Opening(NamedTuple):
-    """Triangles of a closed surface, split so that it can be cut along edges from point to point (p, 3)."""
+    """A closed surface with triangles split so that it can be cut along edges through points (p, 3)."""
 
     mesh: Mesh
     points: Real
 
 
 def with_vertices(whole: Patch, points: Real) -> Mesh:
-    """Return the triangles of a patch, with vertices at those of its points that are nearest to given ones (k, 3).
+    """Return the triangles of a patch with a vertex at the surface point nearest to each of the points (k, 3).
 
-    New vertices come after the mesh's own; texture coordinates lie between those of the corners around.
+    New vertices come after the mesh's own; their texture coordinates are interpolated linearly.
     """
     return _as_mesh(whole, _at_points(whole, points)[0])
 
 
 def with_way(whole: Patch, points: Real) -> Opening | None:
-    """Return the same, with edges along the straight ways from each point to the next; None where the way crosses
-    itself, or gets lost.
+    """Insert points (k, 3) as `with_vertices` does, and edges along the straight path from each point to the next.
+
+    Returns None where the path crosses itself or does not arrive.
     """
     refined, stops = _at_points(whole, points)
     way = stops[:1]
@@ -49,7 +52,7 @@ def with_way(whole: Patch, points: Real) -> Opening | None:
 
 
 def _at_points(whole: Patch, points: Real) -> tuple[RefinedSurface, list[int]]:
-    """With vertices at points (k, 3), and their numbers."""
+    """Return the surface with vertices at the points (k, 3), and the numbers of these vertices."""
     space, numbers = whole.mesh.points, []
     refined = RefinedSurface.of(whole.vertex[whole.faces], len(space))
     for point in points:
@@ -61,14 +64,17 @@ def _at_points(whole: Patch, points: Real) -> tuple[RefinedSurface, list[int]]:
 def _insert_line(
     refined: RefinedSurface, points: Real, here: int, end: int
 ) -> tuple[RefinedSurface, list[int]]:
-    """With edges from one vertex to another, in the plane of the surface's normal at each step, and the vertices on the
-    way; nothing after where it gets lost.
+    """Insert edges from one vertex to another, each step in the plane through the surface normal and the end point.
 
     Args:
         refined: the triangles.
-        points: (n, 3) of the first mesh.
-        here: where the way begins.
-        end: where it ends.
+        points: (n, 3) positions of the original mesh.
+        here: vertex where the path begins.
+        end: vertex where it ends.
+
+    Returns:
+        The refined triangles and the vertices on the path after `here`. If the path does not arrive, it stops short of
+        `end`.
     """
     way: list[int] = []
     for _ in range(MOST_CROSSED_TRIANGLES):
@@ -89,12 +95,15 @@ def _insert_line(
 
 
 def _crossing(fan: Real, end: Real) -> tuple[int, float] | None:
-    """Return which triangle of those around a vertex the straight way to a point leads through, and where on the side
-    opposite it leaves; at a corner if close by. None where it leads nowhere.
+    """Find the triangle of a vertex's fan that the straight path to a point crosses.
 
     Args:
-        fan: (k, 3, 3) corners, the vertex first.
+        fan: (k, 3, 3) corners of the triangles, the vertex first.
         end: (3,) the point.
+
+    Returns:
+        The triangle, and where the path leaves it on the opposite side (0 to 1), snapped to a corner if that is close.
+        None where no triangle lies ahead.
     """
     sides = fan[:, 1:] - fan[:, :1]
     normal = np.cross(sides[:, 0], sides[:, 1]).sum(axis=0)
@@ -130,7 +139,7 @@ def _as_mesh(whole: Patch, refined: RefinedSurface) -> Mesh:
 
 
 def _nearest(points: Real, faces: Index, point: Real) -> tuple[int, Real]:
-    """Return the triangle with the nearest point, and that one's barycentric coordinates (3,)."""
+    """Return the triangle with the point nearest to the given one, and that point's barycentric coordinates (3,)."""
     import igl
 
     faces = np.ascontiguousarray(faces)

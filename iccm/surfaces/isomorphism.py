@@ -1,9 +1,9 @@
-"""Two polygon meshes of the same connectivity, their faces and vertices in any order.
+"""Find the correspondence of two polygon meshes with the same connectivity, whatever the order of faces and vertices.
 
-A half-edge and its partner in the other mesh, the seed, determine all others of a connected surface: next goes to
-next, and the other side of an edge to the other side. Seeds are half-edges whose surroundings occur seldom (colour
-refinement, Weisfeiler and Leman 1968). Of several that fit, as on symmetric meshes, those are kept with which a
-similarity brings the vertices closest to each other, and of these the one that turns least is taken.
+On a connected surface one pair of corresponding half-edges, the seed, determines all others: "next" corresponds to
+"next", and "twin" to "twin". Seeds are half-edges with a rare neighbourhood (color refinement, Weisfeiler and Leman
+1968). If several partners of a seed fit, as on symmetric meshes, those are kept for which a similarity brings the
+vertices closest to each other, and of these the one with the least rotation is chosen.
 """
 
 from dataclasses import dataclass, field
@@ -15,26 +15,26 @@ from numpy.typing import NDArray
 from ..arrays import Flags, Index, Real, distinct_rows
 from ..meshes.topology import labels
 
-SURROUNDING_STEPS = 32  # steps along the surface up to which surroundings are compared (by hand)
+SURROUNDING_STEPS = 32  # radius, in half-edges, of the neighbourhoods that are compared (by hand)
 SEEDS_TRIED = (
-    64  # partners that are tried for a half-edge; of more pieces of one connectivity the nearest (by hand)
+    64  # candidates tried as partner of one half-edge; with many equal pieces, the nearest ones (by hand)
 )
 MOST_PIECES = (
-    1000  # meshes of more are soups, in which looking for each piece's partner takes too long (by hand)
+    1000  # meshes with more pieces are polygon soups, whose pieces would take too long to match (by hand)
 )
 ALIKE_RESIDUAL_RATIO = 2.0
-"""Times the least residual: partners that fit so well are distinguished by how little they turn (by hand)."""
-EXACT_RESIDUAL = 1e-12  # residual that is nothing but rounding
+"""Times the least residual: candidates that fit this well are ranked by their rotation instead (by hand)."""
+EXACT_RESIDUAL = 1e-12  # a residual of nothing but rounding
 
 
 @dataclass(frozen=True, eq=False)
 class Polygons:
-    """Polygons whose vertices in one place are one.
+    """Polygons; vertices at the same position count as one.
 
     Attributes:
         points: (n, 3) positions.
-        corners: (c,) vertices of all polygons, one after the other.
-        starts: (f + 1,) where each polygon's begin.
+        corners: (c,) vertices of all polygons, one polygon after the other.
+        starts: (f + 1,) where each polygon begins in `corners`.
     """
 
     points: Real
@@ -43,26 +43,24 @@ class Polygons:
 
     @classmethod
     def triangles(cls, points: Real, faces: Index) -> "Polygons":
-        """Of triangles (m, 3)."""
+        """Create polygons from triangles (m, 3)."""
         return cls(points, faces.ravel(), np.arange(0, faces.size + 1, 3))
 
     @cached_property
     def places(self) -> Index:
-        """(c,) the place of each corner."""
+        """(c,) number of each corner's position; equal positions have equal numbers."""
         return distinct_rows(self.points)[1][self.corners]
 
     @cached_property
     def following(self) -> Index:
-        """(c,) the next corner of the same polygon."""
+        """(c,) the next corner in the same polygon."""
         found = np.arange(1, self.corners.size + 1)
         found[self.starts[1:] - 1] = self.starts[:-1]
         return found
 
     @cached_property
     def twin(self) -> Index:
-        """(c,) the corner from which the other polygon's half-edge on the same edge runs; itself where there is
-        no
-        other, or several."""
+        """(c,) the opposite half-edge, given by the corner where it starts; itself if there is none or several."""
         ends = np.sort(np.stack([self.places, self.places[self.following]], axis=-1), axis=1)
         key = ends[:, 0] * (int(ends.max(initial=0)) + 1) + ends[:, 1]
         order = np.argsort(key, kind="stable")
@@ -74,14 +72,14 @@ class Polygons:
 
     @cached_property
     def component(self) -> Index:
-        """(c,) the connected surface that each corner is on."""
+        """(c,) the connected component of each corner."""
         every = np.arange(self.corners.size)
         sides = np.concatenate([self.following, self.twin])
         return labels(np.concatenate([every, every]), sides, every.size)
 
     @cached_property
     def surroundings(self) -> NDArray[np.uint64]:
-        """(c,) numbers that are the same for half-edges with the same connectivity around them."""
+        """(c,) hash of each half-edge's neighbourhood; equal connectivity has equal hashes."""
         found = np.bincount(self.places)[self.places].astype(np.uint64)
         found += np.repeat(np.diff(self.starts), np.diff(self.starts)).astype(np.uint64) << np.uint64(32)
         for _ in range(SURROUNDING_STEPS):
@@ -92,15 +90,16 @@ class Polygons:
 
 
 def _mixed(x: NDArray[np.uint64]) -> NDArray[np.uint64]:
-    """Return the finaliser of SplitMix64 (Steele, Lea and Flood 2014)."""
+    """Return x (c,) scrambled by the finalizer of SplitMix64 (Steele, Lea and Flood 2014)."""
     x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     return x ^ (x >> np.uint64(31))
 
 
 def isomorphism(old: Polygons, new: Polygons) -> Index | None:
-    """Return (c,) the corner of the old mesh for each of the new one; None where the connectivity is not the same, too
-    regular to find a seed, or that of too many pieces.
+    """Return (c,) the old mesh's corner for each corner of the new mesh.
+
+    Returns None where the connectivity differs, is too regular to find a seed, or has too many pieces.
 
     Example:
         >>> import numpy as np
@@ -151,8 +150,10 @@ def isomorphism(old: Polygons, new: Polygons) -> Index | None:
 
 
 def _steps(old: Polygons, seed: int, known: Flags) -> list[tuple[Index, Index, Flags]]:
-    """Return the half-edges of a surface in rings around one: those of each ring, where they are reached from, and
-    whether along a polygon, not across an edge. Marks them in `known` (c,).
+    """Return the half-edges of a component in breadth-first rings around one of them.
+
+    Each ring has its half-edges, the half-edge from which each was reached, and whether that was along the polygon
+    (next) rather than across an edge (twin). Visited half-edges are marked in `known` (c,).
     """
     known[seed] = True
     ring, found = np.array([seed]), []
@@ -170,8 +171,9 @@ def _steps(old: Polygons, seed: int, known: Flags) -> list[tuple[Index, Index, F
 def _followed(
     old: Polygons, new: Polygons, steps: list[tuple[Index, Index, Flags]], seed: int, other: int, there: Index
 ) -> tuple[Index, Index] | None:
-    """Return the half-edges of a surface and their partners, if one is given; None where connectivity differs.
-    Overwrites those in `there` (c,).
+    """Return the half-edges of a component and their partners, given one partner; None where connectivity differs.
+
+    `there` (c,) is overwritten for these half-edges.
     """
     there[seed] = other
     for ring, origin, along in steps:
@@ -187,7 +189,7 @@ def _followed(
 
 @dataclass(frozen=True, eq=False)
 class _Fit:
-    """Sums over pairs of points from which the best similarity's residuals follow (Umeyama 1991)."""
+    """Sums over pairs of points that give the best similarity and its residual (Umeyama 1991)."""
 
     count: int = 0
     sums: Real = field(default_factory=lambda: np.zeros((2, 3)))
@@ -195,7 +197,7 @@ class _Fit:
     products: Real = field(default_factory=lambda: np.zeros((3, 3)))
 
     def with_pairs(self, a: Real, b: Real) -> "_Fit":
-        """With further pairs."""
+        """Return the sums with further pairs added."""
         return _Fit(
             self.count + len(a),
             self.sums + np.stack([a.sum(axis=0), b.sum(axis=0)]),
@@ -205,14 +207,14 @@ class _Fit:
 
     @cached_property
     def _moments(self) -> tuple[Real, float]:
-        """(3, 3) covariance, and the product of both sets' sums of squared distances from the middle."""
+        """(3, 3) cross-covariance, and the product of both sets' sums of squared distances from their means."""
         middle = self.sums / self.count
         spread = self.squares - self.count * np.sum(middle * middle, axis=1)
         return self.products - self.count * np.outer(*middle), max(float(spread.prod()), 1e-300)
 
     @cached_property
     def turned(self) -> float:
-        """What the best similarity leaves of the squared distances from the middle."""
+        """Residual of the best similarity, relative to the squared distances from the mean."""
         covariance, spread = self._moments
         values = np.linalg.svd(covariance, compute_uv=False)
         if np.linalg.det(covariance) < 0:
@@ -220,7 +222,7 @@ class _Fit:
         return float(1 - values.sum() ** 2 / spread)
 
     def of(self, points: Real) -> Real:
-        """Return points (…, 3) by the best similarity."""
+        """Return points (…, 3) mapped by the best similarity."""
         covariance, _ = self._moments
         left, values, right = np.linalg.svd(covariance)
         signs = np.array([1, 1, np.sign(np.linalg.det(left @ right)) or 1.0])
@@ -230,6 +232,6 @@ class _Fit:
 
     @property
     def upright(self) -> float:
-        """What the best similarity without a turn leaves."""
+        """Residual of the best similarity without rotation, as `turned`."""
         covariance, spread = self._moments
         return float(1 - max(np.trace(covariance), 0) ** 2 / spread)

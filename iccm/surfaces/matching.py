@@ -1,7 +1,7 @@
-"""Two meshes with the same triangles, but of other shapes or in other places, brought together for their textures.
+"""Register two meshes with the same triangles but different shapes or positions, to transfer their textures.
 
-By the order of their faces, by their connectivity, or by the similarity that takes the vertices of one to those of the
-other.
+Triangles correspond by the order of the faces, by connectivity, or by the similarity that maps one mesh's vertices to
+the other's.
 """
 
 from dataclasses import replace
@@ -17,18 +17,17 @@ from .isomorphism import Polygons, isomorphism
 
 
 def matched(old: Charted, new: Charted, match: str = "auto") -> Charted:
-    """Return the new mesh where its triangles lie on the old one's.
+    """Return the new mesh, moved so that its triangles lie on the old mesh's.
 
     Args:
         old, new: the meshes.
-        match: "index": face by face, in their order; "topology": by connectivity, in whatever order; "position": where
-            it is, or the best similarity takes it if no triangle is the same there; "auto": where it is if half of the
-            triangles are the same there, else by index, by topology, or by similarity; by index, too, if not all are
-            the same there and those that are have the same numbers.
+        match: "index": face by face, in order. "topology": by connectivity, in any order. "position": where it is, or
+            where the best similarity moves it if no triangle coincides. "auto": where it is if at least half of the
+            triangles coincide, else by index, by topology, or by similarity; also by index if some triangles
+            differ while all that coincide have the same numbers.
 
     Raises:
-        InputError: by index, and their faces are not the same in the same order; by topology, and their connectivity
-            is not the same.
+        InputError: by index, the faces are not the same in the same order; by topology, the connectivity differs.
     """
     partner = partners(old, new)[0] if match in ("auto", "position") else np.full(len(new.faces), -1)
     here = np.flatnonzero(partner >= 0)
@@ -57,22 +56,23 @@ def matched(old: Charted, new: Charted, match: str = "auto") -> Charted:
 
 
 def _laid_on(old: Charted, new: Charted, corner: Index) -> Charted:
-    """Return the new mesh on the old one's surface, by the old corner (3m,) of each of its corners."""
+    """Return the new mesh on the old mesh's surface, given the old corner (3m,) for each of its corners."""
     normal_faces = None if old.normal_faces is None else old.normal_faces.ravel()[corner].reshape(-1, 3)
     points = _moved(old.points, old.faces.ravel()[corner], new.points, new.faces.ravel())
     return replace(new, points=points, normals=old.normals, normal_faces=normal_faces, stated=None)
 
 
 def _moved(points: Real, corners: Index, new_points: Real, new_corners: Index) -> Real:
-    """Return (n, 3) the new mesh's vertices, those of its corners where their partners are."""
+    """Return (n, 3) positions of the new mesh's vertices: those of the old corners that correspond to their corners."""
     found = np.zeros_like(new_points)
     found[new_corners] = points[corners]
     return found
 
 
 def cut_alike(old: Mesh, new: Mesh) -> Mesh:
-    """Return the new mesh, its polygons cut into triangles as the old one's are, where they are the same in the same
-    order or are connected in the same way.
+    """Return the new mesh with its polygons triangulated like the old mesh's.
+
+    This needs the same polygons in the same order, or the same connectivity; otherwise the mesh is returned as it is.
     """
     if (np.diff(new.starts) == 3).all() or old.corners.size != new.corners.size:
         return new
@@ -87,8 +87,9 @@ def cut_alike(old: Mesh, new: Mesh) -> Mesh:
 
 
 def _by_index(points: Real, corners: Index, new_points: Real, new_corners: Index) -> bool:
-    """Return whether corners go to each other in their order, and that tears and joins no vertices. Vertices of the
-    same place count as one.
+    """Return whether corners correspond in their order without tearing or joining vertices.
+
+    Vertices at the same position count as one.
     """
     if corners.size != new_corners.size or min(corners.min(), new_corners.min()) < 0:
         return False
@@ -104,9 +105,7 @@ def _by_index(points: Real, corners: Index, new_points: Real, new_corners: Index
 
 
 def _by_similarity(old: Charted, new: Charted) -> Charted | None:
-    """Return the new mesh by the similarity that takes its vertices to those of the old one; None where there is
-    none.
-    """
+    """Return the new mesh moved by the similarity that maps its vertices to the old ones; None if there is none."""
     from scipy.spatial import cKDTree
 
     a, b = (distinct_rows(mesh.points[np.unique(mesh.faces)])[0] for mesh in (old, new))

@@ -1,8 +1,8 @@
-"""Balanced maps with a surface on either side: the energy is that of the surface, not of its flattening.
+"""Balanced maps with a surface on either side, whose energy is that of the surface and not of its flattening.
 
-A surface is solved for in its even layout, with the metric of `balanced.metric` averaged over the solver's triangles;
-the last map is on the surface's own triangles, those of the target where both sides are surfaces, since its texture
-coordinates are what is written.
+First a planar problem is solved between even layouts, with the surfaces' metrics (`balanced.model.metric`) averaged
+over the solver's triangles. The final map is found on the surface's own triangles, since its vertices become the
+texture coordinates; where both sides are surfaces, these are the target's triangles.
 """
 
 from contextlib import suppress
@@ -30,33 +30,32 @@ from .ground import ground_of
 from .problem import Layouts, SurfaceProblem
 from .target_mesh_map import OwnMap, on_own_mesh
 
-SURE_ENERGY = (
-    1.3  # energy of a map of surfaces that are alike from which down no other is looked for, by hand
-)
+SURE_ENERGY = 1.3  # energy of a map between similar surfaces below which no other map is sought, by hand
 MOST_SLIDES, WORTHWHILE_SLIDE = (
     4,
     1e-3,
-)  # times the boundary slides to rest, and the relative decrease that is worth one
+)  # times that the boundary is slid until it is stable, and the least relative decrease for one more
 NEWTON_STEPS, LEAST_DECREASE = 40, 1e-3  # of Newton's method in space, and the relative decrease that ends it
 
 
 def solve(problem: Problem, options: Options, layouts: Layouts, start: TriangulatedMap | None = None) -> Fit:
-    """Return the balanced map of a problem whose source, target or both are layouts of surfaces; without holes it
-    continues from an earlier one, if given.
+    """Return the balanced map of a problem whose source, target or both are layouts of surfaces.
+
+    If the problem has no holes, the solution may continue from an earlier map `start`.
 
     Raises:
         NoMapError: no map without folds was found.
-        InputError: pins or strokes that no one-to-one map meets; a surface without an even layout.
+        InputError: pins or strokes that no one-to-one map satisfies; a surface without an even layout.
     """
     asked = SurfaceProblem.of(problem, options, layouts)
     if any(asked.holes.sides) or (start is not None and len(start.loops) > 1):
         start = None
     try:
         found, exact = _solve(asked, start)
-    except NoMapError:  # found in even layouts, it folds in the user's, or none was found
+    except NoMapError:  # no map was found, or it folds in the user's planes: try these instead
         asked = asked.as_given
         found, exact = _solve(asked, start)
-    if exact:  # linear on the surface's own triangles
+    if exact:  # linear on each of the surface's own triangles
         map = replace(found.map, bulge=np.zeros(len(found.map.edges.ends), complex))
     else:
         map = fit.straighten_lines(found.map, found.lines)
@@ -81,7 +80,7 @@ def solve(problem: Problem, options: Options, layouts: Layouts, start: Triangula
 
 
 def _gone_on(asked: SurfaceProblem, start: TriangulatedMap) -> DiscreteMap:
-    """Return an earlier map with the constraints met, where the problem is solved."""
+    """Return an earlier map with the new constraints satisfied, in unit coordinates."""
     z, u = (side.inward(w) for side, w in zip(asked.sides, (start.source, start.image)))
     sketch = method.sketch_of(TriangulatedMap(z, u, start.faces, start.loops), asked.frames)
     try:
@@ -91,7 +90,7 @@ def _gone_on(asked: SurfaceProblem, start: TriangulatedMap) -> DiscreteMap:
 
 
 def _solve(asked: SurfaceProblem, start: TriangulatedMap | None) -> tuple[Solution, bool]:
-    """Return the map in the user's planes, and whether it is on a surface's own triangles."""
+    """Return the map in the user's planes, and whether it is on the surface's own triangles."""
     alike = None if start is not None else _from_similarity(asked)
     if alike is not None and alike.energy < SURE_ENERGY:
         return _of_own(asked, alike), True
@@ -108,7 +107,7 @@ def _solve(asked: SurfaceProblem, start: TriangulatedMap | None) -> tuple[Soluti
     try:
         state_there = _own_start(asked, used, state)
         own = None if state_there is None else _on_own(asked, state_there)
-    except (Stuck, NoMapError):  # a surface of few triangles may leave no room
+    except (Stuck, NoMapError):  # a surface with few triangles may leave no room
         own = None
     if asked.regions:
         own = _with_rigid(asked, own)
@@ -125,20 +124,20 @@ def _solve(asked: SurfaceProblem, start: TriangulatedMap | None) -> tuple[Soluti
 
 
 def _among(w: Complex, outer: slice) -> Flags:
-    """Return (n,) which of a map's vertices are on its outer outline."""
+    """Mark (n,) the vertices of a map that are on its outer outline."""
     on = np.zeros(w.size, bool)
     on[outer] = True
     return on
 
 
 def _solution(asked: SurfaceProblem, last: MeshMap, z: Complex, u: Complex) -> Solution:
-    """Of a map with vertices z (n,) and u (n,) in the user's planes."""
+    """Return the solution for a map with vertices z (n,) and images u (n,) in the user's planes."""
     given = asked.sides[0].outlines, asked.sides[1].outlines
     return method.solution_of(last, z, u, asked.frames, given, asked.settings, asked.journal, asked.pins)
 
 
 def _of_own(asked: SurfaceProblem, own: OwnMap) -> Solution:
-    """Return the map on a surface's own triangles in the user's planes."""
+    """Return a map on a surface's own triangles as a solution in the user's planes."""
     onto, other, frame = asked.onto, asked.sides[not asked.onto], asked.frames[not asked.onto]
     here = own.of_layout(asked.sides[onto].given.flat)
     there = _repair(
@@ -152,8 +151,10 @@ def _of_own(asked: SurfaceProblem, own: OwnMap) -> Solution:
 
 
 def _own_start(asked: SurfaceProblem, used: UnitProblem, state: DiscreteMap) -> DiscreteMap | None:
-    """Return the map from which that on the own triangles continues, these being its source; None where it is to be on
-    others: with strokes, and where holes of the other side are to shrink.
+    """Return the map, its source the surface, that the map on the surface's own triangles starts from.
+
+    None where the own triangles cannot be used: with strokes, with pins that were released, and where holes of the
+    other side would have to shrink.
     """
     if state.inside.strokes or (not state.bound and state.inside.z.size):
         return None
@@ -163,7 +164,7 @@ def _own_start(asked: SurfaceProblem, used: UnitProblem, state: DiscreteMap) -> 
 
 
 def _from_similarity(asked: SurfaceProblem) -> OwnMap | None:
-    """Return the map that comes from the similarity of both layouts; None where they are not alike, or it folds."""
+    """Return the map found from a similarity of both layouts; None where they are not alike, or it folds."""
     if not all(side.layout for side in asked.sides):
         return None
     sketch = icp_start.similarity_sketch(asked.unit)
@@ -176,10 +177,10 @@ def _from_similarity(asked: SurfaceProblem) -> OwnMap | None:
 
 
 def _on_own(asked: SurfaceProblem, state: MeshMap) -> OwnMap:
-    """Return the map on the own triangles of one side, from one of which that side is the source.
+    """Return the map on one side's own triangles, from a map whose source is that side.
 
     Raises:
-        Stuck: there is none.
+        Stuck: there is no such map.
     """
     problem = asked.unit.inverse() if asked.onto else asked.unit
     step = -1 if asked.onto else 1
@@ -193,14 +194,14 @@ def _on_own(asked: SurfaceProblem, state: MeshMap) -> OwnMap:
 
 
 def _slid(asked: SurfaceProblem, own: OwnMap, level: Level) -> OwnMap:
-    """Return the map on the own triangles of one side, its boundary slid to rest.
+    """Return the map on one side's own triangles after sliding its boundary until that is stable.
 
-    Corners of the other side's outline are images of vertices, which keeps these from sliding. The outline's place then
-    comes from coarser meshes; that is not close enough where nothing but weak springs says how the map is rotated. So
-    they slide past the corners, and the mesh is made anew with vertices where the corners have come to be.
+    Corners of the other side's outline are images of vertices, so these vertices cannot slide. The boundary then stays
+    where coarser meshes put it, which is not accurate enough if only weak springs control how the map is rotated.
+    Therefore vertices slide past the corners, and the mesh is rebuilt with vertices where the corners end up.
 
     Raises:
-        OutOfTime: the time for the search is over.
+        OutOfTime: the time limit was reached.
     """
     step = -1 if asked.onto else 1
     for _ in range(MOST_SLIDES):
@@ -217,10 +218,10 @@ def _slid(asked: SurfaceProblem, own: OwnMap, level: Level) -> OwnMap:
 
 
 def _descended(asked: SurfaceProblem, own: OwnMap) -> OwnMap:
-    """Return the map on the own triangles of one side in the rest shape, with the bounds asked for met.
+    """Minimize the energy of the map on one side's own triangles, then lower its distortion to the requested bounds.
 
     Raises:
-        OutOfTime: the time for the search is over.
+        OutOfTime: the time limit was reached.
     """
     settings, journal = asked.settings, asked.journal
     other = asked.sides[not asked.onto].even
@@ -239,11 +240,11 @@ def _descended(asked: SurfaceProblem, own: OwnMap) -> OwnMap:
 
 
 def _with_rigid(asked: SurfaceProblem, own: OwnMap | None) -> OwnMap:
-    """Return the map on the own triangles with rigid regions.
+    """Return the map on the surface's own triangles with its rigid regions.
 
     Raises:
         InputError: as `rigid.keep_rigid`.
-        NoMapError: none keeps them without folds.
+        NoMapError: no map without folds keeps them rigid.
     """
     if own is None:
         raise NoMapError("rigid: found no map without folds that follows the surface's triangles")
@@ -253,8 +254,9 @@ def _with_rigid(asked: SurfaceProblem, own: OwnMap | None) -> OwnMap:
 
 
 def _repair(state: DiscreteMap, there: Complex, *, mirrored: bool) -> Complex:
-    """Return images (n,) in the user's plane, the few triangles that fold on the way there unfolded; as they are where
-    that fails.
+    """Return images (n,) in the user's plane after unfolding the few triangles that folded on the way there.
+
+    They are returned as they are if that fails.
     """
     held = np.arange(there.size) < state.constrained
     try:

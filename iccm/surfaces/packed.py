@@ -1,4 +1,4 @@
-"""The map of a picture onto a mesh of several pieces, packed inside the picture: every piece shows its part of it."""
+"""The map of a picture onto a mesh whose pieces are packed inside the picture; each piece shows the part under it."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -21,12 +21,12 @@ MESSAGE = "All pieces are packed inside the source at one scale."
 class PackedFit(Fit):
     """The identity on charts that are packed inside the source.
 
-    Its plane is the source's: what is measured is the distortion from there to the surface.
+    Its image is in the source's plane, so its distortion is measured from there to the surface.
     """
 
     @cached_property
     def certificate(self) -> Certificate:
-        """Whether no triangle is folded, no chart overlaps itself, and no two overlap."""
+        """Whether no triangle is folded, and no chart overlaps itself or another."""
         layout = self.layouts[1]
         assert layout is not None
         fault = overlap(layout) or ""
@@ -35,12 +35,12 @@ class PackedFit(Fit):
 
     @property
     def interior(self) -> Complex:
-        """The middles of the charts' triangles."""
+        """Centroids of the charts' triangles."""
         assert isinstance(self.map, TriangulatedMap)
         return self.map.source[self.map.faces].mean(axis=1)
 
     def report(self) -> dict[str, Any]:
-        """Return as of other maps; charts have no outline to reach."""
+        """Return the report of a map, without an outline that charts would have to reach."""
         return super().report() | {"message": MESSAGE}
 
 

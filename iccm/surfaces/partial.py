@@ -1,5 +1,8 @@
-"""Partial maps with a surface on either side: of the outlines of even layouts, since concavities have no surface
-whose metric would be theirs."""
+"""Partial maps with a surface on either side.
+
+They map between the outlines of even layouts: concavities are filled, and a filled concavity has no surface from which
+to take a metric.
+"""
 
 from dataclasses import replace
 
@@ -15,7 +18,7 @@ from .problem import Layouts, SurfaceProblem
 
 
 def solve(problem: Problem, options: Options, layouts: Layouts) -> Fit | None:
-    """Return the map with concavities filled; None where that loses more than is allowed.
+    """Return the map with concavities filled; None where it would leave out more than is allowed.
 
     Raises:
         NoMapError, InputError: as `method.solve`.

@@ -1,4 +1,4 @@
-"""A problem with a surface on either side, checked, and where it is solved: in unit coordinates of even layouts."""
+"""A problem with a surface on either side: checked, and transformed to unit coordinates of even layouts."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -24,26 +24,26 @@ from ..plane import Similarity
 from ..problem import Problem
 from .side import Side
 
-ROUNDED_TOLERANCE_SHARE = 0.2  # of the tolerance: for outlines between two surfaces, by hand
+ROUNDED_TOLERANCE_SHARE = 0.2  # of the tolerance: used for outlines between two surfaces, by hand
 Layouts = tuple[Flattening | None, Flattening | None]
 
 
 @dataclass(frozen=True, eq=False)
 class SurfaceProblem:
-    """What is solved.
+    """A checked problem.
 
     Attributes:
         sides: source and target.
         holes: of both, in the user's planes.
-        points: (k, 2) the pins that are in no hole, in the same way.
-        numbers: (k,) of these among all pins.
-        softness: of these, in the same way; all exact where the map is to be held exactly.
-        pins: these and strokes, checked, in the same way.
-        strokes: as given, in the same way.
-        stroke_widths: of the bands around these that keep their form; empty for none.
-        regions: rigid ones, polygons in the plane of the surface.
-        settings: what is asked of the map.
-        journal: what happened.
+        points: (k, 2) pins that are not in a hole, in the user's planes.
+        numbers: (k,) their numbers among all pins.
+        softness: of these pins, in the user's planes; all exact if exact pins are requested.
+        pins: these pins and the strokes, checked, in the user's planes.
+        strokes: as given, in the user's planes.
+        stroke_widths: of the bands around strokes that keep their form; empty for none.
+        regions: rigid regions, polygons in the plane of the surface.
+        settings: of the solver.
+        journal: log of the solver.
     """
 
     sides: tuple[Side, Side]
@@ -60,10 +60,10 @@ class SurfaceProblem:
 
     @classmethod
     def of(cls, problem: Problem, options: Options, layouts: Layouts) -> "SurfaceProblem":
-        """Check a problem, and set it up.
+        """Check a problem and set it up.
 
         Raises:
-            InputError: pins or strokes that no one-to-one map meets; a surface without an even layout.
+            InputError: pins or strokes that no one-to-one map satisfies; a surface without an even layout.
         """
         source, target = problem.outlines
         given = Holes(problem.source_holes, problem.target_holes, problem.hole_partners)
@@ -73,9 +73,9 @@ class SurfaceProblem:
         journal = SolveLog(notes=[*unequal(holes), *pins.notes])
         regions = problem.rigid or problem.rigid_target
         softness = problem.softness.of_pins(numbers)
-        if options.exact_pins or regions:  # pins in a rigid region say how it moves
+        if options.exact_pins or regions:  # pins in a rigid region determine how it moves
             softness = Softness.exact(len(points))
-        elif all(layouts):  # pins between surfaces are landmarks, which were measured
+        elif all(layouts):  # pins between surfaces are landmarks, measured precisely
             radii = np.where(softness.is_given, softness.radii, 0.0)
             softness = replace(softness, radii=radii)
         return cls(
@@ -94,23 +94,23 @@ class SurfaceProblem:
 
     @property
     def as_given(self) -> "SurfaceProblem":
-        """To be solved for in the user's planes."""
+        """The problem, to be solved in the user's planes instead of even layouts."""
         return replace(self, sides=(self.sides[0].as_given, self.sides[1].as_given))
 
     @property
     def onto(self) -> bool:
-        """Whether the last map is on the target's own triangles; else it is on the source's."""
+        """Whether the final map is on the target's own triangles; otherwise it is on the source's."""
         return self.sides[1].layout is not None
 
     @property
     def inner_holes(self) -> Holes:
-        """Where the problem is solved."""
+        """The holes, in the planes where the problem is solved."""
         source, target = (tuple(side.solved[1:]) for side in self.sides)
         return Holes(source, target, self.holes.partners)
 
     @cached_property
     def inner_pins(self) -> Pins:
-        """Pins and strokes where the problem is solved."""
+        """Pins and strokes, in the planes where the problem is solved."""
         source, target = self.sides
         inner, outer = (
             np.column_stack([side.inward(z) for side, z in zip(self.sides, each.T)])
@@ -126,7 +126,7 @@ class SurfaceProblem:
 
     @cached_property
     def inner_softness(self) -> Softness:
-        """Of all pins of `inner_pins`, the ones inside before those on the outlines, where the problem is solved."""
+        """Softness of the pins of `inner_pins`, those inside first, in the planes where the problem is solved."""
         inside = self.pins.inner
         numbers = np.array([np.flatnonzero(self.points[:, 0] == here)[0] for here in inside[:, 0]], np.int64)
         scaled = _scaled(self.softness.of_pins(numbers), *self._scales(inside))
@@ -134,7 +134,7 @@ class SurfaceProblem:
 
     @cached_property
     def inner_bands(self) -> tuple[tuple[Curve, float], ...]:
-        """The bands around strokes that keep their form, where the problem is solved."""
+        """The bands around strokes that keep their form, in the plane where the problem is solved."""
         source = self.sides[0]
         return tuple(
             (source.curve_inward(line), width * float(source.scale_inward(line.z).mean()))
@@ -143,7 +143,7 @@ class SurfaceProblem:
 
     @cached_property
     def patches(self) -> PinnedPatches:
-        """The soft ones among the pins where the problem is solved."""
+        """The soft pins, in the planes where the problem is solved."""
         pins, (source, target) = self.inner_pins, (side.solved[0] for side in self.sides)
         points = np.concatenate([pins.inner, pins.outer])
         return patches_of(
@@ -152,30 +152,28 @@ class SurfaceProblem:
 
     @property
     def soft_pins(self) -> tuple[Complex, Softness]:
-        """The soft pins (j, 2) in the user's planes, with radii and tolerances as they were chosen."""
+        """The soft pins (j, 2) in the user's planes, with the radii and tolerances that were chosen for them."""
         inside = self.pins.inner
         points = inside[self.inner_softness.is_soft[: len(inside)]]
         here, there = self._scales(points)
         return points, _scaled(self.patches.softness, 1 / here, 1 / there)
 
     def _scales(self, points: Complex) -> tuple[Real, Real]:
-        """Return how many times as long small lengths are where the problem is solved, at points (k, 2) of both
-        planes.
-        """
+        """Return the local scales from the user's planes to those of the solver, at points (k, 2)."""
         here, there = (side.scale_inward(z) for side, z in zip(self.sides, points.T))
         return here, there
 
     @cached_property
     def frames(self) -> tuple[Similarity, Similarity]:
-        """The unit coordinates of both sides."""
+        """The similarities from the solver's planes to unit coordinates, for source and target."""
         source, target = (side.solved[0] for side in self.sides)
         return frames_of(source, target, self.settings.turn, self.inner_holes.sides)
 
     @cached_property
     def unit(self) -> UnitProblem:
-        """The problem in unit coordinates."""
+        """The problem in unit coordinates of the layouts in which it is solved."""
         settings, frames = self.settings, self.frames
-        if all(side.layout for side in self.sides):  # what one plane rounds off another may magnify
+        if all(side.layout for side in self.sides):  # rounding in one plane may be magnified in another
             settings = replace(settings, tolerance=ROUNDED_TOLERANCE_SHARE * settings.tolerance)
         source, target = (unit_curve(frame, side.solved[0]) for side, frame in zip(self.sides, frames))
         patches, pins = self.patches, self.inner_pins
@@ -192,7 +190,7 @@ class SurfaceProblem:
 
 
 def _scaled(softness: Softness, here: Real, there: Real) -> Softness:
-    """Return softness (k,) of planes in which lengths are as many times as long, of the source's and the target's."""
+    """Return softness (k,) with lengths scaled by `here` (k,) in the source and `there` (k,) in the target."""
     return replace(
         softness,
         radii=here * softness.radii,

@@ -1,4 +1,4 @@
-"""A surface's triangles with more vertices: in given places, on edges of the boundary, in the middle of chords."""
+"""A surface's triangles with vertices added in faces, on boundary edges and in the middle of chords."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,18 +10,18 @@ from ..arrays import Flags, Index, Real
 from ..meshes.topology import Triangles
 
 ON_EDGE_BARYCENTRIC = 1e-6
-"""Barycentric coordinate under which a place is on the edge opposite, by hand: far above rounding."""
+"""Barycentric coordinate below which a point is on the opposite edge, by hand; far above rounding."""
 
 
 @dataclass(frozen=True, eq=False)
 class RefinedSurface:
-    """Triangles, some of whose vertices were added on the way.
+    """Triangles, some of whose vertices were added later.
 
     Attributes:
         faces: (m, 3) triangles.
-        own: (m,) the triangle of the first mesh that each is a part of.
-        count: of vertices.
-        added: for each round of additions (k, 3) vertices before it and (k, 3) their weights in the new ones.
+        own: (m,) the original triangle that each is a part of.
+        count: number of vertices.
+        added: for each round of additions, (k, 3) parent vertices of the new ones, and (k, 3) their weights.
     """
 
     faces: Index
@@ -30,28 +30,30 @@ class RefinedSurface:
     added: tuple[tuple[Index, Real], ...] = ()
 
     def carried(self, values: np.ndarray) -> np.ndarray:
-        """Return values (n, …) at the first vertices, and linearly between them at those that were added."""
+        """Return values (n, …), given at the original vertices, at all vertices, interpolated linearly."""
         for parents, weights in self.added:
             values = np.concatenate([values, np.einsum("ij,ij...->i...", weights, values[parents])])
         return values
 
     @classmethod
     def of(cls, faces: Index, count: int) -> "RefinedSurface":
-        """Return as it is."""
+        """Return triangles (m, 3) of `count` vertices without any additions."""
         return cls(faces, np.arange(len(faces)), count)
 
     def _with(
         self, hit: Flags, parts: Sequence, own: Sequence, parents: Index, weights: Real
     ) -> "RefinedSurface":
-        """With new vertices, and the triangles hit replaced by parts (k, 3) of the triangles `own` (k,)."""
+        """Add vertices, and replace the triangles marked in `hit` by parts (k, 3) of the triangles `own` (k,)."""
         added = (*self.added, (parents.reshape(-1, 3), weights.reshape(-1, 3)))
         faces = np.concatenate([self.faces[~hit], np.array(parts, np.int64).reshape(-1, 3)])
         whole = np.concatenate([self.own[~hit], self.own[np.array(own, np.int64)]])
         return RefinedSurface(faces, whole, self.count + len(added[-1][0]), added)
 
     def with_point(self, face: int, place: Real) -> tuple["RefinedSurface", int]:
-        """With a vertex in a triangle, at barycentric coordinates (3,), and its number: one that is there already, if
-        the place is on it."""
+        """Add a vertex in a triangle at barycentric coordinates (3,).
+
+        Returns the new triangles and the vertex's number; an existing vertex if the point coincides with it.
+        """
         corners, on = self.faces[face], place > ON_EDGE_BARYCENTRIC
         if on.sum() == 1:
             return self, int(corners[np.argmax(place)])
@@ -63,8 +65,10 @@ class RefinedSurface:
         return self._with(hit, parts, [t for _, t in swapped], corners, weights), self.count
 
     def with_points_on(self, tails: Index, heads: Index, shares: Real) -> "RefinedSurface":
-        """With vertices (k,) on edges of the boundary, each at a share of the way from its tail to its head. No
-        triangle may have two such edges."""
+        """Add vertices (k,) on boundary edges, each at a share (0 to 1) of the edge from tail to head.
+
+        No triangle may have two such edges.
+        """
         low, high = np.minimum(tails, heads), np.maximum(tails, heads)
         along = np.where(tails == low, shares, 1 - shares)
         keys = low * self.count + high
@@ -87,8 +91,10 @@ class RefinedSurface:
         return self._with(np.asarray(hit.any(axis=1)), parts, own, parents, weights)
 
     def without_chords(self, still: Flags) -> "RefinedSurface":
-        """With a vertex in the middle of every inner edge that joins two vertices marked in `still` (n,), so that no
-        triangle has two edges on the boundary; in the middle of the triangle where there is only one."""
+        """Split every inner edge between two vertices marked in `still` (n,) at its middle.
+
+        Afterwards no triangle has two boundary edges. A single triangle is split at its centroid.
+        """
         if len(self.faces) == 1:
             return self.with_point(0, np.full(3, 1 / 3))[0]
         shape = Triangles(self.faces, self.count)
@@ -106,7 +112,7 @@ class RefinedSurface:
 
 
 def _parts(corners: Index, middle: Index) -> Sequence[tuple]:
-    """Return the parts of a triangle with vertices in the middle of some of its sides; -1 for none."""
+    """Return the parts of a triangle that is split at the middle vertices of its sides; -1 marks unsplit sides."""
     split = middle >= 0
     if split.all():
         (i, j, k), (a, b, c) = corners, middle

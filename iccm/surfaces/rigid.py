@@ -1,4 +1,4 @@
-"""Rigid regions of a surface: triangles that keep the form which they have flattened on their own."""
+"""Rigid regions of a surface: triangles that keep the shape that they have when flattened separately."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -35,19 +35,21 @@ def keep_rigid(
     settings: Settings,
     journal: SolveLog,
 ) -> OwnMap:
-    """Return the map on a surface's own triangles continued to one that keeps regions, which turn with what is around
-    them.
+    """Continue from a map on a surface's own triangles to one that keeps regions rigid.
+
+    Regions rotate with the map around them.
 
     Args:
-        own: the map without them.
+        own: the map without rigid regions.
         places: (n,) its vertices in the user's plane.
-        regions: polygons there.
-        settings: what is asked of the map.
-        journal: what happened.
+        regions: polygons in that plane.
+        settings: of the solver.
+        journal: log of the solver; notes are added.
 
     Raises:
-        InputError: no triangle is in them, too many regions, or pins in one that no similarity takes along.
-        NoMapError: none without folds was found.
+        InputError: no triangle is in the regions, there are too many regions, or no similarity satisfies the pins in
+            one of them.
+        NoMapError: no map without folds was found.
     """
     state = own.state
     on_outline = np.arange(state.z.size) < state.border
@@ -82,8 +84,10 @@ def keep_rigid(
 def laid_by_themselves(
     map: TriangulatedMap, layout: Flattening, regions: Sequence[Complex], *, of_target: bool
 ) -> tuple[tuple[Rings, ...], Complex]:
-    """Return the regions of a map on a surface's own triangles: outlines in the surface's layout, and (n,) where their
-    vertices lie if each is flattened on its own, in the surface's units.
+    """Return the rigid regions of a map on a surface's own triangles, and their vertices flattened separately.
+
+    Returns the regions' outlines in the surface's layout, and (n,) positions of the vertices, those in a region where
+    flattening that region on its own puts them, in the surface's units.
     """
     z = map.image if of_target else map.source
     on_outline = np.zeros(z.size, bool)
@@ -97,8 +101,12 @@ def laid_by_themselves(
 
 
 def labels_of(faces: Index, z: Complex, on_outline: Flags, regions: Sequence[Complex]) -> tuple[Index, float]:
-    """Return (m,) the connected region that each triangle is in, -1 for none; and the share of regions that is left
-    out, as its triangles touch the outline, whose vertices slide.
+    """Label triangles with the connected region that they are in.
+
+    Triangles that touch the outline do not count, since its vertices slide.
+
+    Returns:
+        (m,) labels, -1 outside all regions; and the share of the regions' area that is lost at the outline.
     """
     inside = inside_any(map(Curve, regions), z[faces].mean(axis=1))
     touching = inside & on_outline[faces].any(axis=1)
@@ -113,14 +121,15 @@ def labels_of(faces: Index, z: Complex, on_outline: Flags, regions: Sequence[Com
 
 
 def flat_by_itself(z: Complex, faces: Index, shapes: Complex, labels: Index) -> Complex:
-    """Return (n,) vertices of a layout z, those of each region flattened on its own, as even as that goes, and turned
-    as they lie in z.
+    """Return vertices (n,) of a layout, those of each region where flattening it separately puts them.
+
+    Each region gets its own even layout, rotated to fit z.
 
     Args:
         z: (n,) vertices, without folds.
         faces: (m, 3) triangles.
-        shapes: (m, 3) what they are on the surface.
-        labels: (m,) the region that each is in, -1 for none.
+        shapes: (m, 3) their shapes on the surface.
+        labels: (m,) the region of each triangle, -1 for none.
     """
     flat = z.copy()
     for k in range(labels.max(initial=-1) + 1):

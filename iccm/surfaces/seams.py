@@ -1,9 +1,9 @@
-"""In which order the seams of two closed surfaces run through landmarks, so that they are the same seam on both.
+"""Choose the order of landmarks along a seam so that two closed surfaces are cut along the same seam.
 
-Between two landmarks there may be several geodesics that are about as long, around a protrusion on either side: a
-seam that takes one on the source and another one on the target twists the map between them once around. Geodesics
-that are the same leave a landmark in the same direction, as seen from the others, and are about as long; what decides
-is how alike the even layouts are.
+Two landmarks may be joined by several geodesics of similar length, one on either side of a protrusion. A seam that
+takes one of them on the source and another on the target twists the map by a full rotation. Corresponding geodesics
+leave a landmark in the same direction relative to the others, and have similar lengths. Among the orders with low cost
+by these criteria, the one whose even layouts are most alike is chosen.
 """
 
 from collections.abc import Iterator, Sequence
@@ -24,24 +24,24 @@ from .icp_start import unlikeness
 from .inserted import Opening, with_way
 from .trilateration import same_way
 
-MOST_TRIANGLES = 20_000  # beyond, the order is left as it is: it would take over ten seconds
+MOST_TRIANGLES = 20_000  # with more, the order is left as given: a search would take over ten seconds
 BEAM_WIDTH = 50_000
-"""Beginnings of orders that are continued from, the cheapest: all that there are of up to eight landmarks."""
+"""Partial orders that are kept, the cheapest ones: with up to eight landmarks these are all that exist."""
 ASTRAY, LONGER = 0.5, 0.2
-"""Radians, and the logarithm of lengths' ratio, that make a way twice as dear; by hand."""
+"""Difference in direction (radians) and in log length that doubles the cost of a path; by hand."""
 ORDERS_TRIED = 8  # orders whose layouts are compared
-FEWEST_STOPS = 4  # of a seam that is looked for by distances: from three points two places are as far
-COARSE_TRIANGLES = 3000  # triangles, by hand: with more an edge beside a geodesic is close to it
-CLEAR_UNLIKENESS = 0.03  # unlikeness of layouts from which down no more are
+FEWEST_STOPS = 4  # landmarks needed for trilateration: two places may be equally far from three points
+COARSE_TRIANGLES = 3000  # triangles, by hand: with more, edge paths are close to the geodesics
+CLEAR_UNLIKENESS = 0.03  # difference between layouts below which no further order is tried
 
 
 class Opened(NamedTuple):
     """Two closed surfaces cut open through landmarks.
 
     Attributes:
-        wholes: source and target before that; the source's triangles split where the cut needs it.
-        patches: both cut open.
-        stops: (k, 2) the landmarks' vertices of the wholes, in the order of the seam.
+        wholes: source and target before the cut; triangles of the source may be split for it.
+        patches: both, cut open.
+        stops: (k, 2) vertices of the wholes at the landmarks, in the order of the seam.
     """
 
     wholes: tuple[Patch, Patch]
@@ -50,10 +50,10 @@ class Opened(NamedTuple):
 
     @classmethod
     def of(cls, source: Patch, target: Patch, stops: Index, opening: Opening | None = None) -> "Opened":
-        """Along geodesics, or the source where that opening is.
+        """Cut both surfaces along geodesics, or the source along the path of an opening if given.
 
         Raises:
-            InputError: no such seam.
+            InputError: there is no such seam.
         """
         there = cut_through(target, stops[:, 1].tolist())
         if opening is None:
@@ -63,7 +63,7 @@ class Opened(NamedTuple):
         return cls((split, target), (cut_along_path(split, nearest(split, opening.points)), there), marks)
 
     def pins(self, layouts: Sequence[Flattening]) -> tuple[Complex, Complex]:
-        """Return where layouts of the patches have the landmarks, around the outlines from the first on."""
+        """Return the landmarks (k,) in layouts of both patches, in order around the outlines."""
         here, there = (
             on_seam(layout, side)
             for layout, side in zip(layouts, zip(self.wholes, self.stops.T), strict=True)
@@ -71,7 +71,7 @@ class Opened(NamedTuple):
         return here, there
 
     def unlikeness(self) -> float:
-        """Return how far the even layouts of both are from each other.
+        """Return how different the even layouts of both patches are, see `icp_start.unlikeness`.
 
         Raises:
             InputError: one has no even layout.
@@ -81,8 +81,10 @@ class Opened(NamedTuple):
 
 
 def agreed_orders(source: Patch, target: Patch, stops: Index) -> list[Index]:
-    """Orders (k,) of landmarks in which both surfaces may be cut through them, those first that make them most alike;
-    only the first where they are so much alike that no more are to be looked for.
+    """Return orders (k,) of landmarks in which to cut both surfaces, those with the most similar layouts first.
+
+    If an order makes the layouts similar enough (CLEAR_UNLIKENESS), it is the only one. With fewer than three
+    landmarks, or many triangles, the order is left as given.
 
     Args:
         source: a closed surface without handles.
@@ -103,8 +105,10 @@ def agreed_orders(source: Patch, target: Patch, stops: Index) -> list[Index]:
 
 
 def same_seam(source: Patch, target: Patch, stops: Index) -> Opening | None:
-    """Return a closed surface opened where the seam of another one runs; None where that makes their layouts no more
-    alike, or triangles are so small that edges are about geodesics.
+    """Return the source opened along the target's seam, transferred by geodesic distances.
+
+    None where that does not make the layouts more alike, or where triangles are so small that paths along edges are
+    close to geodesics anyway.
 
     Args:
         source: a closed surface without handles.
@@ -125,9 +129,7 @@ def same_seam(source: Patch, target: Patch, stops: Index) -> Opening | None:
 
 
 def _orders(cost: Real) -> Iterator[Index]:
-    """Yield the cheapest orders, each one way round, by a beam search: landmark after landmark, the cheapest
-    continue.
-    """
+    """Yield the cheapest orders found by a beam search, each in one of its two directions."""
     ways, total = np.arange(len(cost))[:, None], np.zeros(len(cost))
     while ways.shape[1] < len(cost):
         further = total[:, None] + cost[ways[:, -1]]
@@ -140,7 +142,7 @@ def _orders(cost: Real) -> Iterator[Index]:
 
 
 def _unlikeness(source: Patch, target: Patch, stops: Index) -> float:
-    """Return that of both cut through the stops (k, 2) in their order; infinite where they cannot be."""
+    """Return `Opened.unlikeness` of both cut through the stops (k, 2) in order; infinite where that is impossible."""
     try:
         return Opened.of(source, target, stops).unlikeness()
     except InputError:
@@ -148,8 +150,9 @@ def _unlikeness(source: Patch, target: Patch, stops: Index) -> float:
 
 
 def on_seam(layout: Flattening, stops: tuple[Patch, Index]) -> Complex:
-    """Return where a layout that is cut through vertices of a whole surface has them, around the outline from the first
-    on.
+    """Return the landmarks (k,) in a layout that was cut through them, in order around the outline.
+
+    `stops` holds the surface before the cut, and its vertices at the landmarks; the first one comes first.
     """
     whole, vertices = stops
     vertex = layout.patch.vertex[layout.loop]
@@ -159,7 +162,7 @@ def on_seam(layout: Flattening, stops: tuple[Patch, Index]) -> Complex:
 
 
 def _cost(source: Patch, target: Patch, stops: Index) -> Real:
-    """Return (k, k) what it costs to cut along the way between two landmarks."""
+    """Return (k, k) costs of the path between two landmarks: its length, times a penalty for differences."""
     (here, from_here), (there, from_there) = (
         _geodesics(whole, side) for whole, side in zip((source, target), stops.T)
     )
@@ -174,8 +177,11 @@ def _cost(source: Patch, target: Patch, stops: Index) -> Real:
 
 
 def _geodesics(whole: Patch, stops: Index) -> tuple[Real, Real]:
-    """Return (k, k) lengths of the geodesics between vertices, the area taken as one, and the angles at which each
-    leaves its first vertex, of which a full turn there is 2 π.
+    """Return geodesics between vertices of a surface.
+
+    Returns:
+        (k, k) lengths, relative to the root of the area; and (k, k) angles at which each leaves its first vertex,
+        scaled so that the angles around a vertex sum to 2π.
     """
     reach = GeodesicGraph.of(whole.points, whole.triangles).distances(stops)
     angles = np.zeros((len(stops), len(stops)))
@@ -190,7 +196,7 @@ def _geodesics(whole: Patch, stops: Index) -> tuple[Real, Real]:
 
 
 def _fan(whole: Patch, vertex: int) -> tuple[Index, Real]:
-    """Return the vertices around one of a closed surface, in order, and the angles at which they are seen."""
+    """Return the neighbours of a vertex of a closed surface in order, and their directions, scaled to sum to 2π."""
     first = np.argmax(whole.faces == vertex, axis=1)
     fan = np.flatnonzero((whole.faces == vertex).any(axis=1))
     ends = np.array([np.roll(whole.faces[t], -first[t])[1:] for t in fan])

@@ -1,4 +1,4 @@
-"""A domain of the plane, or a surface flattened there, as it is solved for: surfaces in a layout that is even."""
+"""Source or target of a problem: a planar domain, or a surface with the layout in which it is solved."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -20,9 +20,9 @@ class Side:
 
     Attributes:
         outlines: the boundaries in the user's plane, the outer one first.
-        layout: of the surface in that plane; None for a domain of the plane.
-        even: the layout in which it is solved for: an even one, where outlines are about as long as on the surface, or
-            the same.
+        layout: of the surface in the user's plane; None for a planar domain.
+        even: the layout in which the problem is solved: an even one, where outlines are about as long as on the
+            surface, or `layout` itself.
     """
 
     outlines: tuple[Curve, ...]
@@ -31,7 +31,7 @@ class Side:
 
     @classmethod
     def of(cls, outlines: tuple[Curve, ...], layout: Flattening | None) -> "Side":
-        """To be solved for in an even layout.
+        """Create a side that is solved in an even layout.
 
         Raises:
             InputError: every such layout overlaps itself.
@@ -40,7 +40,7 @@ class Side:
 
     @property
     def as_given(self) -> "Side":
-        """To be solved for in the user's plane."""
+        """This side, solved in the user's plane."""
         return replace(self, even=self.layout)
 
     @property
@@ -51,39 +51,37 @@ class Side:
 
     @property
     def own(self) -> Flattening:
-        """The layout of a surface in which it is solved for."""
+        """The layout of a surface in which the problem is solved."""
         assert self.even is not None
         return self.even
 
     @property
     def area(self) -> float:
-        """Of the surface, or of the domain without its holes."""
+        """Area of the surface, or of the planar domain without its holes."""
         if self.layout is not None:
             return float(self.layout.patch.areas.sum())
         return self.outlines[0].area - sum(abs(hole.area) for hole in self.outlines[1:])
 
     @cached_property
     def loops(self) -> list[Index]:
-        """The layout's vertices along each outline, as it runs in the plane."""
+        """The layout's vertices along each outline, in the outline's direction in the plane."""
         return [_loop_of(self.given, outline) for outline in self.outlines]
 
     @property
     def passed_over(self) -> list[Index]:
-        """The layout's boundaries that are none of the outlines."""
+        """The layout's boundary loops that are not among the outlines: holes that are ignored."""
         known = np.concatenate(self.loops)
         return [loop for loop in self.given.patch.loops if not np.isin(loop[0], known)]
 
     @cached_property
     def solved(self) -> list[Curve]:
-        """The outlines where the problem is solved."""
+        """The outlines in the plane where the problem is solved."""
         if self.even is None:
             return list(self.outlines)
         return [Curve(self.even.flat[loop]) for loop in self.loops]
 
     def inward(self, z: Complex) -> Complex:
-        """Return points (p,) of the user's plane, where the problem is solved; those close to the outline come onto
-        it.
-        """
+        """Return points (p,) of the user's plane in the solver's plane; those close to the outline are put onto it."""
         if self.layout is None:
             return z
         if self.own is self.layout or not z.size:
@@ -93,11 +91,11 @@ class Side:
 
     @cached_property
     def _given_locator(self) -> Locator:
-        """Finds the triangle under a point of the user's plane."""
+        """Locator of triangles under points of the user's plane."""
         return Locator(self.given)
 
     def scale_inward(self, z: Complex) -> Real:
-        """Return how many times as long small lengths at points (p,) of the user's plane are where it is solved."""
+        """Return the local scales (p,) from the user's plane to the solver's at points (p,) of the former."""
         if self.layout is None or self.own is self.layout or not z.size:
             return np.ones(z.size)
         face, _ = self._given_locator(z, 1)
@@ -106,24 +104,24 @@ class Side:
         return np.sqrt(areas[0] / areas[1])
 
     def is_on(self, z: Complex) -> Flags:
-        """Return (n,) which points of where the problem is solved are on the outer outline."""
+        """Mark (n,) the points of the solver's plane that are on the outer outline."""
         return _is_near(self.solved[0], z)
 
     def loop_outward(self, z: Complex) -> Complex:
-        """Return a closed polyline (n,) from there in the user's plane, straight where it leaves the surface."""
+        """Return a closed polyline (n,) of the solver's plane in the user's, straight where it leaves the surface."""
         if self.even is None:
             return z
         z = z[self.solved[0].contains(z) | self.is_on(z)]
         return self.outward(z, self.is_on(z))
 
     def outward(self, z: Complex, on: Flags) -> Complex:
-        """And back again, for vertices (n,) of a map, some of which are on the outer outline."""
+        """Return points (n,) of the solver's plane in the user's; those marked in `on` are on the outer outline."""
         if self.layout is None or self.own is self.layout or not z.size:
             return z
         return _transfer(Locator(self.own), self.layout, self.loops[0], z, on)
 
     def curve_inward(self, stroke: Curve, points: int = 64) -> Curve:
-        """Return a polyline of the user's plane, by points along it."""
+        """Return a curve of the user's plane as a polyline in the solver's, from at least so many samples."""
         if self.layout is None:
             return stroke
         s = np.union1d(stroke.knots, np.linspace(0, stroke.length, points))
@@ -135,7 +133,7 @@ def _is_near(outline: Curve, z: Complex) -> Flags:
 
 
 def _transfer(here: Locator, there: Flattening, loop: Index, z: Complex, on: Flags) -> Complex:
-    """Return points z (p,) of one layout in another one of the same surface; those `on` the outline's loop along it."""
+    """Map points z (p,) between two layouts of the same surface; those marked in `on` stay on the outline's loop."""
     face, place = here(z, 1)
     found = np.einsum("pk,pk->p", place, there.flat[here.faces[face]])
     outline, ends = Curve(here.flat[loop]), there.flat[loop]
@@ -145,7 +143,7 @@ def _transfer(here: Locator, there: Flattening, loop: Index, z: Complex, on: Fla
 
 
 def _loop_of(layout: Flattening, outline: Curve) -> Index:
-    """Return the boundary loop of a layout that an outline is, in the outline's direction."""
+    """Return the boundary loop of a layout that coincides with an outline, in the outline's direction."""
     near = [np.abs(layout.flat[loop] - outline.z[0]).min() for loop in layout.patch.loops]
     loop = layout.patch.loops[int(np.argmin(near))]
     return loop if (Curve(layout.flat[loop]).area > 0) == (outline.area > 0) else loop[::-1]

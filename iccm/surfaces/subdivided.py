@@ -1,4 +1,4 @@
-"""Edges at the rim of a layout split until chords between their vertices follow an outline (--subdivide-rim)."""
+"""Split edges at the rim of a layout until the chords between vertices follow an outline (--subdivide-rim)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -14,17 +14,17 @@ from ..plane import triangle_heights
 from .refined import ON_EDGE_BARYCENTRIC, RefinedSurface
 
 OWN_TOLERANCE_SHARE = 0.5
-"""Of the tolerance: what chords may be off the map's outline, which may itself be off the one that was drawn."""
+"""Of the tolerance: allowed deviation of chords from the map's outline, which itself may deviate from the drawn one."""
 
 
 @dataclass(frozen=True, eq=False)
 class Subdivision:
-    """Triangles in the place of some polygons of a mesh.
+    """Triangles that replace some polygons of a mesh.
 
     Attributes:
-        faces: (k,) the polygon that each is a part of, ascending.
-        corners: (k, 3) corners of the mesh of the triangle that it is a part of.
-        weights: (k, 3, 3) of these in the corners of each.
+        faces: (k,) the polygon that each triangle is a part of, ascending.
+        corners: (k, 3) mesh corners of the original triangle that contains it.
+        weights: (k, 3, 3) barycentric weights of those corners at each corner of the triangle.
     """
 
     faces: Index
@@ -33,7 +33,7 @@ class Subdivision:
 
     @classmethod
     def joined(cls, parts: Sequence["Subdivision"]) -> "Subdivision":
-        """Return those of several parts of a mesh as one."""
+        """Join the subdivisions of several parts of a mesh."""
         order = np.argsort(np.concatenate([part.faces for part in parts]), kind="stable")
         return cls(
             *(
@@ -43,10 +43,10 @@ class Subdivision:
         )
 
     def mixtures(self, items: Index, count: int) -> "Mixtures":
-        """Return what the corners of the triangles have, where each corner (c,) of the mesh has one of `count` items or
-        -1.
+        """Interpolate vertices, coordinates or normals at the corners of the triangles.
 
-        Corners on the same place of an edge between the same items have the same.
+        `items` (c,) numbers the item at each corner of the mesh, below `count`, or is -1. Corners at the same place of
+        an edge between the same items share one new item.
         """
         own = self.weights > 0
         parents = np.where(own, items[self.corners][:, None, :], -1)
@@ -62,20 +62,18 @@ class Subdivision:
         return Mixtures(np.maximum(rows[0][first], 0), rows[1][first], number)
 
     def sizes(self, before: Index) -> Index:
-        """Return (f,) how many faces stand in the place of each one, of which there were as many as of sizes
-        `before`.
-        """
+        """Return (f,) how many faces replace each of the faces, whose sizes were `before` (f,); 1 if unchanged."""
         count = np.bincount(self.faces, minlength=before.size)
         return np.where(count > 0, count, 1)
 
 
 class Mixtures(NamedTuple):
-    """New vertices, coordinates or normals as means of old ones.
+    """New vertices, coordinates or normals as weighted means of old ones.
 
     Attributes:
-        parents: (n, 3) the old ones that each is made of.
-        weights: (n, 3) and by how much.
-        number: (k, 3) that of each corner: an old one, or a new one, which come after these; -1: none.
+        parents: (n, 3) the old items that each new one is made of.
+        weights: (n, 3) their weights.
+        number: (k, 3) item of each corner; new ones are numbered after the old ones; -1 for none.
     """
 
     parents: Index
@@ -83,16 +81,16 @@ class Mixtures(NamedTuple):
     number: Index
 
     def of(self, values: np.ndarray) -> Real:
-        """Return (n, …) of values of the old ones."""
+        """Return (n, …) values at the new items, given those at the old ones."""
         return np.einsum("nk,nk...->n...", self.weights, values[self.parents].astype(float))
 
 
 class SplitLayout(NamedTuple):
-    """A layout with edges of its rim split.
+    """A layout with rim edges split.
 
     Attributes:
         surface: the triangles.
-        flat: (p,) where its vertices are in the layout.
+        flat: (p,) positions of its vertices in the layout.
     """
 
     surface: RefinedSurface
@@ -101,13 +99,14 @@ class SplitLayout(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class RimSplits:
-    """Where edges at the rims of layouts of parts of one mesh are split.
+    """Split points of rim edges in the layouts of parts of one mesh.
 
     Attributes:
         layouts: of the parts.
-        rims: (e, 2) the edges of each that may be split, the end that is lower in space first.
-        kinds: (e,) of each edge, the same for those on one another in space, as at seams, which are split alike.
-        shares: of the way along the edges of a kind, ascending.
+        rims: per layout, (e, 2) edges that may be split, the end that is lexicographically smaller in space first.
+        kinds: per layout, (e,) kind of each edge. Edges that coincide in space, as at seams, have the same kind, and
+            are split alike.
+        shares: per kind, split points as shares (0 to 1) of the edge, ascending.
     """
 
     layouts: Sequence[Flattening]
@@ -123,13 +122,13 @@ class RimSplits:
         maps: Sequence[AnyMap],
         tolerance: float,
     ) -> "RimSplits":
-        """Return those by which the chords between images of rims follow what the rims of maps come from.
+        """Choose splits so that chords between the images of rim vertices follow the rims of the maps' sources.
 
         Args:
             layouts: each the image of a map.
-            images: (p,) of each the places of its vertices in the map's source.
-            maps: onto each.
-            tolerance: relative to the diagonals of what the maps come from, and of what they go to.
+            images: per layout, (p,) the places of its vertices in the map's source.
+            maps: one onto each layout.
+            tolerance: relative to the diagonals of the maps' sources and images.
         """
         chosen = [_places(*each, tolerance) for each in zip(layouts, images, maps)]
         rims = [_oriented(layout, _rim(layout)) for layout in layouts]
@@ -141,15 +140,19 @@ class RimSplits:
 
     @property
     def edges(self) -> int:
-        """How many edges are split, those on one another once."""
+        """Number of edges that are split; coinciding edges count once."""
         return len(self.shares)
 
     def layouts_split(self) -> list[SplitLayout]:
-        """Return the layouts, split so."""
+        """Return the layouts with their rims split."""
         return [_split(*each, self.shares) for each in zip(self.layouts, self.rims, self.kinds)]
 
     def without(self, turned: Sequence[Index]) -> "RimSplits":
-        """Less those of edges of triangles (k,) of each layout, or where these have none, of the nearest ones."""
+        """Drop splits near flipped triangles.
+
+        `turned` holds triangles (k,) of each layout. Edges of these triangles are no longer split, or the nearest split
+        edges if they have none.
+        """
         dropped = set[int]()
         for layout, rim, kinds, triangles in zip(self.layouts, self.rims, self.kinds, turned):
             split, faces = np.isin(kinds, list(self.shares)), layout.patch.faces
@@ -164,8 +167,9 @@ class RimSplits:
 
 
 def least_heights(layout: Flattening, z: Complex) -> Real:
-    """Return (m,) of each triangle, with its vertices (p,) at z, the least height of all that its polygon can be cut
-    into; below 0 where one of these is turned over.
+    """Return (m,) the least height over all triangulations of each triangle's polygon, with vertices at z (p,).
+
+    It is negative where one of these triangles is flipped.
     """
     patch = layout.patch
     triangles, face = patch.fans
@@ -175,7 +179,7 @@ def least_heights(layout: Flattening, z: Complex) -> Real:
 
 
 class _Places(NamedTuple):
-    """Places (k,) on edges: their ends, the lower one in space first, and the share of the way."""
+    """Points (k,) on edges: their ends, the lexicographically smaller one in space first, and the share from it."""
 
     tails: Index
     heads: Index
@@ -183,7 +187,7 @@ class _Places(NamedTuple):
 
 
 def _rim(layout: Flattening) -> Index:
-    """Return (e, 2) the edges of the rim that may be split: not those of polygons of which parts are missing."""
+    """Return (e, 2) rim edges that may be split: those of polygons that are in the layout completely."""
     patch = layout.patch
     shape, mesh = patch.triangles, patch.mesh
     half = np.flatnonzero(shape.twin < 0)
@@ -194,7 +198,7 @@ def _rim(layout: Flattening) -> Index:
 
 
 def _oriented(layout: Flattening, rim: Index) -> Index:
-    """Edges (e, 2) with the end that is lower in space first, so that both sides of a seam have the same one."""
+    """Orient edges (e, 2) from the lexicographically smaller end in space, so that both sides of a seam agree."""
     a, b = layout.patch.points[rim[:, 0]], layout.patch.points[rim[:, 1]]
     first = np.argmax(a != b, axis=1)[:, None]
     swap = np.take_along_axis(a, first, 1) > np.take_along_axis(b, first, 1)
@@ -202,7 +206,7 @@ def _oriented(layout: Flattening, rim: Index) -> Index:
 
 
 def _places(layout: Flattening, image: Complex, map: AnyMap, tolerance: float) -> _Places:
-    """Return where the edges of a layout's rim have to be split."""
+    """Return the points at which the edges of a layout's rim have to be split."""
     made, rim = triangulated(map), _oriented(layout, _rim(layout))
     tails, heads = rim.T
     here, there = (np.concatenate([each[loop] for loop in made.loops]) for each in (made.image, made.source))
@@ -223,7 +227,7 @@ def _places(layout: Flattening, image: Complex, map: AnyMap, tolerance: float) -
 
 
 def _kept(z: Complex, allowed: float) -> Flags:
-    """Return (n,) which points of a chain of lines are needed for it to be followed (Douglas and Peucker, 1973)."""
+    """Mark (n,) the points of a polyline that are needed to approximate it (Douglas and Peucker 1973)."""
     kept = np.zeros(z.size, bool)
     kept[[0, -1]] = True
     waiting = [(0, z.size - 1)]
@@ -242,13 +246,13 @@ def _kept(z: Complex, allowed: float) -> Flags:
 
 
 def _same_edges(ends: Real) -> Index:
-    """Return (e,) a number for each edge (e, 2, 3), the same for those between the same points."""
+    """Return (e,) numbers of edges (e, 2, 3), equal for edges between the same two points."""
     _, point = distinct_rows(ends.reshape(-1, 3))
     return distinct_rows(np.sort(point.reshape(-1, 2), axis=1))[1]
 
 
 def _shares(kinds: Index, shares: Real) -> dict[int, Real]:
-    """Return the shares at which edges of each kind are split, ascending; of those that are next to equal, one."""
+    """Return the split points of each kind of edge, ascending; of nearly equal ones only the first is kept."""
     order = np.lexsort((shares, kinds))
     kinds, shares = kinds[order], shares[order]
     far = (np.diff(kinds, prepend=-1) != 0) | (np.diff(shares, prepend=-1.0) > ON_EDGE_BARYCENTRIC)
@@ -258,7 +262,7 @@ def _shares(kinds: Index, shares: Real) -> dict[int, Real]:
 
 
 def _split(layout: Flattening, rim: Index, kinds: Index, shares: dict[int, Real]) -> SplitLayout:
-    """Return a layout with the edges (e, 2) of its rim split as those of their kinds are."""
+    """Return a layout with rim edges (e, 2) split at the shares of their kinds (e,)."""
     faces, count = layout.patch.faces, len(layout.patch.points)
     surface = RefinedSurface.of(faces, count)
     hit = [(k, shares[kind]) for k, kind in enumerate(kinds.tolist()) if kind in shares]
@@ -269,18 +273,18 @@ def _split(layout: Flattening, rim: Index, kinds: Index, shares: dict[int, Real]
         ends[np.concatenate([tails, heads])] = True
         on[np.concatenate(layout.patch.loops)] = True
         beside = (ends[faces].sum(axis=1) > 1)[:, None] & on[faces]
-        ends[faces[beside]] = True  # the vertex opposite, too: triangles need room behind a hollow outline
+        ends[faces[beside]] = True  # the opposite vertex too: triangles need room behind a concave outline
         surface = surface.without_chords(ends)
         surface = surface.with_points_on(tails, heads, np.concatenate([own for _, own in hit]))
     return SplitLayout(surface, surface.carried(layout.flat))
 
 
 def subdivision(layout: Flattening, surface: RefinedSurface) -> tuple[Subdivision, Index, Index]:
-    """Return what the split triangles of a layout are in its mesh.
+    """Return the split triangles of a layout in terms of its mesh.
 
     Returns:
-        The triangles in the place of polygons, corners as wound there; (k,) which triangles of the surface they are;
-        and (k,) whether the surface has each the other way round.
+        The triangles that replace polygons, wound as in the mesh; (k,) their numbers in the surface; and (k,) whether
+        the surface winds each the other way round.
     """
     patch, count = layout.patch, len(layout.patch.points)
     face = patch.polygon[surface.own]

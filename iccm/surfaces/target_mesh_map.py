@@ -1,4 +1,4 @@
-"""The last map of a surface: on its own triangles, so that its texture coordinates are that map, and fold nowhere."""
+"""The final map of a surface, on its own triangles: its vertices become texture coordinates without folds."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -27,15 +27,13 @@ from ..plane import Similarity, cross, triangle_areas
 from .refined import RefinedSurface
 from .side import Side
 
-UNFOLDING_STEPS, POLISHING_STEPS = 200, 30  # steps: a bunny with holes takes over 40
+UNFOLDING_STEPS, POLISHING_STEPS = 200, 30  # steps at most: a bunny with holes takes over 40
 ROOM_HALVINGS = 4  # times that triangles around folds are halved, by hand
-THIN_AREA_RATIO = (
-    0.1  # of the mean: ratio of areas from which down a triangle beside the boundary is moved, too
-)
+THIN_AREA_RATIO = 0.1  # of the mean area: triangles at the boundary with less are moved, too
 COARSE_TRIANGLES = (
-    4000  # triangles from which down edges are halved between surfaces: median errors fall by 20 to 40 %
+    4000  # between surfaces with fewer triangles, edges are halved: median errors fall by 20 to 40 %
 )
-SAME_PLACE_SHARE = 1e-9  # of the length: arclengths this close are one place
+SAME_PLACE_SHARE = 1e-9  # of the length: arclengths that differ by less are the same place
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,15 +41,15 @@ class OwnMetric(Metric):
     """The metric of a mesh whose triangles are the surface's own.
 
     Attributes:
-        maps: from the plane to the surface, triangle by triangle, its area taken as one.
-        material: (m,) which triangles are not in holes.
+        maps: for each triangle, the linear map from the plane to the surface, whose area is scaled to one.
+        material: (m,) marks the triangles that are not in holes.
     """
 
     maps: Linear
     material: Flags
 
     def over(self, z: Complex) -> Linear:
-        """Return those of all triangles, or of those that are not in holes; they keep their places in the plane."""
+        """Return the maps of all triangles z (m, 3), or of those not in holes."""
         return (
             self.maps
             if len(z) == self.material.size
@@ -64,10 +62,10 @@ class OwnMap:
     """A map on a surface's own triangles.
 
     Attributes:
-        state: in unit coordinates, the surface being the source.
-        mesh: the triangles, as the surface has them.
-        order: (n,) vertices of the mesh in the order of the map's.
-        energy: of a map between surfaces before its worst stretch was lowered.
+        state: the map in unit coordinates; the surface is the source.
+        mesh: the triangles in the surface's numbering.
+        order: (n,) the mesh's vertex behind each vertex of the map.
+        energy: for a map between surfaces, the energy before its worst stretch was lowered.
     """
 
     state: DiscreteMap
@@ -76,7 +74,7 @@ class OwnMap:
     energy: float = np.inf
 
     def near(self, hit: Flags) -> Flags:
-        """Return (n,) the mesh's vertices whose triangles touch some of the map's (m,)."""
+        """Mark (n,) the mesh's vertices in triangles that share a vertex with the map's triangles `hit` (m,)."""
         faces = self.state.faces
         beside = np.isin(faces, faces[hit]).any(axis=1)
         found = np.zeros(self.mesh.count, bool)
@@ -84,7 +82,7 @@ class OwnMap:
         return found
 
     def of_layout(self, flat: Complex) -> Complex:
-        """Return values at the surface's vertices, at those of the map."""
+        """Interpolate values at the layout's vertices to the vertices of the map."""
         return self.mesh.carried(flat)[self.order]
 
 
@@ -94,22 +92,22 @@ def on_own_mesh(
     level: Level,
     state: MeshMap,
 ) -> OwnMap:
-    """Return a map without folds on the surface's own triangles, from one on any mesh.
+    """Return a map without folds on the surface's own triangles, from a map on any mesh.
 
     Args:
-        sides: the surface, source of the map, and what it is mapped to.
-        frames: of their unit coordinates.
-        level: what is solved, the surface being the source; on surfaces all vertices are added to its outlines.
+        sides: the surface, which is the source of the map, and the target.
+        frames: the similarities to their unit coordinates.
+        level: what is solved, with the surface as source. All vertices of surfaces are added to its outlines.
         state: the map so far.
 
     Raises:
-        Stuck: none was found.
+        Stuck: no such map was found.
     """
     met, problem = [loop.source for loop in state.loops], level.problem
     loops, rims = _rims(sides[0], frames[0], met, (problem.source, problem.holes[0]))
     loops = [np.roll(loop, -rim.first) for loop, rim in zip(loops, rims)]
     own = _with_exact(level, rims, met, target=False)
-    if sides[1].even is not None:  # a vertex that hardly shows in one layout may in another
+    if sides[1].even is not None:  # a vertex that hardly matters in one layout may matter in another
         goals = [loop.target for loop in state.loops]
         _, there = _rims(sides[1], frames[1], goals, (problem.target, problem.holes[1]))
         own = _with_exact(own, there, goals, target=True)
@@ -120,14 +118,17 @@ def on_own_mesh(
 
 @dataclass(frozen=True, eq=False)
 class _ExactOutline:
-    """An outline with all vertices of a layout; `first` of them is where that of the problem begins."""
+    """An outline through all vertices of a layout, and which of them is the first of the problem's outline."""
 
     outline: Outline
     first: int
 
 
 def _outline_of(z: Complex, simple: Curve) -> _ExactOutline:
-    """Return the outline through all vertices z (n,), of which `simple` has some, and others on edges."""
+    """Return the outline through all vertices z (n,), parametrized like `simple`.
+
+    `simple` has some of these vertices, and other points on edges between them.
+    """
     first = int(np.argmin(np.abs(z - simple.z[0])))
     z = np.roll(z, -first)
     kept = [int(np.argmin(np.abs(z - w))) for w in simple.z]
@@ -144,8 +145,9 @@ def _outline_of(z: Complex, simple: Curve) -> _ExactOutline:
 def _rims(
     side: Side, frame: Similarity, met: list[int], simple: tuple[Curve, Sequence[Curve]]
 ) -> tuple[list[Index], list[_ExactOutline]]:
-    """Return a surface's loops and outlines, the outer one and those of the holes `met`, in unit coordinates; `simple`
-    are those of the problem.
+    """Return a surface's loops and exact outlines in unit coordinates: the outer one, and those of the holes `met`.
+
+    `simple` holds the outlines of the problem, in the same coordinates.
     """
     flat, outlines = frame(side.own.flat), [simple[0], *(simple[1][k] for k in met)]
     loops = [side.loops[k] for k in (0, *(1 + k for k in met))]
@@ -154,9 +156,7 @@ def _rims(
 
 
 def _with_exact(level: Level, rims: list[_ExactOutline], met: list[int], *, target: bool) -> Level:
-    """Return the level with a surface's exact outlines, of the source or the target, and of the holes `met` with
-    partners.
-    """
+    """Return the level with a surface's exact outlines as its source or target, and as the holes `met`."""
     both = [list(holes) for holes in level.holes]
     for hole, rim in zip(met, rims[1:]):
         both[target][hole] = rim.outline
@@ -165,7 +165,7 @@ def _with_exact(level: Level, rims: list[_ExactOutline], met: list[int], *, targ
 
 
 def _reanchor(level: Level) -> Level:
-    """Return the level with pins on its outlines where these have them now."""
+    """Return the level with pins on outlines placed anew, since the outlines have changed."""
     if level.anchors is None:
         return level
     s = level.source.curve.closest(np.array(level.problem.anchors[0]))
@@ -183,7 +183,8 @@ def _mesh(
     boundary: MatchedBoundary,
     loops: list[Index],
 ) -> OwnMap:
-    """Return the mesh with the boundary asked for, and the map on it; where triangles have no room, on smaller ones.
+    """Build the mesh with the given boundary, and the map on it; where triangles have no room, they are made smaller.
+
     `loops` are the surface's own vertices along each outline.
     """
     closing = [side.loops[1 + loop.source] for loop in state.filled]
@@ -207,8 +208,10 @@ def _mesh(
 
 
 class _On(NamedTuple):
-    """What stays as it is while triangles are made smaller; `first` are vertices of the boundary, of pins and of the
-    holes to be filled."""
+    """Data that stay the same while triangles are made smaller.
+
+    `first` lists the vertices of the boundary, of pins, and of the holes to be filled.
+    """
 
     side: Side
     frame: Similarity
@@ -217,7 +220,7 @@ class _On(NamedTuple):
     first: list[Index]
 
     def map(self, mesh: RefinedSurface, weights: Real, state: MeshMap) -> OwnMap:
-        """Return the map so far on a mesh, whatever folds there."""
+        """Return the map so far on a mesh; it may have folds."""
         side, frame, boundary, (rim, pinned) = self.side, self.frame, self.boundary, self.first[:2]
         first = np.concatenate(self.first)
         order = np.append(first, np.setdiff1d(np.arange(mesh.count), first))
@@ -246,7 +249,7 @@ class _On(NamedTuple):
 
 
 def _cover_holes(side: Side, closing: list[Index]) -> tuple[RefinedSurface, Real]:
-    """Return the surface with triangles in its holes, those `closing` and those that are ignored, and their weights."""
+    """Return the surface with triangles in the holes `closing` and in ignored holes, and all triangles' weights."""
     patch = side.given.patch
     kinds = [FILLED] * len(closing) + [PASSED_OVER] * len(side.passed_over)
     fills = [filling(side.given.flat, loop) for loop in (*closing, *side.passed_over)]
@@ -255,8 +258,11 @@ def _cover_holes(side: Side, closing: list[Index]) -> tuple[RefinedSurface, Real
 
 
 def _unfold(map: DiscreteMap, *, harmonic: bool) -> DiscreteMap:
-    """Without folds: those beside the boundary and pins undone where they are, or if that fails, all at once, at last
-    from the `harmonic` map.
+    """Remove folds from a map: first those at the boundary and pins locally, if that fails all at once.
+
+    Args:
+        map: the map.
+        harmonic: whether the last attempt may start from the harmonic map.
 
     Raises:
         Tangled: folds remain.
@@ -278,7 +284,7 @@ def _unfold(map: DiscreteMap, *, harmonic: bool) -> DiscreteMap:
 
 
 def _relax_slivers(map: DiscreteMap) -> DiscreteMap:
-    """Return the map with triangles in holes, slivers as they are, in the rest shape where they are."""
+    """Return the map with triangles in holes, which are still slivers, at rest in the shape that the map gives them."""
     metric = map.metrics[0]
     assert isinstance(metric, OwnMetric)
     if metric.material.all():
@@ -289,7 +295,7 @@ def _relax_slivers(map: DiscreteMap) -> DiscreteMap:
 
 
 def _with_pins(mesh: RefinedSurface, side: Side, places: Complex) -> tuple[RefinedSurface, Index]:
-    """Return the mesh with vertices at places (k,) of the even layout, and their numbers."""
+    """Return the mesh with vertices at points (k,) of the even layout, and the numbers of these vertices."""
     numbers = []
     for z in places:
         flat = mesh.carried(side.own.flat)
@@ -301,8 +307,10 @@ def _with_pins(mesh: RefinedSurface, side: Side, places: Complex) -> tuple[Refin
 
 
 def _holding(corners: Complex, z: complex) -> tuple[int, Real]:
-    """Return the triangle of (m, 3) whose sides a point is farthest inside of, relative to its size, and the point's
-    barycentric coordinates (3,), none below 0.
+    """Return the triangle of (m, 3) that contains a point, and the point's barycentric coordinates (3,).
+
+    By rounding a point may lie in no triangle. Then it is the one whose least coordinate is largest, and coordinates
+    are clipped at 0.
     """
     a, b, c = (corners - z).T
     areas = np.array([cross(p, q) for p, q in ((b, c), (c, a), (a, b))])
@@ -314,9 +322,7 @@ def _holding(corners: Complex, z: complex) -> tuple[int, Real]:
 def _with_boundary(
     mesh: RefinedSurface, loops: list[Index], boundary: MatchedBoundary
 ) -> tuple[RefinedSurface, Index]:
-    """Return the mesh with all vertices (b,) of the boundary, which lie along its loops, and their numbers, in
-    order.
-    """
+    """Return the mesh with all vertices (b,) of the boundary inserted on its loops, and their numbers in order."""
     s = boundary.pairs.s
     rim = np.empty(s.size, np.int64)
     tails, heads, new = ([np.empty(0, np.int64)] for _ in range(3))
@@ -340,7 +346,10 @@ def _with_boundary(
 
 
 def _to_surface(mesh: RefinedSurface, side: Side, material: Flags, z: Complex, *, mirrored: bool) -> Linear:
-    """From triangles z (m, 3) to the surface; those in holes rest as the user's plane shows them."""
+    """Return the linear maps from triangles z (m, 3) to the surface.
+
+    Triangles in holes have no surface; they are at rest as they are in the user's plane.
+    """
     space, flat = mesh.carried(side.given.patch.points), mesh.carried(side.given.flat)
     rest = flat[mesh.faces]
     rest[material] = laid_flat(space[mesh.faces[material]])

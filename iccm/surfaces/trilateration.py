@@ -1,5 +1,5 @@
-"""The seam of one surface as it runs on another one that is about as long everywhere: where geodesic distances from
-landmarks are the same."""
+"""Transfer a seam to another surface of similar proportions, to the points with the same geodesic distances from
+landmarks."""
 
 from itertools import pairwise
 
@@ -15,15 +15,15 @@ from ..meshes.topology import Triangles
 from .refined import ON_EDGE_BARYCENTRIC, RefinedSurface
 
 FINE_TRIANGLES, MOST_HALVINGS = 10_000, 3
-"""Triangles on which ways are looked for, and how often edges are halved at most (by hand)."""
+"""Triangles that are enough for the paths, and how often edges are halved at most to get them (by hand)."""
 SAMPLES_PER_EDGE = 8  # of each edge of a seam
 ASTRAY_DISTANCE_SHARE = (
-    0.01  # of the root of the area: difference of distances that makes a way twice as long, by hand
+    0.01  # of the root of the area: difference of distances that doubles the cost of a path, by hand
 )
 
 
 def subdivide(points: Real, faces: Index) -> RefinedSurface:
-    """Triangles of a closed surface with all edges halved, and again, until they are fine."""
+    """Halve all edges of a closed surface until it has FINE_TRIANGLES, or MOST_HALVINGS times."""
     fine = RefinedSurface.of(faces, len(points))
     for _ in range(MOST_HALVINGS):
         if len(fine.faces) < FINE_TRIANGLES:
@@ -32,37 +32,39 @@ def subdivide(points: Real, faces: Index) -> RefinedSurface:
 
 
 def distances(fine: RefinedSurface, points: Real, stops: Index) -> Real:
-    """Return (n, k) geodesic distances from vertices, the area taken as one: along ways that are straight within the
-    first mesh's triangles and change direction at vertices on their edges, so 0.2 to 0.7 % too long (medians of two
-    capsules).
+    """Return (n, k) geodesic distances from vertices, relative to the root of the area.
+
+    Paths are straight within the original triangles and bend at vertices on their edges, which makes them 0.2 to 0.7 %
+    too long (medians on two capsules).
 
     Args:
-        fine: triangles halved, see `subdivide`.
-        points: (n, 3) its vertices.
-        stops: (k,) vertices.
+        fine: the subdivided triangles, see `subdivide`.
+        points: (n, 3) their vertices.
+        stops: (k,) vertices from which to measure.
     """
     area = face_areas(points[fine.faces]).sum()
     return GeodesicGraph.within(points, _lattices(fine)).distances(stops).T / np.sqrt(area)
 
 
 def _lattices(fine: RefinedSurface) -> Index:
-    """Return (m, p) vertices on each of the first triangles; all have as many."""
+    """Return (m, p) the vertices on each of the original triangles; the number p is the same for all."""
     keys = np.unique(np.repeat(fine.own, 3) * fine.count + fine.faces.ravel())
     return (keys % fine.count).reshape(fine.own.max() + 1, -1)
 
 
 def same_way(source: Patch, target: Patch, stops: Index, way: list[int]) -> Real:
-    """Return (p, 3) where a way on the target runs on the source, in straight lines from point to point on its
-    triangles.
+    """Return (p, 3) the path on the source that corresponds to a path on the target.
+
+    It is straight between consecutive points, within the source's triangles.
 
     Args:
         source: a closed surface.
         target: as above.
         stops: (k, 2) landmarks, vertices of both, in order.
-        way: vertices of the target, through the landmarks.
+        way: vertices of the target along the path through the landmarks.
 
     Raises:
-        InputError: it would cross itself.
+        InputError: the path would cross itself.
     """
     fine, other = (subdivide(each.points, each.faces) for each in (source, target))
     points = fine.carried(source.points)
@@ -84,7 +86,7 @@ def same_way(source: Patch, target: Patch, stops: Index, way: list[int]) -> Real
 
 
 def _detour(here: Real, there: Real) -> Real:
-    """Return (k,) by how much distances (k, k) from each landmark to the others are longer there."""
+    """Return (k,) median ratios of distances (k, k) between landmarks, on the target relative to the source."""
     others = ~np.eye(len(here), dtype=bool)
     return np.array([np.median(b[on] / a[on]) for a, b, on in zip(here.T, there.T, others)])
 
@@ -99,7 +101,7 @@ def _off(values: Real, goals: Real) -> Real:
 
 
 def _on_edges(whole: Patch, points: Real) -> Flags:
-    """Return (p,) which points (p, 3) of a surface are on its edges."""
+    """Mark (p,) the points (p, 3) of a surface that are on its edges."""
     import igl
 
     faces = np.ascontiguousarray(whole.faces)
