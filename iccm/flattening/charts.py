@@ -1,4 +1,4 @@
-"""The charts of a mesh's own texture coordinates, each as a flattening: the layout's plane is the flattening's."""
+"""The charts of a mesh's own texture coordinates, each as a flattening in the plane of the texture layout."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -16,16 +16,18 @@ from ..meshes.rasterise import rasterise
 from ..meshes.topology import Triangles, labels
 from ..plane import cross, diagonal, polygon_area, triangle_areas
 
-OVERLAP_GRID_CELLS = 512  # cells of a grid on which overlaps are counted (by hand)
-UNREPORTED_SHARE = 0.01  # of a chart: what others share of it that is not reported (by hand)
-SLIP_AREA_SHARE = 1e-5  # of a chart's area: what is folded back by no more is a slip, and is turned (by hand)
-MOST_SLIPS, SLIP_ROUNDS = 1000, 100  # triangles that are turned at most, and ignores them (by hand)
-SLIP_HEIGHT_SHARE = 1e-5  # of the layout's diagonal: height that these get
+OVERLAP_GRID_CELLS = 512  # cells per side of the grid on which overlaps are measured (by hand)
+UNREPORTED_SHARE = 0.01  # of a chart's area: smaller overlaps with other charts are not reported (by hand)
+SLIP_AREA_SHARE = (
+    1e-5  # of a chart's area: a smaller part that folds back is a slip, and is flipped (by hand)
+)
+MOST_SLIPS, SLIP_ROUNDS = 1000, 100  # most triangles that are flipped, and most passes over them (by hand)
+SLIP_HEIGHT_SHARE = 1e-5  # of the layout's diagonal: height that flipped triangles get
 MOST_MOVED_SHARE = (
-    1e-3  # of that: vertices are moved no farther for it, a texel of a picture of 1024 (by hand)
+    1e-3  # of the layout's diagonal: most that a vertex moves for it, a texel of a 1024 texture (by hand)
 )
 DRAWN_IN_SHARE = 1e-5
-"""Of a chart's diagonal, by which vertices that its outline passes twice are drawn into it (by hand)."""
+"""Of a chart's diagonal: how far vertices that the outline passes twice are moved inwards (by hand)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,9 +35,9 @@ class LaidOut:
     """One chart.
 
     Attributes:
-        flattening: its place in the plane; of a mirrored chart the layout's mirror image.
-        tile: of the layout, from 0,0 to 1,1 for the first; the others are those of UDIM. The lower left corner.
-        mirror: u of the line about which the plane is mirrored against the layout, or None.
+        flattening: its place in the plane; for a mirrored chart, the layout's mirror image.
+        tile: lower left corner of its UDIM tile; 0 for the tile from 0,0 to 1,1.
+        mirror: u of the vertical line about which the plane mirrors the layout, or None.
     """
 
     flattening: Flattening
@@ -47,16 +49,16 @@ class LaidOut:
 class Atlas:
     """The charts of a mesh, numbered from 1, the largest in the layout first.
 
-    A chart ends where the surface does, where coordinates differ across an edge, and where the layout folds back: two
-    mirrored halves that share a line are two charts.
+    A chart ends at the boundary of the surface, where coordinates differ across an edge, and where the layout folds
+    back: two mirrored halves that share an edge are two charts.
 
     Attributes:
         mesh: the mesh.
-        shape: triangles over pairs of a position and a coordinate, as they are wound in the file.
+        shape: triangles over pairs of a position and a texture coordinate, wound as in the file.
         vertex: (p,) vertex of the mesh behind each pair.
-        uv: (p, 2) its texture coordinate, v up.
+        uv: (p, 2) texture coordinate of each pair, v up.
         corner: (m, 3) corner of the mesh behind each triangle's corner.
-        notes: what no chart has.
+        notes: on triangles that are in no chart.
     """
 
     mesh: Mesh
@@ -68,10 +70,10 @@ class Atlas:
 
     @classmethod
     def of(cls, mesh: Mesh) -> "Atlas":
-        """Return all charts of a mesh.
+        """Create the atlas of a mesh.
 
         Raises:
-            InputError: an element at fault (see `mesh.checked`), or no face has texture coordinates.
+            InputError: an invalid element (see `meshes.mesh.check`), or no face has texture coordinates.
         """
         corner = triangulate(check(mesh))
         if mesh.uv is None or mesh.uv_corners is None:
@@ -105,17 +107,17 @@ class Atlas:
 
     @cached_property
     def turn(self) -> Real:
-        """(m,) twice the areas of the triangles in the layout, negative where it shows their backs."""
+        """(m,) twice the signed areas of the triangles in the layout, negative where it shows their backs."""
         return turns(self.uv[self.shape.faces])
 
     @cached_property
     def _label(self) -> Index:
-        """(m,) the piece of the layout that each triangle is in."""
+        """(m,) the chart of each triangle, in arbitrary order."""
         return _unfolded(self.shape, self.turn)
 
     @cached_property
     def areas(self) -> Real:
-        """(k,) of the charts, in the layout."""
+        """(k,) areas of the charts in the layout."""
         return np.bincount(self._label, np.abs(self.turn))[self._order] / 2
 
     @cached_property
@@ -124,7 +126,7 @@ class Atlas:
 
     @cached_property
     def _sorted(self) -> tuple[Index, Index]:
-        """Triangles chart by chart, and where each chart's begin."""
+        """Triangles sorted by chart, and where each chart begins."""
         rank = np.empty(self._order.size, np.int64)
         rank[self._order] = np.arange(rank.size)
         chart = rank[self._label]
@@ -149,16 +151,16 @@ class Atlas:
         return order[starts[number - 1] : starts[number]]
 
     def tile(self, number: int) -> complex:
-        """Return the lower left corner of the tile that the middle of a chart is in."""
+        """Return the lower left corner of the tile that contains the middle of a chart's bounding box."""
         u, v = self.uv[np.unique(self.shape.faces[self.triangles(number)])].T
         return complex(np.floor((u.min() + u.max()) / 2), np.floor((v.min() + v.max()) / 2))
 
     def mirrored(self, number: int) -> bool:
-        """Return whether the layout shows the back of a chart's faces, as most of them are wound."""
+        """Return whether the layout shows the backs of a chart's faces, weighted by area."""
         return float(self.turn[self.triangles(number)].sum()) < 0
 
     def shared(self, number: int) -> float:
-        """Return the share of a chart that others lie on, looked at on a coarse grid; 0 below a hundredth."""
+        """Return the share of a chart that other charts overlap, measured on a coarse grid; 0 below a hundredth."""
         own = np.zeros(len(self.shape.faces), bool)
         own[self.triangles(number)] = True
         at = self.uv[self.shape.faces]
@@ -171,14 +173,14 @@ class Atlas:
         return share if share >= UNREPORTED_SHARE else 0.0
 
     def chart(self, number: int, aspect: float = 1.0) -> LaidOut:
-        """Return a chart as a flattening, as it is seen from the faces' front.
+        """Return a chart as a flattening, seen from the front of its faces.
 
         Args:
-            number: 1 for the largest.
-            aspect: width by height of the pictures that lie on it: the plane is as wide.
+            number: of the chart, 1 for the largest.
+            aspect: width / height of the textures on it; u is scaled by it.
 
         Raises:
-            InputError: no such chart, or one that overlaps itself.
+            InputError: there is no such chart, or it overlaps itself.
         """
         own, tile, mirrored = self.triangles(number), self.tile(number), self.mirrored(number)
         mirror = (tile.real + 0.5) * aspect if mirrored else None
@@ -209,24 +211,28 @@ class Atlas:
 
 
 def _unfolded(shape: Triangles, turn: Real) -> Index:
-    """Return (m,) pieces of a layout joined across the edges at which it does not fold."""
+    """Return (m,) labels of pieces of a layout, which are joined across edges where it does not fold."""
     one, two = _across(shape, turn)[0].T
     return labels(one, two, len(shape.faces))
 
 
 def _across(shape: Triangles, turn: Real) -> tuple[Index, Index]:
-    """Return (e, 2) triangles that meet at an edge at which the layout does not fold, and (f, 2) at which it does."""
+    """Return pairs of triangles that share an edge: (e, 2) where the layout does not fold, and (f, 2) where it does."""
     half = np.flatnonzero(shape.twin > np.arange(shape.twin.size))
     other = shape.twin[half]
     alike = (turn[half // 3] > 0) == (turn[other // 3] > 0)
-    against = shape.tail[half] == shape.tail[other]  # wound against each other
+    against = shape.tail[half] == shape.tail[other]  # wound in opposite directions
     joined = alike != against
     ends = np.column_stack([half // 3, other // 3])
     return ends[joined], ends[~joined & ~against]
 
 
 def _turn_slips(shape: Triangles, uv: Real) -> tuple[Real, int]:
-    """Coordinates (p, 2) in which slips are turned over by the least moves, and how many triangles that are."""
+    """Flip slips by small moves; return coordinates (p, 2) and the number of flipped triangles.
+
+    A slip is a tiny part of a chart that folds back, by rounding. If it cannot be flipped by moving vertices by less
+    than MOST_MOVED_SHARE, or there are too many, nothing is changed.
+    """
     turn = turns(uv[shape.faces])
     joined, folds = _across(shape, turn)
     if not folds.size:
@@ -252,7 +258,7 @@ def _turn_slips(shape: Triangles, uv: Real) -> tuple[Real, int]:
 
 
 def _kaczmarz(faces: Index, wanted: Real, uv: Real) -> Real:
-    """Coordinates moved, a triangle at a time, until each has the sign that is wanted and a height (Kaczmarz)."""
+    """Move vertices, one triangle at a time, until each triangle has the wanted sign and a height (Kaczmarz)."""
     z, far = complex_of(uv), np.linalg.norm(np.ptp(uv, axis=0))
     corner = z[faces]
     longest = np.abs(corner - np.roll(corner, 1, axis=1)).max(axis=1)
@@ -273,7 +279,7 @@ def _kaczmarz(faces: Index, wanted: Real, uv: Real) -> Real:
 
 
 def _separate_boundaries(shape: Triangles, flat: Complex) -> Complex:
-    """Flat positions in which no boundary touches itself at a vertex: each of those there goes a little inwards."""
+    """Move vertices where a boundary touches itself a little inwards; return the new positions (n,)."""
     rim = np.unique(shape.tail[shape.twin < 0])
     first, place = distinct_rows(xy_of(flat[rim]))
     twice = rim[np.bincount(place, minlength=first.size)[place] > 1]
@@ -295,7 +301,7 @@ def _separate_boundaries(shape: Triangles, flat: Complex) -> Complex:
 
 
 def _known(mesh: Mesh, uv: Real, uv_corners: Index, corner: Index) -> Flags:
-    """Return (m,) which triangles have coordinates at all corners, and finite ones."""
+    """Mark (m,) the triangles with finite texture coordinates at all corners."""
     faces = uv_corners[corner]
     good = np.logical_and.reduce(np.isfinite(uv), axis=1)
     if (uv_corners >= len(uv)).any():

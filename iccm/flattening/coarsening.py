@@ -1,10 +1,10 @@
-"""A layout sought on coarser triangulations of the same surface first.
+"""Find a layout on coarser triangulations of the same surface first.
 
-Vertices that are not neighbours are taken out in rounds, each drawn into a neighbour (half-edge collapse), so that no
-triangle folds in the layout; they come back in the opposite order, each at its place in its triangle, or nearer to that
-neighbour where a triangle would fold otherwise, so that there are no folds after it either, and from there to where
-the triangles around it have least energy. After Hormann, Greiner and Campagna, *Hierarchical parametrization of
-triangulated surfaces*, 1999.
+Vertices are removed in rounds of vertices that are not neighbours. Each is collapsed into a neighbour (half-edge
+collapse) so that no triangle folds in the layout. They are restored in the opposite order: each goes to its place in
+the triangle that contained it, or closer to the neighbour if a triangle would fold there, and from there to where the
+triangles around it have the least energy, again without folds. After Hormann, Greiner and Campagna, *Hierarchical
+parametrization of triangulated surfaces*, 1999.
 """
 
 from collections.abc import Callable, Sequence
@@ -21,10 +21,10 @@ from ..meshes.topology import Triangles
 from ..native import function
 from .free import LARGE_VERTEX_COUNT, SMALL_GAIN_SHARE, Elastic, surface
 
-COARSER_FACTOR = 8  # times the vertices of the next coarser triangulation, on which a step costs as much less
+COARSER_FACTOR = 8  # ratio of vertices between triangulations; a Newton step costs that much less
 LEAST_REMOVED_SHARE = 0.1
-"""Share of the vertices left that a round must take out to be worth another: what is left then is as coarse as its
-shapes allow."""
+"""Share of the vertices that a round must remove to be worth another; below it, the triangulation is about as coarse
+as its shapes allow."""
 NONE = np.empty(0, np.int64)
 
 _remove = function(
@@ -42,15 +42,15 @@ _put_back = function(
 
 
 class Removed(NamedTuple):
-    """Vertices that were taken out, in that order.
+    """Vertices that were removed, in this order.
 
     Attributes:
         vertex: (r,) their numbers.
-        into: (r,) the neighbour that each was drawn into.
-        corners: (r, 3) the triangle that each lay in then.
+        into: (r,) the neighbour that each was collapsed into.
+        corners: (r, 3) the triangle that then contained it.
         weights: (r, 3) its barycentric coordinates there.
         starts: (r + 1,) where the edges around each begin in `edges`.
-        edges: (e, 2) those opposite it, counter-clockwise.
+        edges: (e, 2) the edges opposite each, counter-clockwise.
     """
 
     vertex: Index
@@ -62,7 +62,7 @@ class Removed(NamedTuple):
 
     @classmethod
     def of_size(cls, count: int, edges: int) -> "Removed":
-        """Room for so many vertices, and edges around them."""
+        """Allocate room for `count` vertices and `edges` edges around them."""
         return cls(
             vertex=np.empty(count, np.int64),
             into=np.empty(count, np.int64),
@@ -73,7 +73,7 @@ class Removed(NamedTuple):
         )
 
     def first(self, count: int) -> "Removed":
-        """Return the first so many vertices."""
+        """Return the first `count` vertices."""
         return Removed(
             vertex=self.vertex[:count],
             into=self.into[:count],
@@ -85,7 +85,7 @@ class Removed(NamedTuple):
 
     @classmethod
     def joined(cls, rounds: "Sequence[Removed]") -> "Removed":
-        """Return the vertices of several rounds, one after the other."""
+        """Concatenate the vertices of several rounds."""
         offsets = np.cumsum([0, *(len(each.edges) for each in rounds)])
         starts = [each.starts[:-1] + offset for each, offset in zip(rounds, offsets)]
         return cls(
@@ -106,16 +106,17 @@ def relaxed(
     steps: int,
     tolerance: float,
 ) -> Complex:
-    """Return (n,) positions of less energy, from some without folds; of large surfaces by way of a coarser
-    triangulation.
+    """Return (n,) positions with less energy, from positions without folds.
+
+    Large surfaces are relaxed on a coarser triangulation first.
 
     Args:
         sheet: the surface, all of whose vertices move.
-        points: (n, 3) of them in space.
-        u: (n,) positions at an area of one.
-        theta: weight of the area part.
-        steps: of Newton's method, at most, on each triangulation.
-        tolerance: relative decrease that counts as none.
+        points: (n, 3) vertices in space.
+        u: (n,) positions in the plane, scaled to a total area of one.
+        theta: weight of the area part of the energy.
+        steps: most Newton steps on each triangulation.
+        tolerance: relative decrease of the energy below which iteration stops.
     """
     u = by_coarser(
         sheet,
@@ -135,13 +136,15 @@ def by_coarser(
     solve: Callable[[Elastic, Index], Complex],
     stay: Index = NONE,
 ) -> Complex:
-    """Return (n,) positions of less energy by way of a coarser triangulation; those given where the surface is small or
-    there are none.
+    """Return (n,) positions with less energy, found by way of a coarser triangulation.
+
+    Returns the given positions where the surface is small, or the coarser triangulation does not help.
 
     Args:
-        sheet, points, u, theta: as of `relaxed`.
-        solve: positions (k,) without folds of the coarser surface, given that and the numbers (k,) of its vertices.
-        stay: vertices that are not taken out.
+        sheet, points, u, theta: as in `relaxed`.
+        solve: returns positions (k,) without folds on the coarser surface, given that surface and the numbers (k,) of
+            its vertices.
+        stay: vertices that must not be removed.
     """
     small = _much_coarser(points, sheet.faces, u, LARGE_VERTEX_COUNT, stay)
     if small is None:
@@ -155,8 +158,10 @@ def by_coarser(
 
 
 def coarser_layout(layout: Flattening, large: int) -> tuple[Flattening, Index] | None:
-    """Return a layout without folds on a coarser triangulation, a separate mesh, and the patch's vertex (k,) behind
-    each of its vertices; None where the surface has fewer vertices than `large`, or there is none.
+    """Return a layout without folds on a coarser triangulation, and (k,) the patch's vertex behind each of its own.
+
+    The coarser triangulation is a separate mesh. Returns None where the surface has fewer vertices than `large`, or
+    cannot be coarsened enough.
     """
     patch = layout.patch
     small = _much_coarser(patch.points, patch.faces, layout.flat, large, NONE)
@@ -178,7 +183,10 @@ def coarser_layout(layout: Flattening, large: int) -> tuple[Flattening, Index] |
 def _much_coarser(
     points: Real, faces: Index, z: Complex, large: int, stay: Index
 ) -> tuple[Index, Index, Removed] | None:
-    """Return the vertices (k,) that are left of many, the triangles (m, 3) of these, and what was taken out."""
+    """Return the vertices (k,) that remain, the triangles (m, 3) between them, and what was removed.
+
+    None where there are fewer than `large` vertices, or more than half of them would remain.
+    """
     if z.size < large:
         return None
     coarse, removed = coarser(points, faces, z, z.size // COARSER_FACTOR, stay)
@@ -187,15 +195,16 @@ def _much_coarser(
 
 
 def coarser(points: Real, faces: Index, z: Complex, goal: int, stay: Index = NONE) -> tuple[Index, Removed]:
-    """Return (k, 3) triangles with about `goal` vertices or as few as there can be, some of which stay, without folds
-    in a layout z (n,) that has none; and what was taken out.
+    """Coarsen triangles to about `goal` vertices, or as few as possible, without folds in the layout z (n,).
+
+    The vertices `stay` are kept. Returns (k, 3) triangles and what was removed.
     """
     faces = np.array(faces, np.int64)
     points, z = np.ascontiguousarray(points, np.float64), np.ascontiguousarray(z, np.complex128)
     rounds: list[Removed] = []
     left = z.size
     while left > goal:
-        # Vertices of a round are not neighbours: of a mesh of degree six a third of all can be, at most.
+        # The vertices of a round are not neighbours: with degree six, that is at most a third of all vertices.
         most = min(left - goal, left // 3 + 1)
         removed, faces = _remove_round(points, faces, z, most, stay)
         rounds.append(removed)
@@ -206,7 +215,7 @@ def coarser(points: Real, faces: Index, z: Complex, goal: int, stay: Index = NON
 
 
 def _remove_round(points: Real, faces: Index, z: Complex, most: int, stay: Index) -> tuple[Removed, Index]:
-    """Take out at most so many vertices that are not neighbours; what was taken out, and the triangles (m, 3) left."""
+    """Remove at most `most` vertices that are not neighbours; return them, and the triangles (m, 3) that are left."""
     corners = faces.ravel()
     # The triangles of each vertex: those of vertex v are around[starts[v] : starts[v + 1]].
     starts = np.append(0, np.cumsum(np.bincount(corners, minlength=z.size)))
@@ -234,15 +243,15 @@ def _remove_round(points: Real, faces: Index, z: Complex, most: int, stay: Index
 
 
 def put_back(removed: Removed, points: Real, theta: float, u: Complex) -> bool:
-    """Fill in positions of vertices that were taken out, the last one first; False where one has none.
+    """Restore the positions of removed vertices, the last one first; return False where one has no place.
 
-    Each goes where the triangles around it have least energy, as far as none of them folds.
+    Each goes to where the triangles around it have the least energy without folding.
 
     Args:
-        removed: what was taken out.
+        removed: what was removed.
         points: (n, 3) vertices in space.
         theta: weight of the area part of the energy.
-        u: (n,) positions, written for those that were taken out.
+        u: (n,) positions; those of the removed vertices are written.
     """
     points = np.ascontiguousarray(points, np.float64)
     return bool(_put_back(*removed, removed.vertex.size, points, theta, SMALL_GAIN_SHARE, u))

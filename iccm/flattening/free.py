@@ -1,8 +1,8 @@
-"""Newton on the balanced energy of a surface whose boundary is free, from one layout without folds to another.
+"""Newton's method for the balanced energy of a surface with a free boundary, from a layout without folds.
 
-The energy is that of `balanced.minimise.energy` over the surface's own area: at θ = 1 it is half the symmetric
-Dirichlet energy (Smith and Schaefer, *Bijective Parameterization with Free Boundaries*, 2015); as θ falls towards 0
-what is left is conformal.
+The energy is that of `balanced.minimise.energy` over the surface's own area. At θ = 1 it is half the symmetric
+Dirichlet energy (Smith and Schaefer, *Bijective Parameterization with Free Boundaries*, 2015); as θ tends to 0 the
+layout becomes conformal.
 """
 
 from dataclasses import dataclass, replace
@@ -20,23 +20,23 @@ from ..plane import triangle_areas
 STEPS_AT_ONCE, LARGE_VERTEX_COUNT = (
     8,
     20_000,
-)  # steps at a time, and vertices from which there is one, which takes seconds then
+)  # Newton steps between checks for signals; vertices from which it is one step, which then takes seconds
 
 SMALL_GAIN_SHARE = (
-    0.01  # of the energy: gain of a step after which second derivatives have hardly changed (by hand)
+    0.01  # of the energy: after a step that gains less, second derivatives have hardly changed (by hand)
 )
 
 
 @dataclass(frozen=True, eq=False)
 class Elastic:
-    """Triangles with rest shapes, all of whose vertices move but for the first few.
+    """Triangles with rest shapes; all vertices move except the first few.
 
     Attributes:
         faces: (m, 3) triangles.
         shapes: (m, 3) their rest shapes.
-        pattern: of the Newton matrices.
-        rest: the rest triangles.
-        held: how many of the first vertices stay.
+        pattern: sparsity pattern of the Newton matrices.
+        rest: data of the rest shapes for the energy.
+        held: number of vertices, the first ones, that do not move.
     """
 
     faces: Index
@@ -47,11 +47,11 @@ class Elastic:
 
     @classmethod
     def of(cls, faces: Index, shapes: Complex, weights: Real | None = None, held: int = 0) -> "Elastic":
-        """From (m, 3) rest shapes, which weigh as much as their areas unless weights are given."""
+        """Create it from rest shapes (m, 3), weighted by `weights` (m,) or by their areas."""
         return cls._on(system_of(faces, np.arange(held), int(faces.max()) + 1), faces, shapes, weights, held)
 
     def with_shapes(self, shapes: Complex) -> "Elastic":
-        """Return the same triangles with other rest shapes (m, 3), which weigh as much as their areas."""
+        """Return the same triangles with other rest shapes (m, 3), weighted by their areas."""
         return self._on(self.pattern, self.faces, shapes, None, self.held)
 
     @classmethod
@@ -65,11 +65,11 @@ class Elastic:
         return cls(faces, shapes, pattern, rest, held)
 
     def relaxed(self, u: Complex, theta: float, steps: int, tolerance: float) -> Complex:
-        """Return (n,) positions of less energy, from some without folds, until a step gains less than `tolerance` of
-        it; see `newton.descend`.
+        """Return (n,) positions with less energy, from positions without folds; see `newton.descend`.
 
-        A few steps at a time, so that a signal is heard in between. A large surface's factor serves for the steps after
-        one of SMALL_GAIN_SHARE gain, too, as long as each gains at most half of what the one before did.
+        Newton's method runs a few steps at a time, so that signals are handled in between, until a step gains less than
+        `tolerance` of the energy. The Cholesky factor of a large surface is reused after a step that gains less than
+        SMALL_GAIN_SHARE, as long as each step gains at most half as much as the one before.
         """
         u, tau, energy, before = u.copy(), np.zeros(self.held), self.energy(u, theta), 0.0
         system = System.of(
@@ -80,7 +80,9 @@ class Elastic:
             below, made, _ = descend(system, _objective(theta), None, u, tau, at_once, tolerance)
             gain = energy - below
             slowing = gain / before if 0 < before < np.inf and not system.factorised else 1.0
-            left = gain * min(1, slowing)  # to be gained yet, if gains continue to fall as fast
+            left = gain * min(
+                1, slowing
+            )  # expected gain of further steps, if gains keep falling at this rate
             again, short = system.factorised, made < at_once
             if not (short and again) and (short or left < at_once * tolerance * below):
                 break
@@ -90,17 +92,17 @@ class Elastic:
         return u
 
     def energy(self, u: Complex, theta: float) -> float:
-        """Of positions (n,); infinite with folds."""
+        """Return the energy of positions (n,); infinite with folds."""
         return self.rest.energy(u, _objective(theta))
 
 
 def _objective(theta: float) -> Objective:
-    """Over the surface's area alone: with half the image's a free boundary shrinks."""
+    """Return the energy over the surface's area alone: with half the image's area a free boundary would shrink."""
     return Objective.of(theta, 1.0, SOURCE_AREA)
 
 
 def surface(points: Real, faces: Index) -> Elastic:
-    """Return the triangles (m, 3) of a surface in space, its area taken as one."""
+    """Return the triangles (m, 3) of a surface in space at rest, scaled to a total area of one."""
     rest = laid_flat(points[faces])
     areas = triangle_areas(rest)
     return Elastic.of(faces, rest / np.sqrt(areas.sum()))

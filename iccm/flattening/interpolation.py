@@ -1,11 +1,11 @@
-"""Shapes between two: the metric of a map interpolated, and flattened into the plane.
+"""Shapes between two: the metric of a map is interpolated, and flattened into the plane.
 
-After Chen, Weber, Keren and Ben-Chen, *Planar shape interpolation with bounded distortion*, SIGGRAPH 2013. Where the
-map's derivative is J = RS, theirs are convex combinations of I and S²; these are the powers S²ᵗ, the geodesic between
-both among metrics (Bhatia, *Positive Definite Matrices*, 2007, ch. 6): stretch changes by one factor in each frame, is
-at most the map's to the power of t, and on the way back the shapes are the same. The metric is flat at both ends only;
-what lies between is flattened with the least symmetric energy (Smith and Schaefer 2015), in which no triangle folds,
-each shape from the one before.
+After Chen, Weber, Keren and Ben-Chen, *Planar shape interpolation with bounded distortion*, SIGGRAPH 2013. With the
+map's derivative J = RS, they take convex combinations of I and S². Here it is the powers S²ᵗ, the geodesic between both
+in the space of metrics (Bhatia, *Positive Definite Matrices*, 2007, ch. 6). Stretch then changes by the same factor in
+each frame, is at most the map's to the power of t, and the shapes are the same on the way back. The interpolated metric
+is flat only at both ends. In between it is flattened by minimizing the symmetric Dirichlet energy (Smith and Schaefer
+2015), which prevents folds; each shape starts from the one before.
 """
 
 from collections.abc import Iterator, Sequence
@@ -24,14 +24,14 @@ from ..result import Fit
 from .free import Elastic
 from .scaffold import relax_with_scaffold
 
-NEWTON_STEPS, LEAST_DECREASE = 60, 1e-6  # of Newton's method, and the relative decrease that ends it
-SCAFFOLD_STEPS = 100  # steps where a shape would come to overlap itself
+NEWTON_STEPS, LEAST_DECREASE = 60, 1e-6  # most steps, and the relative decrease that ends the iteration
+SCAFFOLD_STEPS = 100  # most steps where a shape would overlap itself
 
 
 def morph(
     fit: Fit, shares: Sequence[float], *, placed: tuple[complex, complex] = (1, 0)
 ) -> Iterator[TriangulatedMap]:
-    """Yield maps of the source onto shapes between source and target, without folds and without overlaps.
+    """Yield maps of the source onto shapes between source and target, without folds or overlaps.
 
     Args:
         fit: a balanced map of whole outlines, or of the frames of two drawings (fit='frame').
@@ -39,8 +39,7 @@ def morph(
         placed: (a, b) of the similarity a z + b that places the source at the beginning.
 
     Raises:
-        InputError: the map is partial, of another method, or a deformation.
-
+        InputError: the map is partial, from another method, or a deformation.
     Examples:
         >>> import iccm
         >>> square = np.array([0, 1, 1 + 1j, 1j])
@@ -89,7 +88,7 @@ def _between(map: TriangulatedMap, begin: Complex, shares: Sequence[float]) -> I
 
 
 def _power(jacobian: Linear, share: float) -> tuple[Real, Complex]:
-    """p (m,) and q (m,) of S to the power of t, which takes w to p w + q w̄, where J = RS takes it to a w + b w̄."""
+    """Return p (m,) and q (m,) of S to the power of t: w ↦ p w + q w̄, where J = RS is w ↦ a w + b w̄."""
     a, b = np.abs(jacobian.a), np.abs(jacobian.b)
     most, least = (a + b) ** share, (a - b) ** share
     along = jacobian.a.conj() * jacobian.b
@@ -98,7 +97,8 @@ def _power(jacobian: Linear, share: float) -> tuple[Real, Complex]:
 
 
 def _blend(a: Complex, b: Complex, share: float, turn: float) -> Complex:
-    """Return (n,) the blend of both ends, each turned by its share of the whole turn, by which shapes between are
-    turned.
+    """Return (n,) the interpolation between both ends, each rotated by its share of the total rotation.
+
+    Shapes in between are rotated to match it.
     """
     return (1 - share) * a * np.exp(1j * share * turn) + share * b * np.exp(-1j * (1 - share) * turn)

@@ -1,4 +1,4 @@
-"""The layout of a patch: plain least squares where that is one-to-one, else Newton from a layout without folds."""
+"""Flatten a patch: plain least squares where that is one-to-one, else Newton's method from a layout without folds."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -18,24 +18,24 @@ from .scaffold import relax_with_scaffold
 
 METHODS = ("conformal", "lscm", "balanced")
 
-# Chosen by hand, and nobody knows better, where a line does not say how a number was found.
-SEAM_ROUNDS = 12  # of lengthening the seam of a surface that had to be cut
+# These were chosen by hand, except where a line says how a number was found.
+SEAM_ROUNDS = 12  # most times that the seam of a surface that had to be cut is lengthened
 COARSE_SEAM_VERTICES = 10_000
-"""Vertices from which a seam grows on a coarser triangulation, which has over a thousand then; with 800 of 50,000 seams
-were up to a fifth longer."""
+"""Vertices from which the seam is grown on a coarser triangulation, which then has over a thousand. With 800 of 50,000
+vertices, seams were up to a fifth longer."""
 EVEN_AREA_SPREAD = 2.0  # spread of log10 area (p05 to p95) at which a seam is long enough for least squares
 STRETCHED_P95 = 1.5
-"""P95 of the stretch of an even layout from which the seam is too short: 1.6 left some less even."""
-NEWTON_STEPS = 150  # of Newton's method; 7 to 69 were needed on 15 meshes
-PLACING_STEPS = 30  # of them where only the place of the stretch is wanted
+"""95th percentile of the stretch of an even layout from which the seam is too short; 1.6 left some uneven."""
+NEWTON_STEPS = 150  # most Newton steps; 7 to 69 were needed on 15 meshes
+PLACING_STEPS = 30  # the same where only the location of the stretch is wanted
 SCAFFOLD_STEPS = 300
-"""With a scaffold, for one layout, and for all those of a seam that is lengthened for the sake of angles."""
-KEPT_DILATATION_P95 = 1.3  # p95 of the dilatation at which angles count as kept
-ANGLE_ROUNDS = 8  # rounds of lengthening a seam for it: most meshes that need some need 1 to 4
+"""Most steps with a scaffold: for one layout, and in total for all layouts while a seam is lengthened for angles."""
+KEPT_DILATATION_P95 = 1.3  # 95th percentile of the dilatation at which angles count as preserved
+ANGLE_ROUNDS = 8  # most times that a seam is lengthened for angles; most meshes that need it need 1 to 4
 LEAST_DECREASE, LEAST_DECREASE_OF_SEAMS = 1e-5, 1e-4
-"""Relative decrease that counts as none; while the seam grows."""
+"""Relative decrease that ends the iteration, finally and while the seam grows."""
 THETAS_TO_CONFORMAL = 0.1, 0.01
-"""Θ on the way from even to conformal: Newton's method does not find the way from 0 alone."""
+"""θ on the way from even to conformal: Newton's method does not converge from an even layout at 0 directly."""
 
 
 def flatten(
@@ -47,22 +47,22 @@ def flatten(
     chart: bool = False,
     joins: bool = False,
 ) -> Flattening:
-    """Flatten a patch in the plane.
+    """Flatten a patch into the plane.
 
     Args:
-        patch: one disk, with or without holes.
-        loop: which boundary loop is the outline, 1 being the longest in space.
+        patch: a disk, with or without holes.
+        loop: number of the boundary loop that becomes the outline, 1 being the longest in space.
         grow: whether the seam of a patch that was cut may be lengthened.
-        method: one of METHODS: "conformal", one-to-one: least squares (LSCM) where the patch is open and they are
-            one-to-one, else the conformal limit of "balanced"; "lscm", least squares unchanged; "balanced", of least
-            symmetric Dirichlet energy and one-to-one.
-        chart: whether the layout is only to carry textures: then a seam that may be lengthened `joins` holes, and
-            continues until angles are kept.
-        joins: whether a seam that may be lengthened runs into holes where that helps, and makes them the outline's.
+        method: one of METHODS. "conformal": one-to-one; least squares (LSCM) where the patch is open and that is
+            one-to-one, else the conformal limit of "balanced". "lscm": plain least squares, which may fold.
+            "balanced": the one-to-one layout of least symmetric Dirichlet energy.
+        chart: whether the layout only carries textures. Then a growing seam may join holes, and is lengthened until
+            angles are preserved.
+        joins: whether a growing seam may run into holes where that helps; these become part of the outline.
 
     Raises:
-        InputError: there is no such loop, least squares have no solution, or nothing gave a flattening without
-        overlap.
+        InputError: there is no such loop, least squares have no solution, or no flattening without overlap was
+            found.
     """
     if not 1 <= loop <= len(patch.loops):
         raise InputError(
@@ -78,7 +78,7 @@ def flatten(
         return exact
     plain = _least_squares(patch, loop, False)
     fault = overlap(plain)
-    # a cut leaves a choice of many layouts without distortion of angles: one is taken whose areas are even
+    # a cut surface has many layouts with little distortion of angles: choose one with even areas
     growing = grow and (len(patch.seam) > 0 or fault is not None or _spread(plain) > EVEN_AREA_SPREAD)
     joins = growing and (chart or joins)
     sound = plain if fault is None else None
@@ -92,15 +92,16 @@ def flatten(
 
 
 def convex(layout: Flattening) -> Flattening:
-    """Return the layout with polygons convex where moving a vertex makes them so; as it is where it would overlap
-    itself.
-    """
+    """Make polygons of a layout convex where moving a single vertex does; unchanged if it would overlap itself."""
     opened = replace(layout, flat=open_up(layout.flat, layout.patch, np.zeros(0, np.int64)))
     return layout if overlap(opened) else opened
 
 
 def even_layout(layout: Flattening) -> Flattening:
-    """Return the layout of least symmetric Dirichlet energy, from one of the same patch without folds or overlaps.
+    """Return the even layout of a patch: the one-to-one layout of least symmetric Dirichlet energy.
+
+    Args:
+        layout: a layout of the patch without folds or overlaps, from which to start.
 
     Raises:
         InputError: none without overlap was found.
@@ -114,7 +115,7 @@ def even_layout(layout: Flattening) -> Flattening:
 
 
 def _least_squares(patch: Patch, loop: int, growing: bool) -> Flattening:
-    """LSCM, the seam lengthened to the most shrunk vertex until areas are even enough."""
+    """Return the LSCM layout; a growing seam is lengthened to the most shrunk vertex until areas are even enough."""
     for _ in range(SEAM_ROUNDS + 1):
         outline = patch.loops[loop - 1]
         result = Flattening(patch, upright(patch, lscm(patch, outline)), outline, "lscm")
@@ -129,16 +130,18 @@ def _least_squares(patch: Patch, loop: int, growing: bool) -> Flattening:
 def _even_with_seam(
     layout: Flattening, growing: bool, joins: bool, sound: Flattening | None
 ) -> tuple[Flattening, Elastic]:
-    """Return the layout of least symmetric Dirichlet energy, its seam long enough, and the surface as it was found on.
+    """Return the even layout with a long enough seam, and the surface on which it was found.
 
     Args:
-        layout: any, for its patch and outline.
+        layout: any layout; its patch and outline are used.
         growing: whether the seam may be lengthened.
         joins: whether it may run into holes.
-        sound: a layout of this patch without folds or overlaps, from which it is sought where that is near.
+        sound: a layout of this patch without folds or overlaps, used as the start if it is close enough.
     """
     patch = layout.patch
-    coarsely = len(patch.points) >= LARGE_VERTEX_COUNT and not growing  # where the way from afar is short
+    coarsely = (
+        len(patch.points) >= LARGE_VERTEX_COUNT and not growing
+    )  # coarsening makes up for a distant start
     near = sound is not None and (coarsely or sound.strained(95) < STRETCHED_P95)
     start = replace(sound, method="balanced") if sound and near else _start(patch, layout.loop)
     if not growing:
@@ -149,9 +152,10 @@ def _even_with_seam(
 
 
 def _with_seam(start: Flattening, joins: bool) -> tuple[Flattening, Elastic, list[int]]:
-    """Return a layout that is nearly even, its seam long enough, from one without folds; its surface, and the vertices
-    to which the seam was extended, of large surfaces on a coarser triangulation first. Of the ways to these, such are
-    left out as are not needed with those that came later.
+    """Return a nearly even layout with a long enough seam, its surface, and the vertices that the seam was extended to.
+
+    Seams of large surfaces are found on a coarser triangulation first. On others, extensions are dropped again that are
+    not needed with those that came later. `start` is a layout without folds.
     """
     small = coarser_layout(start, COARSE_SEAM_VERTICES)
     ends = [] if small is None else small[1][_with_seam(small[0], joins)[2]].tolist()
@@ -175,7 +179,7 @@ def _with_seam(start: Flattening, joins: bool) -> tuple[Flattening, Elastic, lis
 
 
 def _cut_to(start: Flattening, ends: list[int], joins: bool) -> Flattening:
-    """Return a layout without folds, the seam extended to some vertices; as it is if there are none."""
+    """Return a layout without folds whose seam is extended to the given vertices; unchanged if there are none."""
     if not ends:
         return start
     patch = seams.lengthened(start, ends, joins)
@@ -183,7 +187,7 @@ def _cut_to(start: Flattening, ends: list[int], joins: bool) -> Flattening:
 
 
 def _roughly(start: Flattening) -> tuple[Flattening, Elastic, float]:
-    """Return a layout that is nearly even, from one without folds; its surface, and its energy."""
+    """Relax a layout without folds until it is nearly even; return it, its surface and its energy."""
     points = start.patch.points
     sheet = surface(points, start.patch.faces)
     flat = relaxed(sheet, points, _unit(start), 1, PLACING_STEPS, LEAST_DECREASE_OF_SEAMS)
@@ -191,7 +195,7 @@ def _roughly(start: Flattening) -> tuple[Flattening, Elastic, float]:
 
 
 def _conformal(even: Flattening, sheet: Elastic, steps: Iterable[int] = range(SCAFFOLD_STEPS)) -> Flattening:
-    """From an even layout to a conformal one."""
+    """Continue from an even layout to a conformal one."""
     found = even
     for theta in THETAS_TO_CONFORMAL:
         found = _relax(found, sheet, theta, steps)
@@ -199,8 +203,9 @@ def _conformal(even: Flattening, sheet: Elastic, steps: Iterable[int] = range(SC
 
 
 def _lengthen_seam(found: Flattening) -> Flattening:
-    """Return the conformal layout that keeps angles best as the seam continues, at most until it does, or has taken
-    long.
+    """Lengthen the seam of a conformal layout until angles are preserved, or the step limits are reached.
+
+    Returns the layout that preserves angles best.
     """
     best, fewest, steps = found, _angle_loss(found), iter(range(SCAFFOLD_STEPS))
     for _ in range(ANGLE_ROUNDS):
@@ -216,15 +221,16 @@ def _lengthen_seam(found: Flattening) -> Flattening:
 
 
 def _angle_loss(result: Flattening) -> float:
-    """Return how little a layout keeps angles: p95 of its dilatation, infinite where it overlaps itself."""
+    """Return the 95th percentile of a layout's dilatation; infinite where it overlaps itself."""
     return np.inf if overlap(result) else result.dilated(95)
 
 
 def _relax(
     start: Flattening, sheet: Elastic, theta: float, steps: Iterable[int] = range(SCAFFOLD_STEPS)
 ) -> Flattening:
-    """Return a layout without folds relaxed to the end; where it overlaps itself then, from one that does not, with a
-    scaffold.
+    """Relax a layout without folds to convergence.
+
+    If the result overlaps itself, start again from a layout that does not, with a scaffold.
     """
     points = start.patch.points
     result = _place(start, relaxed(sheet, points, _unit(start), theta, NEWTON_STEPS, LEAST_DECREASE))
@@ -239,16 +245,16 @@ def _relax(
         rings = [np.searchsorted(kept, loop) for loop in loops]
         return relax_with_scaffold(own, u[kept], rings, theta, steps, LEAST_DECREASE)
 
-    # with the whole boundary kept, what does not overlap itself on the coarser triangulation does not anywhere
+    # with the whole boundary kept, a layout without overlap on the coarser triangulation has none on the fine one
     u = by_coarser(sheet, points, u, theta, apart, np.concatenate(loops))
     return _place(start, relax_with_scaffold(sheet, u, loops, theta, steps, LEAST_DECREASE))
 
 
 def _start(patch: Patch, outline: Index) -> Flattening:
-    """Return a layout without folds, as far from even as it may be."""
+    """Return a layout without folds, which may be far from even."""
     try:
         return Flattening(patch, upright(patch, tutte.convex(patch, outline)), outline, "balanced")
-    except RuntimeError:  # scipy's word for a singular matrix
+    except RuntimeError:  # raised by scipy for a singular matrix
         raise InputError(
             f"{patch.mesh.name}: found no flattening without folds; cut the patch into smaller parts"
         ) from None
@@ -259,7 +265,7 @@ def _place(result: Flattening, flat: Complex) -> Flattening:
 
 
 def _unit(result: Flattening) -> Complex:
-    """Positions at an area of one."""
+    """Return the positions scaled to a surface area of one."""
     return result.flat / np.sqrt(result.patch.areas.sum())
 
 
@@ -278,7 +284,7 @@ def _spread(result: Flattening) -> float:
 
 
 def _most_shrunk(result: Flattening) -> int:
-    """Return the inner vertex around which the plane shows the surface smallest."""
+    """Return the inner vertex around which the layout is smallest relative to the surface."""
     mean = at_vertices(
         np.log(np.maximum(np.abs(result.stretch[0]), 1e-300)), result.patch.faces, len(result.flat)
     )

@@ -1,4 +1,4 @@
-"""Meshes that are there as arrays, flattened into the plane."""
+"""Flatten meshes given as arrays: `iccm.flatten`."""
 
 from typing import Any
 
@@ -17,28 +17,29 @@ from . import method as methods
 def flatten(
     mesh: Any, faces: ArrayLike | None = None, *, method: str = "balanced", cut_open: bool = False
 ) -> Flattening:
-    """Flatten a mesh in the plane, without folds or overlaps.
+    """Flatten a mesh into the plane without folds or overlaps.
 
     Parameters
     ----------
     mesh
-        (n, 3) positions of the vertices, or a mesh with `vertices` and `faces`, as trimesh has them.
+        (n, 3) vertex positions, or an object with `vertices` and `faces`, such as a trimesh.Trimesh.
     faces
-        (m, 3) the vertices of the triangles, counted from 0.
+        (m, 3) vertex numbers of the triangles, from 0; needed unless `mesh` has them.
     method
-        "conformal" keeps angles, "balanced" angles and areas, "lscm" is least squares unchanged.
+        "conformal" preserves angles, "balanced" balances angles and areas, "lscm" is plain least squares, which may
+        fold.
     cut_open
-        Whether a closed mesh, or one with handles, may be cut open.
+        Whether to cut the mesh open if it is closed or has handles.
 
     Returns
     -------
     Flattening
-        With `flat`, the complex positions of the vertices of `patch`, and `boundary`; `iccm.fit` takes it.
+        With `flat`, the complex positions of the vertices of `patch`, and `boundary`; pass it to `iccm.fit`.
 
     Raises
     ------
     InputError
-        The mesh is not a surface that can be flattened; the message says why and what to do.
+        The mesh is not a surface that can be flattened; the message gives the reason and a remedy.
 
     Examples
     --------

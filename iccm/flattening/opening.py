@@ -1,4 +1,4 @@
-"""Triangles of a layout that face down, and polygons that are not convex there, set right by moving single vertices."""
+"""Repair flipped triangles and non-convex polygons of a layout by moving single vertices."""
 
 import numpy as np
 
@@ -8,22 +8,30 @@ from ..meshes.topology import Triangles, labels
 from ..plane import cross, orientation, triangle_areas, triangle_heights
 from .tutte import settled
 
-HEIGHT_SHARES = (0.1, 0.01, 1e-4)  # of triangles, of their bases, as high as there is room for (by hand)
-ROOM_STEPS = 1000  # of looking for that room: acute rooms are approached slowly
+HEIGHT_SHARES = (
+    0.1,
+    0.01,
+    1e-4,
+)  # heights of triangles relative to their bases, tried in this order (by hand)
+ROOM_STEPS = 1000  # most projections to find a place of that height: acute regions converge slowly
 
 
 def open_up(flat: Complex, patch: Patch, held: Index) -> Complex:
-    """Positions (n,) in which triangles face up that faced down, where moving one vertex is enough.
+    """Flip triangles that face down, where moving one vertex is enough.
 
-    Polygons count by all their fans, so that they become convex. Where an outline turns between two vertices of the
-    boundary, the straight edge between them cuts its corner off, and with it what lies there. The vertex that has the
-    shortest way goes to a point from which all around it face up: half-planes are projected into in turn, the one
-    missed most first. Others stay as they are.
+    All triangles into which a polygon can be cut count, so that polygons become convex. Where an outline bends between
+    two neighbouring vertices of the boundary, the chord between them cuts its corner off, together with the surface
+    there. Of a triangle's corners, the one with the shortest move goes to a point from which all triangles around it
+    face up. The point is found by projecting onto half-planes, the most violated one first. Triangles without such a
+    point stay as they are.
 
     Args:
-        flat: positions, most triangles counter-clockwise.
+        flat: (n,) positions, most triangles counter-clockwise.
         patch: the surface.
-        held: vertices that stay.
+        held: vertices that must not move.
+
+    Returns:
+        (n,) new positions.
     """
     faces = np.concatenate([patch.faces, patch.fans[0]])
     down = np.flatnonzero(triangle_areas(flat[faces]) <= 0)
@@ -34,7 +42,7 @@ def open_up(flat: Complex, patch: Patch, held: Index) -> Complex:
     order = np.argsort(faces.ravel(), kind="stable")
     starts = np.searchsorted(faces.ravel()[order], np.arange(flat.size + 1))
     for corners in faces[down]:
-        if triangle_areas(moved[corners]) > 0:  # by what moved before
+        if triangle_areas(moved[corners]) > 0:  # an earlier move flipped it
             continue
         rooms = []
         for vertex in corners[free[corners]]:
@@ -48,17 +56,20 @@ def open_up(flat: Complex, patch: Patch, held: Index) -> Complex:
 
 
 def tuck_in(flat: Complex, patch: Patch, room: float, least: float = 0.0) -> Complex:
-    """Positions (n,) in which what an edge between two vertices of the boundary cuts off lies beyond that edge.
+    """Move the parts that chords between boundary vertices cut off beyond these chords.
 
-    Where triangles there face down, the vertices of the boundary between its ends are drawn out into an arc, by as
-    little as gives room, and the inner vertices go to the means of their neighbours, which folds nothing in a convex
-    region; others stay as they are.
+    Where triangles in such a part face down, the boundary vertices between the ends of the chord are moved out into an
+    arc, just high enough to make room, and inner vertices go to the mean of their neighbours, which folds nothing in a
+    convex region. Other parts stay as they are.
 
     Args:
-        flat: positions, most triangles counter-clockwise.
+        flat: (n,) positions, most triangles counter-clockwise.
         patch: the surface.
-        room: how far vertices of the boundary may be drawn out.
-        least: the least height that triangles are to have; where not all can, they only face up.
+        room: most that a vertex of the boundary may move.
+        least: height that triangles should have; where not all can have it, they only face up.
+
+    Returns:
+        (n,) new positions.
     """
     faces, shape = patch.faces, patch.triangles
     if not (triangle_heights(flat[faces]) <= least).any():
@@ -69,7 +80,7 @@ def tuck_in(flat: Complex, patch: Patch, room: float, least: float = 0.0) -> Com
     on = np.flatnonzero((shape.twin >= 0) & ~chord)
     label = labels(on // 3, shape.twin[on] // 3, len(faces))
     moved, tucked, largest = flat.copy(), {int(np.bincount(label).argmax())}, -1
-    while largest != len(tucked):  # what lies behind another such region comes after it
+    while largest != len(tucked):  # a part behind another one is treated after it
         largest = len(tucked)
         sides = np.flatnonzero(chord)
         inward = label[shape.twin[sides] // 3]
@@ -84,7 +95,7 @@ def tuck_in(flat: Complex, patch: Patch, room: float, least: float = 0.0) -> Com
 def _tuck(
     moved: Complex, flat: Complex, part: Index, tail: int, head: int, rim: Flags, room: float, least: float
 ) -> None:
-    """Move the vertices of triangles (m, 3) beyond an edge from tail to head, to the left of which they belong."""
+    """Move the vertices of triangles (m, 3) to the left of an edge from tail to head; changes `moved`."""
     vertices, local = np.unique(part, return_inverse=True)
     local, z = local.reshape(-1, 3), moved[vertices]
     base = moved[head] - moved[tail]
@@ -107,13 +118,13 @@ def _tuck(
 
 
 def concave(uv: Real, patch: Patch) -> int:
-    """Return how many of these polygons are not convex with texture coordinates (n, 2) of the vertices, exactly."""
+    """Count polygons that are not convex with vertices at texture coordinates (n, 2), by exact predicates."""
     triangles, face = patch.fans
     return np.unique(face[orientation(*complex_of(uv)[triangles].T) <= 0]).size
 
 
 def not_convex(count: int) -> str:
-    """Return what that means, for people."""
+    """Return a note for users that `count` polygons are not convex."""
     polygons = "polygon is" if count == 1 else "polygons are"
     return (
         f"{count} {polygons} not convex in the new coordinates; programs that triangulate differently "
@@ -122,8 +133,9 @@ def not_convex(count: int) -> str:
 
 
 def _room(z: complex, heads: Complex, tails: Complex, height: float) -> complex | None:
-    """Return a point height times their length or more to the left of all edges from heads to tails; None if none is
-    found.
+    """Return a point to the left of all edges from heads to tails, at least `height` times their lengths from each.
+
+    None if none is found.
     """
     base = tails - heads
     length = np.maximum(np.abs(base), 1e-300)

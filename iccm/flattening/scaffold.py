@@ -1,8 +1,8 @@
-"""A layout kept from overlapping itself by triangles around it.
+"""Keep a layout from overlapping itself by triangles around it.
 
-Jiang, Schaefer, Panozzo, *Simplicial Complex Augmentation Framework for Bijective Maps*, SIGGRAPH Asia 2017: what lies
-between the outline and a frame, and in the holes, is triangulated anew at every step, its rest shape is its present
-one, and no triangle of either kind may fold.
+Jiang, Schaefer, Panozzo, *Simplicial Complex Augmentation Framework for Bijective Maps*, SIGGRAPH Asia 2017: the space
+between the outline and a frame, and the holes, are triangulated anew at every step. The rest shape of these scaffold
+triangles is their current one, and no triangle of either kind may fold.
 """
 
 from collections.abc import Iterable
@@ -16,30 +16,33 @@ from .free import Elastic
 
 FRAME_CORNERS = 24  # corners of the frame, whose radius is FRAME_RADIUS_FACTOR times that of the layout
 FRAME_RADIUS_FACTOR = 2.0
-SCAFFOLD_WEIGHT = 1e-3  # of the surface's energy: what all triangles of the scaffold weigh together
-THIN_AREA_SHARE = 1e-14  # of the frame's radius squared: triangles of less area are left out
-SETTLED_STEPS = 3  # steps that gain little, one after the other, before the layout counts as done
+SCAFFOLD_WEIGHT = 1e-3  # of the surface's energy: total weight of the scaffold
+THIN_AREA_SHARE = 1e-14  # of the frame's radius squared: triangles with less area are dropped
+SETTLED_STEPS = 3  # consecutive steps with little gain after which the layout has converged
 
 
 def relax_with_scaffold(
     sheet: Elastic, u: Complex, loops: list[Index], theta: float, steps: Iterable[int], tolerance: float
 ) -> Complex:
-    """Newton steps with a scaffold, from a layout (n,) that does not overlap itself to one of less energy.
+    """Take Newton steps with a scaffold, from a layout that does not overlap itself to one with less energy.
 
     Args:
         sheet: the surface.
-        u: positions of its vertices.
-        loops: its boundary, the outline first.
+        u: (n,) positions of its vertices.
+        loops: its boundary loops, the outline first.
         theta: weight of the area part.
-        steps: an item for each that may be taken.
+        steps: yields one item per step that may be taken, so that several calls can share a limit.
         tolerance: relative decrease that counts as none.
+
+    Returns:
+        (n,) new positions.
     """
     energy, small = sheet.energy(u, theta), 0
     for _ in steps:
         around = frame(u[loops[0]])
         faces = outside(u, around, loops)
         at = np.concatenate([around, u])
-        if not len(faces):  # the outline is too thin for them: without them it might come to overlap itself
+        if not len(faces):  # the outline is too thin for a scaffold; without one it might overlap itself
             break
         light = np.full(len(faces), SCAFFOLD_WEIGHT * energy / len(faces))
         both = Elastic.of(
@@ -57,7 +60,7 @@ def relax_with_scaffold(
 
 
 def frame(outline: Complex) -> Complex:
-    """Corners around an outline."""
+    """Return the corners (FRAME_CORNERS,) of a regular polygon around an outline."""
     middle = outline.mean()
     radius = FRAME_RADIUS_FACTOR * np.abs(outline - middle).max()
     return middle + radius * np.exp(2j * np.pi * np.arange(FRAME_CORNERS) / FRAME_CORNERS)
@@ -78,12 +81,12 @@ def outside(u: Complex, around: Complex, loops: list[Index]) -> Index:
 
 
 def filling(u: Complex, hole: Index) -> Index:
-    """Return (k, 3) counter-clockwise triangles of the vertices u (n,) in a hole whose vertices are given."""
+    """Return (k, 3) counter-clockwise triangles that cover a hole, given its vertices' numbers in u (n,)."""
     return _numbered(u, [hole], [shapely.Polygon(xy_of(u[hole]))], 0.0)
 
 
 def _numbered(at: Complex, rings: list[Index], polygons: list[shapely.Polygon], thin: float) -> Index:
-    """Return the triangles of polygons by the numbers of their corners, but for those of no more area than `thin`."""
+    """Triangulate polygons; return the vertex numbers of triangles with more area than `thin`."""
     number = {complex(at[v]): v for ring in rings for v in ring.tolist()}
     parts = np.concatenate([_triangles(polygon) for polygon in polygons])
     xy = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3]
@@ -94,7 +97,7 @@ def _numbered(at: Complex, rings: list[Index], polygons: list[shapely.Polygon], 
 
 
 def _triangles(polygon: shapely.Polygon) -> np.ndarray:
-    """Of a polygon; none where it is too thin for GEOS, so that it is left to itself until it is wider."""
+    """Return the Delaunay triangles of a polygon; none where it is too thin for GEOS, until it gets wider."""
     try:
         return shapely.get_parts(shapely.constrained_delaunay_triangles(polygon))
     except shapely.errors.GEOSException:

@@ -1,9 +1,8 @@
-"""The place at which the seam of a cut surface is lengthened.
+"""Choose where to lengthen the seam of a cut surface.
 
-To where a layout stretches most, after Gu, Gortler, Hoppe, *Geometry Images*, SIGGRAPH 2002, and on through vertices at
-which angles suffer, after Sheffer and Hart, *Seamster: Inconspicuous Low-Distortion Texture Seam Layout*, IEEE
-Visualization 2002. A seam that `joins` holes may run into them; ways along
-their rims cost nothing.
+Seams grow to where a layout stretches most, after Gu, Gortler, Hoppe, *Geometry Images*, SIGGRAPH 2002, and through
+vertices with high angular distortion, after Sheffer and Hart, *Seamster: Inconspicuous Low-Distortion Texture Seam
+Layout*, IEEE Visualization 2002. A seam that `joins` holes may run into them, and paths along their rims are free.
 """
 
 from collections.abc import Iterable, Iterator
@@ -18,26 +17,26 @@ from ..meshes.mesh import face_angles
 from ..meshes.patch import Patch
 from ..meshes.topology import walk
 
-# On eight meshes of the bench 3 ways at a time gave shorter seams than 6, and gains over the root of the length shorter
-# ones than gains over its power of 0.35. At 0.3 or 0.6 of what is beside a way all came out alike.
-TRIED = 2  # of which the one is taken whose layout has the least energy
-AT_ONCE = 3
-RELIEVED = 0.3
+# Measured on eight benchmark meshes: 3 paths at a time gave shorter seams than 6, and dividing gains by the square root
+# of the length gave shorter seams than the power 0.35. RELIEVED values of 0.3 and 0.6 gave about the same.
+TRIED = 2  # candidate vertices; the one whose layout has the least energy is taken
+AT_ONCE = 3  # paths added per round for angles
+RELIEVED = 0.3  # factor on the dilatation beside a new path, which the path relieves
 
 
 class Ways(NamedTuple):
-    """The shortest ways from the boundary, as (n,) lengths and the vertex before each, negative at the sources."""
+    """Shortest paths from some vertices: (n,) lengths, and the vertex before each, negative at the sources."""
 
     reach: Real
     before: Index
 
     @classmethod
     def of(cls, patch: Patch, sources: Index, joins: bool) -> "Ways":
-        """From some vertices."""
+        """Find the shortest paths from `sources`."""
         return cls(*patch.triangles.paths(patch.points, sources, patch.drawn, rims=not joins))
 
     def summed(self, values: Real) -> Real:
-        """Return (n,) sums of values at vertices along the ways, the ends included and the sources not."""
+        """Return (n,) sums of values (n,) along each path, including its end but not its source."""
         start = self.before < 0
         total, before = np.where(start, 0.0, values), np.where(start, np.arange(start.size), self.before)
         while not start[before].all():
@@ -46,11 +45,11 @@ class Ways(NamedTuple):
 
 
 def ends(result: Flattening, joins: bool) -> Iterator[int]:
-    """Vertices to each of which the seam could be extended.
+    """Yield vertices to which the seam could be extended.
 
-    Each has the largest product of stretch and distance to a boundary, or to the ways before. The stretch is the
-    logarithm of max(s₁, 1/s₂), averaged over a vertex's triangles. Without the distance, or with the most shrunk or
-    most stretched vertex instead, seams were found that helped less.
+    Each has the largest product of stretch and distance to a boundary or to earlier candidates' paths. Stretch is
+    log max(s₁, 1/s₂), averaged over a vertex's triangles. Without the distance, or with the most shrunk or most
+    stretched vertex instead, seams were found that helped less.
     """
     patch, sources = result.patch, _sources(result, joins)
     strain = at_vertices(np.log(result.strain), patch.faces, len(patch.points))
@@ -64,7 +63,7 @@ def ends(result: Flattening, joins: bool) -> Iterator[int]:
 
 
 def lengthened(result: Flattening, ends: Iterable[int], joins: bool) -> Patch:
-    """Return the patch, its seam extended to some vertices by the shortest ways, one after another."""
+    """Return the patch with its seam extended to the given vertices by shortest paths, one after another."""
     sources, found = _sources(result, joins), []
     for end in ends:
         found.append(walk(Ways.of(result.patch, sources, joins).before, end))
@@ -73,9 +72,10 @@ def lengthened(result: Flattening, ends: Iterable[int], joins: bool) -> Patch:
 
 
 def sharper(result: Flattening) -> Patch:
-    """Return the patch, its seam extended along the ways that pass most dilatation for the root of their length.
+    """Return the patch with its seam extended along paths that relieve the most angular distortion.
 
-    They end at convex vertices: at others, about which there is more than a full turn, the sides of a seam overlap.
+    A path's merit is the dilatation along it divided by the square root of its length. Paths end at vertices with an
+    angle sum below 2π: at others the two sides of the seam would overlap.
     """
     patch = result.patch
     inner = np.ones(len(patch.points), bool)
@@ -96,18 +96,18 @@ def sharper(result: Flattening) -> Patch:
 
 
 def _sources(result: Flattening, joins: bool) -> Index:
-    """Return the vertices from which ways go."""
+    """Return the vertices from which new paths start."""
     return result.loop if joins else np.unique(np.concatenate(result.patch.loops))
 
 
 def _sums(faces: Index, values: Real) -> Real:
-    """Return (n,) sums of values (3m,) at corners."""
+    """Return (n,) sums of values (3m,) given at the corners of faces (m, 3)."""
     sums: Real = np.bincount(faces.ravel(), values).astype(float)
     return sums
 
 
 def turns(patch: Patch) -> Real:
-    """Return (n,) the sums of the angles about each vertex: 2π where the surface is flat, less at a tip."""
+    """Return (n,) angle sums at the vertices: 2π where the surface is flat, less at a tip."""
     return _sums(patch.faces, face_angles(patch.points[patch.faces]).ravel())
 
 
@@ -119,7 +119,7 @@ def _log_dilatation(result: Flattening) -> Real:
 
 
 def _worthwhile(patch: Patch, sources: Index, dilated: Real, ends: Flags) -> list[int]:
-    """Return the way to one of some ends that passes most."""
+    """Return the path from `sources` to one of the vertices marked in `ends` (n,) with the largest merit."""
     ways = Ways.of(patch, sources, joins=True)
     there = ends & (ways.reach > 0) & np.isfinite(ways.reach)
     reach = np.where(there, ways.reach, 1.0)

@@ -15,10 +15,10 @@ from ..meshes.topology import Triangles
 
 @on_one_thread
 def convex(patch: Patch, outline: Index) -> Complex:
-    """Return (p,) positions in the unit disk, one to one but for rounding; holes are closed for it.
+    """Return (p,) positions in the unit disk, one-to-one except for rounding; holes are closed temporarily.
 
     Raises:
-        RuntimeError: a singular system.
+        RuntimeError: the linear system is singular.
     """
     whole = filled(patch, outline)
     z = np.zeros(whole.count, complex)
@@ -27,10 +27,12 @@ def convex(patch: Patch, outline: Index) -> Complex:
 
 
 def settled(shape: Triangles, z: Complex, inner: Index) -> Complex:
-    """Positions z (n,) with the inner vertices at the mean of their neighbours: without folds in a convex outline.
+    """Return positions z (n,) with the inner vertices at the mean of their neighbours.
+
+    There are no folds if the other vertices form a convex outline.
 
     Raises:
-        RuntimeError: a singular system.
+        RuntimeError: the linear system is singular.
     """
     if not inner.size:
         return z
@@ -41,7 +43,7 @@ def settled(shape: Triangles, z: Complex, inner: Index) -> Complex:
     found = z.copy()
     found[inner] = 0
     right = -(rows @ found)
-    # ordered as a symmetric matrix: half the fill of scipy's default
+    # ordered as a symmetric matrix: half the fill-in of scipy's default
     factor = splu(
         rows[:, inner].tocsc(), "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
     )
@@ -50,7 +52,7 @@ def settled(shape: Triangles, z: Complex, inner: Index) -> Complex:
 
 
 def filled(patch: Patch, outline: Index) -> Triangles:
-    """Return the triangles of the patch with every hole but the outline closed by a fan around a separate vertex."""
+    """Return the triangles of the patch with every hole but the outline closed by a fan around a new vertex."""
     faces, count = [patch.faces], patch.triangles.count
     for loop in patch.loops:
         if np.array_equal(loop, outline):

@@ -1,4 +1,4 @@
-"""All pieces of a mesh in one plane: each flattened, then packed at one scale."""
+"""Flatten all pieces of a mesh into one plane, packed at one scale."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -16,23 +16,23 @@ from ..meshes.patch import Patch
 from .method import convex, flatten
 
 SAME_LENGTH_SHARE = (
-    1e-5  # of a piece's edges: pieces whose edges are as long are copies, but for rounding (by hand)
+    1e-5  # of a piece's longest edge: pieces whose edge lengths differ by less are copies (by hand)
 )
 
 
 def flatten_each(pieces: Sequence[Patch], *, grow: bool, method: str) -> list[Flattening | InputError]:
-    """Flatten pieces one by one, copies of one piece alike.
+    """Flatten pieces one by one; copies of a piece are flattened alike.
 
     Args:
-        pieces: sound ones, see `meshes.disk_patch.sound_piece`.
-        grow: whether closed pieces, and bag-like ones, may be cut.
-        method: of flattening; see `flattening.flatten`.
+        pieces: valid pieces, see `meshes.disk_patch.sound_piece`.
+        grow: whether pieces that are closed, or nearly so, may be cut.
+        method: see `flattening.flatten`.
 
     Returns:
-        Each flattening, or why there is none without overlap.
+        For each piece its flattening, or the reason why there is none without overlap.
 
     Raises:
-        InputError: a piece is closed, or has handles, and may not be cut.
+        InputError: a piece is closed or has handles, and may not be cut.
     """
     known: dict[bytes, tuple[Patch, Flattening]] = {}
     found = list[Flattening | InputError]()
@@ -54,8 +54,8 @@ def flatten_each(pieces: Sequence[Patch], *, grow: bool, method: str) -> list[Fl
 
 
 def _of_copy(copy: Patch, piece: Patch, flat: Flattening) -> Flattening:
-    """Return the flattening of a piece for a copy of it, which is cut alike."""
-    before = np.empty(flat.flat.size, np.int64)  # the vertex of the piece behind each that was cut
+    """Return the flattening of a piece transferred to a copy of it, which is cut in the same way."""
+    before = np.empty(flat.flat.size, np.int64)  # the piece's vertex behind each vertex of the cut piece
     before[flat.patch.faces] = piece.faces
     number = np.zeros(int(piece.vertex.max()) + 1, np.int64)
     number[piece.vertex] = copy.vertex
@@ -72,7 +72,7 @@ def _of_copy(copy: Patch, piece: Patch, flat: Flattening) -> Flattening:
 
 
 def _key(piece: Patch) -> bytes:
-    """Return what copies of a piece that were moved have in common: triangles and lengths of edges."""
+    """Return a key that is equal for copies of a piece at other positions: triangles and edge lengths."""
     corners = piece.points[piece.faces]
     lengths = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
     unit = SAME_LENGTH_SHARE * max(float(lengths.max()), 1e-300)
@@ -89,18 +89,18 @@ def pack_all(
     rotates: bool = True,
     margin: int,
 ) -> tuple[Flattening, float]:
-    """Return one layout of several pieces, packed at one scale, and the side of the square that they are in.
+    """Pack several pieces into one layout; return it and the side of the square that contains it.
 
     Args:
-        mesh: that the pieces are of.
+        mesh: the mesh of the pieces.
         layouts: of each piece, at the scale of its surface.
-        corners: (m, 3) corners of the mesh behind those of each piece's triangles.
-        region: where they are packed, at the scale at which they fit; None: a square, at their own scale.
-        rotates: whether they may be rotated.
-        margin: distance between them, in texels of a texture of 1024.
+        corners: for each piece (m, 3) mesh corners behind its triangles' corners.
+        region: where to pack them, scaled to fit; None for a square, at their own scale.
+        rotates: whether pieces may be rotated.
+        margin: distance between pieces, in texels of a texture of 1024.
 
     Raises:
-        InputError: there is no room for them.
+        InputError: the pieces do not fit.
     """
     square = shapely.box(0, 0, 1, 1)
     packing = pack(
