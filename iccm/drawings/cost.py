@@ -2,14 +2,14 @@
 
     cost = ((1 - lost) · E + lost · LOST) · turning
 
-E is the mean balanced energy over what is seen: the part of the source's painted area whose image lies in the target's
-painted area. `lost` is half the share of the source drawing that is hidden, because it lands in gaps of the target or
-is not mapped at all, plus half the share of the target drawing that stays bare, because what lands there is a gap that
-the texture does not cover, or nothing. `turning` is the cost of rotating the picture (`balanced.minimise.upright`).
+E is the mean balanced energy over the visible area: the part of the source's painted area whose image lies in the
+target's painted area. `lost` is half the share of the source that is hidden, because it lands in gaps of the target or
+is not mapped at all, plus half the share of the target that stays bare, because a gap that the texture does not cover
+lands there, or nothing at all. `turning` is the cost of rotating the picture (`balanced.minimise.upright`).
 """
 
 LOST = 5.05
-"""The energy of a point that has no partner: what it is where lengths change ten times as much one way as the other,
+"""Energy counted for a point without a partner: that of a map that stretches lengths ten times in one direction,
 (10 + 1/10)/2. Pictures with K95 of 8 were judged usable, with 24 useless."""
 
 
@@ -19,9 +19,9 @@ def price(energy: float, lost: tuple[float, float], turning: float) -> float:
     Parameters
     ----------
     energy
-        Mean energy over what is seen, at least 1; it may be infinite where nothing is seen.
+        Mean energy over the visible area, at least 1; it may be infinite where nothing is visible.
     lost
-        The share of the source that is hidden, and of the target that stays bare.
+        Share of the source that is hidden, and of the target that stays bare.
     turning
         The cost of rotating the picture, a factor of at least 1.
     """

@@ -1,4 +1,4 @@
-"""Cracks: slits in a result that are so narrow that an eye takes them for a defect, not for a gap."""
+"""Measure cracks: slits in a result so narrow that they look like defects rather than gaps."""
 
 from collections.abc import Sequence
 
@@ -12,25 +12,24 @@ from .raster import painted_share
 RASTER = 512
 """Pixels of the target drawing's longer side."""
 RADIUS = 3
-"""Pixels: the radius of the disc by which the result is closed. A slit twice as wide is filled by that."""
+"""Radius in pixels of the disk by which the result is closed, which fills slits up to twice as wide."""
 PAINTED = 0.5
-"""Of a pixel: from which on it counts as painted."""
+"""Share of a pixel from which it counts as painted."""
 
 
 def crack_share(target: Drawing, layers: Sequence[Sequence[Complex]]) -> float:
     """Return the area of cracks inside a drawing, relative to its painted area.
 
-    Cracks are what a morphological closing by a small disc adds to the result inside of what the drawing paints; gaps
-    of the drawing itself are not cracks.
+    Cracks are the pixels that a morphological closing by a small disk adds to the result within the drawing's painted
+    area. Gaps of the drawing itself are not cracks.
 
     Parameters
     ----------
     target
         The drawing.
     layers
-        Regions in its plane; the result shows something where all of them are. Each is given by its rings, those of
-        parts counter-clockwise, those of holes clockwise.
-
+        Regions in its plane; the result is painted where all of them are. Each is given by its rings, those of parts
+        counter-clockwise, those of holes clockwise.
     Examples
     --------
     >>> import shapely
@@ -47,7 +46,7 @@ def crack_share(target: Drawing, layers: Sequence[Sequence[Complex]]) -> float:
         result &= painted_share(rings, canvas) >= PAINTED
     if not painted.any() or (result == painted).all():
         return 0.0
-    # the margin keeps the erosion from seeing the raster's end
+    # the padding keeps the erosion away from the raster's border
     grown = _dilated(np.pad(result, 2 * RADIUS))
     closed = ~_dilated(~grown)
     inner = slice(2 * RADIUS, -2 * RADIUS)
@@ -56,7 +55,7 @@ def crack_share(target: Drawing, layers: Sequence[Sequence[Complex]]) -> float:
 
 
 def _dilated(mask: Flags) -> Flags:
-    """Return a mask dilated by the disc. Libraries that do this take longer to import than this takes."""
+    """Dilate a mask by the disk. Written here since importing a library for it takes longer than the dilation."""
     wide = np.pad(mask, RADIUS)
     height, width = mask.shape
     grown = np.zeros_like(mask)

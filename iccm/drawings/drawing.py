@@ -39,7 +39,7 @@ class Drawing:
 
     @classmethod
     def of_rings(cls, rings: Sequence[Complex], name: str = "drawing") -> "Drawing":
-        """Return the drawing that rings enclose, filled together by the even-odd rule.
+        """Create the drawing that rings enclose, filled together by the even-odd rule.
 
         Raises
         ------
@@ -58,18 +58,18 @@ class Drawing:
 
     @property
     def rings(self) -> list[Complex]:
-        """The boundaries of all parts, counter-clockwise, and of their holes, clockwise; `of_rings` is the way back."""
+        """The boundaries of all parts, counter-clockwise, and of their holes, clockwise; inverse of `of_rings`."""
         rings = [ring for part in self.parts for ring in (part.exterior, *part.interiors)]
         return [complex_of(shapely.get_coordinates(ring)[:-1]) for ring in rings]
 
     @cached_property
     def region(self) -> Region:
-        """The painted area, ready to be asked for points."""
+        """The painted area, prepared for point queries."""
         return Region(self.painted)
 
     @cached_property
     def frames(self) -> list[Frame]:
-        """The frames around it, from the tightest to the convex hull."""
+        """The frames around the drawing, from the tightest to the convex hull."""
         return frames_of(self.painted)
 
     def filled(self) -> "Drawing":
@@ -83,25 +83,25 @@ class Drawing:
 
     @property
     def is_one_part(self) -> bool:
-        """Whether its own outline is a frame that contains everything."""
+        """Whether it is a single part, so that its own outline is a frame that contains everything."""
         return len(self.parts) == 1
 
     @property
     def holes(self) -> list[Complex]:
-        """The outlines of the holes of its only part; none where there are several parts."""
+        """The outlines of the holes of its only part; empty where there are several parts."""
         if not self.is_one_part:
             return []
         return [complex_of(shapely.get_coordinates(ring)[:-1]) for ring in self.parts[0].interiors]
 
     @cached_property
     def mappable_holes(self) -> list[Curve]:
-        """Those of them that leave room for a map, in the same order."""
+        """The holes that leave room for a map, in the same order."""
         holes = self.holes
         return [Curve(holes[k]) for k in mappable(self.tightest.outline, holes)]
 
     @cached_property
     def hull_region(self) -> Region:
-        """Its convex hull: what it may show where gaps cost nothing."""
+        """Its convex hull: the area that it may show where gaps cost nothing."""
         return Region(shapely.convex_hull(self.painted))
 
     @property
@@ -111,9 +111,9 @@ class Drawing:
 
 
 def _from_oriented(rings: Sequence[Complex]) -> shapely.Geometry | None:
-    """Return the region of rings as `Drawing.rings` has them, each part followed by its holes; None for other rings.
+    """Return the region of rings ordered as in `Drawing.rings`, each part followed by its holes; None for other rings.
 
-    Nothing is computed, so every vertex stays as it is.
+    No geometry is computed, so every vertex stays exactly as it is.
     """
     parts: list[list[Complex]] = []
     for ring in rings:

@@ -1,9 +1,9 @@
 """Frames: simply connected regions that contain a drawing, with the gaps between its parts closed.
 
-A drawing is the region that a file paints: any number of parts, each with any number of holes. Maps with the fewest
-singular places are those of discs, so a drawing is mapped by a disc around it. A frame is the outer boundary of a
-morphological closing (Serra 1982: dilation, then erosion by the same disc) of the drawing. The larger the closing
-radius, the more of the gaps between and around the parts belongs to the frame; the convex hull is the last degree.
+A drawing may have any number of parts, each with any number of holes. Maps of disks have the fewest singular points, so
+a drawing is mapped by way of a disk around it. A frame is the outer boundary of a morphological closing of the drawing
+(Serra 1982: dilation, then erosion by the same disk). The larger the closing radius, the more of the gaps between and
+around the parts belongs to the frame; the last degree is the convex hull.
 """
 
 from dataclasses import dataclass
@@ -17,34 +17,34 @@ from ..errors import InputError
 from ..polygons import Polygons, fill_holes, neighbourhoods, offset, offset_each, polygons_of, unite
 
 FIRST_RADIUS = 0.005
-"""The smallest closing radius that is tried, relative to the drawing's size (the square root of its hull's area): about
-two pixels of 512, less than which no eye takes for a gap."""
+"""Smallest closing radius that is tried, relative to the drawing's size (the square root of its hull's area): about two
+pixels of 512; anything narrower is not perceived as a gap."""
 RADIUS_STEP = 1.25
-"""The factor between closing radii that are tried, until one joins all parts. The neck between two parts is as wide as
-the radius is larger than half their distance, so a step also bounds how thin a neck can be."""
+"""Ratio of successive closing radii that are tried, until one joins all parts. The width of the neck between two parts
+is the excess of the radius over half their distance, so the ratio also bounds how thin a neck can be."""
 WIDER_RADII = (1.0, 2.5)
-"""Closing radii of the degrees between the outline and the hull, relative to the smallest that joins all parts."""
+"""Closing radii of the frames between the outline and the hull, relative to the smallest that joins all parts."""
 MANY_PARTS = 1000
-"""Parts of a drawing from which only the first of these degrees is tried: each takes half a second for a thousand
-letters (measured), and between so many parts wider gaps hardly differ."""
+"""Number of parts from which only the first of these frames is computed: each takes half a second for a thousand
+letters (measured), and between so many parts wider closings hardly differ."""
 LARGEST_RADIUS = 2.0
-"""Relative to the drawing's size: a closing by more is the convex hull."""
+"""Relative to the drawing's size: for larger radii the convex hull is used."""
 SINGLE_PART_RADIUS = 0.05
-"""Where there is one part, and nothing to join, the first closing radius, relative to the drawing's size."""
+"""First closing radius of a drawing of one part, which needs no joining, relative to its size."""
 MAIN_PART_SHARE = 0.9
-"""Of the painted area: a part that has as much may stand for the drawing, which then loses the rest."""
+"""Of the painted area: a part with at least this share may represent the drawing, which then loses the rest."""
 DETAIL = 1e-3
-"""How closely closings follow the drawing, relative to its size. The painted outline itself is kept exactly."""
+"""Tolerance of closings, relative to the drawing's size. The painted outline itself is kept exactly."""
 HAIRLINE_WIDTH = 1e-3
-"""Relative to the drawing's size: half a pixel of 512. Narrower gaps are not gaps."""
+"""Relative to the drawing's size: half a pixel of 512. Narrower gaps are filled."""
 HAIRLINE_LENGTH = 0.02
-"""Relative to the drawing's size, both sides together: shorter hairlines are left."""
+"""Relative to the drawing's size, both sides together: shorter hairlines are left as they are."""
 MITRE_LIMIT = 20.0
-"""Relative to the offset: corners sharper than six degrees are blunted by it."""
+"""Relative to the offset: blunts corners sharper than six degrees."""
 SLIVER_WIDTH = 1e-6
-"""Relative to the drawing's size: gaps narrower than that come from rounding."""
+"""Relative to the drawing's size: narrower gaps come from rounding."""
 ARC_SEGMENTS = 6
-"""Segments of a quarter circle in closings: their corners are rounded by radius · (1 - cos(π/24)) at most."""
+"""Segments per quarter circle in closings: their corners deviate by at most radius · (1 - cos(π/24))."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ class Frame:
 
     Attributes:
         outline: the boundary, counter-clockwise.
-        radius: the closing radius relative to the drawing's size; 0 for the outline of a part itself, infinite for the
+        radius: closing radius relative to the drawing's size; 0 for the outline of a part itself, infinite for the
             convex hull.
         left_out: share of the painted area that lies outside.
     """
@@ -64,7 +64,7 @@ class Frame:
 
     @property
     def name(self) -> str:
-        """Return the degree in words, for notes."""
+        """Return the degree of closing in words, for notes."""
         if self.radius == 0:
             return "outline"
         return "hull" if np.isinf(self.radius) else f"gaps up to {2 * self.radius:.0%} closed"
@@ -73,13 +73,13 @@ class Frame:
 def frames_of(painted: shapely.Geometry) -> list[Frame]:
     """Return the frames of a drawing, from the tightest to the convex hull.
 
-    The first is the outline itself where one part has (nearly) everything; the next is the smallest closing that joins
-    all parts; then come wider closings. Frames that differ by less than rounding from the one before are left out.
+    The first is the outline itself if one part has (nearly) all of the area; the next is the smallest closing that
+    joins all parts; then come wider closings. Frames that differ from the one before only by rounding are dropped.
 
     Parameters
     ----------
     painted
-        The region that the drawing paints: a valid Polygon or MultiPolygon with an area.
+        The painted region: a valid Polygon or MultiPolygon with an area.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def frames_of(painted: shapely.Geometry) -> list[Frame]:
     main = parts[shapely.area(parts).argmax()]
     if main.area >= MAIN_PART_SHARE * total:
         found.append(Frame(_outline(main), 0.0, 1 - main.area / total))
-    filled = fill_holes(painted)  # frames have none
+    filled = fill_holes(painted)  # frames have no holes
     simple = shapely.simplify(filled, DETAIL * size)
     radius, joined = SINGLE_PART_RADIUS * size, None
     if len(parts) > 1:
@@ -110,19 +110,19 @@ def frames_of(painted: shapely.Geometry) -> list[Frame]:
 
 
 def close_gaps(painted: shapely.Geometry, closed: shapely.Geometry, size: float) -> shapely.Polygon | None:
-    """Return the closing of a region by a disc, holes filled; None where it is in several parts.
+    """Return the closing of a region by a disk with holes filled; None where it has several parts.
 
     Parameters
     ----------
     painted
         The region.
     closed
-        The closing of the same with less detail, by which gaps are found.
+        The closing of a simplified copy, which shows where the gaps are.
     size
         The drawing's size, in the region's units.
     """
-    # The closing's own boundary is rounded and simplified. What it adds to the drawing is only the gaps, so the frame
-    # is the union of the exact drawing and those gaps, without slivers along the drawing's edges.
+    # The boundary of `closed` is rounded and simplified. It is used only to find the gaps: the frame is the union of
+    # the exact drawing and these gaps, without slivers along the drawing's edges.
     gaps = _without_slivers(shapely.difference(closed, painted), size)
     joined = unite([painted, gaps])
     if joined.geom_type != "Polygon":
@@ -133,7 +133,7 @@ def close_gaps(painted: shapely.Geometry, closed: shapely.Geometry, size: float)
 def close_hairlines(painted: shapely.Geometry) -> shapely.Geometry:
     """Return a region with its hairline gaps filled, such as those between parts of a drawing that share an edge.
 
-    Nobody sees them, but a map would have to follow both of their sides. A region without any is returned as it is.
+    They are invisible, but a map would have to follow both of their sides. A region without any is returned as it is.
     """
     size = float(np.sqrt(shapely.convex_hull(painted).area))
     width = HAIRLINE_WIDTH * size
@@ -153,7 +153,7 @@ def close_hairlines(painted: shapely.Geometry) -> shapely.Geometry:
 
 
 def _without_slivers(gaps: shapely.Geometry, size: float) -> shapely.Geometry:
-    """Return gaps without what rounding makes, and a little wider, so that they overlap what they are joined to."""
+    """Drop slivers that come from rounding, and widen gaps a little so that they overlap their surroundings."""
     width = SLIVER_WIDTH * size
     return offset(offset(gaps, -width, join_style="mitre"), 2 * width, join_style="mitre")
 
@@ -164,7 +164,7 @@ def _closing(region: shapely.Geometry, radius: float) -> shapely.Geometry:
 
 
 def _joining_radius(simple: shapely.Geometry, size: float) -> tuple[float, shapely.Geometry | None]:
-    """Return the smallest tried radius whose closing joins all parts, and that closing; None where none joins them."""
+    """Return the smallest tried radius whose closing joins all parts, and that closing; None if no radius does."""
     parts = polygons_of(simple)
     near = shapely.STRtree(parts)
     radius = FIRST_RADIUS * size
@@ -177,9 +177,10 @@ def _joining_radius(simple: shapely.Geometry, size: float) -> tuple[float, shape
 
 
 def _form_one_group(parts: Polygons, tree: shapely.STRtree, distance: float) -> bool:
-    """Return whether every part can be reached from every other by way of parts that are this near to each other.
+    """Return whether parts form one group if those within `distance` of each other are linked.
 
-    What discs of half the distance do not join, no closing by them does; this takes a hundredth of the time of one.
+    Parts that disks of half the distance do not join are not joined by the closing either. This test takes a hundredth
+    of the time of a closing.
     """
     one, other = tree.query(parts, predicate="dwithin", distance=distance)
     reached = np.arange(len(parts)) == 0
@@ -191,8 +192,8 @@ def _form_one_group(parts: Polygons, tree: shapely.STRtree, distance: float) -> 
 
 
 def _joined(region: shapely.Geometry, radius: float) -> shapely.Geometry | None:
-    """Return the closing of a region by a disc where it is in one part."""
-    grown = offset(region, radius, quad_segs=ARC_SEGMENTS)  # what this leaves apart stays so
+    """Return the closing of a region by a disk if it has a single part, else None."""
+    grown = offset(region, radius, quad_segs=ARC_SEGMENTS)  # parts that are separate now stay separate
     if grown.geom_type != "Polygon":
         return None
     closed = offset(grown, -radius, quad_segs=ARC_SEGMENTS)
@@ -206,7 +207,7 @@ def _outline(part: shapely.Polygon) -> Curve:
 
 
 def _distinct(frames: list[Frame]) -> list[Frame]:
-    """Leave out frames that enclose what the frame before encloses."""
+    """Drop frames that enclose the same as the frame before."""
     kept: list[Frame] = []
     for frame in frames:
         same = kept and kept[-1].left_out == frame.left_out

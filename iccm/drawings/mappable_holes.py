@@ -1,4 +1,4 @@
-"""Mappable holes of a shape: those large enough, and apart from the outline and from each other."""
+"""Select the holes of a shape that can be mapped: large enough, and apart from the outline and from each other."""
 
 from collections.abc import Sequence
 
@@ -9,14 +9,14 @@ from ..arrays import Complex
 from ..curve import Curve, polygon_of
 
 MOST_HOLES = 64
-"""Holes of a shape that are mapped, the largest first: each costs a chain of vertices on every mesh."""
-SPECK = 1e-5  # of the area inside the outline: a smaller hole would need triangles as small
+"""Holes that are mapped at most, the largest first, since each costs a chain of vertices on every mesh."""
+SPECK = 1e-5  # of the area inside the outline: a smaller hole would need equally small triangles
 CLOSE = 2e-4
-"""Of the diagonal: a hole as close as that to the outline, or to another, leaves no room for a map."""
+"""Of the diagonal: a hole closer than this to the outline, or to another hole, leaves no room for a map."""
 
 
 def mappable(curve: Curve, holes: Sequence[Complex]) -> list[int]:
-    """Return the numbers of those holes of an outline, ascending."""
+    """Return the indices of the mappable holes of an outline, ascending."""
     rings = [polygon_of(hole) for hole in holes]
     sizes = shapely.area(rings)
     domain = curve.polygon

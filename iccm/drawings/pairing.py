@@ -1,4 +1,4 @@
-"""Parts of two drawings, paired one to one by place and size."""
+"""Pair parts of two drawings one-to-one by place and size."""
 
 from collections.abc import Sequence
 
@@ -8,26 +8,26 @@ import shapely
 from ..arrays import Real
 
 SIZE_COST = 0.1
-"""The cost of a pair is the squared distance, in half diagonals of the drawings, plus SIZE_COST times the squared
-natural logarithm of the ratio of areas: a tenth of the area counts as much as 0.7 half diagonals."""
+"""Weight of sizes. The cost of a pair is the squared distance, in half diagonals of the drawings, plus SIZE_COST times
+the squared natural logarithm of the ratio of areas: a ratio of ten counts as much as 0.7 half diagonals."""
 
 
 def pair_by_cost(
     middles: tuple[Real, Real], areas: tuple[Real, Real], bonus: Real | None = None
 ) -> list[tuple[int, int]]:
-    """Return the pairs of parts that cost the least together (Kuhn 1955), as many as the side with fewer has.
+    """Return the pairs of parts with the least total cost (Kuhn 1955), as many as the side with fewer parts has.
 
     Parameters
     ----------
     middles
-        Of both sides, (k, d) the parts' centroids, in half diagonals of each drawing about its middle.
+        For both sides, (k, d) the parts' centroids relative to the drawing's middle, in half diagonals.
     areas
-        Of both sides, (k,) the parts' shares of the area.
+        For both sides, (k,) the parts' shares of the area.
     bonus
-        (k, l) what is taken off the cost of each pair, such as for names that both have.
+        (k, l) reduction of the cost of each pair, for example for matching names.
     """
     from scipy.optimize import (
-        linear_sum_assignment,  # takes long to import, and few drawings pair their parts
+        linear_sum_assignment,  # slow to import, and few drawings pair their parts
     )
 
     apart = ((middles[0][:, None] - middles[1]) ** 2).sum(axis=-1)
@@ -39,13 +39,13 @@ def pair_by_cost(
 def pair_by_place(
     sources: Sequence[shapely.Polygon], targets: Sequence[shapely.Polygon]
 ) -> list[tuple[int, int]]:
-    """Return the pairs of parts of two drawings that lie alike and are alike in size."""
+    """Pair parts of two drawings by position and size."""
     placed = [_in_half_diagonals(parts) for parts in (sources, targets)]
     return pair_by_cost((placed[0][0], placed[1][0]), (placed[0][1], placed[1][1]))
 
 
 def _in_half_diagonals(parts: Sequence[shapely.Polygon]) -> tuple[Real, Real]:
-    """Return the centroids about the drawing's middle (k, 2), in half diagonals, and shares of the area (k,)."""
+    """Return centroids (k, 2) relative to the drawing's middle, in half diagonals, and shares of the area (k,)."""
     left, low, right, high = shapely.total_bounds(np.array(parts))
     middle = np.array([left + right, low + high]) / 2
     centroids = shapely.get_coordinates(shapely.centroid(np.array(parts)))

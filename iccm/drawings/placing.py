@@ -1,8 +1,8 @@
-"""The largest similar copy of one region inside another.
+"""Find the largest similar copy of one region inside another.
 
-The problem is not convex, so the search has two stages. On a coarse raster a correlation shows for a scale, at all
-places at once, where the copy lies inside; this finds the best place whatever the shapes are. From there linear
-programs move the exact copy along the boundaries that it touches until it cannot grow any more.
+The problem is not convex, so the search has two stages. On a coarse raster, a correlation tests all positions of a copy
+of a given scale at once, which finds the best place for any shapes. From there linear programs move the exact copy
+along the boundaries that it touches until it cannot grow any more.
 """
 
 from collections.abc import Iterator, Sequence
@@ -18,44 +18,45 @@ from ..plane import Similarity
 from .raster import painted_share, rings_of
 
 RASTER = 96
-"""Pixels of the outer region's longer side: places are found to a hundredth of its size, and improved from there."""
+"""Pixels of the outer region's longer side: places are found to a hundredth of its size, and refined from there."""
 SCALE_STEP = 0.93
-"""The factor between scales that are tried on the raster, from the largest that could be."""
+"""Ratio of successive scales that are tried on the raster, from an upper bound downwards."""
 MOST_SCALES = 64
-"""Of these steps: the smallest copy is a hundredth of the largest that could be."""
+"""Number of these scales: the smallest is a hundredth of the upper bound."""
 EDGE_TOLERANCE = 0.15
-"""Area outside, in pixels per pixel of the copy's boundary, that rounding to the raster may make."""
+"""Area outside, in pixels per pixel of the copy's boundary, that is put down to rasterization."""
 MOST_PLACES = 4
-"""Places of the raster that are improved, the best first."""
+"""Places found on the raster that are refined, the best first."""
 SIMPLIFIED = 5e-4
-"""Relative to a region's size: how closely the search follows its boundary. The exact regions decide at the end."""
+"""Tolerance of boundaries in the search, relative to a region's size. The exact regions decide at the end."""
 SAMPLE_SPACING = 0.02
-"""Relative to the copy's extent: the distance of boundary points that the linear programs keep inside."""
+"""Relative to the copy's extent: spacing of the boundary points that the linear programs keep inside."""
 NUDGE = 2e-3
-"""Relative to the copy's extent: how far inside of a boundary point the nearest boundary outside is looked for, so that
-its direction is known where both touch."""
+"""Relative to the copy's extent: the nearest boundary of the outer region is measured from this far inside a boundary
+point, so that its direction is defined where both touch."""
 MOST_PROGRAMS = 16
 """Linear programs from each place: more than 10 were never needed."""
 FIRST_STEP = 0.05
 """Relative to the copy's extent: how far the first linear program may move it."""
 LAST_STEP = 2e-4
-"""Relative to the copy's extent: a copy that moves by less stays where it is."""
+"""Relative to the copy's extent: the iteration ends when steps are smaller."""
 ANY_ROTATIONS = 24
-"""Rotations that are tried where any is allowed: every 15 degrees."""
+"""Number of rotations tried where any is allowed: every 15 degrees."""
 UPRIGHT_GAIN = 0.98
-"""Of the largest scale: a copy that has as much and is rotated less is preferred."""
+"""Of the largest scale: among copies at least this large, the one with the least rotation is preferred."""
 CENTRING = 0.985
-"""Of the largest scale: what a copy keeps of it while the room that it has is measured."""
+"""Of the largest scale: size of the copy while it is centred in its room."""
 MUCH_ROOM = 0.06
-"""Relative to the copy's extent: twice the room that this makes. A copy with less stays where it can be largest."""
+"""Relative to the copy's extent: twice the room that this shrinking makes. A copy with less room stays where it can be
+largest."""
 SCALE_PRECISION = 1e-4
-"""Relative: how closely the largest scale at a place is found."""
+"""Relative precision of the largest scale at a place."""
 
 
 def largest_copy(
     inner: shapely.Geometry, outer: shapely.Geometry, rotation: float | None = 0.0
 ) -> Similarity | None:
-    """Return the similarity that takes one region into another, as large as possible; None where there is none.
+    """Return the largest similarity that maps one region into another; None where there is none.
 
     Parameters
     ----------
@@ -64,7 +65,7 @@ def largest_copy(
     outer
         The region that must contain the copy; it may have holes and several parts.
     rotation
-        Radians by which the copy is rotated; None for the rotation that lets it be largest.
+        Rotation of the copy in radians; None for the rotation with the largest copy.
 
     Examples
     --------
@@ -77,7 +78,7 @@ def largest_copy(
     centred = moved(inner, Similarity(1.0, -centre))
     search = _Search.of(centred, outer)
     angles = [rotation] if rotation is not None else _angles()
-    starts = list(_starts(search, angles))  # those that are rotated least come first
+    starts = list(_starts(search, angles))  # sorted by the amount of rotation
     chosen = dict.fromkeys(starts[:1] + sorted(starts, key=lambda start: -abs(start.factor))[:MOST_PLACES])
     grown = [_grow(search, start, turns=rotation is None) for start in chosen]
     found = [copy for copy in grown if copy is not None]
@@ -97,16 +98,16 @@ def largest_copy(
 def largest_copy_about(
     inner: shapely.Geometry, outer: shapely.Geometry, point: complex, image: complex, rotation: float = 0.0
 ) -> Similarity | None:
-    """Return the largest similarity into a region that takes one given point to another; None where there is none.
+    """Return the largest similarity into a region that maps one given point to another; None where there is none.
 
     Parameters
     ----------
     inner, outer
         As for `largest_copy`.
     point, image
-        The given point, and where it goes.
+        The given point and its image.
     rotation
-        Radians by which the copy is rotated.
+        Rotation of the copy in radians.
     """
     centred = moved(inner, Similarity(1.0, -point))
     shapely.prepare(outer)
@@ -122,7 +123,7 @@ def largest_copy_about(
 
 
 class _Search(NamedTuple):
-    """Both regions, simplified for a search.
+    """Both regions, simplified for the search.
 
     Attributes:
         inner: the region that is copied, with its centroid at 0.
@@ -140,7 +141,7 @@ class _Search(NamedTuple):
 
     @classmethod
     def of(cls, inner: shapely.Geometry, outer: shapely.Geometry) -> "_Search":
-        """Return the search for copies of a region inside another."""
+        """Prepare the search for copies of a region inside another."""
         simple, room = _simplified(inner), _simplified(outer)
         shapely.prepare(room)
         extent = float(np.abs(complex_of(shapely.get_coordinates(simple))).max())
@@ -159,15 +160,15 @@ def _simplified(region: shapely.Geometry) -> shapely.Geometry:
 
 
 def _angles() -> Sequence[float]:
-    """Return the rotations to try, from upright outwards."""
+    """Return the rotations to try, in radians, from upright outwards."""
     steps = np.arange(ANY_ROTATIONS)
     signed = np.where(steps % 2, 1, -1) * ((steps + 1) // 2)
     return (signed * 2 * np.pi / ANY_ROTATIONS).tolist()
 
 
 def _starts(search: _Search, angles: Sequence[float]) -> Iterator[Similarity]:
-    """Yield copies that lie inside but for the rounding of the raster: one in the largest circle, which there always
-    is, then the largest of each rotation."""
+    """Yield copies that lie inside up to rasterization: one in the largest inscribed circle, then the largest of each
+    rotation."""
     low_x, low_y, high_x, high_y = search.outer.bounds
     box = complex(low_x, low_y), complex(high_x, high_y)
     canvas = Canvas.about(*proportional(RASTER, box[1] - box[0]), box)
@@ -191,7 +192,7 @@ def _starts(search: _Search, angles: Sequence[float]) -> Iterator[Similarity]:
 
 
 def _scale_bound(search: _Search, turn: complex) -> float:
-    """Return a scale that no copy exceeds, by the bounding boxes and the areas."""
+    """Return an upper bound on the scale of a copy, from the bounding boxes and the areas."""
     copy = moved(search.inner, Similarity(turn, 0.0))
     widths = np.diff(np.reshape(np.array([copy.bounds, search.outer.bounds]), (2, 2, 2)), axis=1)[:, 0]
     return float(min(*(widths[1] / widths[0]), np.sqrt(search.outer.area / copy.area)))
@@ -200,11 +201,11 @@ def _scale_bound(search: _Search, turn: complex) -> float:
 def _places(
     search: _Search, canvas: Canvas, outside: NDArray[np.float32], factor: complex
 ) -> Iterator[Similarity]:
-    """Yield the best place in each connected set of places where a copy lies inside, the best first.
+    """Yield the best position in each connected set of positions where a copy lies inside, the best first.
 
-    `outside` is the share of each pixel that lies outside, with one more pixel on each side of the canvas.
+    `outside` is the share of each pixel that lies outside, padded by one pixel on each side of the canvas.
     """
-    from scipy import ndimage, signal  # takes long to import, and few maps place anything
+    from scipy import ndimage, signal  # slow to import, and few maps place anything
 
     step = canvas.step[0]
     copy = moved(search.inner, Similarity(factor, 0.0))
@@ -212,7 +213,7 @@ def _places(
     width, height = int(np.ceil((right - left) / step)), int(np.ceil((high - low) / step))
     if height > outside.shape[0] or width > outside.shape[1]:
         return
-    corner = complex(left, high)  # of the copy's own raster, upper left
+    corner = complex(left, high)  # upper left of the copy's own raster
     own = Canvas(width, height, (corner - 1j * height * step, corner + width * step))
     painted = painted_share(rings_of(copy), own)
     beyond = signal.fftconvolve(outside, painted[::-1, ::-1], mode="valid")
@@ -222,13 +223,13 @@ def _places(
         return
     spots = ndimage.minimum_position(beyond, labels, np.arange(1, count + 1))
     for row, column in sorted(spots, key=lambda spot: beyond[spot])[:MOST_PLACES]:
-        # where the corner of the copy's raster comes to lie; the first row and column lie outside the canvas
+        # where the corner of the copy's raster is; the first row and column lie outside the canvas
         place = canvas.box[0].real + (column - 1) * step + 1j * (canvas.box[1].imag - (row - 1) * step)
         yield Similarity(factor, place - corner)
 
 
 def _grow(search: _Search, start: Similarity, *, turns: bool) -> Similarity | None:
-    """Return the copy that a start grows to, moved by linear programs; None where it lies inside at no scale."""
+    """Grow a copy from a start by linear programs; None where it lies inside at no scale."""
     current = _shrink(search.inner, search.outer, start)
     if current is None:
         return None
@@ -247,9 +248,12 @@ def _grow(search: _Search, start: Similarity, *, turns: bool) -> Similarity | No
 
 
 def _program(search: _Search, copy: Similarity, step: float, *, turns: bool) -> Similarity | None:
-    """Return the copy after one linear program: the scale that grows most while boundary points stay on their side of
-    the nearest boundary, with all motions bounded by a step relative to the copy's extent."""
-    from scipy.optimize import linprog  # takes long to import, and few maps place anything
+    """Return the copy after one linear program.
+
+    The program maximizes the scale while boundary points stay on their side of the nearest boundary. All motions are
+    bounded by `step`, relative to the copy's extent.
+    """
+    from scipy.optimize import linprog  # slow to import, and few maps place anything
 
     extent = abs(copy.factor) * search.extent
     x = copy(search.points)
@@ -282,7 +286,7 @@ def _program(search: _Search, copy: Similarity, step: float, *, turns: bool) -> 
 
 
 def _centred(search: _Search, copy: Similarity) -> Similarity:
-    """Return a copy in the middle of the room that it has across and up, where there is much; a little smaller."""
+    """Shrink a copy slightly, and centre it in the horizontal and vertical room around it where there is much."""
     smaller = Similarity(CENTRING * copy.factor, copy.shift)
     if not _is_inside(search.inner, search.outer, smaller):
         return copy
@@ -296,7 +300,7 @@ def _centred(search: _Search, copy: Similarity) -> Similarity:
 
 
 def _room(search: _Search, copy: Similarity, vector: complex) -> float:
-    """Return how far a copy that lies inside can be moved along a vector, relative to that."""
+    """Return how far a copy that lies inside can be moved along a vector, in units of that vector."""
 
     def fits(distance: float) -> bool:
         at = Similarity(copy.factor, copy.shift + distance * vector)
@@ -312,7 +316,7 @@ def _room(search: _Search, copy: Similarity, vector: complex) -> float:
 
 
 def _shrink(inner: shapely.Geometry, outer: shapely.Geometry, copy: Similarity) -> Similarity | None:
-    """Return a copy, shrunk about the image of 0 as little as needed to lie inside; None where no scale does."""
+    """Shrink a copy about the image of 0 as little as needed to lie inside; None where no scale does."""
     less = SCALE_PRECISION
     scaled = copy
     while not _is_inside(inner, outer, scaled):
@@ -324,7 +328,7 @@ def _shrink(inner: shapely.Geometry, outer: shapely.Geometry, copy: Similarity) 
 
 
 def _enlarge(inner: shapely.Geometry, outer: shapely.Geometry, copy: Similarity) -> Similarity:
-    """Return a copy that lies inside, enlarged about the image of 0 as long as it does."""
+    """Enlarge a copy that lies inside about the image of 0 as far as possible."""
 
     def enlarged(times: float) -> Similarity:
         return Similarity(copy.factor * times, copy.shift)
@@ -343,5 +347,5 @@ def _is_inside(inner: shapely.Geometry, outer: shapely.Geometry, copy: Similarit
 
 
 def moved(region: shapely.Geometry, similarity: Similarity) -> shapely.Geometry:
-    """Return the image of a region."""
+    """Return the image of a region under a similarity."""
     return shapely.transform(region, lambda xy: xy_of(similarity(complex_of(xy))))

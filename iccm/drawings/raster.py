@@ -1,4 +1,4 @@
-"""Painted regions on a raster of pixels."""
+"""Rasterize painted regions."""
 
 from collections.abc import Sequence
 
@@ -21,12 +21,12 @@ def rings_of(region: shapely.Geometry) -> list[Complex]:
 
 
 def painted_share(rings: Sequence[Complex], canvas: Canvas) -> NDArray[np.float32]:
-    """Return how much of each pixel a region covers.
+    """Return the share of each pixel that a region covers, (height, width) in [0, 1].
 
     Parameters
     ----------
     rings
-        Its rings, closed polylines: those of parts counter-clockwise, those of holes clockwise.
+        The region's boundaries, closed polylines: those of parts counter-clockwise, those of holes clockwise.
     canvas
         The raster.
     """

@@ -1,4 +1,4 @@
-"""A painted region, asked many times which points it contains."""
+"""A painted region, prepared for many queries whether points are inside."""
 
 import numpy as np
 import shapely
@@ -7,8 +7,8 @@ from ..arrays import Complex, Flags
 from ..polygons import polygons_of
 
 FEW_PARTS = 64
-"""Up to which all parts are looked at together. GEOS finds the edges beside a point by their heights alone, which is
-quick for a few parts; the letters of a line of text are all at the same height."""
+"""Number of parts up to which they are queried together. GEOS finds edges beside a point by their y alone, which is
+fast for a few parts; but the letters of a line of text all have the same y."""
 
 
 class Region:
@@ -28,7 +28,7 @@ class Region:
         shapely.prepare(painted if self._tree is None else self._parts)
 
     def contains(self, z: Complex) -> Flags:
-        """Return which points (any shape) lie in it."""
+        """Mark the points z (any shape) that lie in the region."""
         if self._tree is None:
             return shapely.contains_xy(self.painted, z.real, z.imag)
         places = z.ravel()

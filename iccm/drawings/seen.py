@@ -1,4 +1,4 @@
-"""What a map shows of two drawings: the energy over what is seen, and the shares that are lost."""
+"""Measure a map of two drawings: its energy over the visible area, and the shares that are lost."""
 
 from typing import NamedTuple
 
@@ -12,16 +12,16 @@ from .cost import price
 from .region import Region
 
 SUBDIVISION = 3
-"""Parts of a triangle's edge: each triangle is sampled in the middles of its SUBDIVISION² equal parts."""
+"""Subdivisions of a triangle's edge: each triangle is sampled at the centroids of SUBDIVISION² equal parts."""
 
 
 class Seen(NamedTuple):
-    """What a map shows of two drawings.
+    """Energy and losses of a map of two drawings.
 
     Attributes:
-        energy: mean balanced energy over what is seen, both drawings' seen areas taken as one; infinite where nothing
-            is seen.
-        hidden: share of the source drawing's painted area that is not seen.
+        energy: mean balanced energy over the visible area, with the visible area of both drawings scaled to one;
+            infinite where nothing is visible.
+        hidden: share of the source drawing's painted area that is not visible.
         bare: share of the target drawing's painted area that shows nothing.
     """
 
@@ -30,7 +30,7 @@ class Seen(NamedTuple):
     bare: float = 1.0
 
     def cost(self, turning: float = 1.0) -> float:
-        """Return the cost of the map; see `cost`."""
+        """Return the cost of the map; see `drawings.cost`."""
         return price(self.energy, (self.hidden, self.bare), turning)
 
 
@@ -48,22 +48,22 @@ def seen(
     theta: float = 1.0,
     subdivision: int = SUBDIVISION,
 ) -> Seen:
-    """Measure what a piecewise linear map shows of two drawings.
+    """Measure the energy and losses of a piecewise linear map of two drawings.
 
     Parameters
     ----------
     z, u
         (n,) complex vertices and their images.
     faces
-        (m, 3) triangles that fold neither there nor here.
+        (m, 3) triangles, which fold neither in the source nor in the target.
     source, target
-        The regions that both drawings paint.
+        The painted regions of both drawings.
     covering
-        What of the source's plane the texture covers; None: all of it.
+        The region of the source's plane that the texture covers; None if it covers everything.
     theta
         Weight of areas in the energy.
     subdivision
-        Parts of a triangle's edge; the accuracy of the shares is that of counting the parts' middles.
+        Subdivisions of a triangle's edge; the shares are as accurate as counting the centroids of the parts.
     """
     shares = shares_seen(z, u, faces, source, target, covering=covering, subdivision=subdivision)
     f_z, f_zbar = linear(z[faces], u[faces])
@@ -83,7 +83,7 @@ def seen(
 
 
 class Shares(NamedTuple):
-    """How much of each triangle is seen.
+    """Visible share of each triangle.
 
     Attributes:
         both: (m,) share that is painted in the source and in the target.
@@ -104,7 +104,7 @@ def shares_seen(
     covering: Region | None,
     subdivision: int = SUBDIVISION,
 ) -> Shares:
-    """Measure how much of each triangle is seen; arguments as for `seen`."""
+    """Measure the visible share of each triangle; arguments as for `seen`."""
     weights = middles(subdivision)
     samples = z[faces] @ weights.T
     from_source = source.contains(samples)
@@ -114,7 +114,7 @@ def shares_seen(
 
 
 def middles(parts: int) -> Real:
-    """Return the barycentric coordinates (parts², 3) of the middles of a triangle's equal parts."""
+    """Return barycentric coordinates (parts², 3) of the centroids of a triangle's equal parts."""
     found = []
     for i in range(parts):
         for j in range(parts - i):

@@ -1,6 +1,6 @@
-"""Maps of whole drawings by way of frames.
+"""Map whole drawings by way of frames around them.
 
-choice  the pair of frames, or the fit of outlines, whose map costs the least
-solve   the map of two drawings
-placed  the map of a drawing that keeps its proportions, inside another or over it
+choice  search for the cheapest pair of frames, or fit of outlines
+solve   solve for the map of two drawings
+placed  maps that keep a drawing's proportions, inside another drawing or over it
 """

@@ -1,13 +1,13 @@
-"""The pair of frames, and the way to map them, that cost the least for two drawings.
+"""Choose the pair of frames, and the way to map them, with the least cost for two drawings.
 
-Coarse maps of discs take a tenth of a second, so candidates are compared by them (`drawings.cost`):
+Candidates are compared by coarse maps of disks, which take a tenth of a second each (`drawings.cost`):
 
-- frames of several degrees on both sides, by two descents: from both hulls a side is opened, and from the tightest pair
-  a side is closed further, as long as that lowers the cost;
-- the tightest frames with the target's concavities filled by triangles that weigh little (fit `cover`): the map decides
-  itself how far each one closes;
-- for drawings of one part with as many holes each, the outlines with holes onto holes;
-- parts paired one to one, where both drawings have as many of them.
+- Frames with gaps closed to several degrees on both sides. Two descents search them: one starts from both hulls and
+  opens gaps, the other from the tightest pair and closes gaps, as long as the cost decreases.
+- The tightest frames, with the target's concavities filled by triangles of low weight (fit `cover`). Then the map
+  itself determines how far each concavity closes.
+- For drawings of one part with the same number of holes, the outlines, with holes mapped to holes.
+- For drawings with the same number of parts, pairs of parts.
 
 Only the cheapest candidate is solved for on a fine mesh.
 """
@@ -37,40 +37,41 @@ from ..plane import triangle_areas
 Way = Literal["whole", "cover", "contain"]
 
 GOOD_STRETCH = 2.2
-"""Stretch on 95 % of the area up to which the map of whole outlines is taken without looking further,"""
+"""A map of whole outlines is accepted without further search if its stretch on 95 % of the area is at most this."""
 GOOD_LOST = 0.02
-"""and the share of both drawings that such a map may lose."""
+"""It must also hide or leave bare at most this share of either drawing."""
 GOOD_COST = 1.5
-"""and its cost: maps whose stretch is small on 95 % may still stretch the rest into stripes, which the mean energy
-sees.
+"""And it must cost at most this: where stretch is small on 95 %, the rest may still be stretched into stripes, which
+shows in the mean energy.
 """
 CRACK_WIDTH = 3 / 512
-"""Relative to the target's size: a slit narrower than that is seen as a crack of that width."""
+"""Relative to the target's size: narrower slits count as cracks of this width."""
 MOST_MATCHED_HOLES = 3
-"""Drawings with more holes are mapped with their holes filled: each one needs a separate boundary."""
+"""Drawings with more holes are mapped with their holes filled, since each hole needs a separate boundary."""
 MOST_PAIRED_PARTS = 8
-"""Drawings with more parts are mapped joined: each pair of parts needs a separate map."""
+"""Drawings with more parts are mapped as wholes, since each pair of parts needs a separate map."""
 GIVEN_UP = 4 / 3
-"""Times the least cost found: a descent that stands higher is given up. Of 36 pairs of drawings with many parts or long
-outlines, no descent came from there to the cheapest frames, and half of the time for comparing frames is saved."""
+"""Relative to the least cost found: a descent at a higher cost is abandoned. On 36 pairs of drawings with many parts or
+long outlines, no such descent reached the cheapest frames; abandoning them halves the time of the search."""
 CLOSED_GAIN = 0.95
-"""Times the cost with the source's tightest frame: one that shows more gaps of the source must cost less, since the
-eye sees a bite in an outline before the mean over the area does."""
+"""Relative to the cost with the source's tightest frame: a frame that shows more gaps of the source must cost less than
+this, since missing pieces of an outline are more conspicuous than the mean over the area suggests."""
 PAIRED_GAIN = 0.95
-"""Times the cost of the best joined map: pairing parts must cost less, since it moves them against each other."""
+"""Relative to the cost of the best map of wholes: pairing parts must cost less than this, since it moves parts relative
+to each other."""
 
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """How two drawings are mapped.
+    """One way to map two drawings.
 
     Attributes:
         frames: the frames of source and target.
-        way: whether their outlines go onto each other (whole), or concavities of one are filled (cover, contain).
-        holed: whether holes of drawings of one part go onto holes.
-        cost: by a coarse map.
-        seen: what that shows.
-        pairs: parts of source and target that are mapped one to one; empty where the drawings are mapped as wholes.
+        way: "whole" maps the frames' outlines onto each other; "cover" and "contain" fill concavities of one of them.
+        holed: whether drawings of one part are mapped with their holes.
+        cost: of a coarse map, see `drawings.cost`.
+        seen: energy and losses of that map.
+        pairs: parts of source and target that are mapped one-to-one; empty where the drawings are mapped as wholes.
     """
 
     frames: tuple[Frame, Frame]
@@ -90,20 +91,20 @@ def choices(
     pair_parts: bool = False,
     framed: bool = False,
 ) -> list[Choice]:
-    """Return ways to map a drawing onto another, the cheapest first, judged by coarse maps.
+    """Return ways to map a drawing onto another, sorted by the cost of coarse maps.
 
     Parameters
     ----------
     source, target
         The drawings.
     settings
-        What is asked of the map.
+        Settings of the solver.
     free_gaps
         Whether gaps of the source may be shown at no cost, as with a checkerboard.
     pair_parts
-        Whether parts may be mapped one to one.
+        Whether parts may be mapped one-to-one.
     framed
-        Whether only frames are considered, and of these only the ones around all of a drawing.
+        Whether to consider only frames, and of these only the ones that contain all of a drawing.
     """
     drawings = source, target, settings, free_gaps, framed
     paired = _paired(source, target, settings, free_gaps=free_gaps) if pair_parts else None
@@ -119,16 +120,16 @@ def choices(
 def _search(
     source: Drawing, target: Drawing, settings: Settings, free_gaps: bool, framed: bool
 ) -> "_FrameSearch":
-    """Return the search for frames of two drawings, which keeps what it has compared."""
+    """Return the search over frames of two drawings, cached with the candidates that it has compared."""
     return _FrameSearch(_Judge(source, target, settings, free_gaps=free_gaps), around_all=framed)
 
 
-# Whether parts are paired is asked before any map is solved for, which asks again for the same drawings.
+# Callers first ask whether to pair parts, and again for the same drawings when they solve; hence the cache.
 @lru_cache(maxsize=1 + MOST_PAIRED_PARTS)
 def _joined(
     source: Drawing, target: Drawing, settings: Settings, free_gaps: bool, framed: bool
 ) -> tuple[Choice, ...]:
-    """Return ways to map a drawing onto another as one thing, the cheapest first."""
+    """Return ways to map a drawing onto another as a whole, the cheapest first."""
     search = _search(source, target, settings, free_gaps, framed)
     judge = search.judge
     tightest = source.tightest, target.tightest
@@ -155,7 +156,7 @@ def _joined(
 
 
 class _Judge:
-    """Compares coarse maps of two drawings."""
+    """Assesses coarse maps of two drawings."""
 
     def __init__(self, source: Drawing, target: Drawing, settings: Settings, *, free_gaps: bool):
         self.source, self.target, self.settings, self.free_gaps = source, target, settings, free_gaps
@@ -166,7 +167,7 @@ class _Judge:
     def choice(
         self, frames: tuple[Frame, Frame], way: Way, coarse: CoarseMap, *, holed: bool = False
     ) -> Choice:
-        """Return the choice that a coarse map stands for."""
+        """Return the choice for a coarse map, with its cost and losses."""
         shown = self._seen(coarse)
         found = Choice(frames, way, holed, shown.cost(coarse.turning), shown)
         self.least_cost = min(self.least_cost, found.cost)
@@ -179,12 +180,14 @@ class _Judge:
         return found
 
     def is_good(self, choice: Choice) -> bool:
-        """Return whether a map of the whole outlines of both only parts does, without looking further."""
+        """Return whether a choice is a good enough map of exact outlines, so that the search can stop."""
         return choice in self._good and all(frame.radius == 0 for frame in choice.frames)
 
     def _seen(self, coarse: CoarseMap) -> Seen:
-        """Return what a coarse map shows; where filled gaps of the source collapse, slits count as wide as an eye sees
-        them."""
+        """Measure the energy and losses of a coarse map.
+
+        Where filled gaps of the source collapse, the slits that remain count with the width at which they are seen.
+        """
         source, target = self.source.region, self.target.region
         shown = seen(
             coarse.map.z,
@@ -207,14 +210,14 @@ class _Judge:
 
 
 class _FrameSearch:
-    """Looks for the pair of frames, given by their numbers, that costs the least.
+    """Searches for the cheapest pair of frames; pairs are given by the frames' indices.
 
     Parameters
     ----------
     judge
-        Compares maps.
+        Assesses maps.
     around_all
-        Whether frames that leave parts of a drawing out are ignored.
+        Whether to ignore frames that leave out parts of a drawing.
     """
 
     def __init__(self, judge: _Judge, *, around_all: bool):
@@ -228,7 +231,7 @@ class _FrameSearch:
         self._compared: dict[tuple[int, int], Choice | None] = {}
 
     def attempt(self, pair: tuple[int, int]) -> Choice | None:
-        """Return the choice that a pair of frames is; None where no map is found, or its energy is hopeless."""
+        """Return the choice for a pair of frames; None where no map is found, or its energy is much too high."""
         if pair not in self._compared:
             frames = self._sides[0][pair[0]], self._sides[1][pair[1]]
             most = HOPELESS * min(self.judge.least_cost, LOST)
@@ -237,21 +240,21 @@ class _FrameSearch:
         return self._compared[pair]
 
     def starts_above(self, cost: float) -> bool:
-        """Return whether both pairs of frames that descents start from cost more: neither is worth descending from."""
+        """Return whether both pairs from which descents start cost more than `cost`, so that none is worthwhile."""
         return all(self._cost(self.attempt(pair)) > cost for pair in ((0, 0), self._hulls))
 
     def descents(self) -> Iterator[Choice]:
-        """Yield the choices that two descents look at, each once, but for the tightest pair.
+        """Yield the choices that two descents visit, each once, except the tightest pair.
 
-        One opens frames, from both hulls on, which are compared fastest; the other closes them further, from the
-        tightest pair on. One alone often misses the best pair: closing a part of a gap may cost more than closing all
-        of it.
+        One descent starts from both hulls, which are the fastest to compare, and opens gaps. The other starts from the
+        tightest pair and closes gaps. Either alone often misses the best pair, since closing part of a gap may cost
+        more than closing all of it.
         """
         last, passed = self._hulls, {(0, 0)}
         for start, step in ((last, -1), ((0, 0), 1)):
             best, at = start, None
             while best != at:
-                at = best  # its own cost is compared, too, so that a descent ends where no neighbour is cheaper
+                at = best  # compared with its neighbours, so that the descent ends at a local minimum
                 neighbours = [
                     (i, j)
                     for i, j in (at, (at[0], at[1] + step), (at[0] + step, at[1]))
@@ -268,28 +271,28 @@ class _FrameSearch:
 
     @staticmethod
     def _cost(choice: Choice | None) -> float:
-        """Return the cost of what was compared; infinite where no map was found."""
+        """Return the cost of a choice; infinite where no map was found."""
         return np.inf if choice is None else choice.cost
 
     def _is_given_up(self, pair: tuple[int, int]) -> bool:
-        """Return whether a pair of frames has a map that costs so much that its neighbours are not looked at."""
+        """Return whether a pair of frames costs so much that its neighbours are not visited."""
         cost = self._cost(self._compared.get(pair))
         return bool(GIVEN_UP * self.judge.least_cost < cost < np.inf)
 
 
 def _of_area_one(map: MeshMap) -> tuple[Complex, Complex, Index]:
-    """Return a map between regions of area one, which stretches are relative to."""
+    """Return a map scaled so that its source and image have area one, as the energy expects."""
     z, u = (w / np.sqrt(np.abs(triangle_areas(w[map.faces])).sum()) for w in (map.z, map.u))
     return z, u, map.faces
 
 
 def may_pair(source: Drawing, target: Drawing) -> bool:
-    """Return whether each part of a drawing may have a separate partner."""
+    """Return whether two drawings have equally many parts, and few enough to map them one-to-one."""
     return 2 <= len(source.parts) == len(target.parts) <= MOST_PAIRED_PARTS
 
 
 def _paired(source: Drawing, target: Drawing, settings: Settings, *, free_gaps: bool) -> Choice | None:
-    """Return the map of each part onto a separate part, by place and size; None where the parts do not match."""
+    """Return the choice that maps parts one-to-one, paired by place and size; None where the parts do not match."""
     if not may_pair(source, target):
         return None
     parts = source.parts, target.parts

@@ -1,9 +1,9 @@
 """Maps that keep the source drawing's proportions: a similar copy of it inside the target, or one that covers it.
 
-Inside, the frame of the source is copied into the target by the largest similarity. To slice, the frame of the target
-is copied into the source by the largest similarity, and the map is the inverse of that: the source drawing is as small
-as it can be to cover the target, and what hangs over is cut. Where pins ask for a copy that sticks out of the other
-drawing, the copy is cut off there, and the map bends to what is left of it.
+With `inside`, the frame of the source is copied into the target by the largest similarity. With `slice`, the frame of
+the target is copied into the source by the largest similarity, and the map is the inverse: the source is as small as
+possible while covering the target, and is cut where it extends beyond it. Where pins require a copy that sticks out of
+the other drawing, the copy is clipped there, and the map is bent to the part that is left.
 """
 
 from collections.abc import Iterator
@@ -26,12 +26,12 @@ from ..result import Fit
 from .solve import Solver, without_outline_losses
 
 ROUNDED = 1e-9
-"""Of the target's diagonal: points as close are the same."""
+"""Relative to the target's diagonal: points closer than this are equal."""
 MOST_CUT = 0.5
-"""Of the copy's area: where pins put more of it outside, the drawing has no place there."""
+"""Of the copy's area: if pins put more of it outside, the drawing has no place there."""
 HIDDEN_INSIDE = 3.0
-"""How many times a part of the source drawing counts that gaps of the target hide, where all was to be inside: so a
-drawing is put beside the hole of a ring, but not beside small holes."""
+"""Weight of source area that gaps of the target hide, with `inside`. It puts a drawing beside the hole of a ring, but
+does not avoid small holes."""
 SLIVER = 1e-4
 """Of the copy's area: smaller pieces that are cut off come from rounding."""
 
@@ -44,7 +44,7 @@ class Placement(NamedTuple):
     target: Curve
 
     def meets(self, pins: Complex) -> bool:
-        """Return whether the similarity alone is the map, and takes pins (k, 2) where they go."""
+        """Return whether the similarity maps the outlines and the pins (k, 2) onto each other without any bending."""
         images = self.similarity(self.source.z)
         is_whole = images.size == self.target.z.size and bool(
             np.allclose(images, self.target.z, rtol=0, atol=self._near)
@@ -59,7 +59,7 @@ class Placement(NamedTuple):
 def fit_placed(
     source: Drawing, target: Drawing, options: Options, solver: Solver, *, pins: Complex, opaque: bool
 ) -> Fit:
-    """Return the map of a drawing placed inside another, or over another, in its own proportions.
+    """Map a drawing inside another, or over another, in its own proportions.
 
     Parameters
     ----------
@@ -70,18 +70,18 @@ def fit_placed(
     solver
         Solves for a pair of outlines, without pins where `pinned` is false.
     pins
-        (k, 2) points of the source and where they go, by which the drawing is placed.
+        (k, 2) points of the source and their images, which determine the placement.
     opaque
         Whether the texture covers the gaps between the source's parts.
 
     Raises
     ------
     InputError
-        There is no place for the drawing where the pins ask for one.
+        There is no place for the drawing that agrees with the pins.
     """
     regions = list(_regions(source, target, options))
     if len(pins) > 1:
-        regions = regions[:1]  # the pins say where the copy lies, whatever it may lie in
+        regions = regions[:1]  # pins determine where the copy lies, whatever region contains it
     placements = [_placement(inner, outer, options, pins) for inner, outer in regions]
     found = [placement for placement in placements if placement is not None]
     if not found:
@@ -92,13 +92,15 @@ def fit_placed(
     turn = float(np.degrees(np.angle(best.similarity.factor)))
     whole = replace(options, place="fill", fit="whole", turn=turn)
     fit = solver(best.source, best.target, [], [], whole, pinned=not best.meets(pins))
-    notes = [note for note in without_outline_losses(fit) if note != SIMILAR]  # that is what was asked for
+    notes = [note for note in without_outline_losses(fit) if note != SIMILAR]  # a similarity was requested
     return replace(fit, drawings=(source, target), place=options.place, notes=notes)
 
 
 def _regions(source: Drawing, target: Drawing, options: Options) -> Iterator[tuple[Curve, shapely.Geometry]]:
-    """Yield the frame of one drawing, which is copied, and regions that may contain the copy: the frame of the other
-    drawing, and where that has gaps its painted area."""
+    """Yield pairs of the frame that is copied and a region for the copy.
+
+    The region is the other drawing's frame, and if that drawing has gaps also its painted area.
+    """
     inner, outer = (source, target) if options.place == "inside" else (target, source)
     yield inner.tightest.outline, outer.tightest.outline.polygon
     if not outer.is_one_part or outer.holes:
@@ -106,8 +108,18 @@ def _regions(source: Drawing, target: Drawing, options: Options) -> Iterator[tup
 
 
 def _placement(inner: Curve, outer: shapely.Geometry, options: Options, pins: Complex) -> Placement | None:
-    """Return the placement for a frame that is copied and the region that must contain the copy; None where no copy
-    lies as the pins ask.
+    """Return the largest placement of a frame in a region; None where no copy agrees with the pins.
+
+    Parameters
+    ----------
+    inner
+        The frame that is copied.
+    outer
+        The region that must contain the copy.
+    options
+        The kind of placement and the rotation.
+    pins
+        (k, 2) points of the source and their images.
 
     Raises
     ------
@@ -132,26 +144,28 @@ def _placement(inner: Curve, outer: shapely.Geometry, options: Options, pins: Co
 
 
 def _through(pairs: Complex, rotation: float | None) -> Similarity | None:
-    """Return the similarity that takes points closest to their images, rotated as asked; None where it would be a
-    reflection in a point."""
+    """Return the least-squares similarity for pairs of points (k, 2), with the given rotation in radians if any.
+
+    Returns None where its scale would be negative.
+    """
     z, w = pairs.T
     found = Similarity.fit(z, w)
     if rotation is None:
         return found
     turn = complex(np.exp(1j * rotation))
-    scale = (found.factor / turn).real  # least squares with the rotation held
+    scale = (found.factor / turn).real  # least squares with the rotation fixed
     if scale <= 0:
         return None
     return Similarity(scale * turn, complex(np.mean(w) - scale * turn * np.mean(z)))
 
 
 def _within(copy: Curve, outer: shapely.Geometry) -> Curve:
-    """Return the outline of what of a copy lies in a region.
+    """Return the outline of the part of a copy that lies in a region.
 
     Raises
     ------
     InputError
-        That is less than half of it, or in several pieces.
+        That part is less than half of the copy, or in several pieces.
     """
     region = copy.polygon
     if shapely.covers(outer, region):
@@ -172,7 +186,7 @@ def _within(copy: Curve, outer: shapely.Geometry) -> Curve:
 
 
 def _cost(placement: Placement, source: Drawing, target: Drawing, place: str, *, opaque: bool) -> float:
-    """Return the cost of a placement (see `drawings.cost`), as if nothing were bent."""
+    """Return the cost (see `drawings.cost`) of a placement without bending."""
     domain = placement.source.polygon
     seen_through = shapely.intersection(domain, moved(target.painted, placement.similarity.inverse()))
     shown = float(shapely.intersection(seen_through, source.painted).area)

@@ -1,4 +1,4 @@
-"""Maps of whole drawings: the cheapest choice of frames, solved for."""
+"""Solve for the map of whole drawings, with the cheapest choice of frames."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -15,8 +15,8 @@ Solver = Callable[..., Fit]
 """Solves for the map of two outlines: `solver(source, target, source_holes, target_holes, options)`."""
 
 LEAST_LEFT_OUT = 1e-3
-"""Of a drawing: parts that are less together are specks."""
-MOST_SOLVED = 3  # of the choices, cheapest first, until one has a map without folds
+"""Of a drawing's area: if parts left out sum to less, they are specks and not reported."""
+MOST_SOLVED = 3  # choices that are tried, cheapest first, until one has a map without folds
 
 
 def fit_drawings(
@@ -35,14 +35,14 @@ def fit_drawings(
     source, target
         The drawings.
     options
-        How to solve; `fit` says what is compared.
+        How to solve; `fit` selects the candidates.
     solver
         Solves for a pair of outlines with holes.
     free_gaps
         Whether gaps of the source may be shown at no cost.
     searched
         Whether frames are chosen by their cost. Otherwise, as with constraints, outlines are mapped where both drawings
-        are one part, and the tightest frames where they are not.
+        have one part, and the tightest frames where they do not.
 
     Raises
     ------
@@ -53,14 +53,14 @@ def fit_drawings(
         return solve_choice(_unsearched(source, target, options), source, target, options, solver)
     framed = FITS[options.fit].of_drawings
     ranked = choices(source, target, settings_of(options), free_gaps=free_gaps, framed=framed)
-    # the order is stable: among those within the bounds it stays that of their cost
+    # the sort is stable: choices within the bounds stay sorted by cost
     ranked.sort(key=lambda choice: _excess(choice, options))
     missed: Fit | None = None
     failure: InputError | None = None
     for choice in ranked[:MOST_SOLVED]:
         try:
             found = solve_choice(choice, source, target, options, solver)
-        except InputError as error:  # folds, or an outline too fine for its mesh: another frame may do
+        except InputError as error:  # folds, or an outline too fine for its mesh: another frame may work
             failure = failure or error
             continue
         if found.status.ok:
@@ -73,7 +73,7 @@ def fit_drawings(
 
 
 def _excess(choice: Choice, options: Options) -> float:
-    """Return by how much a choice hides, or leaves bare, more than is allowed."""
+    """Return by how much a choice exceeds the allowed hidden and bare shares."""
     hidden = max(0.0, choice.seen.hidden - options.max_left_out)
     return hidden + max(0.0, choice.seen.bare - options.max_uncovered)
 
@@ -81,14 +81,14 @@ def _excess(choice: Choice, options: Options) -> float:
 def paired_parts(
     source: Drawing, target: Drawing, options: Options, *, free_gaps: bool = False
 ) -> Sequence[tuple[Drawing, Drawing]]:
-    """Return the parts of two drawings that are mapped one to one, where that costs less than mapping them joined."""
+    """Return pairs of parts to map one-to-one, where that costs less than mapping the drawings as wholes."""
     if not may_pair(source, target):
         return []
     return choices(source, target, settings_of(options), free_gaps=free_gaps, pair_parts=True)[0].pairs
 
 
 def _unsearched(source: Drawing, target: Drawing, options: Options) -> Choice:
-    """Return the choice of the tightest frames that contain all of both drawings, mapped as the options say."""
+    """Return the choice of the tightest frames that contain all of both drawings, mapped as the options request."""
     ways: dict[str, Way] = {"contain": "contain", "cover": "cover"}
     way = ways.get(options.fit, "whole")
     holed = source.is_one_part and target.is_one_part and not FITS[options.fit].of_drawings
@@ -96,7 +96,7 @@ def _unsearched(source: Drawing, target: Drawing, options: Options) -> Choice:
 
 
 def solve_choice(choice: Choice, source: Drawing, target: Drawing, options: Options, solver: Solver) -> Fit:
-    """Return the map that a choice of frames stands for.
+    """Solve for the map of a choice of frames.
 
     Raises
     ------
@@ -113,7 +113,7 @@ def solve_choice(choice: Choice, source: Drawing, target: Drawing, options: Opti
 
 
 def _parts_left_out(choice: Choice) -> list[str]:
-    """Return a note for each drawing whose small parts are not mapped."""
+    """Return a note for each drawing with small parts that are not mapped."""
     return [
         f"Small parts, {frame.left_out:.1%} of the {side} drawing, are left out; fit frame includes them."
         for frame, side in zip(choice.frames, ("source", "target"))
@@ -122,6 +122,6 @@ def _parts_left_out(choice: Choice) -> list[str]:
 
 
 def without_outline_losses(fit: Fit) -> list[str]:
-    """Return the notes but for those on what outlines lose: what the drawings lose is another figure."""
+    """Return a map's notes without those on the losses of outlines, since drawings have losses of their own."""
     lost = set(coverage_notes(fit))
     return [note for note in fit.notes if note not in lost]
