@@ -1,4 +1,4 @@
-"""The commands that a batch runs: their jobs as JSON describes them, checked and run."""
+"""The commands that a batch can run: creating, checking and running their jobs."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from ..run.job import KINDS, Described, FlattenJob, Job, Outcome, RelayoutJob
 
 
 def job_of(values: dict[str, Any]) -> Described:
-    """Return the job of a `command` (map) and the values that it is given."""
+    """Return the job of a `command` (by default map) with the given values."""
     return KINDS[values.get("command", "map")](
         **{key: value for key, value in values.items() if key != "command"}
     )
 
 
 def check(job: Described) -> None:
-    """Refuse inputs and outputs of kinds that the command does not know.
+    """Check that the command supports the formats of inputs and outputs.
 
     Raises:
-        InputError: naming one.
+        InputError: an input or output has another format.
     """
     from ..run import flatten, outputs, relayout
     from ..run.inputs import Inputs
@@ -37,10 +37,10 @@ def check(job: Described) -> None:
 
 
 def run(job: Described, threads: int | None) -> Outcome:
-    """Do all of a job.
+    """Run a job.
 
     Raises:
-        InputError: an input or output is wrong. Nothing has been written then.
+        InputError: an input or output is invalid. In this case nothing has been written.
     """
     from ..run import execute, flatten, relayout
 

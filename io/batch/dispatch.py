@@ -1,4 +1,4 @@
-"""Run the tasks of a manifest on a pool and yield one result each, whatever happens to a job, a worker or the run."""
+"""Run the tasks of a manifest on a pool; each has one result, whatever happens to a job, a worker or the run."""
 
 from __future__ import annotations
 
@@ -20,22 +20,24 @@ from .manifest import ManifestError, Task
 from .pools import Pool
 
 SCHEMA = "iccm.result/1"
-EARLY = 0.8  # of --timeout, after which a job ends on its own: killed it leaves nothing (by hand)
-POLL = 0.2  # seconds within which a signal or an expired job is noticed
-NAMED = 3  # jobs under way whose names are shown
+# relative to --timeout: time limit of the solver, since a job that is killed leaves no output (chosen by hand)
+EARLY = 0.8
+POLL = 0.2  # seconds until a signal or an expired job is noticed at the latest
+NAMED = 3  # running jobs whose names are shown
 GOOD = ("done",)
 
 
 @dataclass(frozen=True)
 class Policy:
-    """How a batch behaves when things go wrong.
+    """How a batch reacts to failures.
 
     Attributes:
-        retries: how often a job is run again after its worker died.
-        timeout: seconds a job may take, None for no limit.
-        fail_fast: after the first job that is not done, begin no other.
+        retries: how often a job is run again after its worker has died.
+        timeout: seconds that a job may take; None for no limit.
+        fail_fast: whether to start no further jobs after one has failed.
         threads: threads of each worker.
-        time_limit: seconds after which a job ends on its own, with the best map so far if there is one; None: as long
+        time_limit: seconds after which the solver stops with the best map so far; None: the default of the commands, or
+            a share of `timeout`.
         as
             a command by default, or what leaves it some time before `timeout`.
     """
@@ -48,7 +50,7 @@ class Policy:
 
     @property
     def seconds(self) -> float:
-        """The time limit of a job."""
+        """The time limit of a job in seconds."""
         if self.time_limit is not None:
             return self.time_limit
         return deadline.DEFAULT_SECONDS if self.timeout is None else EARLY * self.timeout
@@ -59,16 +61,17 @@ class _Running:
     task: Task
     attempt: int = 1
     began: float = 0.0
-    alone: bool = False  # its worker died, or that of a bundle that it was in
-    before: str = ""  # the map of the frame before
+    alone: bool = False  # after its worker, or that of its bundle, has died
+    before: str = ""  # the map of the previous frame
 
 
 def prepare(tasks: list[Task], book: Journal, *, resume: bool, make: bool = True) -> list[Task]:
-    """Return the tasks with their outputs checked; with `resume`, this batch's own may be replaced, and `make` makes
-    folders.
+    """Return the tasks with their outputs checked.
+
+    With `resume`, outputs of this batch may be replaced; with `make`, missing folders are created.
 
     Raises:
-        ManifestError: every output that cannot be written.
+        ManifestError: lists every output that cannot be written.
     """
     ready, found = [], []
     for task in tasks:
@@ -87,7 +90,7 @@ def prepare(tasks: list[Task], book: Journal, *, resume: bool, make: bool = True
 
 
 def _why_unwritable(path: str, force: bool, make: bool) -> str | None:
-    """Why an output cannot be written, after making its folder, or looking whether it can be made."""
+    """Return why an output cannot be written, or None; with `make`, create its folder."""
     folder = os.path.dirname(path) or "."
     try:
         if make:
@@ -113,18 +116,21 @@ def execute(
     stopping: Callable[[], bool] = lambda: False,
     warn: Callable[[str], None] = lambda message: None,
 ) -> Iterator[dict[str, Any]]:
-    """Yield the result of each task, as it ends: `iccm.result/1`, see docs/reference/batch.md.
+    """Yield the result of each task as it ends: `iccm.result/1`, see docs/reference/batch.md.
+
+    When `stopping` returns True, no further job is started, running jobs are stopped, and the rest is reported as
+    cancelled.
 
     When `stopping` turns true nothing is begun any more, what runs is ended, and the rest is reported as cancelled.
     """
-    # A job is in one of these at a time: it is pending until a worker has room, running until its worker answers. A
-    # frame of a sequence waits for the frame before it, by whose number it is found; when that ends it is pending.
+    # Each job is in one of these collections: pending until a worker is free, running until its worker answers. A frame
+    # of a sequence waits for the previous frame, by whose number it is found, and becomes pending when that ends.
     pending = deque(_Running(task) for task in tasks if not task.after)
     waiting = {
         task.after: _Running(task, before=_map_of(tasks[task.after - 1])) for task in tasks if task.after
     }
     running: dict[Future, list[_Running]] = {}
-    keys: dict[int, str] = {}  # of jobs that were begun, in the journal, by their numbers
+    keys: dict[int, str] = {}  # journal keys of the jobs that have begun, by number
     failed = False
     while pending or running:
         if stopping():
@@ -137,9 +143,9 @@ def execute(
             pending.clear()
             waiting.clear()
 
-        # Give jobs to workers while there is room. `known` is the result of one that need not run: it was completed
-        # by an earlier run, or its inputs are gone. The loop ends with it, so that signals are seen between two such
-        # jobs.
+        # Give jobs to workers while there is room. `known` is the result of a job that need not run, because an earlier
+        # run completed it or its inputs are gone. The loop ends at each such job, so that signals are noticed in
+        # between.
         known = None
         while pending and known is None and len(running) < _capacity(pool, running, pending):
             items = []
@@ -157,9 +163,9 @@ def execute(
             _release(known, waiting, pending, warn)
             yield known
 
-        # Wait a moment for answers; not at all if there was a result, since more may be known at once. A worker that
-        # died answers nothing. One that was given a bundle answers for the first jobs of it if these took long: the
-        # others go back to the front of the queue, in their order.
+        # Wait a moment for answers, or not at all if there was a result, since further results may be known
+        # immediately. A worker that has died gives no answer. One that was given a bundle answers for the first of its
+        # jobs if these took long; the others go back to the front of the queue, in order.
         for items, answers in _collect(running, pool, policy, 0.0 if known else POLL):
             if answers is None:
                 again, answers = _retry(items, policy, warn)
@@ -177,7 +183,7 @@ def execute(
 
 
 def _cancel(items: Iterable[_Running], why: str) -> Iterator[dict[str, Any]]:
-    """Yield the results of jobs that are not run, or not to their ends."""
+    """Yield the results of jobs that are not run, or are stopped."""
     for item in items:
         yield _record(item, _answer("cancelled", why))
 
@@ -188,7 +194,9 @@ def _release(
     pending: deque[_Running],
     warn: Callable[[str], None],
 ) -> None:
-    """Let the frame after one that ended continue from its map; anew, and say so, where there is none."""
+    """Let the next frame continue from the map of a frame that has ended; start from scratch, with a warning, if there
+    is none.
+    """
     item = waiting.pop(record["job"], None)
     if item is None:
         return
@@ -203,27 +211,29 @@ def _release(
 
 
 def _map_of(task: Task) -> str:
-    """Return the map that a frame keeps."""
+    """Return the map that a frame writes."""
     return next((name for name in task.job.outputs if formats.of(name).map), "")
 
 
 def _tell(running: dict[Future, list[_Running]], pending: int, count: int) -> None:
-    """Tell which jobs are under way, and how many are over."""
+    """Report the names of running jobs, and the number of completed ones."""
     names = [item.task.name for items in running.values() for item in items]
     more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
     progress.tell(", ".join(names[:NAMED]) + more or "jobs", count - pending - len(names), count)
 
 
 def _capacity(pool: Pool, running: dict[Future, list[_Running]], pending: deque[_Running]) -> int:
-    """Return how many bundles may be under way. What waits at a worker goes down with it, and would be blamed as well:
-    where a job may have killed one, none waits.
+    """Return the number of bundles that may be at the workers.
+
+    If a worker dies, the jobs waiting there are lost and would be suspected, too. So none wait while a job is suspected
+    of having killed a worker.
     """
     suspicious = pending[0].alone or any(items[0].alone for items in running.values())
     return pool.size + (0 if suspicious else pool.ahead)
 
 
 def _bundle(pending: deque[_Running], count: int) -> Iterator[_Running]:
-    """Yield the next jobs, up to so many, that may go to a worker together."""
+    """Yield up to `count` of the next jobs that may be sent to a worker together."""
     alone = pending[0].alone
     yield pending.popleft()
     while not alone and (count := count - 1) > 0 and pending and not pending[0].alone:
@@ -233,8 +243,9 @@ def _bundle(pending: deque[_Running], count: int) -> Iterator[_Running]:
 def _retry(
     items: list[_Running], policy: Policy, warn: Callable[[str], None]
 ) -> tuple[list[_Running], list[dict[str, Any]]]:
-    """Return what is run again after a worker died, and the answer for what is not. Of several jobs nobody knows which
-    one it was: each is run alone.
+    """Return what to run again after a worker has died, and the answers for the rest.
+
+    If a bundle of jobs was running, it is not known which of them was the cause, so each is run alone.
     """
     files.sweep(path for item in items for path in item.task.job.outputs)
     first = items[0]
@@ -256,8 +267,11 @@ def _begin(
     *,
     unasked: bool,
 ) -> dict[str, Any] | None:
-    """Note the beginning of a job; its result when there is no need to run it. Where it may be run again
-    `unasked`, it cannot tell its own files from others' when it writes them: that is looked at here."""
+    """Record the start of a job; return its result if it need not run.
+
+    If the pool may run it again `unasked`, a second attempt could not distinguish its own files from others when it
+    writes them, so existing outputs are checked here.
+    """
     if item.task.number in keys:
         return None
     job = item.task.job
@@ -293,7 +307,9 @@ def _finish(key: str | None, record: dict[str, Any], book: Journal, warn: Callab
 def _collect(
     running: dict[Future, list[_Running]], pool: Pool, policy: Policy, patience: float
 ) -> Iterator[tuple[list[_Running], list[dict[str, Any]] | None]]:
-    """Yield what ended within some seconds, on its own or by the clock; None for answers when the worker died."""
+    """Yield bundles that ended within some seconds, on their own or by --timeout; answers are None if the worker
+    died.
+    """
     if not running:
         return
     done, _ = wait(running, timeout=patience, return_when=FIRST_COMPLETED)
@@ -315,14 +331,15 @@ def _collect(
 def _answers(future: Future) -> list[dict[str, Any]] | None:
     try:
         return future.result()
-    except (Exception, CancelledError):  # a broken pool, or whatever a cluster says when a worker dies
+    # a broken pool, or whatever exception a cluster raises when a worker dies
+    except (Exception, CancelledError):
         return None
 
 
 def _payload(item: _Running, pool: Pool, policy: Policy) -> dict[str, Any]:
     job = item.task.values
     if pool.runs_again or item.attempt > 1:
-        job["force"] = True  # a worker that is lost may have written its files before
+        job["force"] = True  # a lost worker may already have written its files
     return {"job": job, "threads": policy.threads, "folder": os.getcwd(), "seconds": policy.seconds}
 
 

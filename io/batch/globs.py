@@ -1,6 +1,6 @@
-"""Globs of a manifest: the files that they match, of a bounded number of folders' entries, inside the root.
+"""Patterns (globs) in a manifest: the files that they match, with a limit on visited entries, inside allowed folders.
 
-A manifest from a stranger could otherwise walk the whole disk (`/**`), or name any picture of this machine.
+Otherwise the manifest of a stranger could search the whole disk (`/**`), or read any picture on this machine.
 """
 
 import fnmatch
@@ -17,10 +17,10 @@ from .. import limits
 
 @dataclass
 class Globs:
-    """Globs that share their bounds.
+    """Patterns that share a limit on entries and time.
 
     Attributes:
-        roots: folders that they stay in, links counting as what they lead to; None: they may go anywhere.
+        roots: folders that matches must lie in, after links are resolved; None for anywhere.
     """
 
     roots: Sequence[str] | None
@@ -31,11 +31,13 @@ class Globs:
         self._real = None if self.roots is None else [os.path.realpath(root or ".") for root in self.roots]
 
     def files(self, pattern: str) -> list[str]:
-        """Return the files that a pattern matches, sorted: `*`, `?` and `[…]` in names, `**` for folders in folders
-        (not through links); what begins with a dot only by a dot.
+        """Return the files that a pattern matches, sorted.
+
+        `*`, `?` and `[…]` match in names, `**` matches nested folders (but not through links). Names that begin with a
+        dot only match patterns that begin with a dot.
 
         Raises:
-            InputError: it leads out of the roots, or looks at too much.
+            InputError: the pattern leads out of the roots, or exceeds the limits.
         """
         return sorted(set(self._below("", list(Path(pattern).parts))))
 
@@ -61,7 +63,7 @@ class Globs:
                 yield path
 
     def _entries(self, folder: str) -> Iterator[os.DirEntry[str]]:
-        """Yield what a folder holds; nothing, where it cannot be read."""
+        """Yield the entries of a folder; none if it cannot be read."""
         self._check(folder)
         try:
             with os.scandir(folder or ".") as entries:

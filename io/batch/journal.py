@@ -1,11 +1,11 @@
-"""The journal of a batch, beside its outputs: what was begun and what was finished, so that a run can resume.
+"""The journal of a batch, beside its outputs: which jobs were begun and finished, so that a run can be resumed.
 
-A line is appended with one write and read back leniently: a torn last line, left by a full disk or a killed process,
-costs nothing but the job that it spoke of. Several batches may append at once.
+Each line is appended with a single write. When reading, invalid lines are skipped: an incomplete last line, left by a
+full disk or a killed process, only loses the job that it describes. Several batches may append at the same time.
 
-The folder may have come from elsewhere, and the journal with it. So it is neither read nor written through a link, what
-it says of files outside of its folder counts only where the manifest names these files, too, and a result of another
-form than those that are written here is none.
+The folder, and with it the journal, may come from an untrusted source. It is therefore not read or written through a
+link; what it records about files outside of its folder counts only if the manifest names these files as well; and
+results in any other form are ignored.
 """
 
 from __future__ import annotations
@@ -29,19 +29,19 @@ from .manifest import JOURNAL
 
 NAME = JOURNAL
 RESULT = ("status", "message", "outputs", "figures", "notes")
-"""What of the result of a job is kept."""
+"""Fields of a job's result that are stored."""
 CLOSED = getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_NOFOLLOW", 0)
-"""How the journal is opened: not by other programs, nor through a link."""
+"""Flags for opening the journal: not inherited by child processes, and not through a link."""
 
 
 class Journal:
-    """What earlier runs in an output folder did, and a place to note what this one does."""
+    """The record of earlier runs in an output folder, to which this run is added."""
 
     def __init__(self, root: Path) -> None:
         """Read the journal of an output folder, if there is one.
 
         Raises:
-            InputError: there is something else of this name.
+            InputError: the name exists, but is not a plain file.
         """
         self.path, self._root = Path(root) / NAME, os.fspath(root)
         if os.path.lexists(self.path) and (self.path.is_symlink() or not self.path.is_file()):
@@ -60,7 +60,7 @@ class Journal:
                 self._finished[line["key"]] = start
 
     def finished(self, key: str, job: Described) -> dict[str, Any] | None:
-        """Return the result of an earlier run of this very job, if its outputs are still as it left them."""
+        """Return the result of an earlier run of the same job, if its outputs are unchanged."""
         start = self._finished.get(key)
         line = None if start is None else self._line(start)
         if line is None or line.get("key") != key:
@@ -74,11 +74,11 @@ class Journal:
         return result if all(map(self._intact, result["outputs"])) else None
 
     def wrote(self, path: str) -> bool:
-        """Return whether an earlier run began to write this output: then --resume may replace it."""
+        """Return whether an earlier run began to write this output; then --resume may replace it."""
         return self._relative(path) in self._begun
 
     def begin(self, key: str, job: Described) -> None:
-        """Note that a job is about to write its outputs."""
+        """Record that a job is about to write its outputs."""
         self._append(
             {
                 "event": "begun",
@@ -89,21 +89,23 @@ class Journal:
         )
 
     def sweep(self, outputs: Iterable[str] = ()) -> list[Path]:
-        """Remove the temporary files that killed batches left beside outputs of this journal; those that were removed.
+        """Remove temporary files that killed batches left beside outputs of this journal; return those that were
+        removed.
 
-        Only of batches that ran on this machine and are gone, and only in its folder, or beside the `outputs` named.
+        Only files of batches that ran on this machine and have ended are removed, and only in the journal's folder or
+        beside the given `outputs`.
         """
         named = {self._relative(path) for path in outputs}
         left = [path for path in sorted(self._left) if self._is_inside(path) or path in named]
         return files.sweep(self.path.parent / path for path in left)
 
     def finish(self, key: str, result: dict[str, Any]) -> None:
-        """Note the result of a job; its outputs with their hashes are in it."""
+        """Record the result of a job, which includes its outputs with their hashes."""
         outputs = [{**o, "path": self._relative(o["path"])} for o in result["outputs"]]
         self._append({"event": "finished", "key": key, "result": {**result, "outputs": outputs}})
 
     def _is_inside(self, path: str) -> bool:
-        """Return whether an output by its name in the journal lies in its folder, links followed."""
+        """Return whether an output of the journal lies in its folder after links are resolved."""
         try:
             real = os.path.realpath(os.path.join(self._real, path))
         except (OSError, ValueError):
@@ -117,14 +119,14 @@ class Journal:
             return False
 
     def place(self, path: str) -> str:
-        """Return an output by its name in the journal."""
+        """Return the path of an output of the journal."""
         return os.path.join(self._root, path)
 
     def _relative(self, path: str) -> str:
         return os.path.relpath(os.path.realpath(path), self._real)
 
     def _lines(self) -> Iterator[tuple[int, dict[str, Any]]]:
-        """Yield where each line starts, and what it says: results are read again when they are asked for."""
+        """Yield the position and contents of each line; results are read again when needed."""
         start = 0
         with suppress(OSError), self.path.open("rb") as file:
             for text in file:
@@ -151,7 +153,7 @@ class Journal:
 
 
 def key(job: Described) -> str:
-    """Return the identity of a job's result: version, options, and the contents of its inputs."""
+    """Return a key that identifies a job's result: a hash of version, options, and contents of its inputs."""
     options = {"command": job.command, **job.model_dump(mode="json", exclude={"force"})}
     inputs = {
         path: _hash(path, os.stat(path).st_mtime_ns, os.stat(path).st_size)
@@ -167,7 +169,7 @@ def _hash(path: str, changed: int, size: int) -> str:
 
 
 def _by(line: dict[str, Any]) -> tuple[str, int]:
-    """Return the machine and process number of the batch that wrote a line; 0 where they are not reported."""
+    """Return machine and process number of the batch that wrote a line; 0 if they are missing."""
     match line.get("by"):
         case [str(node), int(number)]:
             return node, number
@@ -175,7 +177,7 @@ def _by(line: dict[str, Any]) -> tuple[str, int]:
 
 
 def _has_ended(node: str, number: int) -> bool:
-    """Return whether the batch of this machine and process number has ended."""
+    """Return whether the batch with this machine and process number has ended."""
     if os.name != "posix" or number <= 0 or node != platform.node():
         return False
     try:
@@ -196,7 +198,7 @@ def _parse(line: bytes) -> dict[str, Any] | None:
 
 
 def _result(value: Any) -> dict[str, Any] | None:
-    """Return a result as `Journal.finish` writes it; None for anything else."""
+    """Validate a result as written by `Journal.finish`; return None for anything else."""
     match value:
         case {
             "status": str(),

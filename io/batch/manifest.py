@@ -1,4 +1,4 @@
-"""Manifests: many jobs in one TOML or JSON Lines file, checked whole before anything runs."""
+"""Manifests: many jobs in one TOML or JSON Lines file, checked completely before anything runs."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ from ..spec import Spec, path_of
 from . import commands, names
 from .globs import Globs
 
-LONGEST = 500  # characters of a mistake that are shown
+LONGEST = 500  # characters of a mistake that are shown at most
 FORMER = {old: new for kind in KINDS.values() for old, new in kind.former_names().items()}
-"""The keys of today by their former names."""
+"""Current names of keys by their former names."""
 JOURNAL = ".iccm-journal.jsonl"
 
 
 class ManifestError(InputError):
-    """Every mistake of a manifest, a line each."""
+    """Lists every mistake in a manifest, one per line."""
 
     def __init__(self, found: list[str]) -> None:
         found = [printable(line if len(line) <= LONGEST else line[:LONGEST] + "…") for line in found]
@@ -42,10 +42,10 @@ class ManifestError(InputError):
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """A job of a manifest: its number from 1, its name, where it stands, and of a frame the number of the one before.
+    """A job of a manifest: its number from 1, name and place, and for a frame the number of the previous frame.
 
-    What differs from the defaults is kept as JSON: a job takes ten times the memory, of which a hundred thousand
-    would take most of a gigabyte.
+    Values that differ from the defaults are stored as JSON. Job objects take ten times the memory: a hundred thousand
+    of them would take most of a gigabyte.
     """
 
     number: int
@@ -56,7 +56,7 @@ class Task:
 
     @classmethod
     def of(cls, number: int, name: str, place: str, job: Described, after: int = 0) -> Task:
-        """Of a job."""
+        """Create a task for a job."""
         values = {"command": job.command, **job.model_dump(exclude_defaults=True)}
         return cls(number, name, place, json.dumps(values, ensure_ascii=False), after)
 
@@ -67,17 +67,17 @@ class Task:
 
     @property
     def values(self) -> dict[str, Any]:
-        """What differs from the defaults, as JSON has it, and the `command`."""
+        """The `command` and the values that differ from the defaults, as in JSON."""
         return json.loads(self.packed)
 
     def with_job(self, job: Described) -> Task:
-        """Return the same with another job."""
+        """Return the same task with another job."""
         return Task.of(self.number, self.name, self.place, job, self.after)
 
 
 @dataclass(frozen=True)
 class Entry:
-    """One table or line of a manifest as it was written, with its place and the defaults filled in."""
+    """One table or line of a manifest as written, with its place and the defaults."""
 
     place: str
     values: dict[str, Any]
@@ -86,22 +86,22 @@ class Entry:
 
     @property
     def command(self) -> Any:
-        """Of `iccm`, as it was written."""
+        """The command, as written."""
         return self.values.get("command", self.defaults.get("command", "map"))
 
     @property
     def is_known(self) -> bool:
-        """Whether there is such a command for batches."""
+        """Whether batches support the command."""
         return isinstance(self.command, str) and self.command in KINDS
 
     @property
     def kind(self) -> type[Described]:
-        """What its command makes of it."""
+        """The class of jobs for its command."""
         return KINDS[self.command]
 
     @property
     def whole(self) -> dict[str, Any]:
-        """All of its values but the command, of the defaults none that only other commands know."""
+        """All of its values except the command; defaults that only apply to other commands are left out."""
         others = {key for kind in KINDS.values() for key in kind.rows} - self.kind.rows.keys()
         defaults, own = _with_todays_names(self.defaults), _with_todays_names(self.values)
         given = {key: value for key, value in defaults.items() if key not in others} | own
@@ -109,11 +109,11 @@ class Entry:
 
     @property
     def former(self) -> list[tuple[str, str]]:
-        """The keys that are former names, with those of today."""
+        """Pairs of former and current names for keys that have been renamed."""
         return [(key, FORMER[key]) for key in self.defaults | self.values if key in FORMER]
 
     def at(self, key: str) -> str:
-        """Return where a key was written."""
+        """Return the place where a key was written."""
         own = key.split(".")[0] not in self.defaults or key.split(".")[0] in self.values
         return self.place if own else self.defaults_place
 
@@ -126,17 +126,17 @@ def read(
     outside: bool = False,
     tell: Callable[[str], None] = lambda note: None,
 ) -> list[Task]:
-    """Return the jobs of a manifest.
+    """Return the tasks of a manifest.
 
     Args:
-        text: its content: TOML when `name` ends in .toml, or is `-` and it does not start with {; else JSON Lines.
-        name: its path, which inputs are relative to; `-` for stdin, relative to the current folder.
-        root: the folder that outputs are relative to and may not leave.
-        outside: let outputs leave the root, and globs the root and the manifest's folder.
-        tell: is given a notice of each former name of a key.
+        text: its content: TOML if `name` ends in .toml, or is `-` and the text does not start with {; else JSON Lines.
+        name: its path, to which inputs are relative; `-` for stdin, with inputs relative to the current folder.
+        root: the folder to which outputs are relative, and which they may not leave.
+        outside: whether outputs may leave the root, and patterns the root and the manifest's folder.
+        tell: called with a note for each key under a former name.
 
     Raises:
-        ManifestError: with every mistake and its place.
+        ManifestError: lists every mistake with its place.
     """
     base = "" if name == "-" else os.path.dirname(name)
     found: list[str] = []
@@ -149,7 +149,7 @@ def _with_todays_names(values: dict[str, Any]) -> dict[str, Any]:
 
 
 def _with_notices(entries: Iterable[Entry], name: str, tell: Callable[[str], None]) -> Iterator[Entry]:
-    """Entries as they are, with a notice of each former name of a key where it is first seen."""
+    """Yield entries unchanged, with a note at the first use of each former name of a key."""
     seen = set[str]()
     for entry in entries:
         for old, new in entry.former if entry.is_known else ():
@@ -160,10 +160,10 @@ def _with_notices(entries: Iterable[Entry], name: str, tell: Callable[[str], Non
 
 
 def frames(values: dict[str, Any], *, root: Path) -> list[Task]:
-    """Return the jobs of one sequence, given by the values of a job with patterns in it.
+    """Return the tasks of a sequence, given by the values of a job that contain patterns.
 
     Raises:
-        ManifestError: with every mistake.
+        ManifestError: lists every mistake.
     """
     entry = Entry("--sequence", values)
     return _tasks([entry], "-", "", [], root=root, outside=True)
@@ -172,16 +172,16 @@ def frames(values: dict[str, Any], *, root: Path) -> list[Task]:
 def from_patterns(
     sources: Sequence[str], target: str | None, values: dict[str, Any], *, root: Path
 ) -> list[Task]:
-    """Return one job for each file that some patterns or folders match, and each that the target's pattern matches.
+    """Return one task for each combination of a source and a target that the patterns match.
 
     Args:
-        sources: files, patterns such as `icons/*.svg`, or folders, of which all shapes are taken.
+        sources: files, patterns such as `icons/*.svg`, or folders, of which all shapes are used.
         target: a file or a pattern.
-        values: the other values of the jobs. An output that is a folder gets a picture for each job.
-        root: the folder that outputs are relative to.
+        values: the other values of the jobs. An output that is a folder receives a picture for each job.
+        root: the folder to which outputs are relative.
 
     Raises:
-        ManifestError: with every mistake.
+        ManifestError: lists every mistake.
     """
     patterns = [pattern for source in sources for pattern in _in_folder(source)]
     output = [_named_in_folder(name, target) for name in many(values.get("output"))]
@@ -192,10 +192,10 @@ def from_patterns(
 
 
 def _in_folder(source: str) -> list[str]:
-    """Return the patterns of the shapes in a folder, by suffix; what is not a folder as it is.
+    """Return patterns for the shapes in a folder, one per suffix; anything else is returned unchanged.
 
     Raises:
-        ManifestError: it has no shapes.
+        ManifestError: the folder contains no shapes.
     """
     if not os.path.isdir(source):
         return [source]
@@ -212,7 +212,7 @@ def _in_folder(source: str) -> list[str]:
 
 
 def _named_in_folder(output: str, target: str | None) -> str:
-    """Return the template of a file where an output is a folder: it ends in a slash, or is one."""
+    """Return a template for the files in an output folder: a name that ends in a slash, or is an existing folder."""
     if not output.endswith(("/", os.sep)) and not os.path.isdir(output):
         return output
     goal = "-{target.stem}" if target and glob.has_magic(target) else ""
@@ -246,14 +246,15 @@ def _tasks(
     if not found and not tasks:
         found.append(f"{name}: contains no jobs; add [[job]] tables, or one JSON object per line")
     if found:
-        distinct = dict.fromkeys(found)  # the same mistake of every file that a pattern matches is one
+        # a mistake that occurs for every file that a pattern matches is listed once
+        distinct = dict.fromkeys(found)
         above = [line for line in distinct if ": [defaults]: " in line]
         raise ManifestError([*above, *(line for line in distinct if line not in above)])
     return tasks
 
 
 def _reserved(name: str, root: Path) -> Iterator[tuple[str, str]]:
-    """Files that no job may write, and what they are."""
+    """Yield files that no job may write, with a description."""
     yield os.path.join(root, JOURNAL), "the batch's journal"
     if name != "-":
         yield name, "the manifest"
@@ -263,7 +264,7 @@ def load(name: str) -> str:
     """Return the text of a manifest file.
 
     Raises:
-        InputError: it cannot be read or is not UTF-8.
+        InputError: it cannot be read, or is not UTF-8.
     """
     try:
         return files.read_bytes(name, max_bytes=limits.MANIFEST_BYTES).decode("utf-8-sig")
@@ -304,13 +305,15 @@ def _from_toml(text: str, name: str, found: list[str]) -> Iterator[Entry]:
 def _from_lines(text: str, name: str, found: list[str]) -> Iterator[Entry]:
     defaults: dict[str, Any] = {}
     above = ""
-    for number, line in enumerate(text.split("\n"), 1):  # a string may hold other ends of lines
+    # not splitlines(): a string may contain other line separators
+    for number, line in enumerate(text.split("\n"), 1):
         if not line.strip():
             continue
         place = f"{name}: line {number}"
         try:
             values = json.loads(line.lstrip("\ufeff"), object_pairs_hook=files.distinct_keys)
-        except (ValueError, RecursionError) as error:  # also numbers of thousands of digits, and deep nesting
+        # also for numbers of thousands of digits, and deep nesting
+        except (ValueError, RecursionError) as error:
             what = str(error)
             if isinstance(error, json.JSONDecodeError):
                 what = f"column {error.colno}: {error.msg}"
@@ -327,7 +330,7 @@ def _from_lines(text: str, name: str, found: list[str]) -> Iterator[Entry]:
 
 
 def _exceeds(value: Any, depth: int) -> bool:
-    """Return whether lists and tables are nested more than so deep."""
+    """Return whether lists and tables are nested deeper than `depth`."""
     if not isinstance(value, dict | list):
         return False
     return depth == 0 or any(
@@ -336,7 +339,7 @@ def _exceeds(value: Any, depth: int) -> bool:
 
 
 def _expand(entry: Entry, base: str, globs: Globs, found: list[str]) -> Iterator[dict[str, Any]]:
-    """Yield one set of values for each combination of the files that the globs match."""
+    """Yield one set of values for each combination of files that the patterns match."""
     choices: list[list[Any]] = []
     whole = entry.whole
     keys = entry.kind.globbed
@@ -362,8 +365,10 @@ def _expand(entry: Entry, base: str, globs: Globs, found: list[str]) -> Iterator
 
 
 def _frames(entry: Entry, choices: list[list[Any]], base: str, found: list[str]) -> Iterator[dict[str, Any]]:
-    """Yield the values of each frame of a sequence: files in the order of the numbers in their names; what is not a
-    pattern is in all of them. Maps are of whole outlines, holes onto holes, so that parts do not come and go.
+    """Yield the values of each frame of a sequence, with files in the order of the numbers in their names.
+
+    What is not a pattern is the same in all frames. Maps are of whole outlines with holes mapped onto holes, so that
+    parts do not appear and disappear.
     """
     said = {
         key: value for key, value in entry.whole.items() if value != "auto" or key not in ("fit", "holes")
@@ -384,7 +389,7 @@ def _frames(entry: Entry, choices: list[list[Any]], base: str, found: list[str])
 
 
 def _why_no_sequence(values: dict[str, Any]) -> str:
-    """Why frames do not continue from each other with these values; empty where they do."""
+    """Return why frames cannot continue from each other with these values; empty if they can."""
     method = values.get("method") or METHODS[0]
     if values.get("parts") in ("all", "each", "elements") or method not in CAPABILITIES["start"].methods:
         return (
@@ -401,12 +406,12 @@ def _why_no_sequence(values: dict[str, Any]) -> str:
 
 
 def _by_numbers(name: str | None) -> list[Any]:
-    """Return names with their numbers as numbers: 2 before 10."""
+    """Return a sort key that orders the numbers in names numerically: 2 before 10."""
     return [(int(part), "") if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", name or "")]
 
 
 def _matches(spec: str, base: str, globs: Globs) -> list[str]:
-    """Return the files that a path or glob names, sorted; a path without a glob is itself, there or not."""
+    """Return the files that a path or pattern matches, sorted; a path is returned whether it exists or not."""
     path = os.path.join(base, spec)
     if not glob.has_magic(spec) or os.path.exists(path):
         return [path]
@@ -415,7 +420,7 @@ def _matches(spec: str, base: str, globs: Globs) -> list[str]:
 
 
 def _task(number: int, entry: Entry, values: dict[str, Any], found: list[str]) -> Task | None:
-    """Return the validated job of an entry, its templates filled in; None after noting what is wrong."""
+    """Return the validated job of an entry with its templates filled in; None after recording what is wrong."""
     base, name, kind = values.pop(""), values.pop("name", None), entry.kind
     wrong = [f"{entry.at('name')}: name: must be text"] if not isinstance(name, str | None) else []
     given = entry.whole
@@ -446,7 +451,7 @@ def _task(number: int, entry: Entry, values: dict[str, Any], found: list[str]) -
         job = kind(**filled)
     except (JobError, TypeError) as error:
         listed = error.mistakes if isinstance(error, JobError) else [("", "keys must be text")]
-        if named_by_inputs:  # what is wrong with such a name is wrong with an input
+        if named_by_inputs:  # if such a name is wrong, so is an input
             of_inputs = [(key, text) for key, text in listed if not key.startswith("output")]
             listed = of_inputs or listed
         wrong += [
@@ -464,7 +469,7 @@ def _task(number: int, entry: Entry, values: dict[str, Any], found: list[str]) -
 
 
 def _with_map(values: dict[str, Any]) -> list[Any]:
-    """Return the outputs of a frame with its map among them, named like the first of all that it writes."""
+    """Return the outputs of a frame including its map, which is named after its first output."""
     given = list(many(values.get("output")))
     first = next((each for each in [*given, *map(values.get, WRITTEN)] if isinstance(each, str)), "")
     if any(isinstance(each, str) and formats.of(each).map for each in given) or not first:
@@ -473,12 +478,12 @@ def _with_map(values: dict[str, Any]) -> list[Any]:
 
 
 def _exists(path: str) -> bool:
-    """Return whether an input is a file, or the tiles that its name stands for are."""
+    """Return whether an input is a file, or, for a pattern of tiles, whether there are any."""
     return bool(files_of(path)) if MARK in path else os.path.isfile(path)
 
 
 def _check_kinds(job: Described) -> Iterator[str]:
-    """Yield what is wrong with the kinds of the inputs and outputs, of which those that exist are reported later."""
+    """Yield mistakes in the formats of inputs and outputs; existing outputs are reported later."""
     try:
         commands.check(job.model_copy(update={"force": True}))
     except InputError as error:
@@ -486,14 +491,14 @@ def _check_kinds(job: Described) -> Iterator[str]:
 
 
 def _fields(key: str, spec: Any) -> dict[str, str]:
-    """Return what templates may name of an input: {source.stem}, {source.name}, {source.id}."""
+    """Return the fields of an input for templates: {source.stem}, {source.name}, {source.id}."""
     named = Spec.of(spec if isinstance(spec, str) else "")
     chosen = re.sub(r"[^\w.-]", "_", named.chosen or "")
     return {f"{key}.stem": named.path.stem, f"{key}.name": named.path.name, f"{key}.id": chosen}
 
 
 def _default_output(kind: type[Described], values: dict[str, Any]) -> Any:
-    """Return what is written where nothing is named."""
+    """Return the default output."""
     if kind is not Job:
         return "{mesh.stem}-flat.svg" if "mesh" in kind.rows else ()
     goal = "{target.stem}" if values.get("target") else "deformed"
@@ -502,7 +507,7 @@ def _default_output(kind: type[Described], values: dict[str, Any]) -> Any:
 
 
 def _placed(kind: type[Described], key: str, value: Any, base: str) -> Any:
-    """Return the value of an input, its files relative to the manifest's folder."""
+    """Return the value of an input with its files relative to the manifest's folder."""
     if isinstance(value, list | tuple):
         return [_placed(kind, key, each, base) for each in value]
     return os.path.join(base, value) if isinstance(value, str) and kind.names_file(key, value) else value
@@ -548,12 +553,13 @@ def _place(task: Task, root: Path, outside: bool, found: list[str]) -> Task:
 
 
 def _check_distinct(tasks: list[Task], taken: dict[str, str], found: list[str]) -> None:
-    """Refuse files that are the output of two jobs, an input of one and the output of another, or that exist.
+    """Check that no file is the output of two jobs, or the input of one and the output of another.
 
-    Names that differ only by case or by how Unicode writes a letter are one file on many disks.
+    Names that differ only in case or Unicode normalization are the same file on many disks.
     """
     inputs: set[str] = set()
-    outputs: list[tuple[str, ...]] = []  # of each task; no more is kept, as there may be a hundred thousand
+    # for each task; nothing else is kept, as there may be a hundred thousand
+    outputs: list[tuple[str, ...]] = []
     for task in tasks:
         job = task.job
         inputs.update(job.inputs)
@@ -587,11 +593,11 @@ def _check_distinct(tasks: list[Task], taken: dict[str, str], found: list[str]) 
 
 
 def _name_in(task: Task, name: str) -> str:
-    """Return the output of a task that is the same file as another, on many disks."""
+    """Return the output of a task that is the same file as another on many disks."""
     real = map(os.path.realpath, task.job.outputs)
     return next(path for path in real if names.alike(path) == names.alike(name))
 
 
 def _parents(path: str) -> Iterator[str]:
-    """Return the folders that an output lies in, from its own on."""
+    """Return the folders that contain an output, from the innermost to the root."""
     return (names.alike(str(folder)) for folder in Path(os.path.realpath(path)).parents)

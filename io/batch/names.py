@@ -1,4 +1,4 @@
-"""Names of files that every system takes."""
+"""File names that are valid on every system."""
 
 import os
 import re
@@ -11,7 +11,7 @@ RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com[0-9¹²³]|lpt[0-9¹²³])(\..*
 
 
 def mistake(path: str) -> str | None:
-    """Why a relative path cannot be written here, or on Windows; None where it can."""
+    """Return why a relative path cannot be written here or on Windows; None if it can."""
     shown = repr(path[:60]) if len(path) > 60 or not path.isprintable() else path
     try:
         encoded = [os.fsencode(part) for part in path.split("/")]
@@ -32,5 +32,5 @@ def mistake(path: str) -> str | None:
 
 
 def alike(path: str) -> str:
-    """Return the same for names that differ only by case or by how Unicode writes a letter."""
+    """Return a key that is equal for names that differ only in case or Unicode normalization."""
     return unicodedata.normalize("NFC", unicodedata.normalize("NFC", path).casefold())

@@ -1,4 +1,4 @@
-"""A batch for people: its results on one page of HTML, with thumbnails and links to the outputs."""
+"""The results of a batch on one HTML page, with thumbnails and links to the outputs."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from ...errors import InputError
 from .. import formats
 from ..page import Cell, Row, address, page
 
-THUMBNAIL = 96  # pixels of its longer side
-PICTURED = 1000  # jobs that get one
+THUMBNAIL = 96  # longer side in pixels
+PICTURED = 1000  # jobs with a thumbnail at most
 COLUMNS = ["job", "result", "status", "figures", "seconds", "message"]
 
 
 def html(results: list[dict[str, Any]], jobs: str, where: str) -> bytes:
-    """Return the page, for a file in the folder `where`, to which links are relative."""
+    """Return the page for a file in the folder `where`, to which links are relative."""
     results = sorted(results, key=lambda result: result["job"])
     counts = Counter(result["status"] for result in results)
     told = ", ".join(f"{number} {status}" for status, number in counts.most_common())
@@ -46,8 +46,8 @@ def _row(result: dict[str, Any], where: str, pictured: bool) -> Row:
 
 
 def _figures(found: dict[str, Any]) -> str:
-    """Return those that say most: the outline's gap, the dilatation that 95 % stay below, and what is seen of
-    drawings.
+    """Return the main figures: the outline's gap, the 95 % quantile of the dilatation, and how much of drawings is
+    seen.
     """
     gap, dilatation = _figure(found, "boundary", "hausdorff"), _figure(found, "dilatation", "p95")
     seen = [(name, _number(found.get(name))) for name in ("shown", "covered", "cracks")]
@@ -56,7 +56,7 @@ def _figures(found: dict[str, Any]) -> str:
 
 
 def _figure(found: dict[str, Any], group: str, name: str) -> float | None:
-    """Return a figure of a report, which may have been read from a journal; None where there is no number."""
+    """Return a figure of a report, which may come from a journal; None if it is missing or not a number."""
     figures = found.get(group)
     return _number(figures.get(name)) if isinstance(figures, dict) else None
 
@@ -66,7 +66,7 @@ def _number(value: Any) -> float | None:
 
 
 def thumbnail(path: str) -> str | None:
-    """Return a small copy of a picture; none of one that is gone or that browsers cannot show the like of."""
+    """Return a small copy of a picture; None if it is missing or browsers cannot show it."""
     import numpy as np
 
     from ..pictures import image_files

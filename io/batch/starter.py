@@ -1,4 +1,4 @@
-"""The manifest that `iccm init` writes, to start from."""
+"""The starter manifest that `iccm init` writes."""
 
 STARTER = """\
 # Jobs for iccm. Check them with `iccm batch {name} --dry-run`, run them with `iccm batch {name}`.
@@ -28,5 +28,5 @@ target = "{target}"
 
 
 def starter(name: str, source: str = "icons/*.svg", target: str = "shield.svg") -> str:
-    """Return the text of a manifest of a name, for the sources and the target that it is about."""
+    """Return the text of a starter manifest with a name, sources and a target."""
     return STARTER.format(name=name, source=source, target=target)

@@ -1,6 +1,5 @@
-"""Results against baselines.
+"""Comparison of results with baselines.
 
-compare     two results: pictures, reports, other files
-regression  a folder of results against a folder of baselines
-reports     what was found, for people: HTML, Markdown, JSON
+compare     comparison of two files: pictures, reports, others regression  comparison of a folder of results with a
+folder of baselines reports     the differences as HTML, Markdown or JSON
 """

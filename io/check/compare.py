@@ -1,4 +1,4 @@
-"""Results against baselines: pictures pixel by pixel, reports figure by figure. Nothing is resized or converted."""
+"""Comparison of results with baselines: pictures by pixels, reports by figures. Nothing is resized or converted."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ..checked import StrictModel, mistakes
 
 
 class Pictures(StrictModel):
-    """How far pictures may be apart: differences relative to white, structural similarity from 0 to 1."""
+    """Tolerances for pictures: differences relative to white, and structural similarity from 0 to 1."""
 
     max: float = Field(2 / 255, ge=0)
     rms: float = Field(0.001, ge=0)
@@ -27,13 +27,15 @@ class Pictures(StrictModel):
 
 
 class Meshes(StrictModel):
-    """How far texture coordinates may be apart, in widths of a picture; the rest of a mesh's file may not differ."""
+    """Tolerance for texture coordinates, relative to the width of a picture; all other contents of a mesh must be
+    equal.
+    """
 
     uv: float = Field(1e-4, ge=0)
 
 
 class Figure(StrictModel):
-    """How far a figure of a report may be from its baseline; within either is enough."""
+    """Tolerance for a figure of a report, relative or absolute; meeting either is enough."""
 
     rel: float = Field(1e-6, ge=0)
     abs: float = Field(1e-9, ge=0)
@@ -41,13 +43,13 @@ class Figure(StrictModel):
 
 
 SHARES_APART = 0.002
-"""Largest difference between shares of a drawing."""
+"""Tolerance for shares of a drawing."""
 REPORT = {
     "seconds*": Figure(ignore=True),
     "version": Figure(ignore=True),
     "inputs.*.path": Figure(ignore=True),
     "job.*": Figure(ignore=True),
-    # counted on samples and pixels, one of which may fall on either side of an edge
+    # counted by samples and pixels, which may fall on either side of an edge
     "shown": Figure(abs=SHARES_APART),
     "covered": Figure(abs=SHARES_APART),
     "cracks": Figure(abs=SHARES_APART),
@@ -55,21 +57,22 @@ REPORT = {
 
 
 class Tolerances(StrictModel):
-    """`tolerances.toml`: a table for pictures, one for meshes, one of key patterns for reports, of which the last that
-    fits counts."""
+    """`tolerances.toml`: tables for pictures and meshes, and one for reports with patterns of keys, the last match of
+    which counts.
+    """
 
     pictures: Pictures = Pictures()
     meshes: Meshes = Meshes()
     report: dict[str, Figure] = Field({})
 
     def figure(self, key: str) -> Figure:
-        """Return the tolerance of a report's key, such as `boundary.rms`."""
+        """Return the tolerance for a report's key, such as `boundary.rms`."""
         fitting = [f for pattern, f in {**REPORT, **self.report}.items() if fnmatch.fnmatchcase(key, pattern)]
         return fitting[-1] if fitting else Figure()
 
 
 class Moved(NamedTuple):
-    """A figure that is too far from its baseline: as words, with the limit that it passes."""
+    """A figure that is too far from its baseline, as text, with the limit that it exceeds."""
 
     key: str
     run: str
@@ -79,15 +82,15 @@ class Moved(NamedTuple):
 
 @dataclass
 class Verdict:
-    """What comparing one file found.
+    """The result of comparing one file.
 
     Attributes:
         name: path relative to both folders.
-        problems: a sentence for each difference that is too large; empty when the file passes.
-        figures: what was measured of a picture.
+        problems: a sentence for each difference that is too large; empty if the file passes.
+        figures: the measured differences of a picture.
         moved: the figures of a picture or report that are too far from their baselines.
-        worst: column and row of a picture's largest difference, where there is one.
-        state: "new" and "missing" of a file that one folder lacks.
+        worst: column and row of a picture's largest difference, if there is one.
+        state: "new" or "missing" for a file that exists in only one of the folders.
     """
 
     name: str
@@ -103,20 +106,20 @@ class Verdict:
 
     @property
     def ok(self) -> bool:
-        """Whether nothing is too far from its baseline."""
+        """Whether all differences are within their limits."""
         return not self.problems
 
     def fail(self, figure: str, found: str, limit: str, where: str = "", than: str = "more") -> None:
-        """Note that a figure passes its limit."""
+        """Record that a figure exceeds its limit."""
         self.moved.append(Moved(figure, found, "", limit))
         self.problems.append(f"{figure} {found} is {than} than {limit}{where}")
 
 
 def tolerances(path: Path | None) -> Tolerances:
-    """Tolerances from a file, the defaults without one.
+    """Read tolerances from a file; return the defaults without one.
 
     Raises:
-        InputError: every mistake in it.
+        InputError: lists every mistake in the file.
     """
     if path is None:
         return Tolerances()
@@ -129,7 +132,7 @@ def tolerances(path: Path | None) -> Tolerances:
 
 
 def compare(name: str, run: Path, baseline: Path, allowed: Tolerances) -> Verdict:
-    """Compare one file with its baseline by what its suffix says it is."""
+    """Compare one file with its baseline, by the kind of file that its suffix indicates."""
     verdict = Verdict(name)
     if not run.is_file():
         return Verdict(name, ["missing in the run"], state="missing")
@@ -187,18 +190,20 @@ def _kept(pixels: np.ndarray) -> str:
 
 
 def scaled(pixels: np.ndarray) -> np.ndarray:
-    """Return (h, w, c) float64, 1 for white."""
+    """Return (h, w, c) float64 with 1 for white."""
     white = np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else 1.0
     return pixels.astype(np.float64) / white
 
 
 def finite(x: np.ndarray) -> np.ndarray:
-    """x with 0 for NaN and infinity."""
+    """Return x with 0 for NaN and infinity."""
     return np.where(np.isfinite(x), x, 0.0)
 
 
 def similarity(x: np.ndarray, y: np.ndarray) -> float:
-    """Mean structural similarity over the channels; pictures under 7 pixels are equal or not."""
+    """Return the mean structural similarity over the channels; for pictures smaller than 7 pixels, whether they are
+    equal.
+    """
     from skimage.metrics import structural_similarity
 
     if min(x.shape[:2]) < 7:
@@ -208,7 +213,7 @@ def similarity(x: np.ndarray, y: np.ndarray) -> float:
 
 
 def _meshes(run: Path, baseline: Path, allowed: Meshes, verdict: Verdict) -> None:
-    """Texture coordinates by a limit, the rest exactly."""
+    """Compare texture coordinates within a tolerance, and the rest exactly."""
     from ..meshes import mesh_files
 
     split_uv = mesh_files.format_of(baseline).split_uv
@@ -246,7 +251,9 @@ def _leaves(path: Path, folder: Path) -> dict[str, Any]:
 
 
 def flat(value: Any, key: str = "") -> dict[str, Any]:
-    """Leaves by their dotted path; an empty list or table is a leaf, so that its disappearance shows."""
+    """Return the leaves of a nested value by dotted path; empty lists and tables are leaves, so that they are compared,
+    too.
+    """
     if isinstance(value, dict | list) and value:
         items = value.items() if isinstance(value, dict) else enumerate(value)
         return {
@@ -256,8 +263,8 @@ def flat(value: Any, key: str = "") -> dict[str, Any]:
 
 
 def _named(value: Any, folder: Path) -> Any:
-    """Return a remark on a file of the folder, or its path, as they are wherever that lies: `base/a.obj: …`, `a.obj:
-    …`.
+    """Return a note about a file of the folder, or its path, as it is wherever the folder lies: `a.obj: …` for
+    `base/a.obj: …`.
     """
     if not isinstance(value, str):
         return value
@@ -278,7 +285,9 @@ def _are_numbers(*values: Any) -> bool:
 
 
 def _limit(a: Any, b: Any, tolerance: Figure) -> str:
-    """By how much a figure may move; words, and what is not a number any more, may not."""
+    """Return the largest allowed difference of a figure as text; empty for text and for values that are no longer
+    numbers.
+    """
     return f"{max(tolerance.rel * abs(b), tolerance.abs):.3g}" if _are_numbers(a, b) else ""
 
 

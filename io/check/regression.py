@@ -1,4 +1,4 @@
-"""A whole folder of results against a folder of baselines: which files, diff pictures, JUnit XML, new baselines."""
+"""Comparison of a folder of results with a folder of baselines: diff pictures, JUnit XML, and updating baselines."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ SETTINGS = "tolerances.toml"
 
 
 def names(folder: Path, *, closed: bool = False) -> list[str]:
-    """Return the files of a folder and below as relative paths with /; hidden ones and the tolerances are left out.
+    """Return the files below a folder as relative paths with /; hidden files and the tolerances are left out.
 
     Args:
-        folder: of results, or of baselines.
-        closed: whether links out of it are refused. Baselines may be links into a store of large files.
+        folder: with results or baselines.
+        closed: whether links out of the folder are rejected. Baselines may be links into a store of large files.
 
     Raises:
         InputError: the folder does not exist, or is `closed` and a link leads out of it.
@@ -42,7 +42,8 @@ def names(folder: Path, *, closed: bool = False) -> list[str]:
 
 
 def check_inside(folder: Path, path: Path) -> None:
-    """Refuse what a link takes out of a folder: results may come from elsewhere, and are read and stored.
+    """Check that a path does not lead out of a folder through a link: results may come from elsewhere, and are read and
+    stored.
 
     Raises:
         InputError: it does.
@@ -52,15 +53,17 @@ def check_inside(folder: Path, path: Path) -> None:
 
 
 def chosen(found: Iterable[str], only: tuple[str, ...]) -> list[str]:
-    """Return the names that fit one of the patterns, as they stand or with * and ?; all without patterns."""
+    """Return the names that match one of the patterns, literally or with * and ?; all names if there are no
+    patterns.
+    """
     return [name for name in found if not only or any(name == o or fnmatchcase(name, o) for o in only)]
 
 
 def check(run: Path, baselines: Path, allowed: Tolerances, only: tuple[str, ...] = ()) -> list[Verdict]:
-    """Return a verdict for every file that is in either folder, of those that fit `only`.
+    """Return a verdict for every file in either folder that matches `only`.
 
     Raises:
-        InputError: a folder is missing, or there is nothing: a comparison of nothing would always pass.
+        InputError: a folder is missing, or there is nothing to compare: such a comparison would always pass.
     """
     both = chosen(sorted({*names(run, closed=True), *names(baselines)}), only)
     if not both and only:
@@ -77,11 +80,13 @@ def check(run: Path, baselines: Path, allowed: Tolerances, only: tuple[str, ...]
 
 
 def update(run: Path, baselines: Path, only: tuple[str, ...] = ()) -> tuple[list[str], list[str]]:
-    """Make the run, or what of it fits `only`, the baselines: the files written, and the old ones removed because the
-    run lacks them.
+    """Replace the baselines, or those that match `only`, by the results; return the files that were written and
+    removed.
+
+    Baselines without a result are removed.
 
     Raises:
-        InputError: the run is empty or the folder cannot be written.
+        InputError: there are no results, or the folder cannot be written.
     """
     present = names(run, closed=True)
     if not present:
@@ -103,9 +108,9 @@ def update(run: Path, baselines: Path, only: tuple[str, ...] = ()) -> tuple[list
 
 
 def diff(verdict: Verdict, run: Path, baselines: Path, folder: Path) -> Path | None:
-    """Baseline, run and their difference (stretched to full contrast) side by side; None where there is no pair.
+    """Write baseline, result and their difference (at full contrast) side by side; return None if there is no pair.
 
-    A pair of different sizes is laid side by side without a difference: neither is resized.
+    Pictures of different sizes are shown without a difference, and not resized.
     """
     from ..pictures import image_files
 
@@ -128,7 +133,7 @@ def diff(verdict: Verdict, run: Path, baselines: Path, folder: Path) -> Path | N
 
 
 def as_picture(pixels: np.ndarray) -> np.ndarray:
-    """Return (h, w, 3) in 0..1: grey repeated, alpha over grey."""
+    """Return (h, w, 3) in 0..1: grey repeated in all channels, alpha composited over grey."""
     x = np.clip(finite(scaled(pixels)), 0, 1)
     if x.shape[2] in (2, 4):
         x = x[..., :-1] * x[..., -1:] + 0.5 * (1 - x[..., -1:])
@@ -142,7 +147,7 @@ def _side_by_side(pictures: list[np.ndarray]) -> np.ndarray:
 
 
 def junit(verdicts: Iterable[Verdict], seconds: float) -> bytes:
-    """JUnit XML: one test case a file. Time and date follow SOURCE_DATE_EPOCH."""
+    """Return JUnit XML with one test case per file. Time and date follow SOURCE_DATE_EPOCH."""
     verdicts = list(verdicts)
     epoch = os.environ.get("SOURCE_DATE_EPOCH")
     now = datetime.fromtimestamp(int(epoch), UTC) if epoch else datetime.now(UTC)
@@ -165,6 +170,6 @@ def junit(verdicts: Iterable[Verdict], seconds: float) -> bytes:
 
 
 def _xml(text: str) -> str:
-    """Text without the characters that XML cannot hold."""
+    """Return text without characters that XML does not allow."""
     text = text.encode("utf-8", "replace").decode()
     return "".join(c if c in "\t\n" or ord(c) >= 0x20 else "?" for c in text)

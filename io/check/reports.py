@@ -1,4 +1,4 @@
-"""What a check found, for people: a page of HTML, a summary in Markdown, lines of JSON."""
+"""Reports of a check: an HTML page, a summary in Markdown, and records for JSON."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from ..page import Cell, Row, address, page
 from .compare import Verdict
 from .regression import as_picture
 
-LISTED = 50  # files that a summary lists
+LISTED = 50  # files in a summary at most
 RAMP = np.array(
     [[0, 0, 0], [170, 0, 0], [255, 136, 0], [255, 255, 0], [255, 255, 255]]
 )  # of `page.html`'s scale
 
 
 def record(verdict: Verdict) -> dict[str, Any]:
-    """Return a verdict as JSON."""
+    """Return a verdict as a JSON object."""
     found = asdict(verdict)
     found["moved"] = [moved._asdict() for moved in verdict.moved]
     return {"schema": "iccm.check/1", **found}
 
 
 def told(verdicts: list[Verdict]) -> str:
-    """Return how many files are as their baselines, and how many are not in which way."""
+    """Return a summary: how many files match their baselines, are different, new, or missing."""
     counts = Counter("different" if verdict.state == "differs" else verdict.state for verdict in verdicts)
     ways = [f"{counts[state]} {state}" for state in ("different", "new", "missing") if counts[state]]
     same = sum(verdict.ok for verdict in verdicts)
@@ -39,7 +39,7 @@ def told(verdicts: list[Verdict]) -> str:
 
 
 def html(verdicts: list[Verdict], run: Path, baselines: Path) -> bytes:
-    """Return a page that shows what differs: pictures before and after, figures with their limits, how to accept it."""
+    """Return a page with the differences: pictures before and after, figures with limits, and how to accept them."""
     rows = []
     for verdict in verdicts:
         state = Cell(verdict.state, state="good" if verdict.ok else "bad")
@@ -53,7 +53,7 @@ def html(verdicts: list[Verdict], run: Path, baselines: Path) -> bytes:
 
 
 def update_line(verdict: Verdict, run: Path, baselines: Path) -> str:
-    """Return the command that makes this file of the run its baseline."""
+    """Return the command that makes a result the baseline."""
     words = ["iccm", "check", str(run), str(baselines), "--update", "--only", verdict.name]
     return " ".join(map(shlex.quote, words))
 
@@ -69,7 +69,7 @@ def _detail(verdict: Verdict, run: Path, baselines: Path) -> dict[str, Any]:
 
 
 def _pair(verdict: Verdict, run: Path, baselines: Path) -> dict[str, Any] | None:
-    """Return the two pictures, and their difference where they have one size, as `page.html` shows them."""
+    """Return the two pictures for `page.html`, and their difference if they have the same size."""
     before, after = (_pixels(folder / verdict.name) for folder in (baselines, run))
     shown = after if after is not None else before
     if shown is None:
@@ -88,7 +88,7 @@ def _pair(verdict: Verdict, run: Path, baselines: Path) -> dict[str, Any] | None
 
 
 def heat(share: NDArray) -> NDArray[np.uint8]:
-    """Return (h, w, 3) colours of (h, w) numbers from 0 to 1: from black over red and yellow to white."""
+    """Return (h, w, 3) colours for (h, w) numbers from 0 to 1: from black through red and yellow to white."""
     at = np.linspace(0, 1, len(RAMP))
     return np.stack([np.interp(share, at, channel) for channel in RAMP.T], axis=-1).astype(np.uint8)
 
@@ -105,7 +105,7 @@ def _pixels(path: Path) -> NDArray | None:
 
 
 def markdown(verdicts: list[Verdict]) -> str:
-    """Return a summary for the page of a CI's step."""
+    """Return a summary in Markdown for the page of a CI job."""
     bad = [verdict for verdict in verdicts if not verdict.ok]
     lines = [f"### iccm check: {'no regression' if not bad else 'regression'}", "", told(verdicts), ""]
     if bad:
@@ -117,6 +117,6 @@ def markdown(verdicts: list[Verdict]) -> str:
 
 
 def _text(words: str) -> str:
-    """Words that Markdown and HTML show as they stand."""
+    """Escape text for Markdown and HTML."""
     shown = "".join(c if c.isprintable() else "?" for c in words)
     return "".join(f"&#{ord(c)};" if c in "|<>&[]`*_\\!#~@$:" else c for c in shown)

@@ -1,30 +1,17 @@
-"""One job: described, run, reported.
+"""One job: its description, its run and its report.
 
     iccm.io.run.run(iccm.io.run.Job(source="a.svg", target="b.svg"))
 
 Names are imported when first used, so that reading a job costs no numerics.
 
-job            `Job`: one run, described and validated
-earlier        outputs of earlier runs, which the same command may replace
-execute        `run`: inputs, map, outputs, report
-inputs         the files that a job reads
-resolve        what a job leaves open, filled in from its files
-constraints    pins and strokes in the core plane
-parts          `--parts all`
-by_position    pins between two meshes in the same place
-state          a job under way
-phases         what is under way, and how long it took
-framing        what pictures show, how large, and what the texture covers
-texture        where the texture comes from
-blank_picture  pictures that show nothing
-outputs/       what a run writes
-plots          what `--plot` draws
-report         the report
-morph          `iccm morph`
-between        drawings on the way from one to another
-flatten        `iccm flatten`
-flat_files     a flattening as a file
-relayout       `iccm relayout`
+job            `Job`: the validated description of one run earlier        outputs of earlier runs, which the same
+command may replace execute        `run`: inputs, map, outputs, report inputs         the input files of a job resolve
+values of a job that are filled in from its files constraints pins and strokes in the core plane parts `--parts all`
+by_position    pins between two meshes in the same place state a job under way phases progress and times of the phases
+of a job framing        what pictures show, how large, and what the texture covers texture        the texture: a file,
+or what the source itself shows blank_picture  detection of blank pictures outputs/ what a run writes plots
+what `--plot` draws report the report morph          `iccm morph` between intermediate drawings of a morph flatten
+`iccm flatten` flat_files     a flattening as a file relayout `iccm relayout`
 """
 
 from importlib import import_module
@@ -38,7 +25,7 @@ _HOME = {"Job": "job", "run": "execute"}
 __all__ = sorted(_HOME)
 
 
-if not TYPE_CHECKING:  # a type checker takes a module with __getattr__ to have every name
+if not TYPE_CHECKING:  # a type checker assumes that a module with __getattr__ has every name
 
     def __getattr__(name):
         if name not in _HOME:

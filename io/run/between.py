@@ -1,9 +1,9 @@
-"""Drawings on the way from one to another: where the plane is, and what of both drawings is painted there.
+"""Intermediate drawings of a morph: the movement of the plane, and what of both drawings is painted.
 
-The map of two drawings says how the plane moves; `iccm.morph` gives the maps of the source's frame onto those between.
-What is painted changes, too: a part or hole of one drawing may lie in a gap of the other. A picture therefore mixes two
-layers, the source moved ahead and the target moved back, the one fading while the other appears (Beier and Neely,
-*Feature-based image metamorphosis*, SIGGRAPH 1992). Where both paint the same nothing fades.
+The map of two drawings defines the movement of the plane; `iccm.morph` gives the maps of the source's frame onto the
+intermediate ones. What is painted changes, too: a part or hole of one drawing may lie in a gap of the other. A frame
+therefore mixes two layers, the source moved forward and the target moved back, one fading out while the other fades in
+(Beier and Neely, *Feature-based image metamorphosis*, SIGGRAPH 1992). Nothing fades where both layers are the same.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from .parts import Pair
 
 SOURCE, TARGET = 0, 1
 SAME_AREA = 1e-6
-"""Of the area that a map's outlines enclose: what a drawing paints less than that is rounding."""
+"""Relative to the area inside a map's outlines: a smaller difference to what a drawing paints is rounding."""
 
 
 @dataclass(frozen=True, eq=False)
 class MorphPath:
-    """A drawing, or a part of one, on its way to another.
+    """The path of a drawing, or of a part of one, to another.
 
     Attributes:
         pair: the shapes.
-        fit: the map from the one to the other.
-        drawings: what they paint.
-        maps: of the source onto each shape between, the first and the last one included.
+        fit: the map from the source to the target.
+        drawings: what both shapes paint.
+        maps: of the source onto each intermediate shape, including the first and the last one.
     """
 
     pair: Pair
@@ -46,13 +46,13 @@ class MorphPath:
     def of(
         cls, pair: Pair, fit: Fit, shares: Sequence[float], placed: tuple[complex, complex], *, filled: bool
     ) -> MorphPath:
-        """Return the way along the map of a pair.
+        """Return the path along the map of a pair.
 
         Args:
             pair: the shapes.
-            fit: the map of the one onto the other.
-            shares: of the way, from 0 to 1.
-            placed: (a, b) of the similarity a z + b that puts the source where the way begins.
+            fit: the map of the source onto the target.
+            shares: positions along the path, from 0 to 1.
+            placed: (a, b) of the similarity a z + b that places the source at the start of the path.
             filled: whether the holes of shapes are painted over.
         """
         drawings = fit.drawings or (_enclosed(pair[SOURCE], filled), _enclosed(pair[TARGET], filled))
@@ -70,13 +70,13 @@ class MorphPath:
         )
 
     def layer(self, number: int, box: Box, *, picture: int, painted: int | None) -> tuple[Pair, Fit]:
-        """Return a layer of a frame: a shape, the frame as another, and the map between.
+        """Return a layer of a frame: a shape, the frame as another shape, and the map between them.
 
         Args:
-            number: of the frame, from 0.
+            number: index of the frame, from 0.
             box: the canvas of all frames.
             picture: the side whose picture it shows.
-            painted: the side whose drawing is all that is seen of it; None: all that the map's outline encloses.
+            painted: the side whose drawing limits what is shown; None: everything inside the map's outline.
         """
         at = self.maps[number]
         maps = at, TriangulatedMap(self.maps[-1].image, at.image, at.faces, at.loops)
@@ -101,5 +101,5 @@ class MorphPath:
 
 
 def _enclosed(shape: Shape, filled: bool) -> Drawing:
-    """Return what a single outline encloses as a drawing."""
+    """Return the region inside a single outline as a drawing."""
     return Drawing(polygon_of(shape.curve.z, *(() if filled else shape.holes)))

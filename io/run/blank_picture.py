@@ -1,16 +1,16 @@
-"""Blank pictures: an empty one, or one of a single colour, is never written without a word."""
+"""Detection of blank pictures: an empty or single-coloured picture is never written without a note."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-ALIKE = 0.01  # of white, or of the largest value: colours that differ by less look the same
-OPAQUE = 0.99  # of alpha: what covers more counts as covered (by hand)
+ALIKE = 0.01  # relative to white, or to the largest value: colours that differ by less look the same
+OPAQUE = 0.99  # alpha above which a pixel counts as opaque (chosen by hand)
 
 
 class Colours:
-    """What has been seen of a picture, block by block, in as little time as it takes to see two colours."""
+    """The colours of a picture, inspected block by block until two different ones are found."""
 
     def __init__(self) -> None:
         self.empty = True
@@ -20,7 +20,7 @@ class Colours:
 
     @property
     def single(self) -> bool:
-        """Whether all that is opaque has the same colour, and something is."""
+        """Whether there are opaque pixels, and all of them have the same colour."""
         return self._low is not None and not self._several
 
     def see(self, pixels: NDArray, alpha: int) -> None:
@@ -45,11 +45,11 @@ class Colours:
         self._several = bool((self._high - self._low > ALIKE * largest).any())
 
     def note(self, covered: bool, textured: bool) -> str | None:
-        """Return what is to be said of the whole picture.
+        """Return a note if the picture is blank, else None.
 
         Args:
             covered: whether any pixel lies in the target.
-            textured: whether the texture's place in the source could be another.
+            textured: whether the texture's place in the source could be changed by an option.
         """
         if self.empty:
             if not covered:

@@ -1,4 +1,4 @@
-"""Pins by position: two meshes in the same place, such as a model and its subdivision, whose map drifted."""
+"""Pins by position, for two meshes in the same place, such as a model and its subdivision, whose map has drifted."""
 
 from __future__ import annotations
 
@@ -14,15 +14,18 @@ if TYPE_CHECKING:
     from .state import Run
 
 PINS, PINS_OF_CUT = 24, 6
-"""Places that are pinned: of a head and its subdivision p95 of `apart` is .21 without, .09 with 24; more contradict
-each other. A closed mesh is cut through all of them, which more than a few hardly leave room for."""
+"""Numbers of pins. For a head and its subdivision, p95 of `apart` is 0.21 without pins and 0.09 with 24; with more,
+pins contradict each other. A closed mesh is cut through all of its pins, which leaves room for only a few.
+"""
 NEAR_SHARE = (
-    0.05  # of the target's diagonal: places that are farther from the source are not pinned (by hand)
+    0.05  # relative to the target's diagonal: points farther from the source are not pinned (chosen by hand)
 )
 
 
 def pins_by_position(run: Run) -> list[tuple[Place, Place]]:
-    """Pins from the nearest points of the source to vertices of the target, where a map without constraints drifted."""
+    """Return pins from the nearest points of the source to vertices of the target, if an unconstrained map has
+    drifted.
+    """
     import igl
 
     from ..shapes.mesh_shape import as_mesh
@@ -47,7 +50,7 @@ def pins_by_position(run: Run) -> list[tuple[Place, Place]]:
 
 
 def _spread_out(points: Real, most: int) -> Index:
-    """Return some of the points (n, 3), each the farthest from those before."""
+    """Return some of the points (n, 3), each the farthest from those before (farthest point sampling)."""
     middle = points.mean(axis=0)
     found = [int(np.argmax(np.linalg.norm(points - middle, axis=1)))]
     away = np.linalg.norm(points - points[found[0]], axis=1)

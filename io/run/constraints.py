@@ -1,4 +1,4 @@
-"""The constraints of a job in the core plane: those drawn in the files, those listed, those typed."""
+"""The constraints of a job in the core plane: drawn in the files, listed, or given on the command line."""
 
 from __future__ import annotations
 
@@ -28,20 +28,24 @@ if TYPE_CHECKING:
 
 
 MORE = 1.5
-"""Times the energy of the map before, or of one made anew: a map that costs more is not continued."""
+"""Factor between energies: a map continued from another is replaced by a new one if its energy exceeds both that of the
+other and that of the new map by more.
+"""
 CONSTRAINTS = "pins", "strokes", "rigid", "rigid_target", "importance", "size_map"
-ROUNDED = 1e-9  # of the diagonal: outlines no farther apart are the same
-Names = tuple[list[str], list[str]]  # of pins and of strokes, empty for those that have none
+ROUNDED = 1e-9  # relative to the diagonal: outlines no farther apart than this are the same
+Names = tuple[list[str], list[str]]  # of pins and of strokes; empty strings for unnamed ones
 
 
 def constrain(
     job: Job, source: Shape, target: Shape, listed: ConstraintsFile | None = None
 ) -> tuple[dict[str, Any], Names]:
-    """Return the pins (k, 2), pairs of strokes and earlier map of a job as `iccm.fit` takes them, and the names of
-    both; `listed` are those of its constraints file.
+    """Return the constraints of a job as arguments of `iccm.fit`, and the names of its pins and strokes.
+
+    `listed` are the constraints of the job's file.
 
     Raises:
-        InputError: a name without its partner, a place that a file does not have, a point outside the source.
+        InputError: a name occurs in one file only, a place does not exist in its file, or a point is outside the
+            source.
     """
     from ..shapes import constraints
 
@@ -57,7 +61,7 @@ def constrain(
     pins = np.concatenate([found.pins, np.reshape(np.array(typed, dtype=complex), (-1, 2))])
     for side, shape in enumerate((source, target) if job.target else (source,)):
         check_inside(shape, "pin", list(pins[:, side]))
-        if side == 0 or job.exact:  # weighed strokes may lead out of the target
+        if side == 0 or job.exact:  # strokes with a weight may lead out of the target
             check_inside(shape, "vertex of a stroke", [z for stroke in found.strokes for z in stroke[side].z])
     given: dict[str, Any] = {
         "pins": as_pins(pins, settings),
@@ -84,7 +88,7 @@ def constrain(
 
 
 def as_pins(points: Complex, settings: Sequence[dict[str, float]]) -> Complex | list[Pin] | None:
-    """Return pins (k, 2), with what is said of each beside its places, as `iccm.fit` takes them; None for none."""
+    """Return pins (k, 2) with their settings as an argument of `iccm.fit`; None if there are none."""
     if not len(points):
         return None
     if not any(settings):
@@ -95,14 +99,14 @@ def as_pins(points: Complex, settings: Sequence[dict[str, float]]) -> Complex | 
 def as_strokes(
     pairs: list[tuple[Curve, Curve]], widths: Sequence[float]
 ) -> list[tuple[Curve, Curve] | Stroke] | None:
-    """Return strokes, with the widths of the bands around them, as `iccm.fit` takes them; None for none."""
+    """Return strokes with the widths of their bands as an argument of `iccm.fit`; None if there are none."""
     found = [Stroke(*pair, width) if width else pair for pair, width in zip(pairs, widths)]
     return found or None
 
 
 @contextmanager
 def add_names(called: Names) -> Iterator[None]:
-    """Add the names of pins and strokes to what is reported of them by number."""
+    """Add the names of pins and strokes to errors that refer to them by number."""
     try:
         yield
     except ConstraintError as error:
@@ -120,14 +124,14 @@ def _named(names: list[str], k: int) -> bool:
 def solve(
     source: Shape, target: Shape | None, given: dict[str, Any], *, holed: bool, tell: Callable[[str], None]
 ) -> Fit:
-    """Return the map of two shapes, or the deformation of one, with their holes if it knows of them (`holed`).
+    """Return the map of two shapes, or the deformation of one; `holed` if holes are to be mapped, too.
 
     Args:
         source: the shape that is mapped.
-        target: the shape that it is mapped onto; None for a deformation.
+        target: the shape to map onto; None for a deformation.
         given: options of `iccm.fit` and `iccm.deform`.
-        holed: whether holes go onto holes.
-        tell: hears of holes that had to be left out.
+        holed: whether holes are mapped onto holes.
+        tell: called with notes about holes that are ignored.
     """
     import iccm
 
@@ -139,7 +143,7 @@ def solve(
         return by_names(source, target, partial(fit_with_holes, source, target, tell), given, tell)
     if source.drawing is None or target.drawing is None:
         return by_names(source, target, partial(iccm.fit, source.domain, target.domain), given, tell)
-    # holes are ignored by the map, but still cut the picture
+    # holes are ignored by the map, but still cut out of the picture
     plain = partial(iccm.fit, filled(source).domain, filled(target).domain)
     return replace(by_names(source, target, plain, given, tell), drawings=(source.drawing, target.drawing))
 
@@ -147,8 +151,10 @@ def solve(
 def by_names(
     source: Shape, target: Shape, fit: Callable[..., Fit], given: dict[str, Any], tell: Callable[[str], None]
 ) -> Fit:
-    """Return the map of two shapes; where it takes what is drawn in them elsewhere than onto what has the same name,
-    that which starts from these as pins, unless it costs more than `MORE` times as much.
+    """Return the map of two shapes; use parts with the same name as pins if that helps.
+
+    If the unconstrained map does not carry a named part onto its namesake, a map that starts from these parts as pins
+    is preferred, unless it costs more than `MORE` times as much.
     """
     from ...drawings.cost import price
 
@@ -187,7 +193,7 @@ def read_start(job: Job) -> Fit:
     """Return the map that a job continues from.
 
     Raises:
-        InputError: it cannot be read, is none of the balanced method, or the job takes no such map.
+        InputError: the file cannot be read, the map is not of the balanced method, or the job cannot use such a map.
     """
     from ...maps.triangulated.map import TriangulatedMap
     from ...result import load
@@ -213,7 +219,9 @@ def go_on(
     holed: bool,
     tell: Callable[[str], None],
 ) -> Fit:
-    """Return as `solve`, from an earlier map on; anew, and a remark, where that is `better`.
+    """Solve as in `solve`, starting from an earlier map; if a new map is `better`, return that with a note.
+
+    A map of exactly the same shapes is returned unchanged.
 
     A map of the very same shapes is taken as it is.
     """
@@ -239,14 +247,14 @@ def go_on(
 
 
 def better(start: Fit, found: Fit | None, anew: Callable[[], Fit]) -> Fit:
-    """Return the map that went on from another, or one made anew where that is better.
+    """Return the map that was continued from another, or a new one if that is better.
 
     Args:
-        start: the map before.
-        found: what went on from it; None where nothing did.
-        anew: makes the map of the same shapes that knows of no other. It is asked for where going on costs more than
-            `MORE` times as much as the map before, or where protrusions merged or parted; it is taken where it then
-            costs less, by as much or at all.
+        start: the earlier map.
+        found: the map continued from it; None if that failed.
+        anew: computes a map of the same shapes from scratch. It is called if the continued map costs more than `MORE`
+            times as much as the earlier one, or if protrusions have merged or separated. Its map is returned if it
+            costs less: by that factor in the first case, by any amount in the second.
     """
     if found is None or not found.status.ok:
         return anew()
@@ -259,7 +267,7 @@ def better(start: Fit, found: Fit | None, anew: Callable[[], Fit]) -> Fit:
 
 
 def _have_holes(start: Fit, source: Shape, target: Shape | None) -> bool:
-    """Return whether shapes have as many holes as those of a map."""
+    """Return whether shapes have the same numbers of holes as the shapes of a map."""
     sides = zip((source, target), (start.source_holes, start.target_holes), start.passed_holes)
     return all(
         len(shape.mappable_holes) == len(holes) + len(passed) for shape, holes, passed in sides if shape
@@ -267,7 +275,7 @@ def _have_holes(start: Fit, source: Shape, target: Shape | None) -> bool:
 
 
 def _is_same(outlines: list[Curve], others: list[Curve]) -> bool:
-    """Return whether outlines are the same ones but for rounding, in the same order, wherever they begin."""
+    """Return whether outlines are the same up to rounding and the choice of the first vertex, in the same order."""
     return len(outlines) == len(others) and all(
         a.z.size == b.z.size and b.distances(a.z).max() <= ROUNDED * a.diagonal
         for a, b in zip(outlines, others)
@@ -275,15 +283,15 @@ def _is_same(outlines: list[Curve], others: list[Curve]) -> bool:
 
 
 def _cost(fit: Fit) -> float:
-    """Return the energy of a map; that of similar shapes, which is not searched for, is 1."""
+    """Return the energy of a map; 1 for a map of similar shapes, for which no energy is minimised."""
     return fit.energies[-1]["total"] if fit.energies else 1.0
 
 
 def check_inside(shape: Shape, what: str, points: list[complex]) -> None:
-    """Say in the file's own units which point lies outside a shape.
+    """Check that points lie inside a shape; report the first one that does not in the units of its file.
 
     Raises:
-        InputError: one does.
+        InputError: a point is outside.
     """
     z = np.array(points, dtype=complex)
     if not z.size:

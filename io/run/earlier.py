@@ -1,7 +1,7 @@
-"""Outputs of earlier runs, which the same command may replace: trying again should not need --force each time.
+"""Outputs of earlier runs, which the same command may replace, so that repeating it does not need --force.
 
-What was written is remembered in a small file of the user's state folder: the output, its size and time, and the shapes
-that it was made of. An output that has changed since, or that was made of other shapes, is not replaced.
+Written files are recorded in a small file in the user's state folder: the output, its size and time, and its input
+shapes. An output is not replaced if it has changed since, or was made from other shapes.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from ..spec import path_of
 from .job import Described, is_mesh
 
 MOST_BYTES = 1 << 17
-"""Of the file: when it is longer the older half is forgotten. An output takes about 300 bytes."""
+"""Size at which the older half of the record is dropped. An output takes about 300 bytes."""
 
 
 def own_outputs(job: Described) -> set[str]:
-    """Return those outputs of a job that are as an earlier run of the same shapes wrote them.
+    """Return the outputs of a job that exist unchanged since an earlier run with the same shapes.
 
-    Meshes have none: libraries and pictures that are written beside them have names that are not given.
+    Meshes are excluded, because libraries and pictures are written beside them under names that the user did not give.
     """
     there = [name for name in job.outputs if os.path.isfile(name)]
     if not there or any(map(is_mesh, job.output)):
@@ -33,7 +33,7 @@ def own_outputs(job: Described) -> set[str]:
 
 
 def remember(job: Described, names: Iterable[str]) -> None:
-    """Note what a job has written. Where there is no place for that, nothing is noted."""
+    """Record the outputs that a job has written, if the record can be written."""
     with suppress(OSError):
         lines = [json.dumps([os.path.realpath(name), _entry(name, job)]) for name in names]
         place = _place()
@@ -54,7 +54,7 @@ def _entry(name: str, job: Described) -> list[Any]:
 
 
 def _read() -> dict[str, Any]:
-    """Return the last entry of each output; lines that were cut short are ignored."""
+    """Return the last entry of each output; incomplete lines are ignored."""
     found = {}
     with suppress(OSError):
         for line in _place().read_bytes().splitlines():
@@ -65,6 +65,6 @@ def _read() -> dict[str, Any]:
 
 
 def _place() -> Path:
-    """Return the file in the folder for what programs keep: $XDG_STATE_HOME, or what the system has for it."""
+    """Return the file of the record in the folder for persistent state: $XDG_STATE_HOME, or the system's equivalent."""
     home = os.environ.get("LOCALAPPDATA") if os.name == "nt" else os.environ.get("XDG_STATE_HOME")
     return (Path(home) if home else Path.home() / ".local" / "state") / "iccm" / "outputs.jsonl"

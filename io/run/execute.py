@@ -1,4 +1,4 @@
-"""Run a job: read its inputs, solve, write what was asked for."""
+"""Run a job: read its inputs, solve, and write the outputs."""
 
 from __future__ import annotations
 
@@ -34,18 +34,18 @@ def run(
     dry: bool = False,
     again: bool = False,
 ) -> Outcome:
-    """Do all of a job.
+    """Run a job.
 
     Args:
-        job: what to do.
+        job: the job.
         threads: threads for the pixels, None for all cores; never changes the result.
-        tell: is given each remark as it is made.
-        listener: receives reports of progress, see `iccm.progress`.
-        dry: to read and check, but to solve and write nothing.
+        tell: called with each note as it is made.
+        listener: receives progress, see `iccm.progress`.
+        dry: whether to read and check only, without solving or writing anything.
         again: whether outputs that an earlier run of the same shapes wrote may be replaced, see `earlier`.
 
     Raises:
-        InputError: an input or output is wrong. Nothing has been written then.
+        InputError: an input or output is invalid. In this case nothing has been written.
     """
     from ...blas import one_thread
 
@@ -90,13 +90,14 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases, dry: bool, a
 
 
 def _read(job: Job, threads: int | None, tell: Tell, phases: Phases, again: bool) -> tuple[Run, list[Output]]:
-    """Read the inputs of a job and check its outputs, whose names and options are then what they stay.
+    """Read the inputs of a job and check its outputs; return both with all names and options filled in.
 
     Raises:
-        InputError: an input or output is wrong; of an output that may not be written when nothing else is wrong.
+        InputError: an input or output is invalid. An output that may not be written is reported only if nothing else is
+            wrong.
     """
     resolved = resolve(job, again=again)
-    heard = tell if resolved.refusal is None else _ignore  # remarks are for jobs that run
+    heard = tell if resolved.refusal is None else _ignore  # notes are for jobs that run
     run = Run.read(resolved.job, resolved.inputs, threads, heard, phases, resolved.notes)
     wanted = outputs.check(run, resolved.wanted)
     if resolved.refusal is not None:
@@ -107,7 +108,7 @@ def _read(job: Job, threads: int | None, tell: Tell, phases: Phases, again: bool
 def _matched_by_position(
     run: Run, wanted: list[Output], threads: int | None, again: bool
 ) -> tuple[Run, list[Output]]:
-    """Return the job solved with pins by position, where the map of two meshes in the same place drifted without."""
+    """Solve again with pins by position if two meshes are in the same place and their map has drifted."""
     from .by_position import pins_by_position
 
     pins = pins_by_position(run)
@@ -135,27 +136,27 @@ def _matched_by_position(
 
 
 def _apart(run: Run) -> float:
-    """Return how far points of two surfaces that go together are apart, p95."""
+    """Return the p95 of the distance between corresponding points of two surfaces."""
     return float(run.fit.report()["apart"]["p95"])
 
 
 def _ignore(note: str) -> None:
-    """Ignore a remark."""
+    """Ignore a note."""
 
 
 Settings = tuple[dict[str, Any], bool]
-"""Options of `iccm.fit` beside those of the job, and whether holes go onto holes."""
+"""Options of `iccm.fit` that differ from the job's, and whether holes are mapped onto holes."""
 
 
 def solve_pairs(run: Run, settings_of: Callable[[Pair], Settings] | None = None) -> None:
-    """Solve for the map of each pair of shapes; where there are several, pairs without a map are left out and reported.
+    """Solve for the map of each pair of shapes. If there are several, pairs without a map are reported and left out.
 
     Args:
         run: the job.
-        settings_of: how the map of a pair is solved for, if not as the job has it.
+        settings_of: returns options for a pair, if they differ from the job's.
 
     Raises:
-        InputError: none has a map.
+        InputError: no pair has a map.
     """
     check_place(run)
     pair_parts(run)
@@ -186,7 +187,7 @@ def solve_pairs(run: Run, settings_of: Callable[[Pair], Settings] | None = None)
 
 
 def check_place(run: Run) -> None:
-    """Refuse to place what has no separate proportions in the plane, or a separate place already.
+    """Check that --place can be used: the shapes must be plane, and the map must not come from a file.
 
     Raises:
         InputError: --place with a mesh, or with an earlier map.
@@ -203,7 +204,7 @@ def check_place(run: Run) -> None:
 
 
 def pair_parts(run: Run) -> None:
-    """Map the parts of two drawings one to one where that costs less than mapping them joined (--parts auto)."""
+    """Map the parts of two drawings separately if that costs less than mapping them joined (--parts auto)."""
     job, (source, target) = run.job, run.pairs[0]
     free = not any(value is not None for value in run.constraints.values()) and not job.start
     one_map = any(formats.of(name).map for name in job.output if name != "-")
@@ -225,8 +226,11 @@ def pair_parts(run: Run) -> None:
 
 
 def _framed(pair: Pair, fit: Fit) -> Pair:
-    """Return the pair with the frames that the map of whole drawings was solved for; those of drawings that are placed
-    are parts of the shapes, whose extent stays what pictures and textures go by."""
+    """Return the pair with the frames that the map was solved for.
+
+    With --place, these frames are parts of the shapes; the shapes keep their extent, which determines pictures and
+    textures.
+    """
     source, target = pair
     if fit.drawings is None or fit.target is None:
         return pair
@@ -250,5 +254,5 @@ def _solved(run: Run, pair: Pair, given: dict[str, Any], holed: bool) -> Fit:
         given = given | {"opaque": run.opaque, "free_gaps": run.free_gaps}
         drawing = aim.drawing
         if run.job.parts == "elements" and run.job.fit is None and drawing and not drawing.is_one_part:
-            given["fit"] = "frame"  # others may leave out a small part, such as the dot of an i
+            given["fit"] = "frame"  # other fits may hide a small part, such as the dot of an i
     return go_on(start, source, aim, given, **how) if start else solve(source, aim, given, **how)

@@ -1,4 +1,4 @@
-"""A flattening as a file: its outline (SVG), the flat mesh (OBJ), the mesh with flat positions as coordinates."""
+"""Files of a flattening: its outline (SVG), the flat mesh (OBJ), or the mesh with flat positions as coordinates."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -18,10 +18,10 @@ PER_LINE = 8
 
 
 def check(name: str) -> None:
-    """Refuse an output of another kind.
+    """Check that an output has a suffix for flattenings.
 
     Raises:
-        InputError: naming the suffixes.
+        InputError: it does not; the message lists the suffixes.
     """
     if not formats.of(name).flat:
         raise InputError(
@@ -31,13 +31,13 @@ def check(name: str) -> None:
 
 
 def write(shape: MeshShape, out: Path) -> None:
-    """Write the flattening: what, is up to the suffix of `out`."""
+    """Write the flattening in the format of the suffix of `out`."""
     text = svg(shape) if formats.suffix_of(out) == ".svg" else flat_obj(shape)
     out.write_text(text, encoding="utf-8")
 
 
 def svg(shape: MeshShape) -> str:
-    """Return the outline and the holes as paths; user units are the mesh's, y down as in every SVG."""
+    """Return the outline and the holes as SVG paths in the units of the mesh, with y down."""
     low, high = shape.box
     margin = 0.02 * abs(high - low)
     size = high - low + 2 * margin * (1 + 1j)
@@ -55,7 +55,7 @@ def svg(shape: MeshShape) -> str:
 
 
 def flat_obj(shape: MeshShape) -> str:
-    """Return the polygons at their flat positions (z = 0), with the texture coordinates that they have."""
+    """Return the polygons at their flat positions (z = 0) as OBJ, with texture coordinates if the mesh has any."""
     mesh, flat = shape.file.mesh, shape.flattening.flat
     corner, _ = shape.corners
     xyz = np.column_stack([flat.real, flat.imag, np.zeros(flat.size)])
@@ -71,7 +71,7 @@ def flat_obj(shape: MeshShape) -> str:
 
 
 def unit_uvs(shape: MeshShape) -> Real:
-    """Return (p, 2) flat positions scaled alike in both directions into 0..1."""
+    """Return (p, 2) flat positions, scaled uniformly into 0..1."""
     return xy_of((shape.flattening.flat - shape.box[0]) / longer_side(*shape.box))
 
 
@@ -82,13 +82,13 @@ def write_uvs(
 
     Args:
         shape: the mesh.
-        out: where to write now.
-        name: what it will be called.
-        maps: those of its materials that are carried to the new coordinates.
-        force: whether the files beside it may be replaced.
+        out: the path to write now.
+        name: the final name of the file.
+        maps: textures of its materials to carry to the new coordinates.
+        force: whether files beside it may be replaced.
 
     Raises:
-        InputError: the format holds no texture coordinates.
+        InputError: the format cannot hold texture coordinates.
     """
     new = NewCoordinates(unit_uvs(shape), *shape.corners)
     if maps is None:
@@ -101,7 +101,7 @@ def write_uvs(
 
 
 def _path(z) -> str:
-    """Return a closed path, a few points a line so that tools that read lines survive it."""
+    """Return a closed path with a few points per line, for tools that read line by line."""
     words = [f"{p.real:.9g},{-p.imag:.9g}" for p in z]
     rows = [" ".join(words[k : k + PER_LINE]) for k in range(0, len(words), PER_LINE)]
     return "M" + "\n".join(rows) + "Z"

@@ -1,4 +1,4 @@
-"""The run of `iccm flatten`: its layout, figures and files."""
+"""The run of `iccm flatten`: layout, figures and files."""
 
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -37,8 +37,8 @@ class Layout(NamedTuple):
 
     Attributes:
         shape: the mesh.
-        figures: of the map onto an outline.
-        outline: that outline.
+        figures: of the map onto an outline, if there is one.
+        outline: the outline that the mesh is mapped onto, if any.
     """
 
     shape: MeshShape
@@ -47,10 +47,10 @@ class Layout(NamedTuple):
 
 
 def check(job: FlattenJob) -> None:
-    """Refuse outputs of another kind, and such as may not be written.
+    """Check that outputs have suitable suffixes and may be written.
 
     Raises:
-        InputError: naming one.
+        InputError: one of them cannot be written.
     """
     if job.subdivide_rim and goal_of(job) in METHODS:
         raise InputError("--subdivide-rim: needs an outline to follow; name one with --onto")
@@ -65,14 +65,14 @@ def check(job: FlattenJob) -> None:
 
 
 def run(job: FlattenJob, *, tell: Callable[[str], None] = lambda note: None) -> Outcome:
-    """Flatten a mesh and write what is asked for.
+    """Flatten a mesh and write the outputs.
 
     Args:
         job: what to do.
-        tell: is given each remark as it is made.
+        tell: called with each note as it is made.
 
     Raises:
-        InputError: an input or output is wrong. Nothing has been written then.
+        InputError: an input or output is invalid. In this case nothing has been written.
     """
     from ...blas import one_thread
 
@@ -102,7 +102,9 @@ def run(job: FlattenJob, *, tell: Callable[[str], None] = lambda note: None) -> 
 
 
 def goal_of(job: FlattenJob) -> str:
-    """Return the method of a job, or the outline that its mesh is laid onto, which used to be given as a method."""
+    """Return the method of a job, or the outline that its mesh is mapped onto (which was once an option of
+    --method).
+    """
     return job.onto or job.method
 
 
@@ -118,15 +120,15 @@ def lay_out(
     """Return a mesh flattened by a method, or onto an outline.
 
     Args:
-        mesh: what it is called, see `io.spec`.
-        method: one of METHODS, or the outline's drawing or picture.
-        cut: whether it may be cut open.
-        tell: is given remarks.
-        split: whether triangles at its rim are split until chords follow the outline.
-        margin: between the charts of several pieces, in texels of a texture of 1024; None: the largest piece alone.
+        mesh: its spec, see `io.spec`.
+        method: one of METHODS, or the drawing or picture of an outline.
+        cut: whether the mesh may be cut open.
+        tell: called with notes.
+        split: whether triangles at the boundary are split until their edges follow the outline.
+        margin: distance of the charts of several pieces, in texels of a texture of 1024; None: only the largest piece.
 
     Raises:
-        InputError: the mesh cannot be flattened; no such method, nor file, or no outline in it.
+        InputError: the mesh cannot be flattened, or the method, the file or an outline in it does not exist.
     """
     if method in METHODS:
         whole = None
@@ -152,12 +154,11 @@ def lay_out(
 
 
 def figures(laid: Layout, uv: str | None) -> dict[str, Any]:
-    """Return the report: conformal error, area distortion, holes, seam, of the coordinates as written; lengths in the
-    mesh's units.
+    """Return the report: conformal error, area distortion, holes and seam of the written coordinates, in mesh units.
 
     Args:
         laid: the flattened mesh.
-        uv: the mesh that its coordinates are written to, whose rounding counts; None: an OBJ's.
+        uv: the mesh file that the coordinates are written to, and rounded for; None: an OBJ.
     """
     shape, outline = laid.shape, laid.outline
     low, high = shape.box
@@ -192,7 +193,7 @@ def figures(laid: Layout, uv: str | None) -> dict[str, Any]:
 
 
 def doubt(found: dict[str, Any]) -> str | None:
-    """Return what keeps the coordinates that are written from being one-to-one, by their figures, or None."""
+    """Return why the written coordinates are not one-to-one, or None."""
     turned = found["uv"]
     if any(turned.values()):
         return f"{turned['flipped']} triangles are flipped and {turned['degenerate']} have no area"
@@ -200,7 +201,7 @@ def doubt(found: dict[str, Any]) -> str | None:
 
 
 def write_all(laid: Layout, job: FlattenJob, stack: ExitStack) -> dict[str, Any]:
-    """Write every output; the files appear when the stack is left. What is returned are the figures."""
+    """Write every output, and return the figures; the files appear when the stack is closed."""
     uv, force = job.uv, job.force
     shape = laid.shape
     maps = CarriedMaps(shape.file) if job.carry_maps else None
@@ -228,7 +229,7 @@ def write_all(laid: Layout, job: FlattenJob, stack: ExitStack) -> dict[str, Any]
 
 
 def summary(found: dict[str, Any]) -> list[str]:
-    """Return the figures that a person wants to see, a line each."""
+    """Return the most important figures, one per line."""
     spread = found["log10_area"]["p95"] - found["log10_area"]["p05"]
     error = ", ".join(f"{name} {value:.4g}" for name, value in found["dilatation"].items())
     return [

@@ -1,4 +1,6 @@
-"""Framing: what pictures show of the target's plane, how large, and what of the source's plane the texture covers."""
+"""Framing: what of the target's plane pictures show and at which size, and what of the source's plane the texture
+covers.
+"""
 
 from __future__ import annotations
 
@@ -16,24 +18,26 @@ from .job import Job
 if TYPE_CHECKING:
     from ..shapes.shape import Shape
 
-SMALL = 0.25  # of the canvas' sides: pictures of a shape that takes no more than that show its box instead
-UNLIKE = 0.05  # of one side by the other: what is stretched more is reported
+# relative to the canvas: pictures of a shape that takes up no more show its bounding box instead
+SMALL = 0.25
+UNLIKE = 0.05  # logarithm of the ratio of proportions: larger stretch is reported
 CELLS = 8  # squares along a side of the checkerboard
-FEWEST_SQUARES = 10  # of it that lie on a shape's bounding box: with fewer, squares are smaller
-OFF = 0.01  # of a shape's size: what reaches out of its canvas farther than that is reported
+# squares that should at least lie on a shape's bounding box; with fewer, squares are smaller
+FEWEST_SQUARES = 10
+OFF = 0.01  # relative to a shape's size: parts that reach out of the canvas farther are reported
 
 
 def picture_box(job: Job, target: Shape) -> Box:
-    """Return what pictures show of the target's plane: what --target-box names.
+    """Return the box of the target's plane that pictures show, as set by --target-box.
 
-    By default that is the canvas, unless the shape takes little of it, as a country of a world map does, or lies beside
-    it: then it is the shape's bounding box. A chart's picture is of use on all of its layout only.
+    By default this is the canvas; if the shape takes up little of it, like a country on a world map, or lies beside it,
+    it is the shape's bounding box. For a chart it is always the whole layout, because a part would be of no use.
     """
     return target.bounds if job.target_box == "bbox" or _why_not_canvas(job, target) else target.box
 
 
 def _why_not_canvas(job: Job, target: Shape) -> str:
-    """Why the default is not the canvas; empty where it is, or where it is said what is to be shown."""
+    """Return why pictures do not show the canvas by default; empty if they do, or if an option sets the box."""
     if job.target_box or target.is_layout:
         return ""
     if _reach(target, target.box) >= 1:
@@ -43,9 +47,10 @@ def _why_not_canvas(job: Job, target: Shape) -> str:
 
 
 def texture_box(job: Job, source: Shape, proportions: float | None = None) -> Box:
-    """Return what of the source a texture covers: what --texture-box names, by default the canvas, scaled and moved.
+    """Return the box of the source that a texture covers: set by --texture-box, by default the canvas, scaled and
+    moved.
 
-    One that repeats is as wide as that, and keeps its proportions, width by height, if they are known.
+    A repeated texture has the width of that box, and keeps its proportions (width by height) if they are known.
     """
     low, high = source.bounds if job.texture_box == "bbox" else source.box
     if repeats(job) and proportions:
@@ -68,25 +73,23 @@ def placed(job: Job, source: Shape, box: Box) -> Box:
 
 
 def repeats(job: Job) -> bool:
-    """Return whether the texture is there again beyond its edges."""
+    """Return whether the texture is repeated beyond its edges."""
     return job.edge in ("repeat", "mirror")
 
 
 def texture_turn(job: Job) -> complex:
-    """By what the texture is turned about the middle of what it covers."""
+    """Return the rotation of the texture about the centre of its box, as a unit complex number."""
     return complex(np.exp(1j * np.radians(job.texture_turn))) if job.texture_turn else 1
 
 
 def placing_options(job: Job) -> list[str]:
-    """Return those given that say where the texture lies on the source."""
+    """Return the options that place the texture on the source and were given."""
     given = {"scale": job.texture_scale, "offset": job.texture_offset, "turn": job.texture_turn}
     return [f"--texture-{name}" for name, value in given.items() if value]
 
 
 def stretch_notes(job: Job, source: Shape, shape: tuple[int, ...]) -> list[str]:
-    """Return a note where a texture of (height, width, …) pixels has other proportions than the canvas that it
-    covers.
-    """
+    """Return a note if a texture of (height, width, …) pixels has other proportions than the canvas that it covers."""
     if not job.texture or source.is_mesh or job.texture_box == "bbox" or repeats(job) or job.texture_scale:
         return []
     height, width = shape[:2]
@@ -98,22 +101,26 @@ def stretch_notes(job: Job, source: Shape, shape: tuple[int, ...]) -> list[str]:
 
 
 def checkerboard_box(job: Job, source: Shape) -> Box:
-    """Return what of the source the checkerboard covers: a square about the shape, or about its canvas where that is
-    said.
+    """Return the box that the checkerboard covers: a square about the shape, or about its canvas if that is
+    requested.
     """
     return placed(job, source, square(source.box if job.texture_box == "viewbox" else source.bounds))
 
 
 def checkerboard_cells(source: Shape) -> int:
-    """Return how many squares the checkerboard has along a side: twice as many for a long, thin shape, which would be
-    narrower than a square and cut all numbers."""
+    """Return the number of squares along a side of the checkerboard.
+
+    It is doubled for long, thin shapes, which would otherwise be narrower than a square, and cut through all numbers.
+    """
     size = source.bounds[1] - source.bounds[0]
     squares = CELLS**2 * min(size.real, size.imag) / max(size.real, size.imag)
     return CELLS if squares >= FEWEST_SQUARES else 2 * CELLS
 
 
 def remarks(job: Job, source: Shape, target: Shape) -> list[str]:
-    """Return notes on what is shown of the target, and on shapes that reach out of that, or out of the texture."""
+    """Return notes on the part of the target that is shown, and on shapes that reach out of it or out of the
+    texture.
+    """
     said = []
     if why := _why_not_canvas(job, target):
         text = "pictures show the shape's bounding box; use --target-box viewbox to show the canvas"
@@ -130,7 +137,7 @@ def remarks(job: Job, source: Shape, target: Shape) -> list[str]:
     if job.texture_box == "bbox" or own or not (job.texture or job.texture_box):
         return said
     cure = "use --texture-box bbox to cover it"
-    if source.is_layout:  # where the texture repeats, or continues
+    if source.is_layout:  # outside of the canvas the texture repeats or continues
         return said
     if (out := _reach(source, source.box)) > OFF:
         text = f"{out:.0%} of its extent lies outside its canvas, beyond the texture"
@@ -142,14 +149,14 @@ def remarks(job: Job, source: Shape, target: Shape) -> list[str]:
 
 
 def square(box: Box) -> Box:
-    """Return the smallest square about the middle of a box that holds it."""
+    """Return the smallest square about the centre of a box that contains it."""
     middle, size = (box[0] + box[1]) / 2, box[1] - box[0]
     half = max(size.real, size.imag) / 2 * (1 + 1j)
     return middle - half, middle + half
 
 
 def canvas_size(job: Job, box: Box) -> tuple[int, int]:
-    """Width and height of the raster of a box of the target's plane.
+    """Return width and height in pixels of a picture of a box of the target's plane.
 
     Raises:
         InputError: more pixels than --max-pixels.
@@ -158,10 +165,10 @@ def canvas_size(job: Job, box: Box) -> tuple[int, int]:
 
 
 def size_within(size: tuple[int, ...], extent: complex, most: int) -> tuple[int, int]:
-    """Width and height from --size: both, one of them, or the longer side, the other by the extent's proportions.
+    """Return width and height from --size: both, one of them, or the longer side; the other follows from the extent.
 
     Raises:
-        InputError: more pixels than `most`.
+        InputError: there are more pixels than `most`.
     """
     width, height = size if len(size) == 2 else proportional(size[0], extent)
     if width == FREE:
@@ -174,7 +181,7 @@ def size_within(size: tuple[int, ...], extent: complex, most: int) -> tuple[int,
 
 
 def _share(shape: Shape) -> float:
-    """Width or height of a shape by that of its canvas, whichever is the larger part."""
+    """Return width or height of a shape relative to its canvas, whichever is larger."""
     size, canvas = (high - low for low, high in (shape.bounds, shape.box))
     return max(size.real / canvas.real, size.imag / canvas.imag)
 

@@ -1,4 +1,4 @@
-"""The files that a job reads, and those that they name in turn: material libraries, pictures, glTF's buffers."""
+"""The files that a job reads, and files that these refer to: material libraries, pictures, and buffers of glTF."""
 
 from __future__ import annotations
 
@@ -26,23 +26,23 @@ if TYPE_CHECKING:
 
 
 class Files:
-    """The files of any job, and what they name."""
+    """The input files of any job, and the files that they refer to."""
 
     def __init__(self, job: Described, *, keep: bool = True) -> None:
-        """Nothing is opened yet; `keep` says whether shapes will be made of what is read."""
+        """Prepare to read the files of a job, without opening any; `keep` if shapes will be made from them."""
         self.job = job
         self._most_kept = job.max_faces if keep else -1
         self._meshes: dict[Path, MeshFormat] = {}
 
     def _mesh(self, path: Path) -> MeshFormat:
-        """Return a mesh file, opened once."""
+        """Return a mesh file; it is opened once."""
         if path not in self._meshes:
             self._meshes[path] = mesh_files.open_mesh(path, self._most_kept)
         return self._meshes[path]
 
     @cached_property
     def named(self) -> tuple[str, ...]:
-        """Every file that the job reads, those that its meshes name included; only those that exist."""
+        """Every existing file that the job reads, including those that its meshes refer to."""
         found = expand_tiles(self.job.inputs)
         with references.outside(self.job.allow_outside):
             for name in self.job.inputs:
@@ -61,19 +61,19 @@ class Files:
 
 
 class Inputs(Files):
-    """What a job reads; a mesh file is opened once, whatever is asked of it."""
+    """The inputs of a job; each mesh file is opened once."""
 
     job: Job
 
     def of_job(self, job: Job) -> Inputs:
-        """Return the same files for a job that differs in values that name no file to read."""
+        """Return the inputs of a job that differs only in values that name no input file."""
         found = copy(self)
         found.job = job
-        vars(found).pop("_seams", None)  # which depend on its pins
+        vars(found).pop("_seams", None)  # they depend on the pins
         return found
 
     def is_mesh(self, text: str) -> bool:
-        """Return whether a spec names a mesh: by its suffix, and by what is to become of it (`MeshFormat.is_mesh`).
+        """Return whether a spec names a mesh, by its suffix and by how it is used (see `MeshFormat.is_mesh`).
 
         Raises:
             InputError: the file is missing.
@@ -86,10 +86,10 @@ class Inputs(Files):
 
     @cached_property
     def listed(self) -> ConstraintsFile | None:
-        """What the constraints file holds, if there is one.
+        """The contents of the constraints file, if there is one.
 
         Raises:
-            InputError: it is wrong.
+            InputError: the file is invalid.
         """
         if not self.job.constraints:
             return None
@@ -98,14 +98,12 @@ class Inputs(Files):
         return listing.read(self.job.constraints)
 
     def _seam(self, target: bool) -> list[Place]:
-        """Return the pins of the source or the target through which closed meshes on both sides are cut, in their
-        order.
-        """
+        """Return the pins of one side, in order, through which closed meshes on both sides are cut."""
         return [pair[target] for pair in self._seams[0]]
 
     @property
     def _cut_pair(self) -> tuple[str, str] | None:
-        """The specs of both sides, where these are meshes in space that may be cut."""
+        """The specs of both sides if both are meshes in space that may be cut."""
         job = self.job
         if job.no_cut or not job.target or job.plane == "uv":
             return None
@@ -113,7 +111,7 @@ class Inputs(Files):
         return pair if all(map(self.is_mesh, pair)) else None
 
     def same_vertices(self) -> list[tuple[Place, Place]]:
-        """Pins of two closed meshes of the same connectivity, where none are given.
+        """Return pins for two closed meshes with the same connectivity, if no pins are given.
 
         Raises:
             InputError: a mesh cannot be read.
@@ -127,8 +125,11 @@ class Inputs(Files):
 
     @cached_property
     def _seams(self) -> tuple[list[tuple[Place, Place]], Opening | None]:
-        """The pins through which closed meshes on both sides are cut; none unless there are two, all on the meshes. And
-        where the source is cut, if not along geodesics."""
+        """The pins through which closed meshes on both sides are cut, and the cut of the source unless it follows
+        geodesics.
+
+        There are none unless at least two pins are given, and all of them lie on the meshes.
+        """
         job, pair = self.job, self._cut_pair
         if pair is None:
             return [], None
@@ -143,10 +144,10 @@ class Inputs(Files):
         return [pins[k] for k in order], opening
 
     def check_trace(self) -> None:
-        """Refuse to trace where there is no picture.
+        """Check that --trace is only used with pictures.
 
         Raises:
-            InputError: --trace is given, and the shapes are not pictures.
+            InputError: --trace is given, but neither shape is a picture.
         """
         specs = [spec for spec in (self.job.source, self.job.target) if spec]
         if self.job.trace != "auto" and not any(formats.of(Spec.of(spec).path).picture for spec in specs):
@@ -155,7 +156,8 @@ class Inputs(Files):
             )
 
     def is_layout(self, text: str) -> bool:
-        """Return whether a spec names a mesh in the plane of its texture coordinates, as far as its form says so.
+        """Return whether a spec selects a mesh in the plane of its texture coordinates, as far as the spec itself
+        determines it.
 
         Raises:
             InputError: the file is missing.
@@ -165,15 +167,16 @@ class Inputs(Files):
         return self.is_mesh(text) and (self.job.plane == "uv" or names_layout(text))
 
     def shape(self, text: str, *, target: bool = False, source: Shape | None = None) -> Shape:
-        """Return a shape from a drawing, a picture or a mesh.
+        """Read a shape from a drawing, a picture or a mesh.
 
         Args:
             text: its spec.
-            target: which of the two, for a mesh's proportions.
-            source: of a target what goes onto it: holes are kept for those of the source alone where a mesh is cut.
+            target: whether it is the target; this determines the proportions of a mesh.
+            source: the shape mapped onto a target; if a mesh has to be cut, its holes are kept only if the source has
+                holes.
 
         Raises:
-            InputError: it cannot be read, is not a domain, or is larger than --max-faces or --max-pixels allow.
+            InputError: it cannot be read, is not a valid shape, or exceeds --max-faces or --max-pixels.
         """
         if not self.is_mesh(text):
             meshes = [spec for spec in (self.job.source, self.job.target) if spec and self.is_mesh(spec)]
@@ -196,10 +199,10 @@ class Inputs(Files):
         )
 
     def whole_target(self, text: str, source: Shape) -> Shape | None:
-        """Return all pieces of a mesh, packed inside the source; None where one piece is the target.
+        """Return all pieces of a mesh, packed inside the source; None if only one piece is the target.
 
         Raises:
-            InputError: as for `shape`; the pieces do not fit into the source.
+            InputError: as in `shape`, or the pieces do not fit into the source.
         """
         job = self.job
         one = (job.pin, job.constraints, job.rigid, job.rigid_target, job.importance, job.size_map, job.start)
@@ -225,7 +228,7 @@ class Inputs(Files):
         )
 
     def _names_regions(self, target: bool) -> bool:
-        """Return whether rigid regions of the source, or of the target, are called by their names in its file."""
+        """Return whether rigid regions of the source, or of the target, are given by names in its file."""
         from ..shapes.regions import MARK
 
         given = (
@@ -238,10 +241,10 @@ class Inputs(Files):
     def shapes(
         self, text: str, most: int, *, target: bool = False, source: Shape | None = None
     ) -> tuple[Sequence[Shape], list[str]]:
-        """Return all shapes of a file for --parts all, the `most` largest first, and what is to be said of the others.
+        """Read the shapes of a file for --parts all: the `most` largest, and notes on the others.
 
         Raises:
-            InputError: as for `shape`, or there is none.
+            InputError: as in `shape`, or there are no shapes.
         """
         if not self.is_mesh(text):
             found: Sequence[Shape] = shape.read_all(text, trace=self.job.trace)
@@ -258,18 +261,18 @@ class Inputs(Files):
         return found[:most], notes
 
     def _sound_mesh(self, text: str) -> MeshFormat:
-        """Return the file of a mesh.
+        """Return the open file of a mesh after checking its size.
 
         Raises:
-            InputError: it cannot be read, or the mesh is larger than --max-faces allows.
+            InputError: it cannot be read, or the mesh exceeds --max-faces.
         """
         opened = self._mesh(Spec.of(text).path)
         opened.check_size(self.job.max_faces)
         return opened
 
     def _lying(self, target: bool, source: Shape | None) -> dict[str, Any]:
-        """Return how meshes are flattened: cut or not, flat or by their coordinates, and the proportions of pictures
-        there.
+        """Return how meshes are flattened: whether they may be cut, the plane to use, and the proportions of their
+        pictures.
         """
         job = self.job
         aspect: Any = None
@@ -280,7 +283,7 @@ class Inputs(Files):
         else:
             aspect = _first_proportions([Path(job.texture)])
         joins = source is not None and not source.holes
-        # what is mapped by landmarks, or onto another mesh, keeps its boundary unless it is to be cut
+        # meshes mapped by landmarks, or onto another mesh, keep their boundary unless a cut is requested
         bound = job.pin or job.constraints or job.start or self._both_meshes
         return {
             "cut": not job.no_cut,
@@ -296,7 +299,7 @@ class Inputs(Files):
         return bool(job.target) and all(map(self.is_mesh, (job.source, job.target or "")))
 
     def sha256(self, name: str) -> str:
-        """Return the hash of an input; of a mesh as it was read."""
+        """Return the hash of an input; for a mesh, of the contents that were read."""
         opened = self._meshes.get(Path(name))
         return opened.sha256 if opened else files.sha256(name)
 
@@ -309,7 +312,7 @@ def _first_proportions(pictures: Sequence[Path | bytes]) -> float | None:
 
 
 def expand_tiles(names: Iterable[Path | bytes | str]) -> list[Any]:
-    """Return names of pictures, those of the tiles that there are in the place of one that stands for all of them."""
+    """Return names of pictures, with each pattern for tiles (UDIM) replaced by the files that exist."""
     from ..pictures.tiles import files_of, is_pattern
 
     return [each for name in names for each in (files_of(str(name)) if is_pattern(name) else [name])]

@@ -1,4 +1,4 @@
-"""One run, described and validated: the command line, a batch and CI all make one of these."""
+"""The validated description of one run, shared by the command line, batches and CI."""
 
 from __future__ import annotations
 
@@ -24,23 +24,23 @@ from ..options import (
 from ..spec import path_of
 
 WRITTEN = ("report", "plot", "stmap")
-"""Fields that name a file to write, beside `output`."""
+"""Fields that name an output file, besides `output`."""
 STEM = "{stem}"
-"""In the name of a picture: that of the texture it is made of."""
+"""Placeholder in the name of a picture for the stem of its texture's name."""
 CHECKER = "checker"
-"""A --texture that is the numbered checkerboard, and not a file."""
+"""Value of --texture for the numbered checkerboard instead of a file."""
 
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """What came of a job.
+    """The outcome of a job.
 
     Attributes:
-        ok: whether the result is as good as was asked for; exit code 0 or 1.
+        ok: whether the result meets the requirements; exit code 0 if so, else 1.
         message: one sentence.
         report: the figures, see `report.build`.
-        written: the files.
-        notes: remarks on the inputs and on the solving.
+        written: the files written.
+        notes: on the inputs and on solving.
     """
 
     ok: bool
@@ -51,18 +51,18 @@ class Outcome:
 
 
 class Described:
-    """The values of a command: its arguments and options. They never change.
+    """The values of a command: its arguments and options. They are immutable.
 
     Attributes:
-        command: of `iccm`.
-        rows: the type of each value, and the description of each option, by name.
-        globbed: values that name one file to read, or in a manifest several by a pattern.
-        read: others that name files to read.
-        written: values that name a file to write, beside `output`.
-        templated: values in which a manifest's templates are filled in.
+        command: name of the subcommand of `iccm`.
+        rows: the type of each value and the description of each option, by name.
+        globbed: values that name one input file, or several by a pattern in a manifest.
+        read: other values that name input files.
+        written: values that name an output file, besides `output`.
+        templated: values in which the templates of a manifest are filled in.
 
     Raises:
-        JobError: a value, or what it comes to with others, is wrong.
+        JobError: a value, or a combination of values, is invalid.
     """
 
     command: ClassVar[str]
@@ -86,27 +86,27 @@ class Described:
 
     @classmethod
     def defaults(cls) -> dict[str, Any]:
-        """Return the default of each value; None of an argument."""
+        """Return the default of each value; None for arguments."""
         return {name: option.default if option else None for name, (_, option) in cls.rows.items()}
 
     @classmethod
     def former_names(cls) -> dict[str, str]:
-        """Return the names of today of the values that had others."""
+        """Return the present names of values that have been renamed."""
         return {old: name for name, (_, option) in cls.rows.items() if option for old in option.old}
 
     @classmethod
     def required(cls) -> list[str]:
-        """Return the values that must be given."""
+        """Return the names of required values."""
         return [
             name for name, (hint, option) in cls.rows.items() if (option.required if option else hint is str)
         ]
 
     @classmethod
     def check(cls, given: dict[str, Any]) -> dict[str, Any]:
-        """Return the values that are given, as a job keeps them.
+        """Validate the given values, and return them as a job stores them.
 
         Raises:
-            JobError: every mistake.
+            JobError: lists every mistake.
         """
         checked = dict[str, Any]()
         mistakes = list[tuple[str, str]]()
@@ -139,7 +139,7 @@ class Described:
 
     @classmethod
     def names_file(cls, key: str, value: str) -> bool:
-        """Return whether a value of one of `read` names a file."""
+        """Return whether a value of one of the fields in `read` names a file."""
         return value != "-"
 
     def __setattr__(self, name: str, value: Any) -> None:
@@ -155,7 +155,7 @@ class Described:
         return f"{type(self).__name__}({values})"
 
     def model_copy(self, *, update: dict[str, Any]) -> Self:
-        """Return the same with other values, which are not checked."""
+        """Return a copy with some values replaced; these are not validated."""
         found = object.__new__(type(self))
         vars(found).update(vars(self), **update)
         return found
@@ -163,7 +163,7 @@ class Described:
     def model_dump(
         self, *, mode: str = "python", exclude_defaults: bool = False, exclude: Collection[str] = ()
     ) -> dict[str, Any]:
-        """Return the values by name, in the order of help; with mode "json" as JSON has them."""
+        """Return the values by name, in the order of the help text; with mode "json" as JSON values."""
         defaults = self.defaults()
         found = {name: getattr(self, name) for name in defaults if name not in exclude}
         if exclude_defaults:
@@ -172,13 +172,13 @@ class Described:
 
     @property
     def outputs(self) -> tuple[str, ...]:
-        """Every file that is written, in no particular order; stdout is not a file."""
+        """Every output file, in no particular order; stdout is not included."""
         names = [*self.output, *(getattr(self, field) for field in self.written)]
         return tuple(name for name in names if name and name != "-")
 
     @property
     def inputs(self) -> tuple[str, ...]:
-        """Every file that is read, as a path without its `#id`; stdin is not a file."""
+        """Every input file, as a path without its `#id`; stdin is not included."""
         found = [path_of(value) for key in self.globbed for value in _each(getattr(self, key))]
         found += [
             value for key in self.read for value in _each(getattr(self, key)) if self.names_file(key, value)
@@ -191,7 +191,7 @@ def _each(value: str | Sequence[str] | None) -> Sequence[str]:
 
 
 class Textured(Described):
-    """The values of a command that carries textures."""
+    """The values of a command that transfers textures."""
 
     texture: Any
     normal: tuple[str, ...]
@@ -200,19 +200,19 @@ class Textured(Described):
 
     @property
     def maps(self) -> list[tuple[str, str]]:
-        """The textures, with what their channels are."""
+        """The textures, each with the kind of its channels."""
         found = [(path, getattr(self, "kind", "colour")) for path in _each(self.texture)]
         further = {"normal": self.normal, "normal-down": self.normal_down, "data": self.data}
         return found + [(path, kind) for kind, paths in further.items() for path in paths]
 
 
 class Job(Textured, JobOptions):
-    """What to map onto what, how, and what to write. Paths are as the user gave them; coordinates in file units.
+    """The description of a map: shapes, options and outputs. Paths are as given by the user; coordinates in file units.
 
-    `target` None means a deformation of the source by its constraints alone.
+    If `target` is None, the source is deformed by its constraints.
 
     Raises:
-        JobError: a value, or what it comes to with others, is wrong.
+        JobError: a value, or a combination of values, is invalid.
     """
 
     command = "map"
@@ -234,7 +234,7 @@ class Job(Textured, JobOptions):
     source: str
     target: str | None
     checkered: ClassVar[bool] = (
-        False  # whether the checkerboard is asked for, whatever the source itself shows
+        False  # whether the checkerboard is requested, even if the source has its own picture
     )
 
     def __init__(self, **values: Any):
@@ -246,11 +246,13 @@ class Job(Textured, JobOptions):
 
     @classmethod
     def names_file(cls, key: str, value: str) -> bool:
-        """Return whether a value of one of `read` names a file; a region may be an element of the drawing."""
+        """Return whether a value of one of the fields in `read` names a file; a region may also name an element of the
+        drawing.
+        """
         return super().names_file(key, value) and not (key.startswith("rigid") and value.startswith("#"))
 
     def _name_stmap(self) -> None:
-        """Take the output that can hold an STMap for one, where --stmap names none."""
+        """Use the output that can hold an STMap if --stmap names no file."""
         if self.stmap != OUTPUT:
             return
         able = [name for name in self.output if name != "-" and formats.of(name).stmap]
@@ -262,14 +264,14 @@ class Job(Textured, JobOptions):
         vars(self).update(stmap=able[0], output=rest)
 
     def model_dump(self, **how: Any) -> dict[str, Any]:
-        """Return the values by name, as `Described.model_dump` has them."""
+        """Return the values by name, as in `Described.model_dump`."""
         found = super().model_dump(**how)
         return found | (
             {"texture": CHECKER} if self.checkered and "texture" not in how.get("exclude", ()) else {}
         )
 
     def _give_a_picture_each(self) -> None:
-        """Give every texture a picture; the first of them is `texture`."""
+        """Assign an output picture to each texture; the first texture becomes `texture`."""
         if self.maps and not self.texture:
             path, kind = self.maps[0]
             name = kind.replace("-", "_")
@@ -282,7 +284,7 @@ class Job(Textured, JobOptions):
 
     @property
     def solver(self) -> dict[str, Any]:
-        """What of it goes to `iccm.fit` and `iccm.deform`."""
+        """The options that are passed to `iccm.fit` and `iccm.deform`."""
         return {name: value for name in SOLVER if (value := getattr(self, name)) is not None}
 
     @property
@@ -294,27 +296,27 @@ class Job(Textured, JobOptions):
 
     @property
     def several(self) -> bool:
-        """Whether parts are mapped one by one, as asked."""
+        """Whether parts are mapped separately, as requested."""
         return self.parts in ("all", "each", "elements")
 
     @property
     def repeated(self) -> bool:
-        """Whether the source goes onto each of several targets."""
+        """Whether the source is mapped onto each of several targets."""
         return self.parts in ("each", "elements")
 
     @property
     def whole_drawings(self) -> bool:
-        """Whether drawings are mapped as wholes."""
+        """Whether drawings are mapped as a whole."""
         return self.parts in ("auto", "joined", "elements")
 
     @property
     def holed(self) -> bool:
-        """Whether the map knows of holes: the balanced method's does, unless they are to be cut or filled."""
+        """Whether holes take part in the map: those of the balanced method do, unless they are to be cut or filled."""
         return self.holes in ("auto", "keep") and self.exact
 
 
 class FlattenJob(Described, FlattenOptions):
-    """A mesh to flatten in the plane, how, and what to write."""
+    """The description of a flattening: the mesh, options and outputs."""
 
     command = "flatten"
     rows: ClassVar = {"mesh": (str, None), **of_command("flatten", FlattenOptions, JobOptions)}
@@ -329,7 +331,7 @@ class FlattenJob(Described, FlattenOptions):
         self._take_mesh()
 
     def _take_mesh(self) -> None:
-        """Take an output that can only be a mesh with texture coordinates for `uv`, where that names none."""
+        """Use an output that can only be a mesh with texture coordinates for `uv`, if that is not given."""
         able = [
             name for name in self.output if name != "-" and formats.of(name).uv and not formats.of(name).flat
         ]
@@ -338,14 +340,14 @@ class FlattenJob(Described, FlattenOptions):
 
     @classmethod
     def names_file(cls, key: str, value: str) -> bool:
-        """Return whether a value is an outline's file; the method used to be one, too."""
+        """Return whether a value is the file of an outline; --method used to accept one, too."""
         from ...flattening import METHODS
 
         return key == "onto" or value not in METHODS
 
 
 class RelayoutJob(Textured, RelayoutOptions):
-    """A mesh whose textures are carried to another layout of it, and what to write."""
+    """The description of a transfer of a mesh's textures to another layout."""
 
     command = "relayout"
     rows: ClassVar = {
@@ -365,30 +367,32 @@ class RelayoutJob(Textured, RelayoutOptions):
 
 Kind = TypeVar("Kind", bound=Described)
 KINDS: dict[str, type[Described]] = {kind.command: kind for kind in (Job, FlattenJob, RelayoutJob)}
-"""The jobs of a batch, by their commands."""
+"""The kinds of jobs in a batch, by command."""
 
 
 def _as_lists(value: Any) -> Any:
-    """Tuples as lists, all the way down."""
+    """Convert tuples to lists, recursively."""
     return [_as_lists(each) for each in value] if isinstance(value, tuple | list) else value
 
 
 def is_picture(name: str) -> bool:
-    """Return whether an output shows a texture: by its suffix, or as it goes to stdout."""
+    """Return whether an output is a picture: by its suffix, or because it goes to stdout."""
     return name == "-" or formats.of(name).picture is not None
 
 
 def is_mesh(name: str) -> bool:
-    """Return whether an output is a mesh that shows textures by new coordinates, by its suffix."""
+    """Return whether an output is a mesh with texture coordinates, by its suffix."""
     return name != "-" and formats.of(name).uv
 
 
 def pair_outputs(outputs: Sequence[str], maps: Sequence[tuple[str, str]]) -> tuple[str, ...]:
-    """Return outputs with a picture for each of the maps, in their order, where one name with `{stem}` stands for all;
-    none where a mesh shows them: one of colours, one of normals.
+    """Return the outputs with one picture for each texture, in order.
+
+    A single name with `{stem}` stands for all pictures. No pictures are needed if a mesh shows the textures, one of
+    colours and one of normals.
 
     Raises:
-        ValueError: pictures too many or too few, or none for several textures, or for one that a mesh does not show.
+        ValueError: too many or too few pictures, or none for several textures, or for one that a mesh cannot show.
     """
     textures, kinds = zip(*maps) if maps else ((), ())
     pictures = [name for name in outputs if is_picture(name)]
@@ -413,7 +417,7 @@ def pair_outputs(outputs: Sequence[str], maps: Sequence[tuple[str, str]]) -> tup
 
 
 def name_each(pictures: Sequence[str], maps: Sequence[tuple[str, str]]) -> list[str]:
-    """Return the names of pictures, one of which, if it is alone and holds `{stem}`, stands for those of all maps."""
+    """Return the names of pictures; a single name with `{stem}` is expanded to one name for each texture."""
     if len(pictures) != 1 or STEM not in pictures[0]:
         return list(pictures)
     return [pictures[0].replace(STEM, Path(path).stem) for path, _ in maps]
@@ -428,7 +432,7 @@ def described(kind: type[Kind], values: dict[str, Any]) -> Kind:
     """Return a job of a kind from the options of the command line.
 
     Raises:
-        InputError: its mistakes, by the names of their options.
+        InputError: lists its mistakes with the names of their options.
     """
     try:
         return kind(**values)
@@ -437,7 +441,7 @@ def described(kind: type[Kind], values: dict[str, Any]) -> Kind:
 
 
 def _of_option(key: str, text: str) -> str:
-    """Return a mistake in the words of the command line, which counts from 1; one that concerns no option as it is."""
+    """Return a mistake in terms of the command line, which counts from 1."""
     if any(key in kind.rows and kind.rows[key][1] is None for kind in KINDS.values()):
         return f"{key.upper()}: {text}"
     option, _, rest = key.partition(".")

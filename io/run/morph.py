@@ -1,4 +1,4 @@
-"""Frames of a drawing on its way to another, as pictures, drawings and animations."""
+"""`iccm morph`: intermediate frames between two drawings, as pictures, drawings and animations."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ ANIMATED = {".webp": "WEBP", ".gif": "GIF", ".png": "PNG"}
 
 @dataclass(frozen=True)
 class MorphSettings:
-    """What is asked of a morph beside the job.
+    """The options of a morph besides those of the job.
 
     Attributes:
-        frames: how many, the source and the target among them.
-        target_texture: what the target shows; the texture fades to it.
-        fps: frames a second of animations.
+        frames: number of frames, including the source and the target.
+        target_texture: the target's picture, to which the texture fades.
+        fps: frames per second of animations.
     """
 
     frames: int = 24
@@ -54,14 +54,13 @@ class MorphSettings:
 
 @dataclass(frozen=True)
 class Frame:
-    """The drawings on the way.
+    """An intermediate frame.
 
     Attributes:
-        share: of the way.
-        ahead: the source with what it shows, moved ahead; None at the end.
-        back: the target with what is to be seen there, moved back; None at the beginning, and where it would show
-            the same.
-        artwork: the source's drawing moved ahead, for artwork.
+        share: position on the path, from 0 to 1.
+        ahead: the source with its picture, moved forward; None at the end.
+        back: the target with its picture, moved back; None at the beginning, and if it would show the same.
+        artwork: the source's drawing moved forward, for outputs that are drawings.
     """
 
     share: float
@@ -70,7 +69,7 @@ class Frame:
     artwork: Run
 
     def pixels(self) -> np.ndarray:
-        """Return (height, width, 4) what is seen, 8 bits in sRGB, alpha straight."""
+        """Return the frame (height, width, 4): 8 bits, sRGB, straight alpha."""
         if self.ahead is None or self.back is None:
             layer = self.ahead or self.back
             assert layer is not None
@@ -90,10 +89,10 @@ def run(
     tell: Tell = lambda note: None,
     listener: Listener | None = None,
 ) -> tuple[bool, str, list[str]]:
-    """Write all frames: whether the map is as good as was asked for, a sentence on it, and the files.
+    """Write all frames; return whether the map meets the requirements, a sentence about it, and the files.
 
     Raises:
-        InputError: an input or output is wrong. Nothing has been written then.
+        InputError: an input or output is invalid. In this case nothing has been written.
     """
     from ...blas import one_thread
 
@@ -109,7 +108,7 @@ def run(
     phases = Phases()
     with one_thread(), references.outside(job.allow_outside), progress.heard(listener):
         with phases.timed("read"):
-            # gaps of both drawings fade on the way, so they are not filled with paper
+            # gaps of both drawings fade during the morph, so they are not filled with paper
             job = job.model_copy(update={"output": tuple(written), "gaps": "transparent"})
             textures = [asked.target_texture] if asked.target_texture else []
             files.check_outputs(written, [*job.inputs, *textures], force=job.force)
@@ -141,10 +140,10 @@ def _names(name: str, frames: int) -> list[str]:
 
 
 def _output(name: str, job: Job, asked: MorphSettings) -> Output | None:
-    """Return what writes a frame; None for animations.
+    """Return the writer of single frames; None for animations.
 
     Raises:
-        InputError: what the suffix does not hold.
+        InputError: the suffix does not fit.
     """
     suffix = formats.suffix_of(name)
     if NUMBER not in name or asked.target_texture:
@@ -162,8 +161,9 @@ def _output(name: str, job: Job, asked: MorphSettings) -> Output | None:
 
 
 def _with_own_pictures(begun: Run) -> Run:
-    """Return the job with both drawings as their own pictures, where one of them has separate colours and the other can
-    be rendered; a plain black drawing is then black, and not a checkerboard.
+    """Use both drawings as their own pictures if one of them has colours of its own and the other can be rendered.
+
+    A plain black drawing is then shown in black, not with a checkerboard.
     """
     job = begun.job
     if job.texture or job.checkered or not (begun.source.coloured or begun.target.coloured):
@@ -176,17 +176,19 @@ def _with_own_pictures(begun: Run) -> Run:
 
 
 def _can_be_rendered(shape: Shape) -> bool:
-    """Return whether the file of a shape is a picture, or becomes one."""
+    """Return whether the file of a shape is a picture, or can be rendered to one."""
     suffix = formats.suffix_of(shape.path)
     return suffix in (".svg", ".svgz") or formats.of(shape.path).picture is not None
 
 
 def _settings(begun: Run, pair: Pair) -> Settings:
-    """Return how the map of a pair is solved for: holes go onto holes where both have as many, and otherwise appear and
-    vanish on the way; frames are chosen by their cost.
+    """Return options for the map of a pair.
+
+    Holes are mapped onto holes if both shapes have the same number; otherwise they open and close during the morph.
+    Frames are chosen by cost.
 
     Raises:
-        InputError: holes are to be kept, and have no partners.
+        InputError: holes are to be kept, but their numbers differ.
     """
     job, (source, target) = begun.job, pair
     many = len(source.mappable_holes), len(target.mappable_holes)
@@ -199,10 +201,10 @@ def _settings(begun: Run, pair: Pair) -> Settings:
 
 
 def _check(begun: Run, outputs: Sequence[Output | None], frames: int) -> None:
-    """Refuse before the solving what cannot be morphed or written, and note what is left out.
+    """Check, before solving, that everything can be morphed and written; note what is left out.
 
     Raises:
-        InputError: a mesh, more pixels than an animation may have; as the outputs say.
+        InputError: a shape is a mesh, an animation would have too many pixels, or an output is not possible.
     """
     for shape in (begun.source, begun.target):
         if shape.is_mesh or shape.is_layout:
@@ -220,7 +222,7 @@ def _check(begun: Run, outputs: Sequence[Output | None], frames: int) -> None:
 
 
 def _frames(begun: Run, asked: MorphSettings) -> Iterator[Frame]:
-    """Yield the drawings, the source on the target's canvas first, all in one box."""
+    """Yield the frames, the first with the source on the target's canvas, all in the same box."""
     here, there = (framing.picture_box(begun.job, shape) for shape in (begun.source, begun.target))
     factor = min((_size(there).real / _size(here).real), (_size(there).imag / _size(here).imag))
     shift = sum(there) / 2 - factor * sum(here) / 2
@@ -256,9 +258,12 @@ def _frames(begun: Run, asked: MorphSettings) -> Iterator[Frame]:
 
 
 def _of_target(source: Run, asked: MorphSettings, ways: Sequence[MorphPath], box: Box) -> Run | None:
-    """Return the job with what the target shows as the texture, which fades in; None where the source's stays.
+    """Return the target's texture, which fades in, as a job; None if the source's texture is kept.
 
-    What the target shows is --target-texture, or its own picture where the source shows its own."""
+    It is --target-texture, or the target's own picture if the source shows its own.
+
+    What the target shows is --target-texture, or its own picture where the source shows its own.
+    """
     job = source.job
     if asked.target_texture:
         job = job.model_copy(update={"texture": asked.target_texture})
@@ -270,7 +275,7 @@ def _of_target(source: Run, asked: MorphSettings, ways: Sequence[MorphPath], box
 
 
 def _paints_nothing_else(run: Run) -> bool:
-    """Return whether the texture is the whole drawing itself, whose alpha says what it paints."""
+    """Return whether the texture is the whole drawing itself, whose alpha limits what is painted."""
     return is_own_picture(run.job, run.source) and len(run.pairs) == 1 and not Spec.of(run.source.spec).chosen
 
 
@@ -279,7 +284,7 @@ def _size(box: Box) -> complex:
 
 
 def _seen(run: Run) -> Real:
-    """Return (height, width, 4) the picture in sRGB from 0 to 1, times its alpha."""
+    """Return the picture (height, width, 4) in sRGB from 0 to 1, with premultiplied alpha."""
     shown = displayed(run, run.canvas) / 255.0
     colours, alpha = (
         (shown[..., :-1], shown[..., -1:])
@@ -290,7 +295,7 @@ def _seen(run: Run) -> Real:
 
 
 def _animate(frames: list[Frame], fps: float, path: Path, suffix: str) -> None:
-    """Write one file that shows all frames again and again."""
+    """Write one file that shows all frames in a loop."""
     pictures = [Image.fromarray(frame.pixels()) for frame in frames]
     more = {"lossless": True} if suffix == ".webp" else {"disposal": 2 if suffix == ".gif" else 1}
     pictures[0].save(

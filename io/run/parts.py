@@ -1,4 +1,4 @@
-"""`--parts`: each shape of the source onto one of the target, or one onto each, and what is reported of them."""
+"""`--parts`: map the shapes of both files in pairs, or one onto each, and report on them."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ Pair = tuple["Shape", "Shape"]
 Pairs = list[Pair]
 
 LISTED = 12
-TOUCHING = 1e-3  # of the smaller part's area: so much that two have in common, or not, is where they touch
+TOUCHING = 1e-3  # relative to the smaller part's area: parts that overlap by less only touch
 FIGURES = ("status", "boundary", "dilatation", "log10_area", "injective", "notes")
 
 
 def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:
-    """Pairs of shapes, the largest targets first, and what is to be said and reported of those without a partner.
+    """Return pairs of shapes, the largest targets first, with notes and figures on those without a partner.
 
     Raises:
-        InputError: a file without shapes, or constraints, which hold for one shape.
+        InputError: a file has no shapes, or there are constraints, which are possible for one shape only.
     """
     from ..shapes import parts
 
@@ -79,10 +79,10 @@ def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:
 
 
 def _onto_elements(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:
-    """Return the source onto each letter or element of the target, with what is to be said of those beyond the limit.
+    """Return the source paired with each letter or element of the target, with notes on those beyond the limit.
 
     Raises:
-        InputError: one is a mesh.
+        InputError: a shape is a mesh.
     """
     source = inputs.shape(job.source)
     target = inputs.shape(job.target or "", target=True, source=source)
@@ -102,21 +102,21 @@ def _onto_elements(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str
 
 
 def _is_pattern(job: Job, source: Shape) -> bool:
-    """Return whether the texture repeats without end, so that any piece of the source's plane shows it at its scale."""
+    """Return whether the texture repeats endlessly, so that any part of the source's plane shows it at its scale."""
     drawings = any(formats.of(name).drawing for name in job.output if name != "-")
     return framing.repeats(job) and job.place == "fill" and not source.is_mesh and not drawings
 
 
 def _at_one_scale(pairs: Pairs) -> Pairs:
-    """Give each target the source at its own size relative to the largest, so that all show a pattern at one scale."""
-    largest = max(target.curve.area for _, target in pairs)  # of a frame around all parts of an element
+    """Scale the source for each target relative to the largest one, so that all show a pattern at the same scale."""
+    largest = max(target.curve.area for _, target in pairs)  # of the frame around all parts of an element
     return [(source.scaled(float(np.sqrt(target.curve.area / largest))), target) for source, target in pairs]
 
 
 def _with_overlap(
     pairs: Pairs, notes: list[str], figures: dict[str, Any]
 ) -> tuple[Pairs, list[str], dict[str, Any]]:
-    """Return what `read` gives, and with it how much targets cover each other."""
+    """Return what `read` returns, with a note and a figure on overlapping targets."""
     overlap, crossing = _overlaps([target for _, target in pairs])
     if crossing:
         first, second = (_name(target) for target in crossing[0])
@@ -127,8 +127,9 @@ def _with_overlap(
 
 
 def _overlaps(shapes: Sequence[Shape]) -> tuple[float, list[tuple[Shape, Shape]]]:
-    """Return the share of all parts' area that is covered twice, and pairs that cover each other in part: what lies
-    inside another is drawn so.
+    """Return the share of all parts' area that is covered twice, and the pairs that overlap partially.
+
+    A part inside another is not reported, because it is meant to be drawn over it.
     """
     import shapely
 
@@ -160,13 +161,13 @@ def _unpaired(alone: Sequence[Shape], others: str) -> str:
 
 
 def _name(shape: Shape) -> str:
-    """Return the name of a part as messages have it: its own, else its number."""
+    """Return a part as messages refer to it: its number, and its name if it has one."""
     own = f" ({shape.names[-1]})" if shape.names else ""
     return f"#{shape.part}{own}"
 
 
 def label(pair: Pair, note: str) -> str:
-    """Return a remark with the name of the part that it is about, the source's or else the target's, if there are
+    """Return a note prefixed with the part that it is about: the source's, or else the target's, if there are
     several.
     """
     part = pair[0].part or pair[1].part
@@ -174,7 +175,7 @@ def label(pair: Pair, note: str) -> str:
 
 
 def compose(pairs: Pairs, fits: Sequence[Fit], maps: Sequence[AnyMap]) -> Several:
-    """Return the maps of all parts as one, small parts over large ones; `maps` are those of `fits`, made ready."""
+    """Combine the maps of all parts, with small parts over large ones; `maps` are the prepared maps of `fits`."""
     from ...curve import Curve
     from ...pixels.composed import Several, reflected
 
@@ -183,11 +184,11 @@ def compose(pairs: Pairs, fits: Sequence[Fit], maps: Sequence[AnyMap]) -> Severa
 
 
 def figures(pairs: Pairs, found: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return what the report says of each part.
+    """Return the entries of the report for each part.
 
     Args:
         pairs: the shapes.
-        found: the solver's report of each.
+        found: the solver's report for each part.
     """
     return [
         {"source": source.part, "target": target.part} | {name: each[name] for name in FIGURES}
@@ -196,9 +197,7 @@ def figures(pairs: Pairs, found: Sequence[dict[str, Any]]) -> list[dict[str, Any
 
 
 def shares_seen(fits: Sequence[Fit]) -> dict[str, float]:
-    """Return what all parts together show of both drawings, as `Fit.report` has it; nothing where they are not
-    drawings.
-    """
+    """Return how much all parts together show of both drawings, as in `Fit.report`; empty if they are not drawings."""
     drawn = [(fit, *(drawing.region.area for drawing in fit.drawings)) for fit in fits if fit.drawings]
     if len(drawn) < len(fits):
         return {}
@@ -211,7 +210,7 @@ def shares_seen(fits: Sequence[Fit]) -> dict[str, float]:
 
 
 def without_map(failed: Sequence[tuple[Pair, InputError]]) -> list[dict[str, Any]]:
-    """Return what the report says of each part that no map was found for."""
+    """Return the entries of the report for parts without a map."""
     return [
         {"source": source.part, "target": target.part, "message": str(error)}
         for (source, target), error in failed

@@ -1,4 +1,4 @@
-"""The phases of a job: what each took; remarks that are doubts."""
+"""The phases of a job with their times, and notes that express doubts."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ USUAL = ("solve", "evaluate", "resample")
 
 
 class Doubt(str):
-    """A remark on the result itself, not on how it was made: whoever wants quiet wants to know it."""
+    """A note that casts doubt on the result, which is shown even with --quiet."""
 
     __slots__ = ()
 
@@ -21,7 +21,7 @@ class Phases:
     """A clock for the phases of a job.
 
     Attributes:
-        seconds: by phase, in the order in which they end.
+        seconds: time by phase, in the order in which the phases end.
     """
 
     def __init__(self) -> None:
@@ -30,7 +30,7 @@ class Phases:
 
     @contextmanager
     def timed(self, part: str) -> Iterator[None]:
-        """Add the block's time to a phase, and report it as under way."""
+        """Add the block's time to a phase, and report the phase as being under way."""
         progress.tell(part)
         start = time.perf_counter()
         try:
@@ -39,6 +39,6 @@ class Phases:
             self.seconds[part] = self.seconds.get(part, 0.0) + time.perf_counter() - start
 
     def report(self) -> dict[str, float]:
-        """Return the phases so far, those that every job has among them, and the total."""
+        """Return the times of all phases so far, including those that every job has, and the total."""
         total = time.perf_counter() - self._start
         return {**dict.fromkeys(USUAL, 0.0), **self.seconds, "total": total}

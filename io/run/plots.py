@@ -1,4 +1,4 @@
-"""Figures as files, and that of a mesh: its flattening with a grid, the textured surface from a good angle, words."""
+"""The figure of a mesh: its flattening with a grid, the textured surface, and a summary; and saving figures."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -25,7 +25,7 @@ from .framing import square
 INK, ACROSS, UP, EDGE, MARK = "#22262b", "#2a78b8", "#d1662b", "#c6ccd2", "#b0122f"
 MOST_EDGES = 20000
 PIXELS = 900
-WIDE, MOST_LINES = 150, 10  # of the words, in letters and lines that the panel holds
+WIDE, MOST_LINES = 150, 10  # of the summary: characters per line and lines that fit into the panel
 
 
 def draw(
@@ -44,10 +44,10 @@ def draw(
         target: the mesh.
         path: the file.
         words: lines to write beside it.
-        map: from the source's plane to the target's; without one the flattening itself shows a checkerboard.
+        map: from the source's plane to the target's; without one, the flattening itself is shown with a checkerboard.
         source: the map's source.
         texture: placed in the source's plane; with a mesh as source, that mesh's texture.
-        pins: (k, 2) places in the source's and the target's plane.
+        pins: (k, 2) places in the planes of source and target.
     """
     figure = Figure(figsize=(13, 7.4), layout="constrained")
     places = [["flat", "surface"], ["words", "words"]]
@@ -66,9 +66,9 @@ def draw(
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure as .png, .svg or .pdf: the same bytes for the same figure; the date follows SOURCE_DATE_EPOCH."""
+    """Write a figure as .png, .svg or .pdf. Equal figures give equal bytes; the date follows SOURCE_DATE_EPOCH."""
     metadata = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-    with mpl.rc_context({"svg.hashsalt": "iccm"}):  # else element ids are random
+    with mpl.rc_context({"svg.hashsalt": "iccm"}):  # otherwise element IDs would be random
         figure.savefig(path, dpi=100, metadata=metadata.get(path.suffix.lower()))
 
 
@@ -79,7 +79,7 @@ def surface(
     texture: Texture | None = None,
     size: int = PIXELS,
 ) -> NDArray[np.uint8]:
-    """Return (h, w, 4) picture of the textured surface; a checkerboard where there is no texture."""
+    """Return (h, w, 4) a picture of the textured surface, or of a checkerboard if there is no texture."""
     piece = target.flattening.patch
     z = target.flattening.flat if map is None else ExtendedInverse(map)(target.flattening.flat)
     if texture is None:
@@ -115,7 +115,7 @@ def _flat(axes: Axes, target: MeshShape, map: AnyMap | None) -> None:
 
 
 def _pins(axes: Axes, map: AnyMap | None, pins: Complex) -> None:
-    """Draw where pins should go, as circles, and where they went."""
+    """Draw the places of pins as circles, and their images as dots."""
     axes.plot(pins[:, 1].real, pins[:, 1].imag, "o", color=MARK, ms=7, mfc="none")
     if map is not None:
         image = map(pins[:, 0])

@@ -1,4 +1,4 @@
-"""The run of `iccm relayout`: what it reads, writes and reports."""
+"""The run of `iccm relayout`: inputs, outputs and report."""
 
 from collections.abc import Sequence
 from contextlib import ExitStack
@@ -42,18 +42,19 @@ from .job import STEM, Outcome, RelayoutJob, name_each
 
 SCHEMA = "iccm.relayout/1"
 SEEN_BLACK = 0.01
-"""Share of a picture: less black outside the charts is not worth a note."""
-TEXELS = ("overlapping_texels", "covered_texels")  # of a layout, counted in each tile
+"""Share of a picture: less black outside the charts is not reported."""
+# figures of a layout that are counted separately for each tile
+TEXELS = ("overlapping_texels", "covered_texels")
 _Read = list[MeshFile]  # all geometries of a file
 
 
 class CarriedPicture(NamedTuple):
-    """A texture to carry over.
+    """A texture to transfer.
 
     Attributes:
         path: of the old layout.
-        kind: what its channels are (see `pixels.sampler.KINDS`).
-        output: where it goes.
+        kind: of its channels (see `pixels.sampler.KINDS`).
+        output: the file to write.
     """
 
     path: str
@@ -62,11 +63,11 @@ class CarriedPicture(NamedTuple):
 
 
 class Plan(NamedTuple):
-    """What is to be made.
+    """The outputs of a job.
 
     Attributes:
-        pictures: those to write as pictures, and where.
-        mesh: the mesh to write with all that the old one's materials show, and the textures given; None: none.
+        pictures: the textures to write as pictures, and their files.
+        mesh: the mesh to write, with all textures of the old mesh's materials and those given; None for no mesh.
     """
 
     pictures: list[CarriedPicture]
@@ -74,11 +75,11 @@ class Plan(NamedTuple):
 
 
 def plan(job: RelayoutJob) -> Plan:
-    """Return what outputs ask for: a mesh; and pictures, one for each texture in order, or one name with `{stem}` in
-    it.
+    """Return the outputs of a job: a mesh, and one picture per texture in order, or one name with `{stem}` for all.
 
     Raises:
-        InputError: no texture for a picture, an output too many or too few, named twice, or an input.
+        InputError: a picture has no texture, there are too many or too few outputs, or one is named twice or is an
+            input.
     """
     formats.check_report(job.report)
     whole = [name for name in job.output if formats.of(name).mesh]
@@ -109,7 +110,7 @@ def _pictures(maps: Sequence[tuple[str, str]], outputs: Sequence[str]) -> list[C
 
 
 class _Mesh:
-    """The new mesh with the old one's materials, about to be written; all of it is checked when it is made."""
+    """The new mesh with the old one's materials, ready to be written; all errors are raised when it is created."""
 
     def __init__(
         self, name: str, job: RelayoutJob, before: _Read, after: _Read, settings: BakeSettings
@@ -124,18 +125,18 @@ class _Mesh:
 
     @property
     def notes(self) -> list[str]:
-        """On both files, and on what has no place."""
+        """Notes on both files, and on what the new file cannot hold."""
         return self.relaid.notes
 
     def write(self, stack: ExitStack) -> tuple[list[str], list[Origin]]:
-        """Return the names of what is written, and where its texels came from."""
+        """Write the mesh and its files; return their names, and the origins of the texels."""
         path = stack.enter_context(files.writing(self.name, force=self.force))
         others = written.write(self.relaid, path, force=self.force)
         return [self.name, *others], self.relaid.origins
 
 
 class _Pictures:
-    """Pictures for the new layout, about to be written; all of it is checked when it is made."""
+    """Pictures for the new layout, ready to be written; all errors are raised when they are created."""
 
     def __init__(
         self,
@@ -164,7 +165,7 @@ class _Pictures:
             image_files.check(each.output, image, height, width)
 
     def _square(self) -> tuple[int, int]:
-        """Width and height that show as much as the textures do."""
+        """Return width and height at which pictures show as much detail as the textures."""
         sides = [0]
         for tile in self.tiles:
             probe = self._origin(PROBED, PROBED, tile)
@@ -182,7 +183,7 @@ class _Pictures:
 
     @property
     def notes(self) -> list[str]:
-        """On the textures."""
+        """Notes on the textures."""
         return self.cut + [
             _with_path(each.path, note)
             for each, (image, _) in zip(self.wanted, self.read)
@@ -190,7 +191,7 @@ class _Pictures:
         ]
 
     def write(self, stack: ExitStack) -> tuple[list[str], list[Origin]]:
-        """Return the names of what is written, and where its texels came from."""
+        """Write the pictures; return their names, and the origins of the texels."""
         settings, origins = self.settings, {tile: self._origin(*self.size, tile) for tile in self.tiles}
         for each, (image, box), names in zip(self.wanted, self.read, self.files):
             sampler = Sampler(
@@ -211,7 +212,7 @@ class _Pictures:
 
 
 def _black(name: str, texture: str, made: NDArray, reached: NDArray) -> list[str]:
-    """Return a note if much of a picture without alpha is black, because it lies outside the charts."""
+    """Return a note if much of a picture without alpha is black because it lies outside the charts."""
     share = (~reached & ~made.any(axis=-1)).mean()
     if share < SEEN_BLACK:
         return []
@@ -222,14 +223,14 @@ def _black(name: str, texture: str, made: NDArray, reached: NDArray) -> list[str
 
 
 def run(job: RelayoutJob, *, threads: int | None = None) -> Outcome:
-    """Carry textures from one layout to another.
+    """Transfer textures from one layout to another.
 
     Args:
         job: what to do.
-        threads: never change the result.
+        threads: number of threads; never changes the result.
 
     Raises:
-        InputError: a mesh without texture coordinates, a picture that cannot be read or written.
+        InputError: a mesh has no texture coordinates, or a picture cannot be read or written.
     """
     from ...blas import one_thread
 
@@ -246,7 +247,7 @@ def run(job: RelayoutJob, *, threads: int | None = None) -> Outcome:
 
 
 def write_all(job: RelayoutJob, wanted: Plan, threads: int | None, stack: ExitStack) -> dict[str, Any]:
-    """Write what is wanted; the files appear when the stack is left. What is returned is the report."""
+    """Write the outputs, and return the report; the files appear when the stack is closed."""
     before, after = sources = [mesh_files.read_all(name) for name in (job.old, job.new)]
     for file in (*before, *after):
         check(file.mesh)
@@ -286,10 +287,10 @@ def _doubt(found: dict[str, Any], job: RelayoutJob) -> str | None:
 
 
 def _demand_partners(origins: Sequence[Origin], old: str, new: str, settings: BakeSettings) -> None:
-    """Refuse a mesh no texel of which lies on the old one.
+    """Check that at least one texel of the new mesh lies on the old one.
 
     Raises:
-        InputError: saying how they were looked for.
+        InputError: none does; the message names the ways of matching that were tried.
     """
     covered = any(origin.grid.owners.owner.max() >= 0 for origin in origins)
     if covered and not any(origin.reached(settings.limit).any() for origin in origins):
@@ -300,7 +301,7 @@ def _demand_partners(origins: Sequence[Origin], old: str, new: str, settings: Ba
 
 
 def _blank(origins: Sequence[Origin], new: str) -> list[str]:
-    """Return what is reported of triangles that show nothing, as their new coordinates have no area."""
+    """Return a note on triangles without a texture because their new coordinates have no area."""
     own, every = np.sum(
         [origin.blank for origin in {id(each.partner): each for each in origins}.values()], axis=0
     )
@@ -312,20 +313,20 @@ def _blank(origins: Sequence[Origin], new: str) -> list[str]:
 
 
 def _diagonal(meshes: _Read) -> float:
-    """Of the bounding box of all that is read of a file."""
+    """Return the diagonal of the bounding box of all meshes in a file."""
     used = np.concatenate([each.mesh.points[np.unique(each.mesh.corners)] for each in meshes])
     return float(np.linalg.norm(np.ptp(used, axis=0))) if used.size else 0.0
 
 
 def _middles(mesh: Charted) -> Real:
-    """Return (m, 2) the middles of triangles in the layout."""
+    """Return (m, 2) the centroids of triangles in the layout."""
     return mesh.uv[mesh.uv_faces].mean(axis=1)
 
 
 def _outputs(name: str, mesh: Charted, force: bool) -> dict[complex | None, str]:
-    """Return the files of an output, by the tile of the layout that each is of.
+    """Return the files of an output, by tile of the layout.
 
-    Raises:
+    InputError: a file cannot be written, or faces lie where tiles have no number.
         InputError: one cannot be written, or faces lie where no tile has a number.
     """
     if not tiles.is_pattern(name):
@@ -344,7 +345,7 @@ def _with_path(path: str, note: str) -> str:
 def _figures(
     origins: Sequence[Origin], limit: float, diagonal: float, inputs: Sequence[str]
 ) -> dict[str, Any]:
-    """Return the report; origins of one layout, or of several parts of it."""
+    """Return the report; the origins are of one layout, or of several parts of it."""
     partner = np.concatenate(list({id(origin.partner): origin.partner for origin in origins}.values()))
     distance = np.concatenate([origin.distance for origin in origins])
     far = sum(int(origin.far(limit * diagonal).sum()) for origin in origins)
@@ -371,14 +372,14 @@ def _figures(
 
 
 def _layout(origins: Sequence[Origin]) -> dict[str, int]:
-    """Figures of the layout: of tiles what is in each, of parts of it all."""
+    """Return figures of the layout, summed over tiles or parts."""
     parts = {id(origin.partner): origin.grid.report for origin in origins}
     found = {key: sum(part[key] for part in parts.values()) for key in origins[0].grid.report}
     return found | {key: sum(origin.grid.report[key] for origin in origins) for key in TEXELS}
 
 
 def remarks(figures: dict[str, Any]) -> list[str]:
-    """Return what a person may want to know, a sentence each; the first says how triangles were found."""
+    """Return a summary of the figures, one sentence each; the first reports how triangles were matched."""
     same, count = figures["same_triangles"], figures["triangles"]
     found = [f"{same} of {count} triangles match triangles of the old mesh"]
     found.append("pictures of {}x{} texels".format(*figures["size"]))

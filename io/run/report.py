@@ -28,14 +28,14 @@ SCHEMA = "iccm.report/1"
 
 @dataclass(frozen=True)
 class OutputReport:
-    """What is found in writing an output, for the report of the run.
+    """What an output adds to the report of the run.
 
     Attributes:
         figures: entries of the report.
-        tile: the number of the tile that they are of, if the output is of one.
-        parts: entries of each part's map, as the output has it, which take the place of the solver's.
-        message: a sentence that takes the place of the solver's.
-        files: names of those that were written beside it; None of a kind of output that never has any.
+        tile: the number of the tile (UDIM) of these figures, if the output is for one tile.
+        parts: entries of each part's map for this output, which replace the solver's.
+        message: a sentence that replaces the solver's.
+        files: names of files written beside the output; None for kinds of outputs that never have any.
     """
 
     figures: dict[str, Any] = field(default_factory=dict)
@@ -46,14 +46,14 @@ class OutputReport:
 
 
 def build(run: Run, outputs: Sequence[OutputReport]) -> dict[str, Any]:
-    """Build the report: what the solver found, then time, inputs with their hashes, options and version.
+    """Build the report: the solver's figures, times, inputs with their hashes, options and version.
 
-    What puts the picture in doubt becomes notes. Seconds are left out when SOURCE_DATE_EPOCH is set, so that the same
-    job then gives the same bytes.
+    Doubts about the picture become notes. Times are left out if SOURCE_DATE_EPOCH is set, so that the same job gives
+    the same bytes.
 
     Args:
         run: the job.
-        outputs: what was found in writing each output.
+        outputs: what each output adds.
     """
     found = map_figures(run, outputs)
     note_doubts(run, found)
@@ -70,7 +70,7 @@ def build(run: Run, outputs: Sequence[OutputReport]) -> dict[str, Any]:
 
 
 def map_figures(run: Run, outputs: Sequence[OutputReport]) -> dict[str, Any]:
-    """Return the solver's report, with what outputs measured in the place of what it knows."""
+    """Return the solver's report, updated with figures measured while writing outputs."""
     found = dict(run.fit_report)
     if "parts" in found:
         found["parts"] = [dict(part) for part in found["parts"]]
@@ -85,7 +85,7 @@ def map_figures(run: Run, outputs: Sequence[OutputReport]) -> dict[str, Any]:
 
 
 def output_figures(outputs: Sequence[OutputReport]) -> dict[str, Any]:
-    """Return the entries of the report that outputs add: those of tiles by their numbers, files beside them in one
+    """Return the entries that outputs add to the report: those of tiles by tile number, files beside outputs in one
     list.
     """
     found = dict[str, Any]()
@@ -100,7 +100,7 @@ def output_figures(outputs: Sequence[OutputReport]) -> dict[str, Any]:
 
 
 def note_doubts(run: Run, found: dict[str, Any]) -> None:
-    """Note, once, what the solver has to say and what puts the picture in doubt, by its figures (`map_figures`)."""
+    """Note the solver's remarks and doubts about the picture, once, from the figures of `map_figures`."""
     weighed = not run.job.exact
     parts = found.get("parts", [found])
     for pair, fit, part in zip(run.pairs, run.fits, parts):
@@ -110,14 +110,16 @@ def note_doubts(run: Run, found: dict[str, Any]) -> None:
 
 
 def doubts(found: dict[str, Any], tolerance: float, quasi: bool, *, weighed: bool = True) -> list[str]:
-    """Sentences on what a solver that ended well leaves wrong with the picture: pins and strokes may contradict the
-    outline or each other. They name the part of the report that says how much, and change with nothing else.
+    """Return sentences on what is wrong with the picture although the solver ended well.
+
+    For example, pins and strokes may contradict the outline or each other. Each sentence names the entry of the report
+    with the figure, and depends on nothing else.
 
     Args:
         found: the solver's own report.
-        tolerance: the gap that would do.
-        quasi: whether the map was free to be quasi-conformal.
-        weighed: whether constraints pull with a weight, instead of being met.
+        tolerance: the largest acceptable gap.
+        quasi: whether the map was allowed to be quasiconformal.
+        weighed: whether constraints are weighted in the energy, instead of met exactly.
     """
     said: list[str] = []
     gap, injective = (found["boundary"] or {}).get("hausdorff", 0.0), found["injective"]
@@ -140,7 +142,9 @@ def doubts(found: dict[str, Any], tolerance: float, quasi: bool, *, weighed: boo
 
 
 def as_json(value: Any) -> Any:
-    """Only what JSON can say: numpy becomes lists and numbers, complex numbers pairs, NaN and infinity null.
+    """Convert a value to JSON: arrays become lists, complex numbers pairs, NaN and infinity null.
+
+    File names that are not UTF-8 keep their odd bytes as escapes.
 
     File names that are not UTF-8 keep their odd bytes as escapes.
     """
@@ -160,18 +164,18 @@ def as_json(value: Any) -> Any:
 
 
 def text(report: dict[str, Any]) -> str:
-    """Return the report, made so by `as_json`, as it is written: one key a line, ending in a newline."""
+    """Return the text of a report: one key per line, ending in a newline."""
     return json.dumps(as_json(report), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def write(report: dict[str, Any], name: str, stack: ExitStack, *, force: bool) -> None:
-    """Write the report to stdout, or to a file; it appears when the stack is left."""
+    """Write the report to stdout or to a file; the file appears when the stack is closed."""
     path = stack.enter_context(files.writing(name, force=force, suffix=".json"))
     path.write_text(text(report), encoding="utf-8")
 
 
 def verdict(run: Run, report: dict[str, Any]) -> tuple[bool, str]:
-    """Return whether the result is good enough, and a sentence on it."""
+    """Return whether the result meets the requirements, and a sentence about it."""
     wanted = run.job.require_injective
     for pair, fit, part in zip(run.pairs, run.fits, report.get("parts", [report])):
         if not fit.status.ok:
@@ -189,5 +193,5 @@ def verdict(run: Run, report: dict[str, Any]) -> tuple[bool, str]:
 
 
 def has_flips(figures: dict[str, Any]) -> bool:
-    """Return whether texture coordinates were written that turn a triangle over, or leave it without area."""
+    """Return whether the written texture coordinates flip a triangle, or leave one without area."""
     return any((figures.get("uv") or {}).values())

@@ -1,8 +1,8 @@
-"""A job with everything filled in that its values leave open: once, before its inputs become shapes.
+"""Completion of a job before its inputs become shapes: values that depend on files are filled in once.
 
-What follows from values alone (the output that is the STMap, a picture for each texture) `Job` fills in itself. What
-depends on files is filled in here: names of outputs, whether outputs of an earlier run may be replaced, and pins
-between the same vertices of two meshes. After that a job does not change.
+What depends only on other values, such as which output is the STMap, is filled in by `Job` itself. This module fills in
+names of outputs, whether outputs of an earlier run may be replaced, and pins between the same vertices of two meshes.
+After that a job does not change.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from .outputs.output import Output
 
 @dataclass(frozen=True)
 class Resolved:
-    """A job of which nothing is left open.
+    """A complete job.
 
     Attributes:
-        job: with its outputs named.
+        job: with the names of its outputs.
         inputs: the files that it reads.
         wanted: its outputs.
-        notes: remarks on what was filled in.
-        refusal: why an output may not be written. Mistakes in the inputs are reported before it.
+        notes: on what was filled in.
+        refusal: why an output may not be written; mistakes in the inputs are reported first.
     """
 
     job: Job
@@ -39,14 +39,14 @@ class Resolved:
 
 
 def resolve(job: Job, *, again: bool = False) -> Resolved:
-    """Fill in what depends on the files of a job.
+    """Fill in the values that depend on the files of a job.
 
     Args:
-        job: as it was given.
+        job: as given.
         again: whether outputs that an earlier run of the same shapes wrote may be replaced, see `earlier`.
 
     Raises:
-        InputError: an input is wrong, or an output is of a kind that cannot be made.
+        InputError: an input is invalid, or an output cannot be made.
     """
     inputs = Inputs(job)
     job = name_outputs(job, inputs)
@@ -58,14 +58,15 @@ def resolve(job: Job, *, again: bool = False) -> Resolved:
         files.check_outputs(job.outputs, job.inputs, force=job.force, own=own)
     except InputError as error:
         refusal = error
-    if own:  # all that exist are its own
+    if own:  # all existing outputs are from earlier runs
         job = job.model_copy(update={"force": True})
     job, inputs, notes = pin_same_vertices(job, inputs.of_job(job))
     return Resolved(job, inputs, wanted, notes, refusal)
 
 
 def pin_same_vertices(job: Job, inputs: Inputs) -> tuple[Job, Inputs, list[str]]:
-    """Pin vertices of two closed meshes of the same topology to each other, where no pins are given.
+    """Pin each vertex of a closed mesh to the same vertex of the other if both have the same topology and no pins are
+    given.
 
     Returns:
         The job with these pins, its files, and a note on them.
@@ -86,10 +87,13 @@ def pin_same_vertices(job: Job, inputs: Inputs) -> tuple[Job, Inputs, list[str]]
 
 
 def name_outputs(job: Job, inputs: Inputs) -> Job:
-    """Return the job with a picture, or a mesh for a mesh, named after its shapes, when it writes nothing else.
+    """Return the job with a default output named after its shapes, if it has no other output.
+
+    The output is a picture, or a mesh for a mesh.
 
     Raises:
-        InputError: that mesh would not show the texture, or there is a link of that name: where it leads was not named.
+        InputError: the mesh could not show the texture, or the name exists as a symbolic link, whose destination was
+            not named by the user.
     """
     if job.output or any(getattr(job, field) for field in WRITTEN):
         return job
@@ -109,7 +113,7 @@ def name_outputs(job: Job, inputs: Inputs) -> Job:
 
 
 def suffix_for(job: Job, inputs: Inputs) -> str:
-    """Of the output that is written when none is named: a mesh for a mesh, else a picture."""
+    """Return the suffix of the default output: a mesh's for a mesh, else that of a picture."""
     if job.target is None or job.bake or not inputs.is_mesh(job.target) or inputs.is_layout(job.target):
         return ".png"
     path = Spec.of(job.target).path

@@ -1,4 +1,4 @@
-"""A job under way: its inputs, the map, and what has been found so far."""
+"""The state of a job that is running: its inputs, maps, and results so far."""
 
 from __future__ import annotations
 
@@ -40,21 +40,21 @@ Tell = Callable[[str], None]
 
 @dataclass
 class Run:
-    """A job under way.
+    """The state of a job that is running.
 
     Attributes:
-        job: what to do.
+        job: the job.
         inputs: the files that it reads.
-        pairs: its shapes, source and target: one pair, or with --parts several, the largest target first; for a
-            deformation source and target are the same.
-        room: makes the large arrays, within --memory.
-        tell: is given each remark as it is made.
-        phases: what each part took, and what is under way.
+        pairs: its shapes, source and target: one pair, or several with --parts, the largest target first. For a
+            deformation, source and target are the same.
+        room: allocates large arrays, within --memory.
+        tell: called with each note as it is made.
+        phases: times of the phases, and the current one.
         threads: for the pixels; None for all cores.
-        notes: remarks on the inputs and on the solving.
+        notes: on the inputs and on solving.
         figures: what reading and solving add to the solver's report.
-        fits: the map of each pair, once it is there.
-        constraints: pins and strokes that must meet, and an earlier map to continue from, as `iccm.fit` takes them.
+        fits: the map of each pair, once solved.
+        constraints: pins, strokes and an earlier map, as arguments of `iccm.fit`.
         called: the names of pins and strokes.
         start: an earlier map to continue from.
     """
@@ -85,14 +85,14 @@ class Run:
         phases: Phases,
         notes: Sequence[str] = (),
     ) -> Run:
-        """Return a job whose shapes and constraints are read; `notes` are remarks on what was filled in, see `resolve`.
+        """Read the shapes and constraints of a job; `notes` are those of `resolve`.
 
         Raises:
-            InputError: a file is wrong, or constraints are not places of it.
+            InputError: a file is invalid, or constraints do not lie in its shapes.
         """
         from ..shapes.silhouette import handed
 
-        handed.clear()  # what an earlier job left
+        handed.clear()  # left by an earlier job
         figures = dict[str, Any]()
         if job.several:
             pairs, notes, figures = parts.read(job, inputs)
@@ -128,7 +128,7 @@ class Run:
         threads: int | None = None,
         figures: dict[str, Any] | None = None,
     ) -> Run:
-        """Return a job whose shapes are read, with their holes and lines taken as it says."""
+        """Return a job with these shapes, and with their holes treated as the job requests."""
         notes = list[str]()
         taken = Pairs()
         for source, target in pairs:
@@ -146,7 +146,7 @@ class Run:
         return run
 
     def with_texture(self, map: tuple[str, str] | None) -> Run:
-        """Return the same with another texture, of the kind named; one of these is kept at a time."""
+        """Return the same job with another texture and its kind; only one of these is kept."""
         if map is None or map == (self.job.texture, self.job.kind):
             return self
         if map not in self._other:
@@ -156,14 +156,14 @@ class Run:
         return self._other[map]
 
     def with_maps(self, pairs: Pairs, fits: list[Fit]) -> Run:
-        """Return the same texture on the same plane, carried by other maps."""
+        """Return the same texture in the same place, carried by other maps."""
         made = replace(self, pairs=pairs, fits=fits, _begun={}, _other={})
         vars(made).update({name: getattr(self, name) for name in ("image", "box", "sampler")})
         return made
 
     @cached_property
     def carried_maps(self) -> CarriedMaps:
-        """The maps of the target's materials, for --carry-maps: read once, for all meshes that are written.
+        """The further textures of the target's materials for --carry-maps, read once for all meshes that are written.
 
         Raises:
             InputError: the target is not a mesh.
@@ -175,22 +175,25 @@ class Run:
 
     @property
     def source(self) -> Shape:
-        """The source, or the largest part's."""
+        """The source, or that of the largest part."""
         return self.pairs[0][0]
 
     @property
     def target(self) -> Shape:
-        """The target, or its largest part."""
+        """The target, or that of the largest part."""
         return self.pairs[0][1]
 
     @property
     def fit(self) -> Fit:
-        """The map, or the largest part's."""
+        """The map, or that of the largest part."""
         return self.fits[0]
 
     @cached_property
     def mapping(self) -> AnyMap:
-        """The map, or those of all parts as one, without what it takes into holes of the target.
+        """The map, or those of all parts as one, without what it carries into holes of the target.
+
+        The texture of a chart lies in its layout, which may be mirrored; a checkerboard on a single chart is not
+        mirrored.
 
         A chart's texture lies in its layout, which it may be mirrored against; a checkerboard on one chart need not be.
         """
@@ -202,7 +205,7 @@ class Run:
 
     @cached_property
     def in_layout(self) -> AnyMap:
-        """The same from where charts of the source lie in their layout."""
+        """The same map, with charts of the source where they lie in their layout."""
         return self._compose(True)
 
     def _compose(self, in_layout: bool) -> AnyMap:
@@ -221,8 +224,10 @@ class Run:
 
     @property
     def _holes(self) -> list[tuple[Complex, ...]]:
-        """The holes that pictures leave transparent, of each part, and that its map does not know of; those of a shape
-        that is deformed move with it."""
+        """For each part, the holes that pictures leave transparent although its map ignores them.
+
+        Holes of a deformed shape move with it.
+        """
         if self.job.holes == "fill":
             return [()] * len(self.pairs)
         from ..shapes.holes import unmapped
@@ -234,7 +239,7 @@ class Run:
 
     @property
     def opaque(self) -> bool:
-        """Whether what is carried also covers the gaps between the source's parts, as a picture without alpha does."""
+        """Whether the texture also covers the gaps between the source's parts, as a picture without alpha does."""
         if any(formats.of(name).drawing for name in self.job.output):
             return False
         if not texture.has_texture(self.job, self.source) or texture.on_paper(self.job, self.source):
@@ -243,9 +248,12 @@ class Run:
 
     @property
     def free_gaps(self) -> bool:
-        """Whether gaps of the source may be shown at no cost. The checkerboard has no background around the shape, as
-        a photo has; and where a drawing has several parts, none of them says where it ends. Paper around a drawing of
-        one part costs as much as leaving the target bare: more of the drawing is better where it can be bent to it."""
+        """Whether gaps of the source may be shown at no cost.
+
+        This is so for the checkerboard, which has no background around the shape as a photo has, and for drawings with
+        several parts, none of which determines where the drawing ends. Paper around a drawing of one part, on the other
+        hand, costs as much as leaving the target bare: it is better to bend more of the drawing there.
+        """
         if not self.opaque:
             return False
         several = self.source.drawing is not None and not self.source.drawing.is_one_part
@@ -253,12 +261,12 @@ class Run:
 
     @cached_property
     def tiled(self) -> TiledImage | None:
-        """The pictures of the tiles (UDIM) that the source lies on, where the texture is called so."""
+        """The pictures of the tiles (UDIM) that the source lies on, if the texture's name is a pattern."""
         return texture.tiles_of(self.job, self.shapes(0), self.room)
 
     @property
     def tiles(self) -> Box | None:
-        """What of the source's layout they cover."""
+        """The box of the source's layout that the tiles cover."""
         return self.tiled.box if self.tiled else None
 
     @cached_property
@@ -272,17 +280,19 @@ class Run:
 
     @cached_property
     def _own_box(self) -> Box:
-        """What is shown of a drawing that is its own texture: kept, since a map may change the outline of the shape."""
+        """The visible box of a drawing that is its own texture; stored, because a map may change the outline of the
+        shape.
+        """
         return texture.own_box_of(self.source)
 
     @cached_property
     def box(self) -> Box:
-        """Its place in the source's plane."""
+        """The place of the texture in the source's plane."""
         return texture.box_of(self.job, self.source, self.image, self.tiles, self._own_box)
 
     @property
     def flat(self) -> Texture:
-        """The same as a texture of one texel, by which places in it are s and t."""
+        """The place of the texture as a texture of one texel, whose coordinates are s and t."""
         from ...pixels.stmap import flat
 
         known = texture.has_texture(self.job, self.source)
@@ -293,12 +303,14 @@ class Run:
 
     @cached_property
     def on_mesh(self) -> bool:
-        """Whether it lies on a mesh that is the source."""
+        """Whether the texture lies on a mesh that is the source."""
         return texture.on_mesh(self.job, self.source)
 
     @cached_property
     def placing(self) -> Placing | None:
-        """Where points of the source, as `mapping` gives them, lie in the texture, if it does not just lie there."""
+        """Where points of the source, as `mapping` returns them, lie in the texture, unless it lies flat in the
+        plane.
+        """
         placed = self.sampler.texture
         if self.on_mesh:
             return self.whole(0).placing(placed, self.tiles)
@@ -306,11 +318,11 @@ class Run:
         return Wrapped(placed, self.whole(0).wrap) if repeats else None
 
     def shapes(self, side: int) -> list[Shape]:
-        """Return all parts of the source (0), or of the target (1), each once."""
+        """Return all parts of the source (0) or the target (1), each once."""
         return list(dict.fromkeys(pair[side] for pair in self.pairs))
 
     def whole(self, side: int) -> Shape:
-        """Return these as one shape, where it is a mesh."""
+        """Return all parts of a side as one shape, which is a mesh if there are several."""
         shapes = self.shapes(side)
         if len(shapes) == 1:
             return shapes[0]
@@ -320,8 +332,10 @@ class Run:
         return join([as_mesh(shape) for shape in shapes])
 
     def begin(self, part: str) -> None:
-        """Make `sampler` or `fit_report` beside what follows, if there may be threads; a drawing as a texture waits for
-        the map, which says how finely it is rendered."""
+        """Start computing `sampler` or `fit_report` in another thread, if there may be several.
+
+        A drawing as the texture has to wait for the map, which determines its resolution.
+        """
         if part == "sampler" and texture.drawing_of(self.job, self.source):
             return
         if thread_count(self.threads) > 1:
@@ -330,13 +344,15 @@ class Run:
 
     @cached_property
     def sampler(self) -> Sampler:
-        """The texture ready to be filtered."""
+        """The texture, prepared for filtering."""
         made: Sampler | None = self._begun["sampler"].result() if "sampler" in self._begun else None
         return made or self._sampler()
 
     def _early_sampler(self) -> Sampler | None:
-        """Return the same before the map is known; None if it depends on that: transparent edges of a whole drawing are
-        those of the frame that is chosen, and where they are not, a gap begins that is part of the picture.
+        """Return the sampler before the map is known; None if it depends on the map.
+
+        This is so for a whole drawing with alpha. Its transparent edges are those of the chosen frame; any other
+        transparent region is a gap that belongs to the picture.
         """
         if self.source.drawing is not None and self.image.alpha >= 0:
             return None
@@ -363,7 +379,7 @@ class Run:
         return self._begun["fit_report"].result() if "fit_report" in self._begun else self._fit_report()
 
     def _rendered(self) -> Image:
-        """Return the drawing that is the texture, as finely as the map samples it; never less than before."""
+        """Render the drawing that is the texture at the resolution that the map needs, and not less than before."""
         if not self.fits:
             return self.image
         density = texture.density_needed(self.fits, min(self.canvas.step))
@@ -376,7 +392,7 @@ class Run:
 
     @cached_property
     def held_drawing(self) -> bytes | None:
-        """The drawing that is the texture as a PNG file, for meshes, which hold it or stand beside it."""
+        """The drawing that is the texture as a PNG file, for meshes that contain it or refer to it."""
         return texture.held_drawing(self.job, self.source)
 
     def _fit_report(self) -> dict[str, Any]:
@@ -388,10 +404,10 @@ class Run:
 
     @cached_property
     def canvas(self) -> Canvas:
-        """The target's raster: its canvas, grown about its middle to the proportions of --size.
+        """The target's raster: its canvas, extended on both sides to the proportions of --size.
 
         Raises:
-            InputError: more pixels than --max-pixels.
+            InputError: there are more pixels than --max-pixels.
         """
         from ...pixels.canvas import Canvas
 
@@ -399,7 +415,7 @@ class Run:
         return Canvas.about(*framing.canvas_size(self.job, box), box)
 
     def canvas_of(self, tile: complex | None) -> Canvas:
-        """Return the raster of a tile of the target's layout, by its lower left corner; None: the usual one."""
+        """Return the raster of a tile of the target's layout, by its lower left corner; None: the default raster."""
         if tile is None:
             return self.canvas
         aspect = self.target.aspect
@@ -407,12 +423,12 @@ class Run:
         return replace(self.canvas, box=(low, low + complex(aspect, 1)))
 
     def _extent(self) -> Box:
-        """Return what pictures show of the target; a deformed shape may leave that of the source, which grows."""
+        """Return the box that pictures show; it is extended for a deformed shape that leaves the source's canvas."""
         box = framing.picture_box(self.job, self.target)
         return box if self.job.target is not None else bounding_box(np.append(self.fit.image, box))
 
     def note(self, *remarks: str) -> None:
-        """Add remarks, each once."""
+        """Add notes, each only once."""
         for remark in remarks:
             if remark not in self.notes:
                 self.notes.append(remark)
@@ -420,7 +436,7 @@ class Run:
 
 
 def _with_holes_as_asked(shape: Shape, job: Job, notes: list[str]) -> Shape:
-    """Return a shape with its holes as --holes has them; by default lines that surround an area draw that area."""
+    """Return a shape with its holes treated as --holes requests; by default, closed lines count as filled areas."""
     from ..shapes.holes import filled, without_holes
 
     if job.holes == "fill":

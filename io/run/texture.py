@@ -1,4 +1,4 @@
-"""The texture of a job: where it is read from, and its place in the source's plane."""
+"""The texture of a job: reading it, and its place in the source's plane."""
 
 from __future__ import annotations
 
@@ -30,27 +30,29 @@ if TYPE_CHECKING:
     from ..pictures.tiles import TiledImage
     from ..shapes.shape import Shape
 
-RENDERED = 1024  # pixels of the longer side of a drawing, before it is known how finely a map samples it
-HELD = 2048  # pixels of the longer side of a drawing that a mesh shows
+RENDERED = 1024  # pixels of the longer side of a drawing, until the resolution needed by a map is known
+HELD = 2048  # pixels of the longer side of a drawing on a mesh
 BESIDE = 1 / 16
-"""Of a shape's size: how far beyond its box its drawing is rendered, for filters that read beyond the outline."""
+"""Margin around a drawing's box that is rendered for filters reading beyond the outline, relative to the shape's
+size.
+"""
 MOST_RENDERED = 1 << 24
-"""Pixels of a drawing that is rendered for a map: as many as of a picture of 4096 by 4096, a second of work."""
+"""Largest number of pixels of a drawing rendered for a map: 4096 by 4096, which takes about a second."""
 TEXELS_PER_PIXEL = 1024
-"""Pixels of a drawing that is rendered for a map, for each of the result's: 32 by 32, which no filter needs more of."""
+"""Pixels of a drawing rendered for a map, per pixel of the result: 32 by 32, which suffices for every filter."""
 RENDERED_BYTES = (
-    16  # of memory that a pixel of it takes: its four channels as a PNG, unpacked, and while it is turned
+    16  # of memory per rendered pixel: its four channels as a PNG, decoded, and while it is rotated
 )
 MOST_STRETCHED = 0.98
-"""Of the source: the rest may be stretched more, and is then shown with fewer texels than pixels."""
+"""Share of the source; the rest may be stretched more, and then has fewer texels than pixels."""
 MOST_PAINTED_BY_LINES = 1 / 3
-"""Of its convex hull: a drawing that paints less is drawn with lines."""
-CELL_PIXELS = 128  # a side of a square of the checkerboard
-KEPT = 1 << 24  # numbers of a picture that is kept for the next job (by hand)
+"""Relative to its convex hull: a drawing that paints less consists of lines."""
+CELL_PIXELS = 128  # side of a square of the checkerboard
+KEPT = 1 << 24  # numbers in a picture that is cached for the next job at most (chosen by hand)
 
 
 def on_mesh(job: Job, source: Shape) -> bool:
-    """Return whether the texture lies on a mesh that is the source, and not in the plane of its coordinates."""
+    """Return whether the texture lies on a mesh that is the source, rather than in the plane of its coordinates."""
     return source.is_mesh and not source.is_layout and has_texture(job, source)
 
 
@@ -60,18 +62,18 @@ def has_texture(job: Job, source: Shape) -> bool:
 
 
 def own_pictures(job: Job, source: Shape) -> tuple[Path | bytes, ...]:
-    """Return the pictures that the source itself has, unless the checkerboard is asked for."""
+    """Return the pictures of the source itself, unless the checkerboard is requested."""
     return () if job.checkered else source.pictures
 
 
 def is_own_picture(job: Job, source: Shape) -> bool:
-    """Return whether the texture is a picture that the source itself has, which --texture does not name."""
+    """Return whether the texture is a picture of the source itself, without --texture."""
     return not job.texture and bool(own_pictures(job, source))
 
 
 def shows_itself(job: Job, source: Shape) -> bool:
-    """Return whether the texture is the drawing that is the source: by its colours, or because --texture names its
-    file.
+    """Return whether the texture is the drawing that is the source: because it has colours of its own, or because
+    --texture names its file.
     """
     if source.is_mesh:
         return False
@@ -81,8 +83,10 @@ def shows_itself(job: Job, source: Shape) -> bool:
 
 
 def on_paper(job: Job, source: Shape) -> bool:
-    """Return whether paper is shown where the texture is transparent: below a drawing that is its own picture, unless
-    it is placed inside the target, which need not be filled then.
+    """Return whether paper is shown where the texture is transparent.
+
+    This is so below a drawing that is its own picture, unless it is placed inside the target, which then need not be
+    filled.
     """
     return (
         shows_itself(job, source)
@@ -94,8 +98,10 @@ def on_paper(job: Job, source: Shape) -> bool:
 
 
 def notes_on_lines(job: Job, source: Shape, fit: Fit) -> list[str]:
-    """Return a note where a drawing of lines is its own picture, and much of it is hidden: a thin target shows short
-    pieces of lines, by which nobody recognises the drawing."""
+    """Return a note if a line drawing is its own picture and much of it is hidden.
+
+    A narrow target shows only short pieces of lines, from which nobody can recognise the drawing.
+    """
     if source.ink is None or fit.seen is None or not shows_itself(job, source):
         return []
     painted = source.ink.region.area / source.ink.hull_region.area
@@ -108,7 +114,7 @@ def notes_on_lines(job: Job, source: Shape, fit: Fit) -> list[str]:
 
 
 def drawing_of(job: Job, source: Shape) -> Path | None:
-    """Return the SVG that is rendered as the texture: --texture, or the source, where it has separate colours."""
+    """Return the SVG that is rendered as the texture: --texture, or the source if it has colours of its own."""
     name = job.texture or next((path for path in own_pictures(job, source) if not source.is_mesh), None)
     if name is None or isinstance(name, bytes):
         return None
@@ -128,13 +134,13 @@ def rendered(
     Args:
         job: the job.
         source: the shape that it lies on.
-        room: refuses more than --memory.
-        density: pixels per unit of the source's plane; None: RENDERED pixels along its longer side.
-        own_box: what is shown of a drawing that is its own texture, by default `own_box_of` the source.
-        pixels: of the result that shows it, which bound those of the drawing.
+        room: rejects more than --memory.
+        density: pixels per unit of the source's plane; None: `RENDERED` pixels along the longer side.
+        own_box: visible box of a drawing that is its own texture, by default `own_box_of(source)`.
+        pixels: number of pixels of the result, which limits those of the drawing.
 
     Raises:
-        InputError: it cannot be rendered, or there is no room.
+        InputError: the drawing cannot be rendered, or does not fit into --memory.
     """
     from ...pixels.texture import strip_bytes
     from ..artwork import rendering
@@ -145,7 +151,7 @@ def rendered(
     extent = box[1] - box[0]
     if density is None:
         density = RENDERED / max(extent.real, extent.imag)
-    elif job.texture:  # which may be stretched where it lies on the source
+    elif job.texture:  # it may be stretched onto the source
         covered = framing.texture_box(job, source, extent.real / extent.imag)
         density *= abs(covered[1] - covered[0]) / abs(extent)
     width, height = rendering.pixels_across(box, density, _most_pixels(job, pixels))
@@ -154,18 +160,18 @@ def rendered(
 
 
 def _most_pixels(job: Job, pixels: float) -> int:
-    """Of a drawing that is rendered for a result of so many: fewer where --max-pixels or --memory require it."""
+    """Return the largest number of pixels of a drawing for a result of so many, within --max-pixels and --memory."""
     within_memory = [max(1, job.memory // RENDERED_BYTES)] if job.memory else []
     needed = max(RENDERED**2, TEXELS_PER_PIXEL * min(pixels, MOST_RENDERED))
     return min(job.max_pixels, MOST_RENDERED, int(needed), *within_memory)
 
 
 def held_drawing(job: Job, source: Shape) -> bytes | None:
-    """Return the drawing that is the texture as a PNG file that covers the source's canvas; None where it is not a
+    """Return the drawing that is the texture as a PNG file of the source's canvas; None if the texture is not a
     drawing.
 
     Raises:
-        InputError: it cannot be rendered.
+        InputError: the drawing cannot be rendered.
     """
     path = drawing_of(job, source)
     if path is None:
@@ -181,14 +187,14 @@ def held_drawing(job: Job, source: Shape) -> bytes | None:
 
 
 def own_box_of(source: Shape) -> Box:
-    """Return what is rendered of a drawing that is its own texture."""
+    """Return the box that is rendered of a drawing that is its own texture."""
     low, high = source.bounds
     margin = BESIDE * max((high - low).real, (high - low).imag) * (1 + 1j)
     return low - margin, high + margin
 
 
 def density_needed(fits: Sequence[Fit], step: float) -> float:
-    """Compute how many texels per unit of the source's plane a map needs to show a pixel with a separate texel.
+    """Return the texels per unit of the source's plane that a map needs so that each pixel shows a different texel.
 
     Args:
         fits: the maps of all parts.
@@ -207,17 +213,17 @@ def density_needed(fits: Sequence[Fit], step: float) -> float:
 
 
 def _scattered(outline: Complex) -> Complex:
-    """Return points all over the box of an outline, on a grid; a map has no value at those outside."""
+    """Return points on a grid over the box of an outline; at those outside, a map has no value."""
     low, high = bounding_box(outline)
     x, y = (np.linspace(a, b, 66)[1:-1] for a, b in ((low.real, high.real), (low.imag, high.imag)))
     return (x[None, :] + 1j * y[:, None]).ravel()
 
 
 def tiles_of(job: Job, sources: Sequence[Shape], room: Memory) -> TiledImage | None:
-    """Return the pictures of the tiles (UDIM) that sources lie on, where the texture's name stands for all of them.
+    """Return the pictures of the tiles (UDIM) that sources lie on, if the texture's name is a pattern.
 
     Raises:
-        InputError: the source is not a mesh, or they cannot be read.
+        InputError: the source is not a mesh, or the tiles cannot be read.
     """
     from ..pictures import tiles
 
@@ -235,7 +241,9 @@ def tiles_of(job: Job, sources: Sequence[Shape], room: Memory) -> TiledImage | N
 def box_of(
     job: Job, source: Shape, image: Image, tiles: Box | None = None, own_box: Box | None = None
 ) -> Box:
-    """Return what of the source's plane the texture covers, given what of its layout; the checkerboard is a square."""
+    """Return the box of the source's plane that the texture covers, given its box in the layout. The checkerboard's is
+    a square.
+    """
     if drawing_of(job, source) and not job.texture:
         return framing.placed(job, source, own_box or own_box_of(source))
     if tiles is not None:
@@ -249,13 +257,15 @@ def box_of(
 
 
 class LastValueCache:
-    """What was made last, while it is small: jobs of a batch that follow each other often share their texture."""
+    """A cache for the last value if it is small: consecutive jobs of a batch often share their texture."""
 
     def __init__(self) -> None:
         self._held: tuple[Any, Any] | None = None
 
     def get(self, key: Any, size: Callable[[Any], int], make: Callable[[], Any]) -> Any:
-        """Return what is there for a key, which is never None, or what is made; `size` reports its numbers."""
+        """Return the cached value for a key, or make it and cache it unless the key is None; `size` returns its
+        size.
+        """
         if self._held is not None and self._held[0] == key:
             return self._held[1]
         made = make()
@@ -267,8 +277,9 @@ _read, _ready = LastValueCache(), LastValueCache()
 
 
 def outlines_of(job: Job, sources: Sequence[Shape], fits: Sequence[Fit]) -> list[Complex]:
-    """Return the outlines of sources, and of the holes that a map takes into account, where a texture lies flat on
-    them.
+    """Return the outlines of sources, and of holes that take part in the map, if the texture lies flat on them.
+
+    Frames of whole drawings have no such holes: their holes are gaps, which belong to the picture.
 
     In frames of whole drawings no holes are mapped: there they are gaps, which are part of the picture.
     """
@@ -278,7 +289,7 @@ def outlines_of(job: Job, sources: Sequence[Shape], fits: Sequence[Fit]) -> list
     holes = [[shape.holes[k] for k in shape.mappable_holes if mapped] for shape in sources]
     if len(sources) == 1:
         return [sources[0].curve.z, *holes[0]]
-    # parts may lie on each other, such as an eye on a face: where one is, the texture continues below it
+    # parts may lie on each other, such as an eye on a face; below them, the texture continues
     painted = shapely.union_all([polygon_of(shape.curve.z, *own) for shape, own in zip(sources, holes)])
     return Drawing(painted).rings
 
@@ -293,8 +304,9 @@ def sampler_of(
     *,
     on_paper: bool = False,
 ) -> Sampler:
-    """Return the picture in its place in the source's plane, ready to be filtered; `outlines` as for `Sampler`;
-    `on_paper` says whether it has paper where it is transparent.
+    """Return the picture in its place in the source's plane, prepared for filtering.
+
+    `outlines` as for `Sampler`; `on_paper` if transparent parts show paper.
     """
     from ...pixels.sampler import Sampler
 
@@ -306,7 +318,7 @@ def sampler_of(
         if on_paper and placed.alpha >= 0:
             from ...pixels import own_edge, paper
 
-            # its own antialiased edge first, which would be a bright line along the target's outline
+            # first remove its antialiased edge, which would be a bright line along the target's outline
             placed = paper.on_paper(own_edge.without_own_edge(placed, seen))
             return Sampler(placed, job.filter, job.kind, job.edge, memory=room, threads=threads)
         return Sampler(placed, job.filter, job.kind, job.edge, outlines=seen, memory=room, threads=threads)
@@ -318,10 +330,10 @@ def sampler_of(
 
 
 def image_of(job: Job, source: Shape, room: Memory, own_box: Box | None = None) -> Image:
-    """Return the picture to carry along: --texture, the source's own, or a checkerboard.
+    """Return the texture: --texture, the source's own picture, or a checkerboard.
 
     Raises:
-        InputError: it cannot be read, or has more pixels than --max-pixels.
+        InputError: it cannot be read, or exceeds --max-pixels.
     """
     from ..pictures import image_files
 
@@ -339,7 +351,7 @@ def image_of(job: Job, source: Shape, room: Memory, own_box: Box | None = None) 
     if pictures:
         from ..shapes import own_picture
 
-        # what --memory bounds is allotted when it is decoded
+        # memory is checked against --memory when the picture is decoded
         return own_picture.read(Spec.of(source.spec), source.trace, anew=bool(job.memory), **limits)
     from ...pixels.checkerboard import checkerboard
 
@@ -353,7 +365,7 @@ def _numbers(image: Image) -> int:
 
 
 def _stamp(name: str) -> tuple[str, int, int] | None:
-    """Return a file, when it was written and its size; None where there is none."""
+    """Return path, modification time and size of a file; None if it does not exist."""
     try:
         seen = os.stat(name)
     except (OSError, ValueError):

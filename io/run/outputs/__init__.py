@@ -1,15 +1,9 @@
-"""The outputs of a run, a module for each kind; one is imported when it is wanted.
+"""The outputs of a run, with a module for each kind that is imported only when needed.
 
-output         what every kind of output is asked
-checks         checks that several kinds share
-picture        the texture on the target's canvas
-artwork        the drawing as SVG
-textured_mesh  the mesh with new texture coordinates
-new_uvs        these coordinates
-baked          the texture in the mesh's own layout
-stmap          the map as a picture
-saved_map      the map itself, exactly
-plot           the figure
+output         the interface of all kinds of output checks         checks shared by several kinds picture        the
+texture on the target's canvas artwork        the drawing as SVG textured_mesh  the mesh with new texture coordinates
+new_uvs        these coordinates baked          the texture in the mesh's own layout stmap          the map as a picture
+saved_map      the map itself, exactly plot the figure
 """
 
 from copy import copy
@@ -28,10 +22,10 @@ from .output import Output
 
 
 def of(job: Job, inputs: Inputs) -> list[Output]:
-    """Return all that a job writes but its report.
+    """Return all outputs of a job except its report.
 
     Raises:
-        InputError: an unknown suffix, or what cannot be made of these shapes.
+        InputError: a suffix is unknown, or an output cannot be made from these shapes.
     """
     onto_mesh = job.target is not None and inputs.is_mesh(job.target)
     if job.bake and not onto_mesh:
@@ -50,11 +44,12 @@ def of(job: Job, inputs: Inputs) -> list[Output]:
 
 
 def check(run: Run, wanted: list[Output]) -> list[Output]:
-    """Return the outputs, one for each tile in the place of those whose names hold `<UDIM>`. Refuses before the solving
-    what they would refuse after it, and reports what is wrong with the inputs.
+    """Return the outputs, with names that contain `<UDIM>` expanded to one output per tile.
+
+    Checks, before solving, everything that could fail afterwards, and notes problems of the inputs.
 
     Raises:
-        InputError: as each of them says, and a texture that cannot be carried.
+        InputError: from one of the outputs, or because the texture cannot be transferred.
     """
     from ...shapes.holes import about
 
@@ -82,7 +77,7 @@ def check(run: Run, wanted: list[Output]) -> list[Output]:
 
 
 def tell_share(run: Run) -> None:
-    """Report how many of the faces of a mesh file are mapped, and note where they are not all and no part is named."""
+    """Report the share of a mesh file's faces that is mapped, and note if it is not all and no part was selected."""
     if run.job.target is None or not run.target.is_mesh:
         return
     from ...shapes.mesh_shape import as_mesh
@@ -97,7 +92,7 @@ def tell_share(run: Run) -> None:
 
 
 def _check_others(run: Run, names: list[str]) -> None:
-    """Check files that are written beside those that the job names."""
+    """Check files that are written in addition to those named by the job."""
     if names:
         files.check_outputs(names, run.inputs.named, force=run.job.force, taken=run.job.outputs)
 
@@ -106,7 +101,7 @@ def _tiles_of(run: Run, output: Output) -> list[Output]:
     """Return the output for each tile of the target's layout.
 
     Raises:
-        InputError: what is written there has no tiles, or something lies beside those that have numbers.
+        InputError: the output cannot be written by tile, or faces lie outside of numbered tiles.
     """
     if not (output.tiles and run.target.has_uv and (run.job.bake or run.target.is_layout)):
         cure = f"use --bake, or {run.target.spec}#uv as the target"
@@ -124,7 +119,7 @@ def _tiles_of(run: Run, output: Output) -> list[Output]:
 
 
 def _kind(name: str, job: Job) -> str:
-    """Return the module and class of what is written under a name by -o."""
+    """Return the module and class for a file name given by -o."""
     format = formats.of(name)
     if format.mesh:
         return "textured_mesh.TexturedMesh"

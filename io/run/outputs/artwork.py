@@ -1,4 +1,4 @@
-"""The drawing inside the source shape as SVG: its paths mapped, its styles kept."""
+"""The source's drawing as SVG, with its paths mapped and its styles kept."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from ....arrays import Complex
     from ....solve import Fit
 
-SAME_AREA = 1e-6  # of a drawing's area: its frame adds nothing to it
+SAME_AREA = 1e-6  # relative to a drawing's area: smaller differences to its frame are ignored
 
 
 class Artwork(Output):
-    """An SVG of what the source file draws."""
+    """An SVG of the source's drawing."""
 
     def suit(self, job: Job, onto_mesh: bool) -> None:
         """Require an SVG as source, and a planar target or a chart of a mesh's layout."""
@@ -41,10 +41,10 @@ class Artwork(Output):
             )
 
     def check(self, run: Run) -> None:
-        """Require a drawing that can be mapped.
+        """Check that the drawing can be mapped.
 
         Raises:
-            InputError: it is malformed, or too much; the chart is mirrored.
+            InputError: the drawing is malformed or too large, or the chart is mirrored.
         """
         for _, target in run.pairs:
             if target.mirror is not None:
@@ -57,12 +57,12 @@ class Artwork(Output):
         run.note(*framing.remarks(run.job, run.source, run.target))
 
     def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
-        """Return all of it, and notes on what was cut off or left out."""
+        """Write the drawing, and note what was cut off or left out."""
         self.write_faded(run, path, 0.0)
         return OutputReport()
 
     def write_faded(self, run: Run, path: Path, opacity: float) -> None:
-        """Write the same with what the target does not paint shown at an opacity."""
+        """Write the drawing with what lies outside of the target's painted area at an opacity."""
         with run.phases.timed("artwork"):
             carried = [(source, fit.map) for (source, _), fit in zip(run.pairs, run.fits)]
             target = replace(run.target, box=framing.picture_box(run.job, run.target))
@@ -73,16 +73,14 @@ class Artwork(Output):
 
 
 def painted_rings(fits: Sequence[Fit]) -> list[Complex]:
-    """Return the rings that cut a drawing carried by the maps of all parts; none where the outlines of the maps do
-    that.
-    """
+    """Return the rings that clip the mapped drawing; empty if the outlines of the maps already do that."""
     if all(_is_cut_by_its_outline(fit) for fit in fits):
         return []
     return [ring for fit in fits for ring in _rings_of_target(fit)]
 
 
 def _is_cut_by_its_outline(fit: Fit) -> bool:
-    """Return whether a map covers what the target paints and nothing else."""
+    """Return whether a map covers exactly what the target paints."""
     if fit.drawings is None or fit.target is None:
         return True
     drawing = fit.drawings[1]

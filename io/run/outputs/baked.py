@@ -1,4 +1,4 @@
-"""The texture resampled into the layout that the target mesh has (--bake)."""
+"""The texture resampled into the existing layout of the target mesh (--bake)."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Baked(Picture):
     """A picture for the texture coordinates of the target mesh."""
 
     def check(self, run: Run) -> None:
-        """Check the layouts, the texture, room for both, and whether the format holds what will be made."""
+        """Check the layouts, the texture, memory, and the format."""
         check_layouts(run, self.tile)
         checks.texture(run)
         (width, height), image = size(run), run.image
@@ -46,7 +46,7 @@ class Baked(Picture):
         self.check_format(run, image, width, height)
 
     def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
-        """Return the whole at once."""
+        """Bake the whole picture, and write it."""
         options: dict[str, Any] = {"padding": run.job.padding, "max_error": run.job.max_pixel_error}
         own, partial = run.image.alpha, is_partial(run)
         options |= {"partial": partial, "alpha": partial and own < 0}
@@ -68,10 +68,10 @@ class Baked(Picture):
 
 
 def check_layouts(run: Run, tile: complex | None) -> None:
-    """Refuse layouts that cannot be filled, and tell where they leave 0..1.
+    """Check that layouts can be filled, and note coordinates outside of 0..1.
 
     Raises:
-        InputError: one has no texture coordinates, or some that make no sense.
+        InputError: a mesh has no texture coordinates, or invalid ones.
     """
     for _, part in run.pairs:
         target = as_mesh(part)
@@ -91,18 +91,19 @@ def bake(
     partial: bool = False,
     **options: Any,
 ) -> tuple[NDArray, dict[str, Any]]:
-    """Return the texture resampled into the target's own UV layout: its pixels, and figures for the report.
+    """Resample the texture into the target's own UV layout; return the pixels, and figures for the report.
 
     Args:
-        parts: of the target, the map from the source's plane to each one's, and the source's shape; a mesh gives its
+        parts: of the target, with the map from the source's plane to each, and the source's shape; a mesh provides its
             own texture coordinates.
-        sampler: the texture, which lies in the source's plane or is that of a mesh source.
+        sampler: the texture, which lies in the source's plane or on a mesh that is the source.
         size: width and height of the picture to make.
-        tiles: what of a mesh source's layout the texture covers, if it is of several tiles.
-        tile: lower left corner of the unit square of the target's layout to fill; None: 0..1, again and again.
-        threads: as many as there are processors by default.
-        partial: whether what the maps do not reach stays empty.
-        options: padding, max_error, alpha of `iccm.meshes.bake.bake`.
+        tiles: the box of a mesh source's layout that the texture covers, if it consists of several tiles.
+        tile: lower left corner of the unit square of the target's layout to fill; None: 0..1, with coordinates
+            repeated.
+        threads: number of threads; None for all processors.
+        partial: whether texels that the maps do not reach stay empty.
+        options: `padding`, `max_error` and `alpha` of `iccm.meshes.bake.bake`.
 
     Raises:
         InputError: the target, or a mesh source, has no texture coordinates.
@@ -116,10 +117,10 @@ def bake(
 def layout_of(
     targets: Sequence[MeshShape], width: int, height: int, tile: complex | None = None
 ) -> layout.Layout:
-    """Return the texel grid of the parts of a mesh, or of a tile of it, their triangles one part after another.
+    """Return the texel grid for the parts of a mesh, or for a tile of it, with the triangles of all parts in sequence.
 
     Raises:
-        InputError: one has no texture coordinates, or some that make no sense.
+        InputError: a part has no texture coordinates, or invalid ones.
     """
     twins, first = [], 0
     for target in targets:
@@ -133,7 +134,7 @@ def layout_of(
 def baked_parts(
     parts: Parts, texture: Texture, threads: int | None, tiles: Box | None = None, *, partial: bool = False
 ) -> list[baking.BakedPart]:
-    """Return the parts of a target with the place of a texture on their sources; arguments as for `bake`."""
+    """Return the parts of a target with the texture's place on their sources; arguments as for `bake`."""
     return [
         baking.BakedPart(
             target.flattening, ExtendedInverse(map, threads), source.placing(texture, tiles), partial
@@ -143,7 +144,7 @@ def baked_parts(
 
 
 def report_bake(run: Run, figures: dict[str, Any], tile: complex | None) -> OutputReport:
-    """Report what was found in baking, a tile by its number, and note texels that lie in several triangles."""
+    """Return the figures of baking, for a tile under its number, and note texels that lie in several triangles."""
     if count := figures["overlapping_texels"]:
         where = "" if tile is None else f" in tile {number_of(tile)}"
         run.note(
@@ -154,17 +155,17 @@ def report_bake(run: Run, figures: dict[str, Any], tile: complex | None) -> Outp
 
 
 def parts_of(run: Run) -> Parts:
-    """Return the parts of a mesh that is the target, the map to each, and the source's part."""
+    """Return the parts of the target mesh with the map to each and the source's part."""
     return [(as_mesh(target), fit.map, source) for (source, target), fit in zip(run.pairs, run.fits)]
 
 
 def is_partial(run: Run) -> bool:
-    """Return whether parts of the target may stay uncovered."""
+    """Return whether parts of the target may stay bare."""
     return any(fit.is_partial for fit in run.fits)
 
 
 def size(run: Run) -> tuple[int, int]:
-    """Width and height of a baked picture: by default the texture's, or a tile's."""
+    """Return width and height of a baked picture: by default those of the texture, or of one of its tiles."""
     height, width = run.image.pixels.shape[:2]
     if run.tiles:
         across = run.tiles[1] - run.tiles[0]

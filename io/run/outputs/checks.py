@@ -1,4 +1,4 @@
-"""Checks before the solving that several kinds of output share; remarks that are made twice are reported once."""
+"""Checks before solving that several kinds of output share; repeated notes are reported once."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from ..texture import has_texture
 
 
 def source(run: Run, placed: list[str]) -> None:
-    """Note which of a mesh source's textures is carried, if any; `placed` as `framing.placing_options` has them.
+    """Note which texture of a mesh source is used, if any; `placed` are the `framing.placing_options`.
 
     Raises:
-        InputError: it was to be placed, as only what lies flat can be.
+        InputError: there are placing options, which are only possible for textures that lie flat.
     """
     if not run.source.is_mesh:
         return
@@ -36,7 +36,7 @@ def source(run: Run, placed: list[str]) -> None:
 
 
 def texture(run: Run) -> None:
-    """Tell what was left out of the texture.
+    """Note what was left out of the texture.
 
     Raises:
         InputError: it cannot be read, or has fewer channels than its kind needs.
@@ -46,7 +46,7 @@ def texture(run: Run) -> None:
 
 
 def coordinates(run: Run, *shapes: Shape) -> None:
-    """Tell where the texture coordinates of meshes leave 0..1.
+    """Note texture coordinates of meshes outside of 0..1.
 
     Raises:
         InputError: a mesh has none, or some that are not finite.
@@ -64,24 +64,24 @@ def coordinates(run: Run, *shapes: Shape) -> None:
 
 
 def canvas(run: Run, tile: complex | None = None) -> tuple[int, int]:
-    """Width and height of the target's raster, before the map is known; reports what it shows of the target.
+    """Return width and height of the target's raster before the map is known, and note what it shows of the target.
 
     Args:
         run: the job.
-        tile: which of several is shown, if each is.
+        tile: the tile that is shown, if there are several.
 
     Raises:
-        InputError: more pixels than --max-pixels.
+        InputError: there are more pixels than --max-pixels.
     """
     run.note(*framing.remarks(run.job, run.source, run.target) if tile is None else ())
     return framing.canvas_size(run.job, framing.picture_box(run.job, run.target))
 
 
 def room(run: Run) -> None:
-    """Refuse a texture that does not fit into --memory.
+    """Check that the texture fits into --memory.
 
     Raises:
-        InputError: there is too little.
+        InputError: it does not.
     """
     rows, columns, planes = run.image.pixels.shape
     run.room.check(strip_bytes(rows, columns, planes), "the texture")

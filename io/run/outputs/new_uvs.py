@@ -1,4 +1,4 @@
-"""New texture coordinates for the target mesh: where its vertices come from, in the picture or layout of the source."""
+"""New texture coordinates for the target mesh: the preimages of its vertices in the source's picture or layout."""
 
 from __future__ import annotations
 
@@ -32,18 +32,18 @@ from ...shapes.shape import Shape
 from ...shapes.split_rims import subdivide_rims
 from .baked import Parts
 
-SAME_POINT = 1e-6  # of the source's diagonal: points this close are the same
+SAME_POINT = 1e-6  # relative to the source's diagonal: points this close are considered the same
 
 
 @dataclass(frozen=True, eq=False)
 class NewUVs:
-    """What came of writing a mesh with new texture coordinates.
+    """The result of writing a mesh with new texture coordinates.
 
     Attributes:
         figures: entries of the report.
-        measured: what the coordinates of each part are as written; empty for those in a mesh's layout.
+        measured: distortion and outline of each part's written coordinates; empty for those in a mesh's layout.
         files: names of the files that were written beside the mesh.
-        notes: what could not be kept, or is not as one would expect.
+        notes: what could not be kept, or may surprise the user.
     """
 
     figures: dict[str, Any]
@@ -68,27 +68,28 @@ def new_uvs(
     """Write the target with texture coordinates that show the source's texture.
 
     Args:
-        parts: those of the mesh, the map from the source's plane to each one's, and the source's shape; a mesh gives
-            its own texture coordinates.
-        lying: a texture of one texel, as the texture lies in the source's plane (not used with a mesh).
+        parts: of the mesh, with the map from the source's plane to each, and the source's shape; a mesh provides its
+            own texture coordinates.
+        lying: a texture of one texel in the texture's place in the source's plane (not used for a mesh).
         out: temporary file to write.
         name: its final name.
         texture: picture file to bind to the mesh, or its content; None writes coordinates only.
-        normals: a normal map to bind to it, y up, where the format shows one.
-        force: whether the files beside it may be replaced (see `MeshFormat.companions`).
-        threads: as many as there are processors by default.
-        carried_maps: the other maps of its materials, if they are carried to the new coordinates.
-        tolerance: relative to the source's diagonal: triangles at the rim are split until the chords of coordinates are
-            off its outline by no more; None splits none.
+        normals: a normal map to bind to it, y up, if the format supports one.
+        force: whether files beside it may be replaced (see `MeshFormat.companions`).
+        threads: number of threads; None for all processors.
+        carried_maps: further textures of its materials, if they are carried to the new coordinates.
+        tolerance: relative to the source's diagonal: triangles at the boundary are split until the edges of the layout
+            deviate from the outline by no more; None splits none.
 
     Raises:
-        InputError: the format holds no texture coordinates, or the source has none.
+        InputError: the format cannot hold texture coordinates, or the source has none.
     """
     pulls = [ExtendedInverse(map, threads) for _, map, _ in parts]
     figures, measured, rim_notes = dict[str, Any](), list[Written](), list[str]()
     if tolerance is not None:
         shapes, maps, sources = zip(*parts)
-        trials = [ExtendedInverse(map, threads) for map in maps]  # these count what lies outside, too
+        # separate ones, because they also count what lies outside
+        trials = [ExtendedInverse(map, threads) for map in maps]
         images = [pull(part.flattening.flat) for pull, part in zip(trials, shapes)]
 
         def placed(map: AnyMap, pull: ExtendedInverse, layout: Flattening) -> Complex:
@@ -137,9 +138,7 @@ def new_uvs(
 
 
 def _pull_back(map: AnyMap, pull: ExtendedInverse, layout: Flattening) -> Complex:
-    """Return where a mesh's vertices come from; triangles for which the source's outline leaves no room are given
-    some.
-    """
+    """Return the preimages of a mesh's vertices, adjusted where the source's outline leaves no room for a triangle."""
     z = pull(layout.flat)
     if not isinstance(map, TriangulatedMap):
         return z
@@ -151,8 +150,8 @@ class _Coordinates(NamedTuple):
 
     Attributes:
         uv: (t, 2) coordinates.
-        faces: (m, 3) those of its triangles' corners.
-        torn: triangles that reach into several charts of the source.
+        faces: (m, 3) indices of its triangles' corners.
+        torn: number of triangles that reach into several charts of the source.
     """
 
     uv: Real
@@ -161,14 +160,17 @@ class _Coordinates(NamedTuple):
 
 
 def _joined(parts: Sequence[_Coordinates]) -> tuple[Real, Index]:
-    """Return the coordinates of all parts, and those of their triangles' corners."""
+    """Return the coordinates of all parts, and the indices of their triangles' corners."""
     firsts = np.cumsum([0, *(len(part.uv) for part in parts)])
     faces = [part.faces + first for part, first in zip(parts, firsts)]
     return np.concatenate([part.uv for part in parts]), np.concatenate(faces)
 
 
 def _uv_of(source: Shape, lying: Texture, z: Complex, target: MeshShape, threads: int | None) -> _Coordinates:
-    """Of the target's vertices, which come from points z of the source's plane.
+    """Return coordinates of the target's vertices from their preimages z in the source's plane.
+
+    On a mesh, each face of the target is assigned to the chart that contains its centre; corners beyond that chart's
+    border are moved to the nearest point of the border.
 
     On a mesh each face of the target is on the chart that its middle is on: corners beyond that chart's border are at
     the border's nearest point.
@@ -199,8 +201,8 @@ def _uv_of(source: Shape, lying: Texture, z: Complex, target: MeshShape, threads
 
 
 def _on_chart(mesh: MeshShape, chart: Flags, z: Complex) -> tuple[Real, Real]:
-    """Return (p, 2) coordinates at those points of some triangles (m,) of a mesh that are nearest to points z of its
-    plane, and (p,) how far these are.
+    """Return (p, 2) coordinates at the points of some triangles (m,) of a mesh that are nearest to points z of its
+    plane, and (p,) their distances.
     """
     import igl
 

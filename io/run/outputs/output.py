@@ -1,4 +1,4 @@
-"""The interface of every kind of output; `io.run.execute` calls its methods in this order."""
+"""The interface of all kinds of output; `io.run.execute` calls its methods in this order."""
 
 from __future__ import annotations
 
@@ -18,50 +18,50 @@ class Output(ABC):
     """One file that a run writes.
 
     Attributes:
-        name: as the user gave it; - for stdout.
-        map: the texture that it shows and its kind, where that is not the job's first.
+        name: as given by the user; - for stdout.
+        map: the texture that it shows and its kind, if it is not the job's first.
     """
 
     tiles: ClassVar[bool] = False  # whether it can be written tile by tile (UDIM)
-    tile: complex | None = None  # the one that it is of: its lower left corner in the layout
-    samples: ClassVar[bool] = False  # whether it filters the texture, which is made ready beside the solving
-    shows: ClassVar[bool] = False  # whether the texture is seen in it
+    tile: complex | None = None  # lower left corner of its tile in the layout, if it is for one tile
+    samples: ClassVar[bool] = False  # whether it filters the texture, which is then prepared during solving
+    shows: ClassVar[bool] = False  # whether it shows the texture
 
     map: tuple[str, str] | None = None
 
     def __init__(self, name: str) -> None:
-        """Nothing is checked here."""
+        """Store the name, without checking anything."""
         self.name = name
 
     @abstractmethod
     def suit(self, job: Job, onto_mesh: bool) -> None:
-        """Refuse, before any input is read, what the suffix cannot hold or the job cannot give.
+        """Check, before any input is read, that the suffix suits the job.
 
         Args:
-            job: what to do.
+            job: the job.
             onto_mesh: whether the target is a mesh.
 
         Raises:
-            InputError: naming what could be asked for instead.
+            InputError: it does not; the message names what could be requested instead.
         """
 
     def check(self, run: Run) -> None:  # noqa: B027
-        """Refuse, before the solving, what `write` would refuse after it, and note what will be lost.
+        """Check, before solving, everything that `write` would reject afterwards, and note what will be lost.
 
         Raises:
-            InputError: as each kind says.
+            InputError: depends on the kind of output.
         """
 
     def beside(self, run: Run) -> list[str]:
-        """Return the files that come with it."""
+        """Return the names of files that are written beside it."""
         return []
 
     @abstractmethod
     def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
-        """Write it into a temporary file with the suffix of its name.
+        """Write the output to a temporary file with the suffix of its name.
 
         Args:
-            run: the job, its maps solved for.
+            run: the job, with its maps solved.
             path: the file.
-            before: what was found in writing the outputs before it, for a figure that shows it.
+            before: the reports of outputs written before it, for a figure that shows them.
         """

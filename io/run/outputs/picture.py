@@ -1,4 +1,4 @@
-"""The texture carried to the target's canvas, in the texture's own depth and colour space."""
+"""The texture carried to the target's canvas, with the bit depth and colour space of the texture."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Picture(Output):
     samples, shows, tiles = True, True, True
 
     def suit(self, job: Job, onto_mesh: bool) -> None:
-        """Require a suffix of pictures, or one that keeps what --padding makes."""
+        """Require a suffix of pictures, for --padding one that keeps colours where alpha is 0."""
         if self.name != "-":
             formats.check(self.name, "picture", "unknown suffix for -o", "drawing", "uv", "map")
         if job.padding and not self._format.hidden:
@@ -47,7 +47,7 @@ class Picture(Output):
         return formats.picture(formats.written(self.name))
 
     def check(self, run: Run) -> None:
-        """Check the canvas, the texture, room for both, and whether the format holds what will be made."""
+        """Check the canvas, the texture, memory, and the format."""
         if run.on_mesh:
             checks.coordinates(run, run.source)
         width, height = checks.canvas(run, self.tile)
@@ -61,10 +61,10 @@ class Picture(Output):
         self.check_format(run, image, width, height)
 
     def check_format(self, run: Run, image: Image, width: int, height: int) -> None:
-        """Refuse what the format does not hold, and note what it loses.
+        """Check that the format can hold the picture, and note what it loses.
 
         Raises:
-            InputError: so many pixels or channels, or the colour space.
+            InputError: there are too many pixels or channels, or the colour space is not supported.
         """
         job, suffix, format = run.job, formats.suffix_of(self.name), self._format
         path = formats.written(self.name)
@@ -90,7 +90,7 @@ class Picture(Output):
             run.note(f"{self.name}: {unsaid}")
 
     def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
-        """Rows as they are made, or with padding the whole at once."""
+        """Write rows as they are computed, or with --padding the whole picture at once."""
         if not run.job.padding:
             return self._stream(run, path)
         image, found = self._padded(run)
@@ -103,7 +103,7 @@ class Picture(Output):
         return Warp(run.mapping, run.sampler, canvas, placing=run.placing, max_error=error)
 
     def _padded(self, run: Run) -> tuple[Image, OutputReport]:
-        """Return the picture with its colours extended beyond the outline, which needs all of it at once."""
+        """Return the picture with its colours extended beyond the outline, which needs the whole picture in memory."""
         job, canvas = run.job, run.canvas
         with run.phases.timed("resample"):
             work = self._warp(run)
@@ -119,7 +119,7 @@ class Picture(Output):
         return image, _report_pixels(run, colours, warped.diagnostics, canvas)
 
     def _stream(self, run: Run, path: Path) -> OutputReport:
-        """Return the picture, written as it is made: memory for some rows only."""
+        """Write the picture while it is computed, with only some rows in memory."""
 
         def blocks() -> Iterator[NDArray]:
             for block in work.blocks(run.threads):
@@ -134,15 +134,15 @@ class Picture(Output):
 
 
 def displayed(run: Run, canvas: Canvas) -> NDArray:
-    """Return (height, width, channels) the texture carried to a canvas as screens show it, 8 bits a channel in sRGB."""
+    """Return (height, width, channels) the texture carried to a canvas as screens show it: 8 bits per channel, sRGB."""
     warped = whole(Warp(run.mapping, run.sampler, canvas, placing=run.placing), threads=run.threads)
     return prepare(run.image.with_pixels(warped.pixels, warped.alpha), formats.picture(".webp")).pixels
 
 
 def _report_pixels(run: Run, colours: Colours, seen: Diagnostics, canvas: Canvas) -> OutputReport:
-    """Report the size of the picture and what became of its pixels, and note where they show nothing."""
+    """Report the size of the picture and counts of its pixels, and note if it is blank."""
     textured = bool(run.job.texture) and run.job.texture_box != "bbox" and not run.on_mesh
-    # a drawing of one colour, such as of lines, shows that colour
+    # a drawing with a single colour, such as a line drawing, shows that colour
     is_own_colour = colours.single and shows_itself(run.job, run.source)
     if not is_own_colour and (note := colours.note(bool(seen.inside or seen.edge), textured)):
         run.note(note)

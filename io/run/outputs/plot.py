@@ -1,4 +1,4 @@
-"""The figure of a run, with the picture carried; for a mesh its flattening and its textured surface."""
+"""The figure of a run: the source and its image; for a mesh, its flattening and its textured surface."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ..state import Run
 from .output import Output
 from .picture import displayed
 
-PIXELS = 900  # of the picture, on its longer side
+PIXELS = 900  # longer side of the picture
 
 
 class Plot(Output):
@@ -32,7 +32,7 @@ class Plot(Output):
         formats.check(self.name, "plot", "unknown suffix for --plot")
 
     def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
-        """matplotlib is imported here: it takes longer than many runs."""
+        """Draw the figure. matplotlib is imported here because that takes longer than many runs."""
         from .. import plots
 
         with run.phases.timed("plot"):
@@ -54,13 +54,13 @@ class Plot(Output):
 
 
 def _carried(run: Run) -> tuple[NDArray, Box]:
-    """Return the picture as screens show it, and its box in the target's plane."""
+    """Return the mapped picture as screens show it, and its box in the target's plane."""
     canvas = run.canvas_of(None)
     canvas = Canvas.about(*proportional(PIXELS, canvas.box[1] - canvas.box[0]), canvas.box)
     return displayed(run, canvas), canvas.box
 
 
 def _names(job: Job) -> tuple[str, str]:
-    """Titles of the source and of its image."""
+    """Return the titles of the source and of its image."""
     onto = f" over the target: {Path(job.target).name}" if job.target else ""
     return f"source: {Path(job.source).name}", f"mapped source{onto}"

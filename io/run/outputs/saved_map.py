@@ -1,4 +1,4 @@
-"""The map itself, exactly, for `iccm apply` and `iccm.load`."""
+"""The map itself as arrays, without loss, for `iccm apply` and `iccm.load`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class SavedMap(Output):
     """A map between planar shapes as a file of arrays."""
 
     def suit(self, job: Job, onto_mesh: bool) -> None:
-        """Require a single map, not onto a mesh."""
+        """Require a single map that is not onto a mesh."""
         if job.several:
             raise InputError(
                 f"{self.name}: a file can contain only one map; choose one part (file#id) instead of --parts"
@@ -30,13 +30,13 @@ class SavedMap(Output):
             raise self._refusal(job.target or job.source)
 
     def check(self, run: Run) -> None:
-        """Planar shapes."""
+        """Require plane shapes."""
         for shape in (run.source, run.target):
             if shape.is_mesh:
                 raise self._refusal(shape.spec)
 
     def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
-        """Return the map, and what of the job says how pictures are made with it."""
+        """Write the map, with the options of the job that affect pictures made with it."""
         with run.phases.timed("write"):
             job = {name: value for name, value in run.job.solver.items() if _plain(value)}
             planes = plane_of(run.source), plane_of(run.target)
@@ -51,7 +51,7 @@ class SavedMap(Output):
 
 
 def plane_of(shape: Shape) -> Plane:
-    """Return what a file of a map says of a shape."""
+    """Return what the file of a map stores about a shape."""
     return Plane(shape.curve.z, shape.box, shape.flip, shape.holes, Path(shape.spec).name)
 
 

@@ -1,4 +1,4 @@
-"""The map itself: for each pixel of the target its place in the texture."""
+"""The map as an STMap: for each pixel of the target, its place in the texture."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .output import Output
 
 
 class STMap(Output):
-    """A map as a picture of floats, of the target's canvas or with --bake of its texture coordinates."""
+    """A map as a floating-point picture, of the target's canvas or with --bake of its texture coordinates."""
 
     tiles = True
 
@@ -27,7 +27,7 @@ class STMap(Output):
         stmap_files.check(self.name)
 
     def check(self, run: Run) -> None:
-        """Texture coordinates on the way, and room for the rows."""
+        """Check the texture coordinates that are needed, and memory for the rows."""
         if run.job.bake:
             baked.check_layouts(run, self.tile)
             width, height = baked.size(run)
@@ -39,7 +39,7 @@ class STMap(Output):
         run.room.check(stmap_files.band_bytes(width), f"rows of {width} pixels")
 
     def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
-        """Rows as they are computed; a baked one at once."""
+        """Write rows as they are computed, or with --bake the whole picture at once."""
         lying, job = run.flat, run.job
         with run.phases.timed("resample"):
             if not job.bake:
@@ -63,14 +63,12 @@ class STMap(Output):
 
 
 def _placing(run: Run, lying: Texture) -> Placing:
-    """Return where points of the source lie in a texture of one texel, which would lie flat in its plane."""
+    """Return where points of the source lie in a texture of one texel, which lies flat in the plane by default."""
     if run.source.is_layout:
         return flat((0j, complex(run.source.aspect, 1))) if run.tiles else Wrapped(lying, run.whole(0).wrap)
     return run.whole(0).placing(lying, _unit(run)) if run.source.has_uv else lying
 
 
 def _unit(run: Run) -> Box | None:
-    """Return the tile that s and t are relative to, where those of the texture are distinguished; they continue beyond
-    0..1 then.
-    """
+    """Return the tile that s and t are relative to if the texture has several tiles; they then continue beyond 0..1."""
     return (0j, 1 + 1j) if run.tiles else None

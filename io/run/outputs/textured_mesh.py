@@ -1,4 +1,4 @@
-"""The target mesh with texture coordinates that show the texture: nothing is resampled."""
+"""The target mesh with texture coordinates that show the texture, without resampling."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class TexturedMesh(Output):
     shows = True
 
     def suit(self, job: Job, onto_mesh: bool) -> None:
-        """Require a mesh as target, and a suffix that holds texture coordinates."""
+        """Require a mesh as target, and a suffix that can hold texture coordinates."""
         if job.target is None:
             raise InputError(
                 f"{self.name}: a deformation cannot be written as a mesh; use a picture's suffix"
@@ -60,7 +60,9 @@ class TexturedMesh(Output):
             )
 
     def check(self, run: Run) -> None:
-        """Texture coordinates of a mesh source, and a texture that the format can show; tell which are not shown."""
+        """Check the coordinates of a mesh source and the textures that the format can include; note those that it
+        cannot.
+        """
         for source, _ in run.pairs:
             if source.is_mesh:
                 _ = as_mesh(source).uv_faces
@@ -74,7 +76,7 @@ class TexturedMesh(Output):
             run.carried_maps.check(self.name)
 
     def beside(self, run: Run) -> list[str]:
-        """Material library and picture."""
+        """Return the names of the material library and of pictures."""
         shown = ShownPictures(_shown_texture(run), _normal_map(run.job))
         found = mesh_files.format_of(self.name).companions(Path(self.name), shown)
         if run.job.carry_maps:
@@ -82,7 +84,7 @@ class TexturedMesh(Output):
         return list(dict.fromkeys(found))
 
     def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
-        """Return the mesh, and what stands beside it."""
+        """Write the mesh, and the files beside it."""
         with run.phases.timed("write"):
             made = new_uvs(
                 parts_of(run),
@@ -105,9 +107,7 @@ class TexturedMesh(Output):
 
 
 def _message(run: Run, measured: list[Written]) -> str | None:
-    """Return a sentence on chords between written coordinates that leave the outline, as the solver's knows vertices
-    alone.
-    """
+    """Return a sentence if edges of the written layout leave the outline, since the solver only checks vertices."""
     widest = max((each.boundary["hausdorff"] for each in measured), default=0.0)
     if widest <= run.job.tolerance or run.fit.status is not Status.REACHED:
         return None
@@ -116,7 +116,7 @@ def _message(run: Run, measured: list[Written]) -> str | None:
 
 
 def _note_distortion(run: Run, measured: list[Written]) -> None:
-    """Note what the written coordinates of each part show, and the map behind them does not."""
+    """Note what the written coordinates of each part show but the underlying map does not."""
     for pair, fit, each in zip(run.pairs, run.fits, measured):
         told = missed(each.boundary, run.job.tolerance, run.job.subdivide_rim)
         run.note(*(parts.label(pair, note) for note in told))
@@ -129,14 +129,14 @@ def _note_distortion(run: Run, measured: list[Written]) -> None:
 
 
 def _shown_texture(run: Run) -> Path | bytes | None:
-    """Return the picture that a mesh with new coordinates shows: --texture, or that of a mesh source."""
+    """Return the picture for a mesh with new coordinates: --texture, or the texture of a mesh source."""
     return (
         run.held_drawing or _first(run.job, "colour") or next(iter(own_pictures(run.job, run.source)), None)
     )
 
 
 def _normal_map(job: Job) -> Path | None:
-    """Return the normal map that such a mesh shows."""
+    """Return the normal map for a mesh with new coordinates."""
     return _first(job, "normal")
 
 
@@ -145,6 +145,6 @@ def _first(job: Job, kind: str) -> Path | None:
 
 
 def _textures_not_shown(job: Job) -> list[str]:
-    """Return the textures that such a mesh has no place for: numbers, normals with y down, further normals."""
+    """Return the textures that a mesh cannot include: data, normals with y down, and further normals."""
     shown = _first(job, "colour"), _normal_map(job)
     return [path for path, _ in job.maps if Path(path) not in shown]
