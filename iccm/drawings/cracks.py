@@ -35,7 +35,7 @@ def crack_share(target: Drawing, layers: Sequence[Sequence[Complex]]) -> float:
     >>> import shapely
     >>> halves = [np.array([0, 49.5, 49.5 + 50j, 50j]), np.array([50.5, 100, 100 + 50j, 50.5 + 50j])]
     >>> round(crack_share(Drawing(shapely.box(0, 0, 100, 50)), [halves]), 3)
-    0.01
+    0.012
     """
     left, low, right, high = target.painted.bounds
     box = complex(left, low), complex(right, high)

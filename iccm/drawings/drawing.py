@@ -27,7 +27,7 @@ class Drawing:
     --------
     >>> drawing = Drawing(shapely.MultiPolygon([shapely.box(0, 0, 2, 1), shapely.box(3, 0, 4, 1)]))
     >>> drawing.is_one_part, [round(frame.radius, 3) for frame in drawing.frames]
-    (False, [0.298, inf])
+    (False, [0.278, 0.694, inf])
     """
 
     def __init__(self, painted: shapely.Geometry):
