@@ -1,26 +1,26 @@
-"""SVG: XML read safely, what is drawn, and the outlines of what is filled.
+"""SVG: read XML safely, resolve what is rendered, and extract the outlines of painted regions.
 
-reader     a drawing's outlines and drawn constraints
-document   its bytes, compressed or not, XML read safely, and the size of the drawing
-tree       what it renders: `use`, symbols, views, styles and clips resolved
+reader     the outlines and drawn constraints of a drawing
+document   bytes, compressed or not, parsed safely; size of the drawing
+tree       rendering tree: `use`, symbols, viewports, styles and clips resolved
 stylesheet  rules and their selectors
-basic_shapes  runs of paths, circles, rectangles and so on
-fonts_in_css  sizes of fonts, and lengths that refer to them
-lettering  a <text>, where the fonts that it asks for are found
-directions  text that runs both ways
-fonts      lines of letters as path data
+basic_shapes  subpaths of paths, circles, rectangles and so on
+fonts_in_css  font sizes, and lengths relative to them
+lettering  <text> as outlines, where its fonts are found
+directions  bidirectional text
+fonts      lines of text as path data
 css        declarations
 affine     `transform` lists and viewports
 path_data  path data as polylines
-curves     pieces of curves, their polylines, and those with fewer vertices
-batches    many pieces at once
-fill       the regions that a fill paints
-strokes    the regions that lines paint, and silhouettes
-gaps       small gaps in lines, which the eye closes
-painted    what a whole drawing paints, closed lines filled where lines draw it
-clips      what clip paths and masks leave
-crossings  crossing lines, counted up to a limit
-drawing    `Drawing`: outlines, canvas, constraints, of any format
-data_uri   files that it holds in addresses
-budget     the work that a drawing may ask for
+curves     curve segments, their polylines, and simplification of polylines
+batches    flattening of many segments at once
+fill       regions that a fill paints
+strokes    regions that strokes paint, and silhouettes
+gaps       small gaps in lines that the eye closes
+painted    the painted area of a whole drawing, with closed lines filled where it is drawn by lines
+clips      clip paths and masks
+crossings  limits on crossing lines
+drawing    `Drawing`: outlines, canvas and constraints of a file of any format
+data_uri   files embedded as data: addresses
+budget     limits on the work that a drawing may require
 """

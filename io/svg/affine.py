@@ -1,4 +1,4 @@
-"""Affine maps of the plane, as SVG writes them: `transform` lists, viewports and their composition."""
+"""Affine maps of the plane as SVG writes them: `transform` lists, viewports and their composition."""
 
 import math
 import re
@@ -25,7 +25,7 @@ _DEGREES = {"rad": 180 / math.pi, "grad": 0.9, "turn": 360.0}
 
 @dataclass(frozen=True)
 class Affine:
-    """z -> alpha z + beta conj(z) + gamma on points x + iy (whatever way y points)."""
+    """The map z -> alpha z + beta conj(z) + gamma of points x + iy, whichever way y points."""
 
     alpha: complex = 1
     beta: complex = 0
@@ -33,7 +33,7 @@ class Affine:
 
     @classmethod
     def matrix(cls, a: float, b: float, c: float, d: float, e: float, f: float) -> "Affine":
-        """SVG's matrix(a b c d e f): x' = a x + c y + e, y' = b x + d y + f."""
+        """Create SVG's matrix(a b c d e f): x' = a x + c y + e, y' = b x + d y + f."""
         return cls(complex(a + d, b - c) / 2, complex(a - d, b + c) / 2, complex(e, f))
 
     def __call__(self, z):
@@ -50,12 +50,12 @@ class Affine:
 
     @property
     def determinant(self) -> float:
-        """The factor of areas, negative for a mirror image."""
+        """The factor by which areas change, negative for a reflection."""
         return abs(self.alpha) ** 2 - abs(self.beta) ** 2
 
     @property
     def inverse(self) -> "Affine":
-        """The map back; the determinant must not be zero."""
+        """The inverse map; the determinant must not be zero."""
         alpha, beta = complex(self.alpha).conjugate() / self.determinant, -self.beta / self.determinant
         return Affine(alpha, beta, -(alpha * self.gamma + beta * complex(self.gamma).conjugate()))
 
@@ -66,12 +66,12 @@ def written(map: Affine) -> str:
     return "matrix(" + " ".join(f"{v:.9g}" for v in (x.real, x.imag, -y.imag, y.real, at.real, at.imag)) + ")"
 
 
-@lru_cache(64)  # what <use> draws again
+@lru_cache(64)  # for elements that <use> draws again
 def parse(text: str) -> Affine:
-    """Return the map that a `transform` attribute describes; empty or `none` is the identity.
+    """Return the map of a `transform` attribute; empty or `none` is the identity.
 
     Raises:
-        InputError: an unknown function, a wrong number of arguments or anything that is not a number.
+        InputError: an unknown function, a wrong number of arguments, or anything that is not a number.
     """
     result, position = Affine(), 0
     if text.strip() in ("", "none"):
@@ -113,12 +113,12 @@ def _function(name: str, text: str) -> Affine:
 
 
 def translation(x: float, y: float = 0) -> Affine:
-    """Return a shift by (x, y)."""
+    """Return the translation by (x, y)."""
     return Affine(gamma=complex(x, y))
 
 
 def rotation(degrees: float, x: float = 0, y: float = 0) -> Affine:
-    """SVG's rotate: about (x, y), from the x axis towards the y axis."""
+    """Return SVG's rotation about (x, y), from the x axis towards the y axis."""
     turn, centre = complex(math.cos(math.radians(degrees)), math.sin(math.radians(degrees))), complex(x, y)
     return Affine(turn, 0, centre - turn * centre)
 

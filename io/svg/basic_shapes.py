@@ -1,4 +1,4 @@
-"""The runs of paths and basic shapes in their own coordinates, and the boxes of these."""
+"""Subpaths and bounding boxes of paths and basic shapes, in their own coordinates."""
 
 from collections.abc import Iterable, Mapping
 from itertools import pairwise
@@ -16,21 +16,21 @@ from .path_data import PenPath
 
 
 class Shape(Protocol):
-    """A node of a path or basic shape."""
+    """The interface of a node of a path or basic shape."""
 
     tag: str
     properties: Mapping[str, str]
     faults: tuple[str, ...]
 
     def length(self, name: str, axis: str, default: float = 0.0) -> float:
-        """Return as `Node.length`."""
+        """Return a length as `Node.length` does."""
 
 
 def pen_paths(drawn: Shape, budget: Budget | None = None, *, joined: bool = False) -> list[PenPath]:
-    """Return the runs of a shape in its own coordinates; arguments and errors as for `path_data.runs`.
+    """Return the subpaths of a shape in its own coordinates; arguments and errors as for `path_data.runs`.
 
-    What is malformed in path data and lists of points ends the shape, which is drawn up to there, as SVG 2 (9.5.4) has
-    it; `faults` of the shape says what it was.
+    As SVG 2 (9.5.4) requires, malformed path data and point lists are drawn up to the error, which is added to the
+    shape's `faults`.
     """
     budget, faults = budget or Budget(), list[str]()
     if drawn.tag in ("polyline", "polygon"):
@@ -48,8 +48,9 @@ def pen_paths(drawn: Shape, budget: Budget | None = None, *, joined: bool = Fals
 
 
 def box_of(drawn: Shape) -> Complex | None:
-    """Return two opposite corners of the box of a shape in its own coordinates, to about a thousandth; None without
-    any.
+    """Return two opposite corners of a shape's bounding box in its own coordinates, to about a thousandth.
+
+    None where there is nothing to bound.
     """
     t = np.linspace(0, 1, 33)
     z = [piece.at(t) for run in pen_paths(drawn) for piece in run.pieces]

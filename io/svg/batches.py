@@ -1,4 +1,4 @@
-"""Pieces of curves made polylines, all of a kind at once: the arithmetic of `curves`, on arrays."""
+"""Flatten many curve segments of one kind at once: the arithmetic of `curves` on arrays."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -14,12 +14,12 @@ ROUGH = np.array([0.25, 0.5, 0.75])
 
 
 class Batch:
-    """Pieces of one kind under an affine map.
+    """Segments of one kind under an affine map.
 
     Attributes:
-        number: (k,) their places among all pieces.
-        end: (k,) their ends.
-        bend: (k,) bounds on |f''|.
+        number: (k,) their indices among all segments.
+        end: (k,) their end points.
+        bend: (k,) upper bounds on |f''|.
     """
 
     number: Index
@@ -27,22 +27,22 @@ class Batch:
     bend: Real
 
     def at(self, which: Index, t: Real) -> Complex:
-        """Return points at parameters of some of the pieces."""
+        """Return points at parameters t of the segments `which`."""
         raise NotImplementedError
 
     def counts(self, tolerance: float) -> Index:
-        """Return how many points each needs: with equal parameter steps h a chord errs by at most h² max|f''| / 8."""
+        """Return (k,) numbers of points: with equal parameter steps h a chord errs by at most h² max|f''| / 8."""
         steps = np.ceil(np.sqrt(self.bend / (8 * tolerance))) if tolerance else np.ones(self.end.size)
         return np.maximum(1, np.minimum(steps, 2**40)).astype(np.int64)
 
     def rough(self) -> Complex:
-        """Return a few points on the pieces: their box is never larger than that of the pieces."""
+        """Return a few points on the segments; their bounding box is at most as large as that of the segments."""
         which = np.repeat(np.arange(self.end.size), ROUGH.size)
         inner = self.at(which, np.tile(ROUGH, self.end.size)) if self.bend.any() else np.empty(0, complex)
         return np.concatenate([inner, self.end])
 
     def points(self, counts: Index) -> Complex:
-        """Return the points of all pieces, one after the other, without their starts."""
+        """Return the points of all segments, one after the other, without their start points."""
         which, last = np.repeat(np.arange(counts.size), counts), np.cumsum(counts) - 1
         step = np.arange(which.size) - (last - counts + 1)[which] + 1
         z = self.at(which, step / counts[which])
@@ -62,7 +62,7 @@ class Beziers(Batch):
         self.bend = degree * (degree - 1) * bend
 
     def at(self, which: Index, t: Real) -> Complex:
-        """Return points at parameters of some of the pieces, by de Casteljau."""
+        """Return points at parameters t of the segments `which`, by de Casteljau's algorithm."""
         points = [column[which] for column in self.p.T]
         while len(points) > 1:
             points = [a * (1 - t) + b * t for a, b in pairwise(points)]
@@ -83,33 +83,33 @@ class Arcs(Batch):
         self.bend = np.hypot(np.abs(self.u), np.abs(self.v)) * self.sweep**2
 
     def at(self, which: Index, t: Real) -> Complex:
-        """Return points at parameters of some of the pieces."""
+        """Return points at parameters t of the segments `which`."""
         angle = self.begin[which] + self.sweep[which] * t
         return self.centre[which] + self.u[which] * np.cos(angle) + self.v[which] * np.sin(angle)
 
 
 class Stretches(Batch):
-    """Stretches of lines, whose vertices are their points."""
+    """Polylines of straight segments; their points are their vertices."""
 
     def __init__(self, number: Index, pieces: Sequence[Lines], affine: Affine):
         self.number = number
         self.z = [affine(piece.z) for piece in pieces]
 
     def counts(self, tolerance: float) -> Index:
-        """Return all vertices but the first, whatever the tolerance."""
+        """Return the numbers of vertices except the first, whatever the tolerance."""
         return np.array([z.size - 1 for z in self.z])
 
     def rough(self) -> Complex:
-        """Return all of them."""
+        """Return all vertices."""
         return np.concatenate(self.z)
 
     def points(self, counts: Index) -> Complex:
-        """Return the points of all pieces, one after the other, without their starts."""
+        """Return the points of all polylines, one after the other, without their start points."""
         return np.concatenate([z[1:] for z in self.z])
 
 
 def batches(pieces: Sequence[Piece | Lines], affine: Affine) -> list[Batch]:
-    """Return all pieces, by kind."""
+    """Group segments by kind."""
     groups: dict[Any, list[int]] = {}
     for number, piece in enumerate(pieces):
         groups.setdefault(len(piece.p) if isinstance(piece, Bezier) else type(piece), []).append(number)

@@ -1,4 +1,4 @@
-"""The work and the memory that one drawing may ask for: what is more is refused before it is done."""
+"""Limits on the work and memory that one drawing may require; excess is refused before the work is done."""
 
 from xml.etree.ElementTree import Element
 
@@ -7,41 +7,42 @@ from .. import limits
 
 
 class Quota:
-    """So much of something may be counted; what is more is refused.
+    """A limit on a count; counts above it are refused.
 
     Args:
-        limit: of what is counted.
-        refusal: a sentence for the user.
+        limit: the largest count.
+        refusal: message for the user, a sentence.
     """
 
     def __init__(self, limit: int, refusal: str):
         self.left, self.refusal = limit, refusal
 
     def spend(self, count: int = 1) -> None:
-        """Count so many.
+        """Add to the count.
 
         Raises:
-            InputError: they are too many.
+            InputError: the limit is exceeded.
         """
         self.left -= count
         self.check(0)
 
     def check(self, count: int) -> None:
-        """Refuse so many more, without counting them.
+        """Check whether `count` more would be allowed, without counting them.
 
         Raises:
-            InputError: they are too many.
+            InputError: the limit would be exceeded.
         """
         if count > self.left:
             raise InputError(self.refusal)
 
 
 class Budget:
-    """What the curves of one drawing may take.
+    """Limits on the curves of one drawing.
 
     Attributes:
-        runs, segments: of all shapes, each as often as it is drawn; the user may set the limit of segments.
-        points: of polylines.
+        runs, segments: subpaths and segments of all shapes, counted each time they are drawn; the user may set the
+            limit on segments.
+        points: points of polylines.
     """
 
     def __init__(self, segments: int = limits.SEGMENTS):
@@ -63,7 +64,7 @@ _COUNTED_ELSEWHERE = {"d", "points", "href", "{http://www.w3.org/1999/xlink}href
 
 
 class Copies:
-    """What a drawing shows again, and so is read again: elements, and characters beside those of paths and pictures."""
+    """Limits on content that is drawn repeatedly: elements, and characters other than path data and pictures."""
 
     def __init__(self) -> None:
         self.elements = Quota(
@@ -77,10 +78,10 @@ class Copies:
         )
 
     def add(self, element: Element, *, whole: bool = False) -> None:
-        """Count an element that is shown again; with `whole`, all that is in it and every attribute.
+        """Count an element that is drawn again; with `whole`, also its descendants and all attributes.
 
         Raises:
-            InputError: they are too many.
+            InputError: the limit is exceeded.
         """
         for each in element.iter() if whole else (element,):
             self.elements.spend()

@@ -1,4 +1,4 @@
-"""Shapes cut by clip paths and masks."""
+"""Cut shapes by clip paths and masks."""
 
 from collections.abc import Callable
 
@@ -14,13 +14,13 @@ from .path_data import Subpath
 from .strokes import painted_by_stroke
 from .tree import Clip, Node
 
-HAIR = 1e-9  # of a shape's area: less is cut off by rounding alone
+HAIR = 1e-9  # of a shape's area: a smaller loss comes from rounding
 
 
 class Clips:
-    """Cuts shapes at the clip paths and masks that apply to them, each of which is drawn once.
+    """Cuts shapes by the clip paths and masks that apply to them; each of these is drawn only once.
 
-    A mask lets through what it paints, but in black where it goes by luminance; what it shows faintly counts as shown.
+    A mask shows what it paints, except black if it is a luminance mask. Partial transparency counts as shown.
     """
 
     def __init__(self, runs: Callable[[Node], list[Subpath]]):
@@ -32,7 +32,7 @@ class Clips:
         )
 
     def cut(self, drawn: Node, region: shapely.Geometry) -> shapely.Geometry:
-        """Return what is shown of a region that a shape paints; the region itself where nothing of it is hidden.
+        """Return the part of a shape's painted region that is shown; the region itself if nothing is hidden.
 
         Raises:
             InputError: a clip path is malformed, or crosses the region too often.
@@ -61,7 +61,7 @@ class Clips:
         return self.known[clip]
 
     def _clip_path(self, clip: Clip) -> shapely.Geometry:
-        """Return all that its shapes enclose, whether they paint it or not."""
+        """Return the area that the clip path's shapes enclose, whether they paint it or not."""
         return unite([self.cut(each, self._filled(each, "clip-rule")) for each in clip.shapes])
 
     def _mask(self, clip: Clip) -> shapely.Geometry:

@@ -1,4 +1,4 @@
-"""Crossings of lines, counted up to a limit: the time that geometry takes grows with them."""
+"""Limit the number of crossings of lines, since the time of geometric operations grows with it."""
 
 from collections.abc import Sequence
 
@@ -10,25 +10,25 @@ from ...errors import InputError
 from ...plane import cross
 from .. import limits
 
-FEW = 300  # segments, which cannot cross too often
+FEW = 300  # segments: fewer cannot cross too often
 NESTED = "too many subpaths are nested; split the path (Inkscape: Path > Break Apart)"
-AT_ONCE = 200_000  # pairs that are looked at in one go
-FIRST = 16  # segments that are looked at first, when nothing is known of their neighbours
+AT_ONCE = 200_000  # pairs that are tested at once
+FIRST = 16  # segments that are tested first, before the density of neighbours is known
 
 
 class TooMuch(InputError):
-    """Lines that take too much work."""
+    """Lines that would take too much work."""
 
 
 def check(lines: Sequence[Complex], *, reach: float = 0.0) -> None:
-    """Refuse lines that cross each other, or themselves, too often, or too many of which are near each other.
+    """Refuse lines that cross each other or themselves too often, or have too many segments near each other.
 
     Args:
         lines: polylines; a closed one repeats its first point.
-        reach: how far apart two segments may be and still count as near.
+        reach: distance up to which two segments count as near.
 
     Raises:
-        TooMuch: in a sentence.
+        TooMuch: there are too many; the message is a sentence.
     """
     _nested(lines)
     a = np.concatenate([*(z[:-1] for z in lines), np.empty(0, complex)])
@@ -58,7 +58,7 @@ def check(lines: Sequence[Complex], *, reach: float = 0.0) -> None:
 
 
 def _nested(lines: Sequence[Complex]) -> None:
-    """Refuse lines whose boxes overlap too often: each pair is looked at when they are cut at their crossings."""
+    """Refuse lines whose bounding boxes overlap too often, since each such pair is tested for crossings."""
     if len(lines) ** 2 <= 2 * limits.NESTED_RUNS:
         return
     points, starts = np.concatenate(lines), np.cumsum([0, *(z.size for z in lines[:-1])])
@@ -74,7 +74,7 @@ def _nested(lines: Sequence[Complex]) -> None:
 
 
 def _cross(a: Complex, b: Complex, c: Complex, d: Complex) -> np.ndarray:
-    """Return whether segments ab and cd cross properly: not at a common end."""
+    """Mark pairs of segments ab and cd that cross properly, not at a common end."""
 
     def side(p: Complex, q: Complex, r: Complex) -> np.ndarray:
         return np.sign(cross(q - p, r - p))

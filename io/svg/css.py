@@ -1,4 +1,4 @@
-"""Declarations of CSS: those of a `style` attribute, and of parsed rules."""
+"""CSS declarations, of a `style` attribute or of parsed rules."""
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -12,11 +12,11 @@ _PLAIN = re.compile(r"[^\"'()\\/@{}!<]*")
 
 
 class Style(dict[str, str]):
-    """Values by name, of which some are `!important`: others do not replace them.
+    """Property values by name; values that are `!important` are not replaced by others.
 
     Args:
-        values: by name.
-        important: names of those that are.
+        values: values by name.
+        important: names of the values that are important.
     """
 
     def __init__(self, values: Mapping[str, str] = MappingProxyType({}), important: Iterable[str] = ()):
@@ -24,7 +24,7 @@ class Style(dict[str, str]):
         self.important = set(important)
 
     def add(self, later: Mapping[str, str]) -> "Style":
-        """Add declarations that come later in the cascade; returns the same style."""
+        """Add declarations that come later in the cascade, in place; return this style."""
         vital = later.important if isinstance(later, Style) else frozenset()
         for name, value in later.items():
             if name in vital or name not in self.important:
@@ -33,34 +33,34 @@ class Style(dict[str, str]):
         return self
 
     def only(self, names: Iterable[str]) -> "Style":
-        """Return some of the declarations."""
+        """Return the declarations with the given names."""
         kept = {name: self[name] for name in names}
         return Style(kept, self.important.intersection(kept))
 
     def text(self) -> str:
-        """Return as the value of a `style` attribute."""
+        """Return the declarations as the value of a `style` attribute."""
         return ";".join(f"{k}:{v}{'!important' if k in self.important else ''}" for k, v in self.items())
 
 
 def declarations(text: str) -> Style:
-    """`name: value; …` by name; what cannot be read is left out, as CSS has it."""
-    if _PLAIN.fullmatch(text):  # most are: no need to look at every character
+    """Parse `name: value; …`; invalid declarations are ignored, as in CSS."""
+    if _PLAIN.fullmatch(text):  # the usual case: no need to parse character by character
         pairs = (part.partition(":") for part in text.split(";"))
         return Style({k.strip().lower(): v.strip() for k, colon, v in pairs if colon})
     found = _quoted(text)
     return Style(found, found.important)
 
 
-@lru_cache(64)  # what <use> draws again
+@lru_cache(64)  # for elements that <use> draws again
 def _quoted(text: str) -> Style:
     return block(text)
 
 
 def block(content: Any) -> Style:
-    """Return the declarations of a block, by name.
+    """Return the declarations of a block.
 
     Args:
-        content: text, or what tinycss2 parsed it to.
+        content: text, or tokens parsed by tinycss2.
     """
     found = Style()
     for node in parsed(tinycss2.parse_blocks_contents, content):
@@ -71,7 +71,7 @@ def block(content: Any) -> Style:
 
 
 def parsed(parse: Callable[..., list[Any]], content: Any) -> list[Any]:
-    """Return what a parser finds; nothing where it gives up, at numbers of thousands of digits and deep nesting."""
+    """Apply a tinycss2 parser; return nothing where it fails, as for numbers with thousands of digits, deep nesting."""
     try:
         return parse(content, skip_comments=True, skip_whitespace=True)
     except (ValueError, RecursionError):
@@ -79,7 +79,7 @@ def parsed(parse: Callable[..., list[Any]], content: Any) -> list[Any]:
 
 
 def written(values: Sequence[Any]) -> str:
-    """Component values, or rules, as text without comments; nothing where it is malformed, or nested too deeply."""
+    """Serialize component values or rules without comments; empty where they are malformed or nested too deeply."""
     try:
         return tinycss2.serialize([value for value in values if value.type != "comment"]).strip()
     except (RecursionError, TypeError):

@@ -1,4 +1,4 @@
-"""Pieces of curves in the plane, Bézier and elliptical; polylines within a tolerance, and with fewer vertices."""
+"""Curve segments in the plane, Bézier and elliptical; flattening to polylines, and simplification of polylines."""
 
 import cmath
 import math
@@ -11,17 +11,17 @@ import numpy as np
 from ...arrays import Complex, Real
 from .affine import Affine
 
-LEFT = 0.99  # of the vertices after a round of `thinned`: when no more go, the rest is worth no other round
+LEFT = 0.99  # `thinned` stops when a round leaves more than this share of the vertices
 
 
 class Piece(ABC):
-    """One piece, run over in unit time."""
+    """One segment, parametrized over [0, 1]."""
 
     __slots__ = ()
 
     @abstractmethod
     def under(self, affine: Affine) -> "Piece":
-        """Its image."""
+        """Return its image under an affine map."""
 
     @abstractmethod
     def at(self, t: np.ndarray) -> Complex:
@@ -29,41 +29,41 @@ class Piece(ABC):
 
     @abstractmethod
     def bend(self) -> float:
-        """Return a bound on |f''|."""
+        """Return an upper bound on |f''|."""
 
     @abstractmethod
     def last(self) -> complex:
-        """Its end, exactly."""
+        """Return its exact end point."""
 
 
 @dataclass(frozen=True, eq=False)
 class Lines:
-    """Straight segments from vertex to vertex: the long stretches of a drawing, without an object for each."""
+    """A polyline through the vertices z (n,), stored without an object for each of its segments."""
 
     z: Complex
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Bezier(Piece):
-    """A Bézier curve of degree 1 to 3, by its control points."""
+    """A Bézier curve of degree 1 to 3, given by its control points."""
 
     p: tuple[complex, ...]
 
     def under(self, affine: Affine) -> "Bezier":
-        """Its image."""
+        """Return its image under an affine map."""
         return Bezier(tuple(affine(point) for point in self.p))
 
     def last(self) -> complex:
-        """Its end, exactly."""
+        """Return its exact end point."""
         return self.p[-1]
 
     def bend(self) -> float:
-        """Return a bound on |f''|."""
+        """Return an upper bound on |f''|."""
         degree = len(self.p) - 1
         return degree * (degree - 1) * float(np.abs(np.diff(self.p, 2)).max()) if degree > 1 else 0.0
 
     def at(self, t: np.ndarray) -> Complex:
-        """Return points at parameters in [0, 1], by de Casteljau."""
+        """Return points at parameters in [0, 1], by de Casteljau's algorithm."""
         points = [np.full(t.shape, point) for point in self.p]
         while len(points) > 1:
             points = [a * (1 - t) + b * t for a, b in pairwise(points)]
@@ -72,7 +72,7 @@ class Bezier(Piece):
 
 @dataclass(frozen=True, eq=False)
 class Arc(Piece):
-    """centre + u cos θ + v sin θ, θ from `begin` over `sweep`, up to the exact `end`."""
+    """The arc centre + u cos θ + v sin θ, with θ from `begin` over `sweep`, up to the exact `end`."""
 
     centre: complex
     u: complex
@@ -82,17 +82,17 @@ class Arc(Piece):
     end: complex
 
     def under(self, affine: Affine) -> "Arc":
-        """Its image."""
+        """Return its image under an affine map."""
         centre = affine(self.centre)
         u, v = (affine(axis) - affine(0j) for axis in (self.u, self.v))
         return Arc(centre, u, v, self.begin, self.sweep, affine(self.end))
 
     def last(self) -> complex:
-        """Its end, exactly."""
+        """Return its exact end point."""
         return self.end
 
     def bend(self) -> float:
-        """Return a bound on |f''|."""
+        """Return an upper bound on |f''|."""
         return math.hypot(abs(self.u), abs(self.v)) * self.sweep**2
 
     def at(self, t: np.ndarray) -> Complex:
@@ -102,17 +102,17 @@ class Arc(Piece):
 
 
 def bezier(points: list[complex]) -> Bezier:
-    """Return the Bézier curve with these control points."""
+    """Return the Bézier curve with the given control points."""
     return Bezier(tuple(points))
 
 
 def arc(
     start: complex, rx: float, ry: float, turned: float, large: float, sweep: float, end: complex
 ) -> Piece:
-    """SVG's elliptical arc (SVG 2, appendix B.2): radii that are too small are enlarged; without radii it is a line."""
+    """Return SVG's elliptical arc (SVG 2, appendix B.2): radii too small are enlarged, zero radii give a line."""
     rx, ry, turn = abs(rx), abs(ry), cmath.exp(1j * math.radians(turned % 360))
     half = (start - end) / 2 * turn.conjugate()
-    # half the chord, the ellipse made a unit circle
+    # half the chord, with the ellipse scaled to the unit circle
     a = complex(half.real / rx, half.imag / ry) if rx and ry else 0j
     if not (0 < abs(a) < 1e30):
         return Bezier((start, end))
@@ -127,13 +127,13 @@ def arc(
 
 
 def thinned(z: Complex, tolerance: float, *, closed: bool) -> Complex:
-    """Return a polyline without vertices that it hardly needs: it stays within the tolerance of the one that was given.
+    """Return a simplified polyline that stays within a tolerance of the given one.
 
-    Every other vertex goes in a round where that moves the line little enough. A segment knows a bound on what is
-    already missing from it; where two become one, that is the larger of theirs and how far the vertex is away.
-    Linear in the number of vertices, whatever they do.
+    In each round every other vertex is removed where that moves the line little enough. Each segment carries a bound on
+    its deviation from the original; when two are merged, the bound is the larger one plus the distance of the removed
+    vertex. The time is linear in the number of vertices in all cases.
     """
-    missing = np.zeros(z.size)  # from each vertex to the next
+    missing = np.zeros(z.size)  # bound on the deviation of the segment from each vertex to the next
     parity = 0
     while z.size > 4:
         at = np.arange(1 + parity, z.size - 1, 2)
@@ -151,7 +151,7 @@ def thinned(z: Complex, tolerance: float, *, closed: bool) -> Complex:
 
 
 def _away(point: Complex, a: Complex, b: Complex) -> Real:
-    """Return distances of points from segments."""
+    """Return distances of points from segments ab."""
     chord = b - a
     square = np.maximum(np.abs(chord) ** 2, 1e-300)
     t = np.clip(((point - a) * chord.conj()).real / square, 0, 1)

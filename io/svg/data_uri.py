@@ -1,4 +1,4 @@
-"""Files that a drawing holds in its addresses: `data:image/png;base64,…`."""
+"""Files that a drawing embeds as `data:image/png;base64,…`."""
 
 import base64
 import binascii
@@ -9,7 +9,7 @@ _ENCODED = re.compile(r"data:(?P<kind>[^,]*?)(?P<base64>;base64)?,", re.IGNORECA
 
 
 def content_of(address: str) -> bytes | None:
-    """Return the file that a `data:` address holds; None where it is malformed."""
+    """Return the file that a `data:` address contains; None where it is malformed."""
     found = _ENCODED.match(address.strip())
     if not found:
         return None

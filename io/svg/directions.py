@@ -1,17 +1,17 @@
-"""Text in which letters run both ways, in the order in which its parts stand from left to right."""
+"""Bidirectional text: split into parts of one direction, in visual order."""
 
 from unicodedata import bidirectional
 
 _LEFTWARD, _NUMBERS = ("R", "AL"), ("EN", "AN")
 _BRACKETS = {"(": ")", "[": "]", "{": "}"}
-_MARKS = ("NSM",)  # belong to the letter before them
+_MARKS = ("NSM",)  # nonspacing marks have the direction of the letter before them
 
 
 def in_visual_order(text: str) -> list[str]:
-    """Split a text of a line that begins on the left into parts of one direction, from left to right.
+    """Split a line of text that starts at the left into parts of one direction, from left to right.
 
-    This is Unicode's bidirectional algorithm (UAX 9) without explicit embeddings: what is between letters of one
-    direction belongs to them, and numbers after letters that run leftward are read rightward among these.
+    This is Unicode's bidirectional algorithm (UAX 9) without explicit embeddings: neutral characters between letters of
+    one direction belong to them, and numbers after right-to-left letters read left to right among these.
     """
     if not any(bidirectional(letter) in _LEFTWARD for letter in text):
         return [text]
@@ -22,7 +22,7 @@ def in_visual_order(text: str) -> list[str]:
 
 
 def _ways(text: str) -> list[str]:
-    """Return the direction of each letter: L, R, or N for what has none."""
+    """Return the direction of each character: L, R, or N for neutral."""
     ways: list[str] = []
     strong = "L"
     for letter in text:
@@ -39,8 +39,11 @@ def _ways(text: str) -> list[str]:
 
 
 def _direct_brackets(text: str, ways: list[str]) -> None:
-    """Give both brackets of a pair the direction of what is in it: rightward if there is a letter that runs so, else
-    leftward where a letter before the pair does, too."""
+    """Give both brackets of a pair the direction of their content.
+
+    That is left to right if the content has a letter of this direction, else right to left if a letter before the pair
+    has that direction, too.
+    """
     opened: list[int] = []
     for k, letter in enumerate(text):
         if letter in _BRACKETS:
@@ -54,7 +57,7 @@ def _direct_brackets(text: str, ways: list[str]) -> None:
 
 
 def _directed(text: str, ways: list[str]) -> list[tuple[bool, str]]:
-    """Parts of one direction, and whether it is leftward; what has none is leftward between such letters only."""
+    """Return parts of one direction, and whether it is leftward; neutrals are leftward only between such letters."""
     found: list[tuple[bool, str]] = []
     k = 0
     while k < len(text):
@@ -74,7 +77,7 @@ def _directed(text: str, ways: list[str]) -> list[tuple[bool, str]]:
 
 
 def _numbers_apart(text: str) -> list[str]:
-    """Return a part that runs leftward, with its numbers as separate parts."""
+    """Split the numbers off a right-to-left part."""
     found: list[str] = []
     for k, letter in enumerate(text):
         number = _in_number(text, k)
@@ -86,7 +89,7 @@ def _numbers_apart(text: str) -> list[str]:
 
 
 def _in_number(text: str, k: int) -> bool:
-    """Return whether a letter is a digit, or a separator or sign between two."""
+    """Return whether a character is a digit, or a separator or sign between two digits."""
     kinds = [bidirectional(text[j]) if 0 <= j < len(text) else "" for j in (k - 1, k, k + 1)]
     return kinds[1] in _NUMBERS or (
         kinds[1] in ("CS", "ES") and kinds[0] in _NUMBERS and kinds[2] in _NUMBERS

@@ -1,4 +1,4 @@
-"""A drawing's bytes, compressed (.svgz) or not, its XML, read safely, and the attributes that give it a size."""
+"""The bytes of a drawing (compressed as .svgz or not), its XML, parsed safely, and the attributes that set its size."""
 
 import re
 import zlib
@@ -19,12 +19,12 @@ GZIP = b"\x1f\x8b"
 SHAPES = frozenset(["path", "rect", "circle", "ellipse", "line", "polyline", "polygon"])
 _SPACES = ("", "http://www.w3.org/2000/svg")
 _UNITS = {"": 1.0, "px": 1.0, "in": 96.0, "cm": 96 / 2.54, "mm": 96 / 25.4, "q": 24 / 25.4, "pt": 96 / 72}
-_UNITS |= {"pc": 16.0, "em": 16.0, "rem": 16.0, "ex": 8.0}  # of the default font: text has no place here
+_UNITS |= {"pc": 16.0, "em": 16.0, "rem": 16.0, "ex": 8.0}  # relative to the default font size
 _LENGTH = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(%|[A-Za-z]*)\s*")
 
 
 def drawing_bytes(path: Path, max_bytes: int = limits.SVG_BYTES) -> bytes:
-    """Return the XML of a drawing; no more of a compressed one is unpacked than may be read.
+    """Return the XML of a drawing; a compressed file is unpacked only up to `max_bytes`.
 
     Raises:
         InputError: the file cannot be read, is damaged or too large.
@@ -48,7 +48,7 @@ def length(text: str, size: tuple[float, float] | None, axis: str, name: str = "
     """Return a length in user units (px at 96 dpi).
 
     Raises:
-        InputError: malformed, of an unknown unit, or a percentage of nothing.
+        InputError: it is malformed, has an unknown unit, or is a percentage of an unknown size.
     """
     match = _LENGTH.fullmatch(text[:100])
     if (
@@ -66,7 +66,7 @@ def length(text: str, size: tuple[float, float] | None, axis: str, name: str = "
 
 
 class _Builder(TreeBuilder):
-    """Counts while it builds, so that a bomb of elements ends before the memory does."""
+    """Counts elements while building the tree, so that an element bomb is stopped before memory runs out."""
 
     depth = count = shapes = 0
 
@@ -90,9 +90,9 @@ class _Builder(TreeBuilder):
 
 
 class _Parser(XMLParser):
-    """Refuses what could make a document larger than its bytes, or lead out of it.
+    """Refuses anything that could expand a document beyond its bytes, or refer to other files.
 
-    Entities that stand for a few plain characters are read: Illustrator writes the names of namespaces so.
+    Entities that stand for a few plain characters are allowed, since Illustrator writes namespaces that way.
     """
 
     def __init__(self, data: bytes):
@@ -100,10 +100,10 @@ class _Parser(XMLParser):
         self.references = data.count(b"&")
 
     def defused_entity_decl(self, name, is_parameter_entity, value, base, sysid, pubid, notation_name):
-        """Refuse or count an entity that the document declares.
+        """Count or refuse an entity that the document declares.
 
         Raises:
-            EntitiesForbidden: it is not plain, or too long for as often as entities are used.
+            EntitiesForbidden: it is not plain text, or too long for the number of references.
         """
         plain = value is not None and not is_parameter_entity and not set("&<%") & set(value)
         if not plain or len(value) * self.references > limits.STYLE_CHARACTERS:
@@ -111,10 +111,12 @@ class _Parser(XMLParser):
 
 
 def root(data: bytes) -> Element:
-    """Return the document's <svg>. Entities other than plain words are refused, and nothing outside the bytes is read.
+    """Return the document's <svg> element.
+
+    Only entities that are plain text are expanded, and nothing outside the given bytes is read.
 
     Raises:
-        InputError: not XML, not SVG, such entities, too deep or too many elements.
+        InputError: it is not XML, not SVG, has other entities, is nested too deeply or has too many elements.
     """
     parser = _Parser(data)
     try:
@@ -127,7 +129,7 @@ def root(data: bytes) -> Element:
     except DefusedXmlException as error:
         raise InputError("refers to another file in its XML; save it as plain SVG") from error
     except ParseError as error:
-        held = formats.picture_kind(data)  # pictures are sometimes given the suffix of a drawing
+        held = formats.picture_kind(data)  # images sometimes have the suffix of a drawing
         if held:
             raise InputError(f"is a {held} picture, not an SVG; rename it to .{held.lower()}") from None
         raise InputError(f"not well-formed XML: {error}") from error
@@ -141,7 +143,7 @@ def root(data: bytes) -> Element:
 
 
 def local(element: Element) -> str:
-    """Return the tag's name when it is SVG's (or has no namespace), otherwise nothing."""
+    """Return an element's tag without namespace if that is SVG's or missing, otherwise an empty string."""
     space, _, name = str(element.tag).rpartition("}")
     return name if space.lstrip("{") in _SPACES else ""
 
@@ -150,7 +152,7 @@ def canvas(element: Element) -> Rectangle | None:
     """Return the root's viewBox, else its width and height in px, else None.
 
     Raises:
-        InputError: malformed, or without area.
+        InputError: they are malformed, or have no area.
     """
     if "viewBox" in element.attrib:
         return view_box(element.attrib)
@@ -164,10 +166,10 @@ def canvas(element: Element) -> Rectangle | None:
 
 
 def view_box(attributes: Mapping[str, str]) -> Rectangle:
-    """x, y, width and height of a viewBox attribute.
+    """Return x, y, width and height of a viewBox attribute.
 
     Raises:
-        InputError: not four numbers, or without area.
+        InputError: it is not four numbers, or has no area.
     """
     text = attributes["viewBox"]
     try:

@@ -1,4 +1,4 @@
-"""The drawing of a file of any format: outlines to choose a domain from, a canvas, and constraints."""
+"""The drawing in a file of any format: outlines to choose a domain from, a canvas, and constraints."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
@@ -19,14 +19,14 @@ Rectangle = tuple[float, float, float, float]  # x, y, width, height
 
 @dataclass(frozen=True)
 class WrappedPicture:
-    """The picture that is all that a drawing shows.
+    """A picture that is the only content of a drawing.
 
     Attributes:
-        content: its file.
-        place: the rectangle that it is shown in, in its user space.
-        to_root: from there to the file's units.
+        content: bytes of its file.
+        place: the rectangle in which it is shown, in its user space.
+        to_root: map from there to the file's units.
         aspect: its `preserveAspectRatio`.
-        name: how messages name it.
+        name: its name in messages.
     """
 
     content: bytes
@@ -38,23 +38,23 @@ class WrappedPicture:
 
 @dataclass(frozen=True, eq=False)
 class Drawing:
-    """What a file holds, whatever its format; x + iy as in the file.
+    """The content of a file of any format; coordinates are x + iy as in the file.
 
     Attributes:
         outlines: candidates for the domain, the largest first.
-        rectangle: x, y, width and height of the canvas, None where the file has none.
+        rectangle: x, y, width and height of the canvas; None where the file has none.
         flip: whether the file's y axis points down.
-        pins: places of pins by name.
-        pin_radii: radii of the circles that pins are drawn as, by name.
+        pins: positions of pins by name.
+        pin_radii: radii of the circles that represent pins, by name.
         strokes: polylines of strokes by name.
         rigid: outlines of rigid regions.
-        notes: what was left out or changed on the way.
-        refused: (enclosed area, message) of what looks like a domain but is not one.
-        ids: the names that select something, in order; a dictionary, for drawings of many.
-        coloured: whether it has separate colours to show, and not just a shape.
-        wrapped: the picture, if it shows nothing but one.
-        has_lines: whether strokes paint something beside the fills.
-        paint: computes `ink` and `painted` where these are more than the outlines together.
+        notes: what was ignored or changed.
+        refused: (enclosed area, error) for content that looks like a domain but cannot be used.
+        ids: names that can be selected, in order; a dictionary for fast look-up.
+        coloured: whether it has separate colours to show, and is not just a shape.
+        wrapped: the picture, if the drawing contains nothing else.
+        has_lines: whether strokes paint something besides the fills.
+        paint: computes `ink` and `painted` where these are more than the union of the outlines.
     """
 
     outlines: list[FilledOutline]
@@ -74,13 +74,15 @@ class Drawing:
 
     @property
     def ink(self) -> shapely.Geometry:
-        """What the whole drawing paints, as drawn: the union of fills, visible strokes and embedded pictures, in the
-        file's units and directions; a (multi)polygon."""
+        """The area that the whole drawing paints: the union of fills, visible strokes and embedded pictures.
+
+        A (multi)polygon in the file's units and directions.
+        """
         return self._areas[0]
 
     @property
     def painted(self) -> shapely.Geometry:
-        """What the whole drawing covers for the eye: its ink, with closed lines filled where lines draw it."""
+        """The area that the whole drawing appears to cover: its ink, and the inside of closed lines in line drawings."""
         return self._areas[1]
 
     @cached_property
@@ -99,8 +101,11 @@ class Drawing:
         area: float = 0.0,
         **how: Any,
     ) -> None:
-        """Add what filling rings by a rule paints, under names; or why that is nothing, with the area at stake. The
-        other arguments are those of `fill.outlines`."""
+        """Add the regions that filling rings by a rule paints.
+
+        If there are none, the error is added to `refused` with the area at stake. Further arguments are those of
+        `fill.outlines`.
+        """
         try:
             found, refused = outlines(rings, rule, label, **how)
         except InputError as error:

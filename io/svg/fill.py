@@ -1,4 +1,4 @@
-"""Regions that a fill paints: from closed runs of points to the outlines of the regions that are painted."""
+"""Regions that a fill paints: from closed polylines to the outlines of painted regions."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -14,16 +14,16 @@ from ...polygons import fill_holes, polygons_of, unite
 from .. import limits
 from . import crossings
 
-# A crossing is harmless, and repaired, when the loops it makes have at most this part of the area.
+# A self-crossing is harmless, and repaired, if the loops that it makes have at most this share of the area.
 HARMLESS = 1e-3
 AT_ONCE, MOST_PAIRS = 1 << 16, 1 << 20
-"""Points times segments of which crossings are looked for in one go, and points times rings whose boxes may hold them:
-a few MB of memory."""
+"""Pairs of points and segments tested for crossings at once, and pairs of points and rings whose boxes overlap: a few
+MB of memory."""
 DRAWN_SHARE = 1 / 3
-"""Of what a drawing encloses. Where it paints less, it is drawn by lines: an outline around an empty inside."""
+"""Of the enclosed area: a drawing that paints less is a line drawing, outlines around empty insides."""
 BODY_SHARE = 1 / 2
-"""Of the convex hulls of a drawing's parts. Where what its lines paint and enclose is less, most of them are open, as
-in a figure of strokes with a round head: filling the few closed ones would show a head without a body."""
+"""Of the area of the convex hulls of a drawing's parts. If lines and what they enclose cover less, most lines are open,
+as in a stick figure with a round head: filling the few closed ones would show a head without a body."""
 
 Refused = tuple[float, InputError]
 Paint = Callable[[Sequence[Complex], str], list[shapely.Polygon]]
@@ -35,12 +35,12 @@ class FilledOutline:
 
     Attributes:
         name: what it comes from, for messages.
-        z: (n,) vertices of its outer boundary, not repeated at the end.
+        z: (n,) vertices of its outer boundary, without a repeated end point.
         area: area enclosed by the outer boundary, holes included.
-        holes: the boundaries of its holes.
-        notes: what was changed to have it.
-        names: ids and labels of what it comes from and of all that this is in.
-        element: the number of the element or letter that it is a part of; None where nothing is known of that.
+        holes: boundaries of its holes.
+        notes: changes made to obtain it.
+        names: ids and labels of its element and of all groups that contain it.
+        element: number of the element or letter that it is a part of; None if unknown.
     """
 
     name: str
@@ -61,15 +61,15 @@ def outlines(
     crossed: bool = True,
     paint: Paint | None = None,
 ) -> tuple[list[FilledOutline], list[Refused]]:
-    """Return the regions that filling the rings together by `rule` (nonzero or evenodd) paints, the largest first.
+    """Return the regions painted by filling rings together by `rule` (nonzero or evenodd), the largest first.
 
-    Rings are closed implicitly, and may overlap, nest and touch each other: what counts is what the fill shows. Where
-    the crossings of a ring with itself make loops of less than HARMLESS of its area these are cut off; else it is
-    painted as it is, with a note, or, unless `crossed`, refused and the others are painted without it. `paint` computes
-    what `painted` does, by default that.
+    Rings are closed implicitly, and may overlap, nest and touch each other; the result is what the fill shows. If a
+    ring crosses itself in loops of less than HARMLESS of its area, these are cut off. If the loops are larger, it is
+    painted as it is, with a note; or, without `crossed`, it is refused, and the others are painted without it. `paint`
+    replaces the function `painted`.
 
     Returns:
-        The outlines, and what was refused: the area at stake, and an error that says where and why.
+        The outlines; and for each refused ring the area at stake, and an error that says where and why.
 
     Raises:
         InputError: no ring encloses anything.
@@ -121,7 +121,7 @@ def outlines_of(region: shapely.Geometry, name: str, notes: tuple[str, ...] = ()
 
 
 def painted(rings: Sequence[Complex], rule: str) -> list[shapely.Polygon]:
-    """Return the polygons that filling the rings by `rule` paints, whatever crosses what."""
+    """Return the polygons painted by filling rings by `rule`; rings may cross."""
     if not rings:
         return []
     faces, winding = _faces(rings)
@@ -130,22 +130,22 @@ def painted(rings: Sequence[Complex], rule: str) -> list[shapely.Polygon]:
 
 
 def with_lines_filled(ink: shapely.Geometry) -> shapely.Geometry:
-    """Fill what an area encloses, where it covers so little of that that it is drawn by lines."""
+    """Fill holes of an area if it covers so little of what it encloses that it is a line drawing."""
     whole = fill_holes(ink)
     return whole if ink.area < DRAWN_SHARE * whole.area and has_body(whole) else ink
 
 
 def has_body(filled: shapely.Geometry) -> bool:
-    """Return whether lines, with what they enclose, cover most of the space that their parts take up."""
+    """Return whether lines and what they enclose cover most of the convex hulls of their parts."""
     hulls = unite(list(shapely.convex_hull(shapely.get_parts(filled))))
     return bool(filled.area >= BODY_SHARE * hulls.area)
 
 
 def _untangled(ring: Complex) -> tuple[list[Complex], float, str]:
-    """Return simple rings that paint the same: the ring itself, or its lobes where it touches itself or all but does.
+    """Split a ring into simple rings that paint the same.
 
-    A crossing turns part of what is enclosed the other way round, or encloses it twice. When that is much the ring is
-    as it was, with the area enclosed and the place of a crossing.
+    A crossing reverses the orientation of a part of the enclosed area, or encloses it twice. If that part is large, the
+    ring is returned as it is, with the enclosed area and the position of a crossing.
     """
     if _flat(ring):
         return [], 0.0, ""
@@ -163,7 +163,7 @@ def _untangled(ring: Complex) -> tuple[list[Complex], float, str]:
 
 
 def _faces(rings: Sequence[Complex]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the faces that the rings cut the plane into, and how often the rings wind around each.
+    """Return the faces into which rings cut the plane, and the winding number of the rings about each.
 
     Raises:
         InputError: the rings cross too often.
@@ -177,11 +177,11 @@ def _faces(rings: Sequence[Complex]) -> tuple[np.ndarray, np.ndarray]:
 
 
 class _Lines:
-    """The segments of closed rings, all in one array.
+    """The segments of closed rings in one array.
 
     Attributes:
-        sizes: (r,) how many segments each ring has.
-        begin, end: (n,) their ends, ring by ring.
+        sizes: (r,) numbers of segments of the rings.
+        begin, end: (n,) their end points, ring by ring.
     """
 
     def __init__(self, rings: Sequence[Complex]):
@@ -191,7 +191,7 @@ class _Lines:
         self._starts = np.cumsum(self.sizes) - self.sizes
 
     def windings(self, points: np.ndarray, boxes: np.ndarray) -> np.ndarray:
-        """Return (p,) how often the rings, whose boxes are given, wind around points off them.
+        """Return (p,) winding numbers of the rings, with the given bounding boxes, about points off them.
 
         Raises:
             InputError: too many points are in too many boxes.
@@ -214,7 +214,7 @@ class _Lines:
         return total
 
     def _winding(self, ring: Index, z: Complex) -> Index:
-        """Return (k,) how often rings wind around points, one for each: signed crossings of the ray to the right."""
+        """Return (k,) winding numbers of one ring about each point: signed crossings of the ray to the right."""
         sizes = self.sizes[ring]
         first = np.cumsum(sizes) - sizes
         segment = np.arange(first[-1] + sizes[-1]) + np.repeat(self._starts[ring] - first, sizes)
@@ -226,14 +226,14 @@ class _Lines:
 
 
 def _flat(ring: Complex) -> bool:
-    """Return whether all points lie on a line, to within rounding."""
+    """Return whether all points are collinear up to rounding."""
     w = ring - ring[0]
     far = w[np.argmax(np.abs(w))]
     return bool(np.abs(cross(far, w)).max() <= 1e-13 * abs(far) ** 2)
 
 
 def _place(polygon: shapely.Polygon) -> str:
-    """Return where an invalid polygon is so, in the file's own coordinates."""
+    """Return the position, in the file's coordinates, at which a polygon is invalid."""
     reason = shapely.is_valid_reason(polygon)
     return (
         f"at ({', '.join(reason.split('[')[1].rstrip(']').split()[:2])})" if "[" in reason else f"({reason})"
@@ -241,7 +241,7 @@ def _place(polygon: shapely.Polygon) -> str:
 
 
 def rings_of(area: shapely.Geometry) -> list[Complex]:
-    """Return the closed boundaries of all polygons of an area; the last point of each is the first."""
+    """Return the closed boundaries of all polygons of an area; the last point of each repeats the first."""
     rings = [ring for part in polygons_of(area) for ring in (part.exterior, *part.interiors)]
     return [complex_of(shapely.get_coordinates(ring)) for ring in rings]
 

@@ -1,4 +1,4 @@
-"""Fonts: text set in a line, as HarfBuzz shapes it (kerned, with ligatures and letters that join), as path data."""
+"""Lines of text as path data, shaped by HarfBuzz with kerning, ligatures and joined letters."""
 
 from collections.abc import Callable, Iterator
 from functools import lru_cache
@@ -10,7 +10,7 @@ import numpy as np
 from ...arrays import Complex
 from .affine import Affine, translation
 
-# Blocks whose letters stand in any line beside each other: Latin, Greek, Cyrillic; signs; Chinese, Japanese, Korean.
+# Blocks whose characters can be set in one line: Latin, Greek, Cyrillic; symbols; Chinese, Japanese, Korean.
 _ANY = (
     (0x0000, 0x02FF), (0x0370, 0x058F), (0x1E00, 0x200A), (0x2010, 0x2027), (0x2030, 0x2BFF), (0x2E80, 0xD7AF),
     (0xFF00, 0xFFEF),
@@ -19,11 +19,11 @@ _LEFTWARD = {"R", "AL"}  # classes of Unicode's bidirectional algorithm
 _EITHER_WAY = {"NSM", "WS", "ON", "CS", "ES", "ET"}
 _SPACES = " \u00a0"
 _POINTS = {"M": 1, "L": 1, "Q": 2, "C": 3, "Z": 0}
-"""Points of each command of path data."""
+"""Number of points of each path command."""
 
 
 class Spacing(NamedTuple):
-    """What is added after each letter, and after each space, in ems."""
+    """Extra space after each letter, and after each word space, in ems."""
 
     letters: float = 0.0
     words: float = 0.0
@@ -33,13 +33,13 @@ NO_SPACING = Spacing()
 
 
 class Glyph(NamedTuple):
-    """A glyph of a line; lengths in ems.
+    """A glyph of a line; lengths are in ems.
 
     Attributes:
-        number: in the font.
+        number: glyph id in the font.
         right, up: its origin.
-        begin, advance: where its part of the line begins, and how long that is.
-        cluster: the place in the text of the first letter that it stands for.
+        begin, advance: start and length of its part of the line.
+        cluster: index in the text of the first letter that it represents.
     """
 
     number: int
@@ -51,15 +51,15 @@ class Glyph(NamedTuple):
 
 
 class Font:
-    """A font file opened; lengths are in ems, y up.
+    """An open font file; lengths are in ems, y up.
 
     Attributes:
         line_height: from the descenders to the ascenders.
 
     Args:
         path: of an OpenType or TrueType file.
-        number: of the font in a collection.
-        weight: of a variable font, 400 is regular.
+        number: index of the font in a collection.
+        weight: for a variable font; 400 is regular.
 
     Raises:
         OSError, RuntimeError: the file is not a font.
@@ -78,13 +78,13 @@ class Font:
         self._drawn = lru_cache(maxsize=1024)(self._draw_glyph)
 
     def _shape(self, text: str, spacing: Spacing = NO_SPACING) -> tuple[list[Glyph], float, bool]:
-        """Glyphs, the width of all, and whether the font has every letter."""
+        """Return the glyphs of a line, their total width, and whether the font has every letter."""
         import uharfbuzz as hb
 
         buffer = hb.Buffer()
         buffer.add_str(text)
         buffer.guess_segment_properties()
-        # letters that are set apart are not joined to one glyph
+        # with letter spacing, ligatures are off
         hb.shape(self._font, buffer, {"liga": False, "clig": False} if spacing.letters else {})
         found, x, last = [], 0.0, -1
         for info, place in zip(buffer.glyph_infos, buffer.glyph_positions):
@@ -108,7 +108,7 @@ class Font:
         return found, x, all(glyph.number for glyph in found)
 
     def _draw_glyph(self, number: int) -> tuple[tuple[str, ...], Complex]:
-        """Return the commands of a glyph's path data, and the points of all of them, in ems and y down."""
+        """Return the commands of a glyph's path data, and the points of all commands, in ems with y down."""
         import uharfbuzz as hb
 
         commands: list[str] = []
@@ -128,37 +128,37 @@ class Font:
         return tuple(commands), np.array(points, dtype=np.complex128)
 
     def sets(self, text: str) -> bool:
-        """Return whether it has all of the letters, and they are of one script, and run one way."""
+        """Return whether the font has all letters, and they are of one script and direction."""
         ways = {bidirectional(letter) for letter in text}
         one_way = not ways & (_LEFTWARD | {"AN"}) or ways <= _LEFTWARD | _EITHER_WAY
         return one_way and self._shaped(text)[2] and _one_script(text)
 
     @staticmethod
     def runs_leftward(text: str) -> bool:
-        """Return whether the letters follow each other from right to left."""
+        """Return whether the text runs from right to left."""
         return any(bidirectional(letter) in _LEFTWARD for letter in text)
 
     def width(self, text: str, spacing: Spacing = NO_SPACING) -> float:
-        """Of a line."""
+        """Return the width of a line in ems."""
         return self._shaped(text, spacing)[1]
 
     def draw(
         self, text: str, place: Callable[[float, float], Affine | None], spacing: Spacing = NO_SPACING
     ) -> str:
-        """Path data of a line, y down.
+        """Return the path data of a line, y down.
 
         Args:
             text: the line.
-            place: takes where a glyph begins and how wide it is, in ems, to a map from its own plane, in ems from where
-                it begins on the line and y down; None where it is not drawn.
-            spacing: more than the font has between letters.
+            place: given the start and width of a glyph in ems, returns the map from the glyph's plane, in ems from its
+                start on the line with y down; None if it is not drawn.
+            spacing: extra space between letters.
         """
         return "".join(data for _, data in self.draw_letters(text, place, spacing))
 
     def draw_letters(
         self, text: str, place: Callable[[float, float], Affine | None], spacing: Spacing = NO_SPACING
     ) -> Iterator[tuple[int, str]]:
-        """Yield the same, glyph by glyph, each with the place in the text of the first letter that it stands for."""
+        """Yield the path data of each glyph, with the index in the text of the first letter that it represents."""
         for glyph in self._shaped(text, spacing)[0]:
             if (found := place(glyph.begin, glyph.advance)) is None:
                 continue
@@ -172,12 +172,12 @@ class Font:
             yield glyph.cluster, "".join(drawn)
 
     def set_at(self, text: str, x: float, y: float, size: float) -> list[tuple[int, str]]:
-        """Path data of the glyphs of a line that begins at a place, in letters of a size, as `draw_letters` has it."""
+        """Return path data of a line's glyphs at a position and font size, as `draw_letters` yields it."""
         return list(self.draw_letters(text, lambda begin, _: Affine(size, 0, complex(x + size * begin, y))))
 
 
 def _one_script(text: str) -> bool:
-    """Return whether one line of HarfBuzz's can hold them all."""
+    """Return whether HarfBuzz can shape all letters as one run."""
     import uharfbuzz as hb
 
     scripts = set()

@@ -1,4 +1,4 @@
-"""Sizes of fonts as CSS writes them, lengths that refer to them, and the shorthand `font`."""
+"""Font sizes in CSS, lengths relative to them, and the shorthand property `font`."""
 
 import re
 
@@ -22,7 +22,7 @@ _SIZES = {
     "xxx-large": 3.0,
 }
 _RATIOS = {"smaller": 1 / 1.2, "larger": 1.2}
-_EX = 0.5  # of an em: the height of an x, and about the width of a zero
+_EX = 0.5  # in ems: height of an x, and about the width of a zero
 _EM = re.compile(
     r"(?<![\w.#-])([+-]?(?:\d++\.?\d*+|\.\d++)(?:[eE][+-]?\d++)?)(em|rem|ex|ch)\b", re.IGNORECASE
 )
@@ -36,7 +36,7 @@ _OTHERS = {"normal", "small-caps"}
 
 
 def px(text: str) -> float:
-    """Return a size that is in px already; the initial one where there is none."""
+    """Return a font size given in px; the initial size if it is not a number."""
     try:
         return float(text)
     except ValueError:
@@ -44,10 +44,10 @@ def px(text: str) -> float:
 
 
 def size(text: str, outer: float, root: float) -> float:
-    """Return the size of a font in px, from a value of `font-size`, where that around it and of the root are known.
+    """Return a value of `font-size` in px, given the sizes of the parent and of the root.
 
     Raises:
-        InputError: it is not one.
+        InputError: the value is invalid.
     """
     word = text.strip().lower()
     if word in _SIZES:
@@ -58,7 +58,7 @@ def size(text: str, outer: float, root: float) -> float:
 
 
 def without_ems(text: str, font: float, root: float) -> str:
-    """Return lengths without those that refer to a font, whose size is known, and to that of the root."""
+    """Replace lengths relative to font sizes by numbers, given the sizes of the element's and the root's font."""
     if not _EM.search(text):
         return text
     units = {"em": font, "rem": root, "ex": _EX * font, "ch": _EX * font}
@@ -66,7 +66,7 @@ def without_ems(text: str, font: float, root: float) -> str:
 
 
 def shorthand(text: str) -> dict[str, str]:
-    """Return the properties that a value of `font` stands for; none where it is not one that is read."""
+    """Return the properties that a value of `font` sets; empty where it is not supported."""
     found = _SHORTHAND.fullmatch(text.strip())
     words = found["before"].split() if found else []
     if not found or not set(words) <= _STYLES | _WEIGHTS | _OTHERS:

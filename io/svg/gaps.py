@@ -1,4 +1,4 @@
-"""Small gaps in lines: ends of strokes that almost meet, so that the eye sees a closed outline."""
+"""Close small gaps in lines: ends of strokes that almost meet, so that the eye sees a closed outline."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from .strokes import CAPS, Seen, width_of
 from .tree import Node
 
 GAP_SHARE = 1 / 32
-"""Of the longer side of the drawing: the widest gap that is closed, as in pencil drawings that were photographed; or as
-wide as the line, where that is more."""
+"""Of the longer side of the drawing: the widest gap that is closed, as in photographed pencil drawings; or the width of
+the line if that is larger."""
 MOST_TURNED_DEGREES = 75
-"""From the direction in which a line ends: a gap that lies to its side, as between the ends of two bars, is none. At a
-corner of 30 degrees both lines end 75 degrees away from the gap."""
-MOST_ENDS = 2000  # a drawing with more is a hatching, in which ends are near others by chance
+"""Largest angle between a line's end and the gap: a gap to the side of a line, as between two parallel bars, is not
+closed. At a corner of 30 degrees both lines end at 75 degrees to the gap."""
+MOST_ENDS = 2000  # drawings with more are hatched, with ends near each other by chance
 
 
 @dataclass(frozen=True)
@@ -29,9 +29,9 @@ class _End:
 
     Attributes:
         place: where the line ends, in the root's units.
-        way: the direction in which it ends, of length one.
+        way: unit direction in which it ends.
         width: of the stroke.
-        cap: by how much the stroke reaches beyond the end.
+        cap: distance by which the stroke extends beyond the end.
     """
 
     place: complex
@@ -41,13 +41,13 @@ class _End:
 
 
 def bridges(shapes: Sequence[Seen], extent: float) -> list[shapely.Geometry]:
-    """Return the areas that close small gaps between ends of strokes, each as wide as the thinner stroke.
+    """Return areas that close small gaps between ends of strokes, each as wide as the thinner stroke.
 
-    A gap is closed if what is seen of it is no longer than `GAP_SHARE` of the drawing or than the line is wide, and if
-    it continues both lines, within `MOST_TURNED_DEGREES`. The shortest gaps are closed first, and each end once.
+    A gap is closed if its visible part is no longer than `GAP_SHARE` of the drawing or the width of the line, and if it
+    continues both lines within `MOST_TURNED_DEGREES`. The shortest gaps are closed first, and each end once.
 
     Args:
-        shapes: with their runs in the root's units.
+        shapes: shapes with their subpaths in the root's units.
         extent: the longer side of the drawing.
     """
     ends = [end for drawn, runs in shapes for run in runs if not run.closed for end in _ends(drawn, run.z)]
@@ -70,7 +70,7 @@ def bridges(shapes: Sequence[Seen], extent: float) -> list[shapely.Geometry]:
 
 
 def _ends(drawn: Node, z: Complex) -> list[_End]:
-    """Return both ends of an open run of a shape; none of a run without length."""
+    """Return both ends of an open subpath of a shape; none if it has no length."""
     z = distinct(z, closed=False)
     if z.size < 2:
         return []

@@ -1,7 +1,6 @@
-"""Text as the outlines of its letters, where the font that it asks for is found (by fontconfig, or by matplotlib where
-that is missing) and it is set plainly.
+"""Text as outlines of its letters, where its font is found (by fontconfig, else by matplotlib) and it is set plainly.
 
-What needs more than lines of letters, such as vertical text, or spans in which letters run both ways, stays text.
+Text that needs more than lines of letters, such as vertical text or bidirectional spans, is left as text.
 """
 
 import re
@@ -26,7 +25,7 @@ from .document import length, local
 from .fonts import Font, Spacing
 from .path_data import subpaths
 
-SECONDS = 5  # that fontconfig may take
+SECONDS = 5  # timeout for fontconfig
 INHERITED = (
     *("font", "font-family", "font-size", "font-style", "font-weight", "text-anchor", "direction"),
     *("letter-spacing", "word-spacing"),
@@ -35,7 +34,7 @@ _WEIGHTS = {"normal": 400, "bold": 700, "bolder": 700, "lighter": 300}
 _FONTCONFIG = {100: 0, 200: 40, 300: 50, 400: 80, 500: 100, 600: 180, 700: 200, 800: 205, 900: 210}
 _GENERIC = {"serif", "sans-serif", "monospace", "cursive", "fantasy", "system-ui"}
 _ANCHORS = {"start": 0.0, "middle": 0.5, "end": 1.0}
-# What moves letters in ways that are not known here, unless it has one of these values.
+# Properties that move letters in unsupported ways, with the values that are harmless.
 _PLAIN = {
     **dict.fromkeys(("dominant-baseline", "alignment-baseline"), ("auto", "alphabetic", "baseline")),
     "writing-mode": ("lr", "lr-tb", "horizontal-tb"),
@@ -45,12 +44,12 @@ _PLAIN = {
 
 
 class _NotPlainError(Exception):
-    """Text that is not outlined."""
+    """Text that cannot be outlined."""
 
 
 @lru_cache(maxsize=64)
 def _matched(family: str, weight: int, slant: int) -> Font | None:
-    """Return the font of a family; None where fontconfig would put another in its place."""
+    """Return the font of a family; None where fontconfig would substitute another."""
     command = shutil.which("fc-match")
     if command is None:
         return _listed(family, weight, slant)
@@ -63,14 +62,12 @@ def _matched(family: str, weight: int, slant: int) -> Font | None:
         if family not in _GENERIC and family not in names.casefold().split(","):
             return None
         return Font(path, int(number) & 0xFFFF if path.lower().endswith((".ttc", ".otc")) else 0, weight)
-    except Exception:  # fontconfig or a font file that is broken is one that is not there
+    except Exception:  # treat a broken fontconfig or font file as missing
         return None
 
 
 def _listed(family: str, weight: int, slant: int) -> Font | None:
-    """Return the font of a family among those that matplotlib finds in the system's folders, where there is no
-    fontconfig.
-    """
+    """Return the font of a family among those that matplotlib finds, for systems without fontconfig."""
     try:
         from matplotlib import font_manager
 
@@ -83,12 +80,12 @@ def _listed(family: str, weight: int, slant: int) -> Font | None:
         asked = font_manager.FontProperties(family=[family], weight=weight, style=style)
         path = font_manager.findfont(asked, fallback_to_default=False)
         return Font(str(path), 0, weight)
-    except Exception:  # a family that is not there, or a font file that is broken
+    except Exception:  # a missing family, or a broken font file
         return None
 
 
 def finder() -> str:
-    """Return what finds the fonts of drawings on this system."""
+    """Return a description of how fonts are found on this system."""
     command = shutil.which("fc-match")
     return (
         f"found by {command}"
@@ -101,8 +98,8 @@ class Lettering:
     """Outlines the text of a document.
 
     Args:
-        own: gives an element's attributes and styles.
-        linked: gives the element that another one's link names.
+        own: returns an element's attributes and styles.
+        linked: returns the element that another one links to.
     """
 
     def __init__(
@@ -116,8 +113,11 @@ class Lettering:
         self._families: set[tuple[str, int, int]] = set()
 
     def path_data(self, element: Element, properties: Mapping[str, str]) -> str | None:
-        """Return a <text>, of which what applies to it is known, as path data in its own units; None where it stays
-        text.
+        """Return a <text> as path data in its own units; None where it stays text.
+
+        Args:
+            element: the <text>.
+            properties: those that apply to it, inherited ones included.
 
         Raises:
             InputError: there are too many letters.
@@ -128,8 +128,7 @@ class Lettering:
     def painted(
         self, element: Element, properties: Mapping[str, str]
     ) -> list[tuple[Mapping[str, str], str]] | None:
-        """Return the same in parts that are painted alike, in the order of painting: the paint of each, complete, and
-        its path data.
+        """Return a <text> in parts with the same paint, in painting order: all paint properties, and path data.
 
         Raises:
             InputError: there are too many letters.
@@ -143,16 +142,16 @@ class Lettering:
         except _NotPlainError:
             return None
         if len({key for key, _ in drawn}) > 1 and any("url(" in value for key, _ in drawn for value in key):
-            return None  # gradients and patterns fit the box of the whole text
+            return None  # gradients and patterns refer to the box of the whole text
         return [(dict(zip(PAINT, key)), data) for key, data in drawn] or None
 
     @staticmethod
     def plain(properties: Mapping[str, str]) -> dict[str, str]:
-        """Return the paint of letters to which nothing but the properties of their <text> applies."""
+        """Return the paint of letters that have only the properties of their <text>."""
         return {name: properties.get(name, default) for name, default in PAINT.items()} | {"opacity": "1"}
 
     def _collect(self, element: Element, said: Mapping[str, str], kept: bool, spans: "_Spans") -> None:
-        """Add the texts in an element, and what applies to each, and the places that it lists."""
+        """Add the letters in an element, with the properties and listed positions that apply to each."""
         if any(name in said and said[name].strip() not in plain for name, plain in _PLAIN.items()):
             raise _NotPlainError
         begin = spans.count
@@ -172,7 +171,7 @@ class Lettering:
     def _collect_child(
         self, child: Element, own: dict[str, str], outer: Mapping[str, str], kept: bool, spans: "_Spans"
     ) -> None:
-        """Collect the letters of a <tspan> or <textPath> in a text."""
+        """Add the letters of a <tspan> or <textPath> in a text."""
         inner = dict(outer) | {k: v for k, v in own.items() if v != "inherit"}
         try:
             if "font-size" in own:
@@ -199,7 +198,7 @@ class Lettering:
         self._collect(child, inner, kept or child.get(_SPACE) == "preserve", spans)
 
     def _along(self, element: Element) -> str:
-        """Return the path data that a <textPath> names, in the text's units."""
+        """Return the path data that a <textPath> refers to, in the text's units."""
         found = self._linked(element)
         own = self._own(found) if found is not None else {}
         if found is None or local(found) != "path" or element.get("side", "left") != "left":
@@ -207,7 +206,7 @@ class Lettering:
         return f"{own.get('transform', '')}|{own.get('d', '')}"
 
     def _fitted(self, spans: "_Spans", said: Mapping[str, str]) -> "Painted":
-        """Return the path data of a text, as long as it and the spans in it are asked to be."""
+        """Return the path data of a text, with spans stretched to their `textLength`."""
         runs = spans.runs()
         for span in dict.fromkeys(own[FITTED] for _, own in runs if FITTED in own):
             chosen = [k for k, (_, own) in enumerate(runs) if own.get(FITTED) == span]
@@ -221,7 +220,7 @@ class Lettering:
         return self._set(runs)[0]
 
     def _stretched(self, runs: list["Run"], said: Mapping[str, str]) -> list["Run"]:
-        """Return runs that are as long together as `textLength` says."""
+        """Return runs stretched to a total length of `textLength`."""
         wanted = _place(said["textLength"], "textLength")
         _, natural, letters = self._set(runs)
         if any(set(_PLACES) & set(own) for _, own in runs[1:]) or natural <= 0 or wanted <= 0:
@@ -233,8 +232,10 @@ class Lettering:
         return [(text, {**own, **more}) for text, own in runs]
 
     def _set(self, runs: Sequence["Run"]) -> tuple["Painted", float, int]:
-        """Path data of runs, those between two places that are said anchored together, their width, and how many
-        letters they have."""
+        """Return the path data of runs, their width, and their number of letters.
+
+        Runs between two absolute positions are anchored together.
+        """
         drawn: list[tuple[tuple[str, ...], str]] = []
         x, y = 0.0, 0.0
         line: list[Piece] = []
@@ -252,7 +253,7 @@ class Lettering:
             line.clear()
 
         for text, said in runs:
-            if said.get(ALONG) != path:  # along a path x of the text counts, and y does not
+            if said.get(ALONG) != path:  # on a path, x of the text counts and y does not
                 path, moved = said.get(ALONG), bool(line)
                 end()
                 x, y = 0.0 if moved else x, 0.0
@@ -307,22 +308,25 @@ class Lettering:
         raise _NotPlainError
 
 
-# Properties of our own
+# Internal properties
 ALONG = "iccm-along"  # the path that a text runs along
-FITTED = "iccm-fitted"  # the span with a length that it is in, by its first letter
-APART, STRETCHED = "iccm-apart", "iccm-stretched"  # user units more between letters, and the stretch of all
-RAISED = "iccm-raised"  # all shifts of the baseline, each with the size of its font
-SEEN = "iccm-seen"  # the opacity of all spans that it is in
+FITTED = "iccm-fitted"  # the enclosing span with a textLength, given by its first letter
+APART, STRETCHED = (
+    "iccm-apart",
+    "iccm-stretched",
+)  # extra letter spacing in user units, and horizontal stretch
+RAISED = "iccm-raised"  # all baseline shifts, each with its font size
+SEEN = "iccm-seen"  # product of the opacities of all enclosing spans
 _MOVES = ("x", "y", "dx", "dy")
 _PLACES = (*_MOVES, "rotate", "textLength", "lengthAdjust")
 _OWN = (*_PLACES, "baseline-shift", "opacity")
-"""What is not inherited."""
+"""Properties that are not inherited."""
 PAINT = {
     **{"fill": "black", "stroke": "none", "fill-opacity": "1", "stroke-opacity": "1", "stroke-width": "1"},
     **{"stroke-linejoin": "miter", "stroke-linecap": "butt", "stroke-dasharray": "none"},
     **{"paint-order": "normal", "visibility": "visible", "opacity": "1"},
 }
-"""What each letter is painted with, and what it is where nothing is said."""
+"""Paint properties of each letter, with their defaults."""
 _SPACE = "{http://www.w3.org/XML/1998/namespace}space"
 Run = tuple[str, Mapping[str, str]]
 Painted = list[tuple[tuple[str, ...], str]]
@@ -331,13 +335,13 @@ Painted = list[tuple[tuple[str, ...], str]]
 
 @dataclass(eq=False)
 class _Spans:
-    """The letters of a text in order, with what applies to each.
+    """The letters of a text in order, with the properties that apply to each.
 
     Attributes:
-        letters: one by one, spaces collapsed as in HTML.
-        said: what applies to each, but for its place.
-        places: of each, by name.
-        lengths: attributes of spans that have a length, by their first letter.
+        letters: one by one, white space collapsed as in HTML.
+        said: properties of each letter, except its position.
+        places: position attributes of each letter, by name.
+        lengths: attributes of spans with a textLength, by their first letter.
     """
 
     letters: list[str] = field(default_factory=list)
@@ -348,11 +352,11 @@ class _Spans:
 
     @property
     def count(self) -> int:
-        """How many letters there are."""
+        """Number of letters."""
         return len(self.letters)
 
     def add(self, text: str, said: Mapping[str, str], kept: bool) -> None:
-        """Add a text whose spaces are all kept, or collapsed with those before it."""
+        """Add a text; white space is kept, or collapsed with that before it."""
         for letter in text:
             space = letter in " \n\t\r"
             if space and not kept and (not self.letters or self.letters[-1] == " "):
@@ -363,7 +367,7 @@ class _Spans:
             self._kept.append(kept)
 
     def place(self, begin: int, said: Mapping[str, str]) -> None:
-        """Give letters, from one on, the places that an element lists; those of an inner element stay."""
+        """Assign the positions that an element lists to letters from `begin` on; those of inner elements are kept."""
         end = self.count
         for name in (*_MOVES, "rotate"):
             values = re.split(r"[\s,]+", said[name].strip()) if name in said else []
@@ -375,7 +379,7 @@ class _Spans:
             self.lengths[begin] = said
 
     def runs(self) -> list[Run]:
-        """Letters that follow each other without separate places, and to which the same applies, together."""
+        """Return runs of consecutive letters without separate positions and with the same properties."""
         end = self.count
         while end and self.letters[end - 1] == " " and not self._kept[end - 1]:
             end -= 1
@@ -396,11 +400,11 @@ class Piece:
 
     Attributes:
         text: the letters.
-        font, size: what they are set in.
-        x, y: where the first one begins; along a path, by how much it is moved along and across.
-        spacing, stretch: how they are set.
-        along: the path that they are set along, if any.
-        turn: degrees that each is rotated by.
+        font, size: their font and its size.
+        x, y: position of the first one; on a path, offset along it and across it.
+        spacing, stretch: extra spacing and horizontal stretch.
+        along: the path that they follow, if any.
+        turn: rotation of each letter in degrees.
         paint: the values of all of PAINT.
     """
 
@@ -416,7 +420,7 @@ class Piece:
     paint: tuple[str, ...]
 
     def draw(self, shift: float) -> str:
-        """Path data, so much further to the left."""
+        """Return the path data, moved to the left by `shift`."""
         linear = affine.rotation(self.turn) @ Affine.matrix(self.size * self.stretch, 0, 0, self.size, 0, 0)
 
         def place(begin: float, advance: float) -> Affine | None:
@@ -431,11 +435,11 @@ class Piece:
 
 
 class _Track:
-    """A path that letters are set along.
+    """A path that letters follow.
 
     Args:
-        path: its transform and data, between them a bar.
-        offset: where the text begins on it, a length or a part.
+        path: its transform and data, separated by a bar.
+        offset: where the text begins on it, a length or a share.
     """
 
     def __init__(self, path: str, offset: str):
@@ -452,7 +456,7 @@ class _Track:
             raise _NotPlainError from None
 
     def at(self, distance: float) -> Affine | None:
-        """Return the frame at a distance from where the text begins; None beyond the ends of the path."""
+        """Return the frame at a distance from the start of the text; None beyond the ends of the path."""
         s = self.start + distance
         if not 0 <= s <= self.curve.length:
             return None
@@ -463,9 +467,9 @@ class _Track:
 
 
 def _raised(shift: str, font: Font) -> float:
-    """User units that a value of `baseline-shift`, and the size of the font that it belongs to, raise letters by."""
+    """Return the height in user units of a `baseline-shift`, written with its font size as "value@size"."""
     value, _, size = shift.partition("@")
-    if value in ("sub", "super"):  # half of a line, as browsers have it
+    if value in ("sub", "super"):  # half a line, as in browsers
         return (0.5 if value == "super" else -0.5) * font.line_height * float(size)
     if value.endswith("%"):
         return _degrees(value[:-1]) / 100 * float(size)
@@ -473,12 +477,12 @@ def _raised(shift: str, font: Font) -> float:
 
 
 def _number(text: str) -> float:
-    """Return a number, or a percentage."""
+    """Return a number, or a percentage as a share."""
     return _degrees(text.strip().removesuffix("%")) / (100 if text.strip().endswith("%") else 1)
 
 
 def _place(text: str, axis: str) -> float:
-    """Return a single length; more are not known here."""
+    """Return a single length in user units; lists are not supported."""
     try:
         return length(text, None, axis[-1])
     except InputError:

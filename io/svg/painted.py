@@ -1,4 +1,4 @@
-"""The area that a whole drawing paints: fills, strokes, and what lines enclose where lines alone draw it."""
+"""The area that a whole drawing paints: fills, strokes, and the inside of closed lines in line drawings."""
 
 import math
 from collections.abc import Callable, Iterable, Sequence
@@ -13,14 +13,14 @@ from .strokes import Fills, Seen, areas, width_of
 from .tree import Node
 
 LINE_WIDTH_SHARE = 1 / 8
-"""Of the longer side of the drawing. A wider stroke is a separate area, such as a ring, and not a line around one
-(2 of 20 units is usual in sets of line icons)."""
+"""Of the longer side of the drawing. A wider stroke is an area of its own, such as a ring, not the line around an area;
+icon sets usually draw lines 2 of 20 units wide."""
 VISIBLE_WIDTH_SHARE = 1 / 512
-"""Of the longer side of the drawing: a stroke beside fills that is narrower would be less than a pixel of 512."""
+"""Of the longer side of the drawing: a narrower stroke beside fills would be less than a pixel of 512."""
 
 MANY_VERTICES, FLATNESS = 2000, 1e-4
-"""Of an area, and of the longer side. Each curve and each line's round end is flattened for its own size, which is far
-more than a drawing of hundreds of them needs."""
+"""Vertices of an area above which it is simplified, and the tolerance relative to the longer side. Curves and round
+line ends are flattened relative to their own size, which is far too fine for a drawing with hundreds of them."""
 
 Cut = Callable[[Node, shapely.Geometry], shapely.Geometry]
 
@@ -31,17 +31,17 @@ def painted_areas(
     pictures: Iterable[shapely.Geometry] = (),
     filled: Fills | None = None,
 ) -> tuple[shapely.Geometry, shapely.Geometry]:
-    """Compute what shapes paint together.
+    """Compute the area that shapes paint together.
 
     Args:
-        shapes: all shapes that a drawing shows, with their runs in the root's units.
-        cut: leaves of what a shape paints what its clip paths and masks show.
-        pictures: the places of embedded pictures.
-        filled: what is known of the fills already.
+        shapes: all shapes that are shown, with their subpaths in the root's units.
+        cut: restricts a shape's painted area to what its clip paths and masks show.
+        pictures: areas of embedded pictures.
+        filled: cache of fills computed before.
 
     Returns:
-        The ink, as drawn: all fills, and strokes where they can be seen. And the painted area: the same, where closed
-        lines, small gaps in them closed, are filled if the drawing is made of lines.
+        The ink, as drawn: all fills, and strokes wide enough to be visible. And the painted area: the same, with closed
+        lines filled if the drawing is made of lines; small gaps in them are closed.
 
     Raises:
         InputError: a malformed width, or lines that cross too often.
@@ -68,17 +68,17 @@ def painted_areas(
 
 
 def _without_gaps(lines: shapely.Geometry, shapes: Sequence[Seen], extent: float) -> shapely.Geometry:
-    """Return what lines paint with small gaps closed, where they enclose something by that."""
+    """Return the area of lines with small gaps closed, if they enclose more area that way."""
     closed = unite([lines, *bridges(shapes, extent)])
     holes, before = (shapely.area(fill_holes(area)) - area.area for area in (closed, lines))
     return closed if holes > before else lines
 
 
 def _thinned(area: shapely.Geometry, extent: float) -> shapely.Geometry:
-    """Return the area with fewer vertices, if it has very many, all within a flatness of the whole drawing."""
+    """Simplify an area with very many vertices, within FLATNESS relative to the whole drawing."""
     if shapely.get_num_coordinates(area) <= MANY_VERTICES:
         return area
-    # part by part: GEOS compares every line of a region with those of all parts near it
+    # part by part: GEOS compares every line of a region with all nearby parts
     parts = shapely.simplify(polygons_of(area), FLATNESS * extent)
     return unite(shapely.multipolygons(parts))
 

@@ -1,7 +1,7 @@
-"""SVG path data to polylines: the grammar checked strictly, curves flattened to a tolerance.
+"""Parse SVG path data strictly, and flatten its curves to polylines within a tolerance.
 
-Written out here because svgelements, which knows all of it, cuts malformed data short without a word, misreads numbers
-like `5.` and fails on arcs with extreme radii.
+This is not left to svgelements, which knows the whole grammar but silently truncates malformed data, misreads numbers
+such as `5.` and fails on arcs with extreme radii.
 """
 
 import re
@@ -20,26 +20,29 @@ from .budget import Budget
 from .curves import Lines, Piece, arc, bezier
 
 _COUNTS = {"M": 2, "Z": 0, "L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2, "A": 7}
-# possessive quantifiers (++, *+): no backtracking, so that a megabyte of spaces is read as fast as any other
+# possessive quantifiers (++, *+) avoid backtracking: a megabyte of spaces takes no longer than other text
 _SPACE = re.compile(r"\s*+")
 _COMMAND = re.compile(r"[A-Za-z]")
 _DIGITS = r"[+-]?(?:\d++\.?\d*+|\.\d++)(?:[eE][+-]?\d++)?"
 _NUMBER = re.compile(rf"\s*+(?:,\s*+)?({_DIGITS})")
 _BARE = re.compile(_DIGITS)
 _LIST = re.compile(rf"(?:\s*+(?:,\s*+)?{_DIGITS})*+")
-# Pairs of numbers, with the same letter again before some of them: a stretch of lines.
+# Pairs of numbers, optionally with the same letter repeated: a sequence of lines.
 _STRETCH = {
     letter: re.compile(rf"(?:(?:\s*+{letter})?+(?:\s*+(?:,\s*+)?{_DIGITS}){{2}})++") for letter in "Ll"
 }
 _FLAG = re.compile(r"\s*+(?:,\s*+)?([01])")
-STRETCH = 8  # lines in a row that are kept as one piece
-LONG = 1 << 20  # characters of path data, whose numbers are counted before they are read
+STRETCH = 8  # least number of consecutive lines that are stored as one piece
+LONG = 1 << 20  # characters of path data above which numbers are counted before parsing
 
 
 @dataclass(frozen=True, eq=False)
 class Subpath:
-    """One run of a path: complex vertices in the file's directions, whether it was closed by Z, and how many vertices
-    it had, where it was thinned."""
+    """One flattened subpath.
+
+    `z` (n,) has its vertices in the file's directions, `closed` is whether it ends with Z, and `before` is the number
+    of vertices before simplification, 0 if it was not simplified.
+    """
 
     z: Complex
     closed: bool
@@ -51,11 +54,11 @@ def commands(d: str, faults: list[str] | None = None) -> Iterator[tuple[str, lis
 
     Args:
         d: path data.
-        faults: where what SVG's grammar does not allow is added, with its place (a character number from 1), and the
-            commands before it are all that there are; arguments before it that are complete count.
+        faults: if given, the first error is added to it, with its position (character number from 1), and the commands
+            before it are yielded, including complete arguments of the malformed command.
 
     Raises:
-        InputError: what would be added to `faults`, if there are none.
+        InputError: the first error, if `faults` is None.
     """
     try:
         yield from _commands(d, keep=faults is not None)
@@ -66,14 +69,14 @@ def commands(d: str, faults: list[str] | None = None) -> Iterator[tuple[str, lis
 
 
 class _FaultError(Exception):
-    """What SVG's grammar does not allow."""
+    """A violation of SVG's grammar."""
 
 
 def _commands(d: str, *, keep: bool) -> Iterator[tuple[str, list[float]]]:
-    """Yield as `commands`; complete arguments of a malformed command are given first, if they are to be kept.
+    """Yield as `commands`; with `keep`, complete arguments of a malformed command are yielded before the error.
 
     Raises:
-        _FaultError: at the first fault.
+        _FaultError: at the first error.
     """
     position, previous, tidy = _skip(d, 0), "", True
     while position < len(d):
@@ -92,7 +95,7 @@ def _commands(d: str, *, keep: bool) -> Iterator[tuple[str, list[float]]]:
                 yield previous, found
                 position = _skip(d, stretch.end())
                 continue
-        tidy = tidy and not stretch  # what is wrong is found command by command
+        tidy = tidy and not stretch  # errors are located command by command
         arguments, position, fault = _arguments(d, match.end(), previous)
         if fault and keep and arguments:
             yield previous, arguments
@@ -102,7 +105,7 @@ def _commands(d: str, *, keep: bool) -> Iterator[tuple[str, list[float]]]:
 
 
 def _arguments(d: str, position: int, command: str) -> tuple[list[float], int, str]:
-    """Return the arguments of a command, as far as they are complete, where they end, and what is wrong."""
+    """Return the complete arguments of a command, the position where they end, and the error if any."""
     count, start = _COUNTS[command.upper()], position
     found: list[float] = []
     fault = ""
@@ -130,14 +133,14 @@ def _skip(d: str, position: int) -> int:
 
 
 def numbers(text: str, faults: list[str] | None = None) -> list[float]:
-    """Return a list of numbers separated as in SVG, as in `points` and `viewBox`.
+    """Parse a list of numbers as in `points` and `viewBox`.
 
     Args:
         text: the list.
-        faults: where anything else in it is added, with its place; the numbers before it are all that there are.
+        faults: if given, the first error is added to it, with its position, and the numbers before it are returned.
 
     Raises:
-        InputError: what would be added to `faults`, if there are none.
+        InputError: the first error, if `faults` is None.
     """
     position = _LIST.match(text).end()  # type: ignore[union-attr]
     found = list(map(float, _BARE.findall(text, 0, position)))
@@ -152,7 +155,7 @@ def numbers(text: str, faults: list[str] | None = None) -> list[float]:
 
 @dataclass(eq=False)
 class PenPath:
-    """Where the pen was put down, what it drew, and whether Z closed it."""
+    """One subpath: its start point, its segments, and whether Z closed it."""
 
     start: complex
     pieces: list[Piece] = field(default_factory=list)
@@ -160,7 +163,7 @@ class PenPath:
 
 
 def least(d: str) -> int:
-    """Return a number of segments that path data, or a list of points, has at least, found without reading them."""
+    """Return a lower bound on the number of segments in path data, or of points in a list, without parsing it."""
     letters = sum(map(d.count, "LlHhVvCcSsQqTtAa"))
     return max(letters, sum(1 for _ in _BARE.finditer(d)) // 7) if len(d) > LONG else letters
 
@@ -168,16 +171,16 @@ def least(d: str) -> int:
 def runs(
     d: str, budget: Budget | None = None, *, joined: bool = False, faults: list[str] | None = None
 ) -> list[PenPath]:
-    """Return the runs of path data in its own coordinates; a run begins at every M, and after every Z.
+    """Return the subpaths ("runs") of path data in its own coordinates; one begins at every M, and after every Z.
 
     Args:
         d: path data.
-        budget: what the segments count against.
-        joined: whether a stretch of lines may be one piece, `Lines`.
+        budget: limit that segments count towards.
+        joined: whether a sequence of lines may be stored as one piece, `Lines`.
         faults: as for `commands`.
 
     Raises:
-        InputError: as `commands`, or the budget is spent.
+        InputError: as for `commands`, or the budget is exceeded.
     """
     budget = budget or Budget()
     budget.segments.check(least(d))
@@ -212,7 +215,7 @@ def runs(
 
 @dataclass
 class _Pen:
-    """The state of a path: where the pen is, where its run began, and the last control point of a curve."""
+    """The state of a path: current point, start of the subpath, last command and last control point."""
 
     at: complex = 0j
     start: complex = 0j
@@ -221,14 +224,14 @@ class _Pen:
     down: bool = False
 
     def stretch(self, relative: bool, values: list[float]) -> Lines:
-        """Return the lines of one command, in one piece."""
+        """Return the lines of one command as one piece."""
         z = np.concatenate([[self.at], np.array(values).view(np.complex128)])
         z = np.cumsum(z) if relative else z
         self.at, self.last, self.control = complex(z[-1]), "L", complex(z[-1])
         return Lines(z)
 
     def draw(self, kind: str, relative: bool, values: list[float]) -> Piece:
-        """Return the piece of one command; `values` are its numbers."""
+        """Return the segment of one command, given its numbers."""
         origin = self.at if relative else 0j
         if kind in "HV":
             x = values[0] + origin.real if kind == "H" else self.at.real
@@ -237,7 +240,7 @@ class _Pen:
         else:
             tail = values[5:] if kind == "A" else values
             points = [origin + complex(x, y) for x, y in zip(tail[::2], tail[1::2])]
-        if kind in "ST":  # the control point of the same kind of curve before, mirrored
+        if kind in "ST":  # reflect the control point of the previous curve if it is of the same kind
             same = self.last in ("CS" if kind == "S" else "QT")
             points.insert(0, 2 * self.at - self.control if self.last and same else self.at)
         here, self.at, self.last = self.at, points[-1], kind
@@ -249,19 +252,19 @@ class _Pen:
 
 
 def subpaths(d: str, affine: Affine, flatness: float, budget: Budget | None = None) -> list[Subpath]:
-    """Return the runs of path data under an affine map, each flattened to `flatness` times its own diagonal.
+    """Return the subpaths of path data under an affine map, each flattened to `flatness` times its own diagonal.
 
-    A run never deviates from its curve by more than the tolerance, and every end of a segment stays a vertex.
+    A polyline deviates from its curve by at most this tolerance, and every end of a segment stays a vertex.
 
     Raises:
-        InputError: as `commands`, or the budget is spent.
+        InputError: as for `commands`, or the budget is exceeded.
     """
     budget = budget or Budget()
     return [flatten(run, affine, flatness, budget) for run in runs(d, budget, joined=True)]
 
 
 def flatten(run: PenPath, affine: Affine, flatness: float, budget: Budget) -> Subpath:
-    """Return a run under an affine map as a polyline, as `subpaths` makes it."""
+    """Return a subpath under an affine map as a polyline, see `subpaths`."""
     groups = batches(run.pieces, affine)
     start = affine(run.start)
     tolerance = flatness * diagonal(np.concatenate([[start], *(group.rough() for group in groups)]))

@@ -1,4 +1,4 @@
-"""SVG files as outlines and drawn constraints, in the root's user units (those of its viewBox), y down as written."""
+"""Read SVG files as outlines and drawn constraints, in the root's user units (those of its viewBox), y down."""
 
 import math
 from collections import Counter
@@ -34,11 +34,11 @@ from .tree import Node
 PIN, STROKE, RIGID = "pin-", "stroke-", "rigid"
 CANVAS, SILHOUETTE = "canvas", "silhouette"
 FAINT = 0.25
-"""Opacity below which paint is a shadow or a glow, and no part of the painted area. The lighter tone of icons in two
-tones is 0.4, and is one."""
-# An unfilled run counts as closed when its ends are nearer than its line is wide, or than this part of its size.
+"""Opacity below which paint is a shadow or a glow, and does not belong to the painted area. The lighter tone of
+two-tone icons has 0.4, and does."""
+# An unfilled subpath counts as closed if its ends are closer than its line is wide, or than this share of its size.
 GAP = 0.01
-# A run of more points than that goes without those that it hardly needs: it moves by this part of the flatness.
+# Subpaths with more points than this are simplified, within this share of the flatness.
 MANY, THINNED = 20_000, 0.1
 
 
@@ -50,19 +50,27 @@ def read(
     max_bytes: int = limits.SVG_BYTES,
     max_segments: int = limits.SEGMENTS,
 ) -> Drawing:
-    """Return the outlines that an SVG shows, or those of the element or group that has the id or Inkscape label
-    `chosen`.
+    """Read the outlines that an SVG shows, or those of one element or group.
 
-    Only what is displayed counts: no `defs`, `display: none`, text or images, and what clip paths and masks leave.
-    Every outline is one region of what an element's fill shows; SVG closes the open runs of a filled shape, and so does
-    this, with a note. Without `chosen`, lines that enclose something compete with the fills: as the outlines of what
-    the strokes of all shapes without a fill paint together, if one of these encloses more than every fill. A fill
-    that encloses no area does not count. Where nothing is filled, the outlines are those of all that the strokes
-    paint. `chosen` may be `silhouette`, the union of all that is painted, and `canvas`, where no element is called so.
-    A chosen shape without a fill is its closed runs; an open one is refused unless its ends all but meet.
+    Only displayed content counts: `defs`, `display: none`, text and images do not, and clip paths and masks are
+    applied. Each outline is one region painted by an element's fill; open subpaths of a filled shape are closed as in
+    SVG, with a note. A fill without area does not count.
+
+    Without `chosen`, lines compete with fills: if strokes of the shapes without a fill together enclose a larger area
+    than every fill, the outlines of that area are used as well. If nothing is filled, the outlines are those of
+    everything that strokes paint.
+
+    Args:
+        path: the file.
+        chosen: id or Inkscape label of an element or group; or, if no element has this name, `silhouette` for the union
+            of everything painted, or `canvas`. A chosen shape without a fill gives its closed subpaths; an open one is
+            refused unless its ends almost meet.
+        flatness: tolerance of flattened curves relative to the diagonal of each subpath.
+        max_bytes: largest size of the file.
+        max_segments: limit on lines and curves.
 
     Raises:
-        InputError: not SVG, malformed attributes, malformed pins or strokes, or more work than its budget (`budget`).
+        InputError: not SVG, malformed attributes, pins or strokes, or more work than is allowed (`budget`).
     """
     data = drawing_bytes(path, max_bytes)
     with naming(path):
@@ -115,11 +123,11 @@ def read(
 
 
 class Detail:
-    """How finely curves become polylines, what they count against, and what cuts shapes off.
+    """Flattens the curves of a drawing within a budget, and applies its clip paths.
 
     Args:
-        flatness: part of each run's diagonal.
-        budget: what is left of it.
+        flatness: tolerance relative to each subpath's diagonal.
+        budget: limits of the drawing.
     """
 
     def __init__(self, flatness: float, budget: Budget):
@@ -129,17 +137,17 @@ class Detail:
         self._known: dict[Node, list[Subpath]] = {}
 
     def runs(self, drawn: Node) -> list[Subpath]:
-        """Return the runs of a shape, as `runs_of`, flattened once."""
+        """Return the flattened subpaths of a shape, see `runs_of`; cached."""
         if drawn not in self._known:
             self._known[drawn] = runs_of(drawn, self.flatness, self.budget)
         return self._known[drawn]
 
 
 def _check_size(shapes: list[Node], max_segments: int) -> None:
-    """Refuse at once what would be refused in the end.
+    """Refuse a drawing that would exceed its limits before flattening it.
 
     Raises:
-        InputError: the shapes have more segments than they may.
+        InputError: the shapes have more segments than allowed.
     """
     budget, known = Budget(max_segments), dict[str, int]()
     for drawn in shapes:
@@ -153,7 +161,7 @@ def _check_size(shapes: list[Node], max_segments: int) -> None:
 def _special(
     drawing: Drawing, document: tree.Document, shown: list[Node], chosen: str | None, detail: Detail
 ) -> None:
-    """Add the outlines that no single element has: the silhouette of the drawing, and its canvas."""
+    """Add outlines that do not belong to a single element: the drawing's silhouette, and its canvas."""
     if chosen is not None and chosen in document.tags and chosen not in drawing.ids:
         drawing.ids[chosen] = None
         which = f"<{document.tags[chosen]}> {chosen!r}"
@@ -176,20 +184,23 @@ def _special(
 
 
 def _not_seen(shapes: list[Node]) -> list[str]:
-    """Return what a silhouette does not know of its shapes."""
+    """Return notes on properties that a silhouette ignores."""
     counts = Counter(name for drawn in shapes for name in _unknown(drawn))
     counts["dashes"] = sum(drawn.dashed for drawn in shapes)
     return [f"{name} of {count} shape{'s' * (count > 1)} ignored" for name, count in counts.items() if count]
 
 
 def _unknown(drawn: Node) -> list[str]:
-    """Return the clip paths and masks of a shape that are not understood."""
+    """Return the kinds of a shape's clip paths and masks that are not supported."""
     return list(dict.fromkeys(clip.name for clip in drawn.clips if clip.properties is None))
 
 
 def _candidate(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail) -> Refused | None:
-    """Add a shape's outlines to the drawing, or the reason why it has none; if its fill encloses no area, and it is
-    not chosen, that reason is returned instead: it is one among shapes that may have outlines."""
+    """Add a shape's outlines to the drawing, or the reason why it has none.
+
+    If its fill encloses no area, and it is not chosen, the reason is returned instead, since other shapes may have
+    outlines.
+    """
     names = (*drawn.groups, *drawn.names)
     drawing.ids.update(dict.fromkeys(names))
     if (chosen is None and not drawn.filled) or (chosen is not None and chosen not in names):
@@ -234,8 +245,10 @@ def _candidate(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail
 
 
 def _has_colours(shown: list[Node], document: tree.Document) -> bool:
-    """Return whether a drawing shows separate something, and is not just a shape: paints of more than one colour, a
-    gradient or pattern, an embedded picture, or text. Ink of one colour, be it fills or lines, is a shape.
+    """Return whether a drawing has separate colours to show, and is not just a shape.
+
+    It has if it contains paint of more than one colour, a gradient or pattern, an embedded picture, or text. Ink of one
+    colour, filled or stroked, is a shape.
     """
     if document.pictures or any(local(element) == "text" for element in document.top.iter()):
         return True
@@ -252,7 +265,7 @@ def _has_colours(shown: list[Node], document: tree.Document) -> bool:
 
 
 def _picture(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail) -> None:
-    """Add the place of an embedded picture to the outlines of the drawing."""
+    """Add the rectangle of an embedded picture to the outlines of the drawing."""
     names = (*drawn.groups, *drawn.names)
     drawing.ids.update(dict.fromkeys(names))
     if chosen is not None and chosen not in names:
@@ -269,9 +282,7 @@ def _picture(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail) 
 
 
 def _wrapped(drawn: Node) -> WrappedPicture | None:
-    """Return an embedded picture as the only thing that a drawing shows; None if it is cut, or its address
-    malformed.
-    """
+    """Return an embedded picture as the only content of a drawing; None if it is clipped, or its address malformed."""
     address = next((drawn.element.get(link, "") for link in tree.LINKS if drawn.element.get(link)), "")
     content = content_of(address)
     if not content or drawn.clips:
@@ -283,7 +294,7 @@ def _wrapped(drawn: Node) -> WrappedPicture | None:
 
 
 def _closed_lines(drawing: Drawing, lines: list[Node], detail: Detail) -> None:
-    """Add the outlines of what lines enclose to those of fills, if one of them encloses more than every fill."""
+    """Add the outlines of areas enclosed by lines to those of fills, if one of them is larger than every fill."""
     largest = max((outline.area for outline in drawing.outlines), default=0.0)
     if not largest or not lines:
         return
@@ -317,7 +328,7 @@ def _paint(
 
 
 def _without_faint(drawn: Node) -> Node:
-    """Return the shape without a fill or a stroke that is hardly seen, such as a shadow's."""
+    """Return the shape without a fill or stroke that is hardly visible, such as that of a shadow."""
     faint = [kind for kind in ("fill", "stroke") if drawn.alpha(kind) < FAINT]
     return replace(drawn, properties={**drawn.properties, **dict.fromkeys(faint, "none")}) if faint else drawn
 
@@ -328,7 +339,7 @@ def _too_much(runs: list[Subpath], drawn: Node, error: TooMuch) -> Refused:
 
 
 def _shown(found: list[FilledOutline], drawn: Node, detail: Detail) -> list[FilledOutline]:
-    """Return what clip paths and masks leave of a shape's outlines."""
+    """Return the parts of a shape's outlines that clip paths and masks show."""
     shown: list[FilledOutline] = []
     for outline in found if drawn.clips else ():
         whole = polygon_of(outline.z, *outline.holes)
@@ -351,7 +362,7 @@ def _ring(run: Subpath, drawn: Node, notes: list[str]) -> Complex:
 
 
 def _constraint(drawn: Node, drawing: Drawing, detail: Detail) -> bool:
-    """Return whether the shape is a pin or a stroke; if so, adds it to the drawing."""
+    """Add a shape to the drawing if it is a pin or a stroke; return whether it is."""
     name = next((n for n in reversed(drawn.names) if n.startswith((PIN, STROKE))), None)
     if name is None:
         return False
@@ -372,9 +383,7 @@ def _constraint(drawn: Node, drawing: Drawing, detail: Detail) -> bool:
 
 
 def _rigid(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail) -> bool:
-    """Return whether the shape is, or is in, a rigid region, which is not chosen; if so, adds its outlines to the
-    drawing.
-    """
+    """Add a shape's outlines as rigid regions if it is in one that is not chosen; return whether it is."""
     names = (*drawn.groups, *drawn.names)
     name = next((n for n in names if n.startswith(RIGID)), None)
     if name is None or chosen in names:
@@ -393,7 +402,7 @@ def _rigid(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail) ->
 
 
 def _circle(drawn: Node) -> tuple[complex, float]:
-    """Return the centre of a pin, and the radius of a circle with its area."""
+    """Return the centre of a pin, and the radius of the circle with the same area."""
     if drawn.tag not in ("circle", "ellipse"):
         raise InputError("a pin must be a circle or an ellipse, whose centre counts; draw one")
     centre = drawn.affine(complex(drawn.length("cx", "x"), drawn.length("cy", "y")))
@@ -401,7 +410,7 @@ def _circle(drawn: Node) -> tuple[complex, float]:
     if drawn.tag == "ellipse":
         sides = ("rx", "x"), ("ry", "y")
     first, second = (drawn.length(name, axis) for name, axis in sides)
-    if drawn.tag == "ellipse":  # a missing radius is as large as the other
+    if drawn.tag == "ellipse":  # a missing radius equals the other
         first, second = (
             first if "rx" in drawn.properties else second,
             second if "ry" in drawn.properties else first,
@@ -410,11 +419,12 @@ def _circle(drawn: Node) -> tuple[complex, float]:
 
 
 def runs_of(drawn: Node, flatness: float, budget: Budget | None = None) -> list[Subpath]:
-    """Return the runs of a shape in the root's user units, flattened to `flatness` times each run's diagonal; of those
-    with very many points only what is needed.
+    """Return the subpaths of a shape in the root's user units, flattened to `flatness` times each one's diagonal.
+
+    Subpaths with very many points are simplified.
 
     Raises:
-        InputError: a malformed attribute, coordinates that are not finite, or the budget is spent.
+        InputError: a malformed attribute, coordinates that are not finite, or the budget is exceeded.
     """
     a = drawn.affine
     if not all(abs(part) <= limits.SVG_NUMBER for part in (a.alpha, a.beta, a.gamma)):  # NaN included

@@ -1,4 +1,4 @@
-"""Regions that lines paint: strokes as wide as they are drawn, and the silhouette of a whole drawing."""
+"""Regions that lines paint: strokes with their widths, and the silhouette of a whole drawing."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
@@ -20,10 +20,10 @@ from .tree import Node
 JOINS = {"round": "round", "bevel": "bevel"}  # others (arcs, miter-clip) are drawn as mitres
 CAPS = {"round": "round", "square": "square"}
 MITRE_LIMIT = 4.0  # SVG's default
-ROUND = 32  # segments of a quarter circle: 3e-4 of half the width
+ROUND = 32  # segments per quarter circle: accurate to 3e-4 of half the width
 FIRST_LOOK, MORE = 2000, 4
-"""Runs after which crossings are looked for, and how many times more for the next look."""
-LARGEST_FILLS = 16  # that others may be covered by (by hand)
+"""Shapes' subpaths after which crossings are first checked, and the factor until the next check."""
+LARGEST_FILLS = 16  # fills that are tested for covering others (by hand)
 
 Seen = tuple[Node, list[Subpath]]
 
@@ -32,7 +32,7 @@ def width_of(drawn: Node) -> float:
     """Return the width of a shape's stroke in its own units; 0 where it has none.
 
     Raises:
-        InputError: a malformed or negative width.
+        InputError: the width is malformed or negative.
     """
     if not drawn.stroked:
         return 0.0
@@ -43,7 +43,7 @@ def width_of(drawn: Node) -> float:
 
 
 def painted_by_stroke(drawn: Node, runs: Iterable[Subpath]) -> shapely.Geometry:
-    """Return the area that a shape's stroke paints, from its runs in the root's units."""
+    """Return the area that a shape's stroke paints, given its subpaths in the root's units."""
     width = width_of(drawn)
     affine = drawn.affine
     if not width or not affine.determinant:
@@ -68,7 +68,7 @@ def silhouette(
     name: str,
     cut: Callable[[Node, shapely.Geometry], shapely.Geometry],
 ) -> list[FilledOutline]:
-    """Return the outlines of the union of all that fills and strokes paint, each as `cut` leaves it, the largest first.
+    """Return the outlines of the union of all fills and strokes, each restricted by `cut`, the largest first.
 
     Raises:
         InputError: a malformed width, or lines that cross too often.
@@ -82,12 +82,12 @@ def areas(
     cut: Callable[[Node, shapely.Geometry], shapely.Geometry],
     filled: "Fills | None" = None,
 ) -> tuple[shapely.Geometry, list[tuple[Node, shapely.Geometry]]]:
-    """Compute what the fills of shapes paint together, and what each stroke paints that these do not cover.
+    """Compute the union of the fills of shapes, and for each stroke the area that fills do not cover.
 
     Args:
-        shapes: with their runs in the root's units.
-        cut: leaves of what a shape paints what its clip paths and masks show.
-        filled: what is known of the fills already.
+        shapes: shapes with their subpaths in the root's units.
+        cut: restricts a shape's painted area to what its clip paths and masks show.
+        filled: cache of fills computed before.
 
     Raises:
         InputError: a malformed width, or lines that cross too often.
@@ -108,18 +108,18 @@ def areas(
 
 
 class Fills:
-    """What the fills of shapes paint, computed once for the same rings, wherever they are needed."""
+    """Cache of the areas that fills paint, by their rings."""
 
     def __init__(self) -> None:
         self._known: dict[tuple[str, tuple[bytes, ...]], list[shapely.Polygon]] = {}
 
     def of(self, drawn: Node, runs: Sequence[Subpath]) -> list[shapely.Polygon]:
-        """Return what the fill of one shape paints."""
+        """Return the polygons that the fill of one shape paints."""
         rings = [ring for ring in (distinct(run.z) for run in runs) if ring.size > 2]
         return self.painted(rings, drawn.properties.get("fill-rule", "nonzero").strip())
 
     def painted(self, rings: Sequence[Complex], rule: str) -> list[shapely.Polygon]:
-        """Return the polygons that filling rings by a rule paints, see `fill.painted`."""
+        """Return the polygons painted by filling rings by a rule, see `fill.painted`."""
         key = rule, tuple(ring.tobytes() for ring in rings)
         if key not in self._known:
             self._known[key] = painted(rings, rule)
@@ -127,16 +127,17 @@ class Fills:
 
 
 def _bearable(shapes: Iterable[Seen], filled: Fills) -> Iterator[Seen]:
-    """Yield the shapes, looked at for crossings of what they fill unchanged, ever more of them at once, so that what is
-    refused has not been read to its end.
+    """Yield the shapes unchanged, checking their fills for crossings at growing intervals.
+
+    A drawing with too many crossings is thus refused before all of it has been flattened.
 
     Raises:
-        InputError: lines that cross too often, and are not all covered.
+        InputError: lines cross too often, and are not all covered.
     """
     seen: list[Seen] = []
     count, look = 0, FIRST_LOOK
     for drawn, runs in shapes:
-        if count >= look:  # there are more: the last look is that of the caller
+        if count >= look:  # more shapes follow; the caller makes the final check
             _base(seen, filled)
             look = MORE * count
         seen.append((drawn, runs))
@@ -145,11 +146,12 @@ def _bearable(shapes: Iterable[Seen], filled: Fills) -> Iterator[Seen]:
 
 
 def _base(seen: Sequence[Seen], filled: Fills) -> tuple[shapely.Geometry, list[Seen]]:
-    """Return what the LARGEST fills paint together, and the other shapes that fill and that it does not cover: those
-    that it does have no part in the silhouette, however often their lines cross.
+    """Return the union of the LARGEST_FILLS largest fills, and the other filled shapes that it does not cover.
+
+    Covered shapes do not affect the silhouette, however often their lines cross.
 
     Raises:
-        InputError: lines of the others cross too often.
+        InputError: lines of the other shapes cross too often.
     """
     shapes = [(drawn, runs) for drawn, runs in seen if drawn.filled and runs]
     shapes.sort(key=lambda each: -_box(*each).area)
@@ -167,7 +169,7 @@ def _base(seen: Sequence[Seen], filled: Fills) -> tuple[shapely.Geometry, list[S
 
 
 def _uncovered(base: shapely.Geometry, shapes: Sequence[Seen]) -> list[Seen]:
-    """Return the shapes whose boxes an area does not cover."""
+    """Return the shapes whose bounding boxes an area does not cover."""
     shapely.prepare(base)
     hidden = shapely.covers(base, np.array([_box(drawn, runs) for drawn, runs in shapes], dtype=object))
     return [each for each, covered in zip(shapes, hidden) if not covered]
@@ -178,7 +180,7 @@ def _closed(shapes: Iterable[Seen]) -> list[Complex]:
 
 
 def _box(drawn: Node, runs: Sequence[Subpath]) -> shapely.Polygon:
-    """Return a box that holds all that a shape paints; empty if it has no points."""
+    """Return a box that contains everything that a shape paints; empty if it has no points."""
     if not any(run.z.size for run in runs):
         return shapely.Polygon()
     low, high = bounding_box(np.concatenate([run.z for run in runs]))
@@ -194,6 +196,6 @@ def _line(z: np.ndarray, closed: bool) -> shapely.Geometry:
 
 
 def _matrix(affine: Affine) -> list[float]:
-    """Return the six numbers of an affine map as shapely takes them."""
+    """Return the six numbers of an affine map in shapely's order."""
     origin, right, up = affine(0j), affine(1 + 0j) - affine(0j), affine(1j) - affine(0j)
     return [right.real, up.real, right.imag, up.imag, origin.real, origin.imag]

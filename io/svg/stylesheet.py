@@ -1,7 +1,8 @@
-"""A document's style sheet: what its rules say of each element, in the order of the cascade; selectors by cssselect2.
+"""Style sheets of a document: rules are matched by cssselect2, and applied in the order of the cascade.
 
-Read are all selectors but malformed ones and those with pseudo-classes that depend on what a user does (`:hover`), or
-that cost more than a walk to the root or over the siblings before (`:has`, `:nth-of-type`). Each step is counted.
+Supported are all selectors except malformed ones, those with pseudo-classes that depend on user actions (`:hover`), and
+those that cost more than a walk to the root or over the preceding siblings (`:has`, `:nth-of-type`). Every step counts
+towards a limit.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -19,7 +20,7 @@ from . import css
 from .budget import Quota
 from .document import local
 
-COSTLY = 100  # characters of a selector, or of an attribute that it is compared with, that take a microsecond
+COSTLY = 100  # characters of a selector, or of an attribute compared with it, that take a microsecond
 _MARKS = (">", "+", "~", ":")  # of combinators and of pseudo-classes
 _LOGICAL = {"not", "is", "where"}
 _STRUCTURAL = {"root", "first-child", "last-child", "only-child"}
@@ -27,18 +28,18 @@ _COUNTED = {"nth-child", "nth-last-child"}
 
 
 class Stylesheet:
-    """The rules of a style sheet outside every @-rule.
+    """The rules of a style sheet, except those in @-rules.
 
     Args:
         text: the style sheet.
         root: of the document whose elements are styled.
 
     Attributes:
-        unread: how many selectors are not read.
-        contextual: whether a selector depends on more than the tag, the classes and the id of its element.
+        unread: number of selectors that are not supported.
+        contextual: whether a selector depends on more than its element's tag, classes and id.
 
     Raises:
-        InputError: it is too long.
+        InputError: the sheet is too long.
     """
 
     def __init__(self, text: str, root: Element):
@@ -63,7 +64,7 @@ class Stylesheet:
                 self.unread += 1
                 continue
             matcher = self._contextual if _is_contextual(tokens) else self._simple
-            matcher.order = order  # one order for both
+            matcher.order = order  # the order is common to both matchers
             matcher.cost = max(matcher.cost, 1 + len(css.written(tokens)) // COSTLY)
             matcher.add_selector(selector, style)
             named.update(_attributes(tokens))
@@ -73,7 +74,7 @@ class Stylesheet:
             self._contextual.cost *= 1 + max(map(len, values), default=0) // COSTLY
 
     def style(self, element: Element) -> css.Style:
-        """Return what the sheet says of an element of the document.
+        """Return the declarations that apply to an element of the document.
 
         Raises:
             InputError: there are too many rules for too many elements.
@@ -86,7 +87,7 @@ class Stylesheet:
         return _cascade(sorted(matches + more))
 
     def simple_style(self, tag: str, attributes: Mapping[str, str]) -> css.Style:
-        """Return what selectors of a tag, classes and an id say of an element, wherever it is."""
+        """Return the declarations of selectors by tag, classes and id, which apply wherever the element is."""
         return self._simple_matches(tag, attributes)[1]
 
     def _simple_matches(self, tag: str, attributes: Mapping[str, str]) -> tuple[list[Any], css.Style]:
@@ -95,14 +96,14 @@ class Stylesheet:
         if key not in self._known:
             element = Element(tag, {k: v for k, v in zip(("class", "id"), key[1:]) if v is not None})
             wrapper = cssselect2.ElementWrapper.from_xml_root(element)
-            self._tests.spend(len(wrapper.classes) // 8)  # looking for one takes so much less than a rule
+            self._tests.spend(len(wrapper.classes) // 8)  # a look-up costs that much less than a rule
             matches = self._simple.match(wrapper)
             self._known[key] = matches if self.contextual else [], _cascade(matches)
         return self._known[key]
 
     @staticmethod
     def without_contextual(text: str) -> str:
-        """Return a style sheet without the selectors that depend on more than the tag, classes and the id."""
+        """Return a style sheet without selectors that depend on more than the tag, classes and id."""
         kept, comma = [], tinycss2.ast.LiteralToken(0, 0, ",")
         for rule in css.parsed(tinycss2.parse_stylesheet, text):
             if rule.type == "qualified-rule":
@@ -114,13 +115,13 @@ class Stylesheet:
 
     @cached_property
     def _wrappers(self) -> dict[int, cssselect2.ElementWrapper]:
-        """Every element of the document as selectors see it."""
+        """Selector wrappers of all elements of the document, by Python's id."""
         wrapper = _counting_wrapper(self._tests, self._contextual.cost)
         return {id(each.etree_element): each for each in wrapper.from_xml_root(self.root).iter_subtree()}
 
 
 class _Matcher(cssselect2.Matcher):
-    """Selectors, of which those that are tested are counted, each as what the costliest takes."""
+    """Matches selectors; each test counts with the cost of the most expensive selector."""
 
     def __init__(self, tests: Quota):
         super().__init__()
@@ -132,7 +133,7 @@ class _Matcher(cssselect2.Matcher):
 
 
 def _counting_wrapper(tests: Quota, cost: int) -> type[cssselect2.ElementWrapper]:
-    """Wrappers whose classes, ancestors and siblings are counted as selectors look at them."""
+    """Create a wrapper class that counts classes, ancestors and siblings when selectors look at them."""
 
     def walk(wrapper: Any, step: str) -> Iterator[Any]:
         while (wrapper := getattr(wrapper, step)) is not None:
@@ -152,7 +153,7 @@ def _counting_wrapper(tests: Quota, cost: int) -> type[cssselect2.ElementWrapper
 
 
 def _rules(text: str) -> Iterator[tuple[list[Any], css.Style]]:
-    """Selectors, each as its tokens, with declarations."""
+    """Yield selectors, each as its tokens, with their declarations."""
     for rule in css.parsed(tinycss2.parse_stylesheet, text):
         if rule.type == "qualified-rule":
             style = css.block(rule.content)
@@ -160,7 +161,7 @@ def _rules(text: str) -> Iterator[tuple[list[Any], css.Style]]:
 
 
 def _selectors(rule: Any) -> list[list[Any]]:
-    """Return the selectors of a rule: CSS drops all of them where one is wrong, here each stands for itself."""
+    """Split the selectors of a rule; unlike in CSS, an invalid one does not invalidate the others."""
     found: list[list[Any]] = [[]]
     for token in rule.prelude:
         if token == ",":
@@ -174,23 +175,25 @@ def _selectors(rule: Any) -> list[list[Any]]:
 
 
 def _compiled(tokens: list[Any]) -> Any:
-    """Return a selector ready to be tested; None where it is not read."""
+    """Return a compiled selector; None where it is not supported."""
     try:
         if len(css.written(tokens)) > limits.SELECTOR_CHARACTERS or not _is_bounded(tokens):
             return None
         (selector,) = cssselect2.compile_selector_list(tokens)
-    except Exception:  # many kinds, of the library and of the Python that it compiles selectors to
+    except (
+        Exception
+    ):  # of many types, from the library and from the Python code that it compiles selectors to
         return None
     return selector
 
 
 def _is_contextual(tokens: Sequence[Any]) -> bool:
-    """Return whether a selector asks for more than a tag, classes and ids."""
+    """Return whether a selector depends on more than a tag, classes and ids."""
     return any(t.type in ("whitespace", "[] block") or t in _MARKS for t in tokens)
 
 
 def _attributes(tokens: Sequence[Any]) -> Iterator[str]:
-    """Yield the names of attributes, and other words, in the brackets of a selector."""
+    """Yield the names of attributes, and other identifiers, in the brackets of a selector."""
     for token in tokens:
         if token.type == "[] block":
             yield from (each.value for each in token.content if each.type == "ident")
@@ -199,7 +202,7 @@ def _attributes(tokens: Sequence[Any]) -> Iterator[str]:
 
 
 def _is_bounded(tokens: Sequence[Any]) -> bool:
-    """Return whether all pseudo-classes in a selector are such as are read."""
+    """Return whether all pseudo-classes in a selector are supported."""
     for before, token in pairwise([None, *tokens]):
         if token.type == "function" and token.lower_name in _LOGICAL:
             if not _is_bounded(token.arguments):

@@ -1,7 +1,7 @@
-"""The rendering tree of an SVG document (SVG 2, section 3.1), resolved once for all that read it: styles cascaded,
-transforms and viewports composed, `use` expanded, clip paths and masks found.
+"""The rendering tree of an SVG document (SVG 2, section 3.1), resolved once for all readers.
 
-Nothing outside the file is ever read: entities are refused, and links to anything but an id of the file are ignored.
+Styles are cascaded, transforms and viewports composed, `use` expanded, and clip paths and masks found. No other file is
+ever read: entities are refused, and only links to ids in the same file are followed.
 """
 
 import re
@@ -21,10 +21,10 @@ from .budget import Copies
 from .document import SHAPES, canvas, length, local, root, view_box
 from .drawing import Rectangle
 
-VIEWPORT = "viewport"  # the node of what is inside an <svg> or a <symbol>, of which there is no element
+VIEWPORT = "viewport"  # tag of the node inside an <svg> or <symbol>, which has no element of its own
 GROUPS = frozenset(["g", "a", "switch", "svg", "symbol", "use", VIEWPORT])
 _RENDERED = SHAPES | GROUPS | {"image"}
-# Rendered only where something refers to them, or not at all; "" is what is not SVG.
+# Rendered only by reference, or not at all; "" stands for elements that are not SVG.
 _NEVER_RENDERED = {
     "",
     "defs",
@@ -39,11 +39,11 @@ _NEVER_RENDERED = {
 _NEVER_RENDERED |= {"filter", "style", "view", "solidColor", "color-profile", "cursor", "font", "font-face"}
 LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
 LINKS = ("href", "{http://www.w3.org/1999/xlink}href")
-CLIPS = {  # what cuts an element off, the element that it names, and what says that this is in units of a box
+CLIPS = {  # property, the element that it refers to, and the attribute for units relative to a bounding box
     "clip-path": ("clipPath", "clipPathUnits"),
     "mask": ("mask", "maskContentUnits"),
 }
-UNREAD = frozenset(["image", "text", "foreignObject"])  # what no shape is read from
+UNREAD = frozenset(["image", "text", "foreignObject"])  # elements without shapes
 _URL = re.compile(r"""\s*url\(\s*["']?#([^"')]+?)["']?\s*\)""")
 _INHERITED = (
     *("fill", "stroke", "fill-opacity", "stroke-opacity"),
@@ -54,7 +54,7 @@ _INHERITED = (
 )
 IDENTITY = Affine()
 _OWN_BOXES = ("fill-box", "content-box", "stroke-box", "border-box")
-"""Values of `transform-box` for the box of the element itself; line widths are not counted in."""
+"""Values of `transform-box` that mean the element's own box; line widths are ignored."""
 _TRANSLATED = re.compile(r"(translate[XY]?)\s*\(([^()]*)\)")
 _KEYWORDS = {"left": "0", "top": "0", "center": "50%", "right": "100%", "bottom": "100%"}
 
@@ -65,21 +65,21 @@ class Node:
 
     Attributes:
         element: of the document; the same for all nodes that `use` makes of it.
-        tag: the element's, or VIEWPORT.
-        affine: from its own coordinates to the root's user units.
-        size: width and height that percentages refer to; None where the document states none.
-        origin: the corner of the viewBox, which `transform-origin` is measured from.
-        groups: ids and labels of everything that it is inside of.
-        used: what it is a copy of, innermost last: <use>'s targets, clip paths and masks, by Python's id.
+        tag: the element's tag, or VIEWPORT.
+        affine: map from its own coordinates to the root's user units.
+        size: width and height that percentages refer to; None where the document does not give them.
+        origin: corner of the viewBox, from which `transform-origin` is measured.
+        groups: ids and labels of all elements that contain it.
+        used: elements that it is a copy of, innermost last: targets of <use>, clip paths and masks, by Python's id.
         depth: of nesting.
-        own: attributes and styles by name, those of the style sheet included, nothing inherited.
-        properties: these and what is inherited.
-        names: its own id and Inkscape label, as far as it has them.
-        hidden: whether it is not displayed, and so nothing in it.
-        opacity: of it as a whole, with that of all groups that it is inside of.
-        frame: of a viewport that does not overflow: its rectangle, a node outside of it.
-        clips: what cuts it off, its own and those of all that it is inside of; only `Document.shapes` says so.
-        faults: what is wrong with its path data or points, which it is drawn up to; known when these are read.
+        own: its attributes and styles by name, including the style sheet, without inherited ones.
+        properties: its own and inherited properties.
+        names: its id and Inkscape label, if any.
+        hidden: whether it and its content are not displayed.
+        opacity: product of the opacities of itself and of all groups that contain it.
+        frame: the clipping rectangle of a viewport, as a node outside of it; None if content may overflow.
+        clips: clip paths and masks of itself and of all elements that contain it; set only in `Document.shapes`.
+        faults: errors in its path data or points, which are drawn up to there; known once these are read.
     """
 
     element: Element
@@ -100,32 +100,32 @@ class Node:
     faults: tuple[str, ...] = ()
 
     def length(self, name: str, axis: str, default: float = 0.0) -> float:
-        """Return a length attribute in user units; `axis` (x, y or r) says what a percentage refers to."""
+        """Return a length attribute in user units; percentages refer to `axis` (x, y or r)."""
         text = self.properties.get(name, "")
         return length(text, self.size, axis, name) if text.strip() not in ("", "auto") else default
 
     @property
     def name(self) -> str:
-        """How messages name the shape."""
+        """The shape's name in messages."""
         return f"<{self.tag}> {self.names[0]!r}" if self.names else f"<{self.tag}> without id"
 
     @property
     def filled(self) -> bool:
-        """Whether its inside is painted; SVG closes open runs of such a shape."""
+        """Whether its fill is painted; SVG closes open subpaths of such a shape."""
         return self._painted("fill", "black")
 
     @property
     def stroked(self) -> bool:
-        """Whether its line is painted."""
+        """Whether its stroke is painted."""
         return self._painted("stroke", "none")
 
     def alpha(self, kind: str) -> float:
-        """Return how opaque what it paints is, of its "fill" or "stroke", as far as numbers say so."""
+        """Return the opacity of its "fill" or "stroke", as far as it is given by numbers."""
         return self.opacity * _share(self.properties.get(f"{kind}-opacity", "1"))
 
     @property
     def dashed(self) -> bool:
-        """Whether its line has gaps."""
+        """Whether its stroke is dashed."""
         dashes = self.properties.get("stroke-dasharray", "none").strip()
         return self.stroked and dashes not in ("", "none", "0")
 
@@ -142,13 +142,13 @@ class Node:
 
 @dataclass(frozen=True, eq=False)
 class Clip:
-    """What cuts shapes off: a clip path, or a mask.
+    """A clip path or mask that cuts shapes.
 
     Attributes:
-        name: the property that asks for it, for messages.
-        properties: of the element that draws it; None where there is none, it depends on the box of what it cuts, or
-            holds pictures or text.
-        shapes: what this draws, in the root's user units.
+        name: the property that refers to it, for messages.
+        properties: of its element; None if that is missing, depends on the bounding box of the shape, or contains
+            pictures or text.
+        shapes: its content, in the root's user units.
     """
 
     name: str
@@ -157,11 +157,11 @@ class Clip:
 
 
 def parse(data: bytes) -> "Document":
-    """Return an SVG document, its tree still to be walked.
+    """Parse an SVG document; its tree is resolved later.
 
     Raises:
-        InputError: not XML, not SVG, entities, too deep or too many elements, a malformed transform or viewBox of the
-            root.
+        InputError: not XML, not SVG, entities, too deeply nested or too many elements, a malformed transform or viewBox
+            of the root.
     """
     return Document(root(data))
 
@@ -173,10 +173,10 @@ class Document:
         top: its <svg>.
         ids: its elements by id.
         sheet: its style sheet, if any.
-        copies: what is shown again so far.
-        canvas: its viewBox or size in user units; None when it states none.
-        unset_texts: the texts seen so far that are not outlined, by Python's id.
-        painted_texts: those that are painted in parts, as groups of paths.
+        copies: count of content that is drawn repeatedly.
+        canvas: its viewBox or size in user units; None if it has neither.
+        unset_texts: texts found so far that are not outlined, by Python's id.
+        painted_texts: texts with several paints, as groups of paths.
         root: the node of `top`.
     """
 
@@ -186,7 +186,7 @@ class Document:
         text = "\n".join("".join(e.itertext()) for e in top.iter() if local(e) == "style")
         self.sheet = None
         if text:
-            from .stylesheet import Stylesheet  # and its library: few drawings need them
+            from .stylesheet import Stylesheet  # with its library, which few drawings need
 
             self.sheet = Stylesheet(text, top)
         self.lettering = lettering.Lettering(self.own, self.linked)
@@ -202,31 +202,31 @@ class Document:
 
     @property
     def unread(self) -> int:
-        """How many of its selectors are not read."""
+        """Number of its selectors that are not supported."""
         return self.sheet.unread if self.sheet else 0
 
     @cached_property
     def tags(self) -> dict[str, str]:
-        """The tags of all elements by id and Inkscape label."""
+        """The tags of all elements with an id or Inkscape label, by that."""
         return {n: local(e) for e in self.top.iter() for n in (e.get("id"), e.get(LABEL)) if n}
 
     @cached_property
     def shapes(self) -> list[Node]:
-        """The shapes that the document shows, in painting order, with what cuts them off.
+        """The shapes that are displayed, in painting order, with their clip paths and masks.
 
         Raises:
-            InputError: a `use` of itself, a malformed transform, length or viewBox, or too much is drawn again.
+            InputError: a `use` of itself, a malformed transform, length or viewBox, or too much is drawn repeatedly.
         """
         return [node for node in self._shown if node.tag in SHAPES]
 
     @property
     def pictures(self) -> list[Node]:
-        """The embedded pictures that the document shows and of which width and height are stated, in the same way."""
+        """The embedded pictures that are displayed and have a width and height, like `shapes`."""
         return [node for node in self._shown if node.tag == "image" and self._is_embedded(node)]
 
     @cached_property
     def _shown(self) -> list[Node]:
-        """Shapes and pictures that the document shows."""
+        """Shapes and pictures that are displayed."""
         self.root.clips = self._cut_by(self.root)
         return [] if self.root.hidden else list(self._shapes(self.root, pictures=True))
 
@@ -236,18 +236,18 @@ class Document:
         return stated and any(node.element.get(link, "").strip().startswith("data:") for link in LINKS)
 
     def linked(self, element: Element) -> Element | None:
-        """Return the element of the same document that another one's href names."""
+        """Return the element of the same document that an element's href refers to."""
         link = next(filter(None, map(element.get, LINKS)), "")
         return self.ids.get(link[1:]) if link.startswith("#") else None
 
     def named(self, paint: str, *tags: str) -> Element | None:
-        """Return the element of one of these tags that `url(#id)` names."""
+        """Return the element that `url(#id)` refers to, if it has one of the given tags."""
         match = _URL.match(paint)
         found = self.ids.get(match[1]) if match else None
         return found if found is not None and local(found) in tags else None
 
     def own(self, element: Element) -> dict[str, str]:
-        """Return an element's attributes and styles by name, nothing inherited."""
+        """Return an element's attributes and styles by name, without inherited ones."""
         own = {k: v for k, v in element.attrib.items() if k[0] != "{"}
         style = own.get("style")
         if not self.sheet:
@@ -256,11 +256,13 @@ class Document:
         return own | (css.Style(said, said.important).add(css.declarations(style)) if style else said)
 
     def children(self, node: Node) -> Iterator[Node]:
-        """Yield what is rendered in a node, in painting order: what a <use> refers to, the viewport of an <svg> or
-        <symbol>, the first child of a <switch> that is understood, else all children, those of unknown tags included.
+        """Yield the nodes rendered in a node, in painting order.
+
+        That is the target of a <use>, the viewport of an <svg> or <symbol>, the first supported child of a <switch>, or
+        else all children, including those with unknown tags.
 
         Raises:
-            InputError: a `use` of itself, a malformed transform, length or viewBox, or too much is drawn again.
+            InputError: a `use` of itself, a malformed transform, length or viewBox, or too much is drawn repeatedly.
         """
         if node.tag == "use":
             yield from self._used(node)
@@ -275,15 +277,15 @@ class Document:
                     yield self._child(child, node, node.used)
 
     def definition(self, found: Element, node: Node, units: Affine = IDENTITY) -> Node:
-        """Return a clip path or mask that a node uses; it inherits from nothing around it.
+        """Return the node of a clip path or mask, which inherits nothing from its surroundings.
 
         Args:
             found: its element.
-            node: what it cuts.
-            units: from the units of what it draws to the node's.
+            node: the node that it cuts.
+            units: map from the units of its content to those of the node.
 
         Raises:
-            InputError: they refer to each other too often, or its transform is malformed.
+            InputError: such references are nested too deeply, or its transform is malformed.
         """
         if len(node.used) > limits.SVG_LINKS:
             raise InputError(
@@ -305,7 +307,7 @@ class Document:
 
     def _used(self, node: Node) -> Iterator[Node]:
         target = self.linked(node.element)
-        if target is None:  # elsewhere, or nowhere: SVG draws nothing, and no other file is read
+        if target is None:  # a missing element or another file: SVG draws nothing, and no file is read
             return
         if id(target) in node.used:
             raise InputError(f"<use> of {'#' + target.get('id', '')!r} contains itself")
@@ -318,7 +320,7 @@ class Document:
             yield child
 
     def _child(self, element: Element, outer: Node, used: tuple[int, ...]) -> Node:
-        """Return the node of an element in another, counted where it is drawn again."""
+        """Return the node of a child element; it counts towards the limit if it is drawn repeatedly."""
         tag = local(element)
         groups = outer.groups + outer.names
         node = Node(element, tag, outer.affine, outer.size, outer.origin, groups, used, outer.depth + 1)
@@ -350,7 +352,7 @@ class Document:
         return found
 
     def _resolved(self, node: Node, inherited: Mapping[str, str]) -> Node:
-        """Return the node, with its own styles, transform and names; only `hidden` where it is not displayed."""
+        """Resolve a node's styles, transform and names; only `hidden` is set if it is not displayed."""
         own = node.own = self.own(node.element)
         node.hidden = own.get("display") == "none" or own.get("opacity", "").strip() in ("0", "0%", "0.0")
         if node.hidden:
@@ -363,13 +365,13 @@ class Document:
         node.names = tuple(dict.fromkeys(n for n in names if n))
         if "transform" in node.properties and node.element is not self.top:
             node.affine = node.affine @ self._transform(node)
-        if node.tag == "use":  # x and y are part of its transform, for what cuts it off, too
+        if node.tag == "use":  # x and y are part of its transform, also for what clips it
             x, y = (length(node.properties.get(k) or "0", node.size, k, f"<use> {k}") for k in "xy")
             node.affine = node.affine @ affine.translation(x, y)
         return node
 
     def _settle_fonts(self, node: Node, own: Mapping[str, str], inherited: Mapping[str, str]) -> None:
-        """Give the size of the font in px, and lengths that refer to it."""
+        """Convert the node's font size, and lengths relative to it, to px."""
         properties = dict(node.properties)
         changed = fonts_in_css.shorthand(own["font"]) if "font" in own else {}
         if changed:
@@ -386,9 +388,7 @@ class Document:
         node.properties = properties
 
     def _transform(self, node: Node) -> Affine:
-        """Return the transform of a node, about its origin, which is measured from the viewBox or from the node's own
-        box.
-        """
+        """Return the transform of a node about its origin, which is relative to the viewBox or the node's own box."""
         properties, corner, size = node.properties, node.origin, node.size
         if own_box := properties.get("transform-box", "view-box").strip() in _OWN_BOXES:
             corner, size = self._own_box(node)
@@ -407,7 +407,7 @@ class Document:
         return affine.translation(*at) @ own @ affine.translation(-at[0], -at[1])
 
     def _own_box(self, node: Node) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Return the corner and the size of the box of a node, in its own units and without its transform."""
+        """Return the corner and size of a node's bounding box, in its own units and without its transform."""
         plain = {k: v for k, v in node.properties.items() if not k.startswith("transform")}
         still = replace(node, affine=IDENTITY, properties=plain)
         if still.tag == "text":
@@ -424,7 +424,7 @@ class Document:
         return (low.real, low.imag), ((high - low).real, (high - low).imag)
 
     def _shapes(self, node: Node, *, pictures: bool = False) -> Iterator[Node]:
-        """Yield the shapes shown in a node, with its pictures if they are asked for."""
+        """Yield the shapes displayed in a node, and with `pictures` its pictures."""
         for child in self.children(node):
             drawn = child.tag in SHAPES or (pictures and child.tag == "image")
             if not child.hidden and (drawn or child.tag in GROUPS):
@@ -435,7 +435,7 @@ class Document:
                     yield child
 
     def _cut_by(self, node: Node) -> tuple[Clip, ...]:
-        """Return the clip path and the mask of a node itself, or the rectangle of a viewport."""
+        """Return the clip path and mask of a node itself, or the rectangle of a viewport."""
         if node.tag == VIEWPORT:
             return (Clip("overflow", {}, (node.frame,)),) if node.frame else ()
         said = ((name, node.properties.get(name, "none").strip()) for name in CLIPS)
@@ -459,7 +459,7 @@ class Document:
 
 
 def _as_paths(text: Element, parts: Sequence[tuple[Mapping[str, str], str]]) -> Element:
-    """Return a <text> whose content is a path for each part that is painted alike, which has all that this takes."""
+    """Return a <text> as a group with one path for each part with the same paint."""
     group = Element(text.tag, text.attrib)
     tag = text.tag.replace("text", "path")
     for paint, data in parts:
@@ -468,7 +468,7 @@ def _as_paths(text: Element, parts: Sequence[tuple[Mapping[str, str], str]]) -> 
 
 
 def _share(text: str) -> float:
-    """Return a number from 0 to 1, or a percentage; 1 where it is neither."""
+    """Return a number or percentage, clipped to [0, 1]; 1 where it is neither."""
     words = text.strip()
     try:
         value = float(words.rstrip("%")) / (100 if words.endswith("%") else 1)
@@ -478,7 +478,7 @@ def _share(text: str) -> float:
 
 
 def _without_percentages(translate: "re.Match[str]", size: tuple[float, float]) -> str:
-    """Return a translation in numbers, of which parts are percentages of a box."""
+    """Replace percentages of a box in a translation by numbers."""
     sides = size[::-1] if translate[1] == "translateY" else size
     parts = [
         repr(length(part, size, axis, "transform")) if part.endswith("%") else part
@@ -488,14 +488,14 @@ def _without_percentages(translate: "re.Match[str]", size: tuple[float, float]) 
 
 
 def _is_understood(element: Element) -> bool:
-    """Return whether a <switch> takes this child."""
+    """Return whether a <switch> can select this child."""
     drawn = local(element) in _RENDERED - {"symbol"} | {"text"}
     speaks = element.get("systemLanguage", "en").partition("-")[0].strip() == "en"
     return drawn and "requiredExtensions" not in element.attrib and speaks
 
 
 def _viewport(node: Node) -> Node:
-    """Return what is inside an <svg> or a <symbol>, whose rectangle and viewBox its properties give."""
+    """Return the node inside an <svg> or <symbol>, with the transform of its viewBox."""
     said, size, corner, frame = node.properties, node.size, (0.0, 0.0), None
     given = {k: said[k] for k in ("x", "y", "width", "height") if said.get(k, "auto") != "auto"}
     sides = ({"width": "100%", "height": "100%"} if size else {}) | given
