@@ -1,20 +1,20 @@
-"""SVG drawings carried through a map as SVG: every shape becomes a path of Béziers, styles stay.
+"""Transfer SVG drawings through a map as SVG: every shape becomes a path of Bézier curves, styles are kept.
 
-What has no path follows the map as well as its kind allows: line widths and dashes its mean scale along the line,
-gradients, patterns and filters its affine part. Of what lies outside the source shape nothing is left.
+Anything that is not a path follows the map as well as its kind allows: line widths and dashes by the mean scale along
+the line; gradients, patterns and filters by the map's affine part. Everything outside the source shape is removed.
 
-document      the drawing written anew, without transforms and `use`
+document      the new drawing, without transforms and `use`
 element       one shape, and the elements that it becomes
-mapping       paths carried through a map and refitted
+mapping       paths mapped and refitted
 regions       the domains of maps
-affine_part   the map over some shapes as an affine map
-clip          runs cut at the domain's boundary
+affine_part   affine approximation of the map over some shapes
+clip          subpaths cut at the domain's boundary
 paint_server  gradients, patterns and markers
-embedded      pictures that are embedded, resampled
+embedded      embedded pictures, resampled
 filters       filters, by the map's affine part
-attributes    attributes and styles that stay
-references    references, kept within the drawing
-rendering     drawings as pictures
+attributes    attributes and styles that are kept
+references    references, restricted to the drawing itself
+rendering     drawings rendered as pictures
 rasterize     resvg, in a separate process
 """
 
@@ -35,10 +35,10 @@ TOLERANCE = 2e-4  # of the target's diagonal
 
 
 def check(source: Shape, target: Shape, copies: int = 1) -> None:
-    """Refuses, before a map is solved for, a drawing that `carry` would refuse; `copies` is how often it is carried.
+    """Check whether `carry` can transfer a drawing, before a map is solved for; `copies` is the number of transfers.
 
     Raises:
-        InputError: the source is not an SVG file, it is malformed, or more than can be carried.
+        InputError: the source is not an SVG file, is malformed, or exceeds a limit.
     """
     _document(source, target, copies)
 
@@ -51,17 +51,17 @@ def carry(
     *,
     tolerance: float | None = None,
 ) -> tuple[str, ...]:
-    """Write the drawing that the source shape was read from, carried to the target.
+    """Write the drawing from which the source shape was read, mapped to the target.
 
     Args:
-        source: a shape from an SVG file; all that the file draws inside of it is carried, not only the outline.
+        source: a shape from an SVG file; everything that the file draws inside it is transferred, not only the outline.
         map: source → target, core plane.
         target: its canvas becomes the drawing's.
         path: the SVG file to write.
-        tolerance: of the paths, in the target's units; TOLERANCE of the target's diagonal by default.
+        tolerance: of the paths, in the target's units; by default TOLERANCE times the target's diagonal.
 
     Returns:
-        A note for each kind of thing that was cut off, left out or approximated, with how often.
+        A note, with a count, for each kind of content that was clipped, omitted or approximated.
 
     Raises:
         InputError: the source is not an SVG file, or it is malformed.
@@ -79,13 +79,17 @@ def carry_parts(
     painted: Sequence[Complex] = (),
     opacity: float = 0.0,
 ) -> tuple[str, ...]:
-    """Return the same of a drawing of which several shapes were read, each with its own map.
+    """Write a drawing from which several shapes were read, each with its own map; see `carry`.
 
-    `painted` are the rings of what the target paints, if not all is to be shown, filled by the even-odd rule; what lies
-    outside of them is seen with an `opacity`.
+    Content inside one of the shapes follows that shape's map, the smallest shape if there are several. Content that
+    extends over several follows each of their maps, clipped at their outlines.
 
-    What lies in one of them goes with its map, the smallest if there are several; what reaches over more goes with each
-    of them, cut off at their outlines. With `each` the whole drawing goes with each map, in a separate group.
+    Args:
+        parts: the shapes, each with its map.
+        target, path, tolerance: as for `carry`.
+        each: whether to map the whole drawing by each map, in a separate group.
+        painted: rings of the target's painted area, filled by the even-odd rule, if not everything is to be shown.
+        opacity: of content outside the painted area.
     """
     drawing = _document(parts[0][0], target, len(parts) if each else 1)
     mapping = PathMapping(parts, tolerance or TOLERANCE * target.curve.diagonal)

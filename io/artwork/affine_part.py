@@ -1,4 +1,4 @@
-"""A map over some shapes in a few numbers: the affine map nearest to it, its scale, and how far these are from all."""
+"""Approximate a map over some shapes by an affine map and a scale, and measure how good these are."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,13 +13,13 @@ from ..svg.affine import Affine
 
 @dataclass(frozen=True, eq=False)
 class AffinePart:
-    """A map over some shapes, in coordinates with y down.
+    """Affine approximation of a map over some shapes, in coordinates with y down.
 
     Attributes:
-        affine: the affine map nearest to it.
-        curved: how far from that it is, root mean square, relative to the size of the image.
-        scale: its mean scale along the lines.
-        uneven: the largest scale by the smallest, a twentieth left out at both ends.
+        affine: the nearest affine map.
+        curved: RMS deviation of the map from it, relative to the size of the image.
+        scale: mean scale of the map along the lines.
+        uneven: ratio of the largest to the smallest scale, without the extreme twentieth at both ends.
         box: corners of the image's bounding box.
     """
 
@@ -32,14 +32,14 @@ class AffinePart:
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """A map at points, y down; (p,) arrays.
+    """A map sampled at points, y down; (p,) arrays unless stated otherwise.
 
     Attributes:
         z, w: points and images.
-        alpha, beta: the derivatives ∂w/∂z and ∂w/∂z̄; not finite where there are none.
-        length: what each point stands for.
-        lined: whether the point is one of a line.
-        control: (any,) points whose convex hull holds the image.
+        alpha, beta: the derivatives ∂w/∂z and ∂w/∂z̄; not finite where they do not exist.
+        length: length of curve that each point represents.
+        lined: whether the point is on a stroked line.
+        control: (any,) points whose convex hull contains the image.
     """
 
     z: Complex
@@ -51,14 +51,14 @@ class Samples:
     control: Complex
 
     def part(self, where: slice, lined: NDArray[np.bool_], control: Sequence[Complex]) -> "Samples":
-        """Return some of the samples, with what is known of these."""
+        """Return a range of the samples, with its own `lined` flags and control points."""
         hull = np.concatenate([np.empty(0, np.complex128), *(each.ravel() for each in control)])
         at = (self.z[where], self.w[where], self.alpha[where], self.beta[where])
         return Samples(*at, self.length[where], lined, hull)
 
 
 def affine_part(samples: Sequence[Samples]) -> AffinePart | None:
-    """Return the map over some shapes together; None where nothing of them is left."""
+    """Return the affine approximation over several shapes together; None where nothing of them is left."""
     names = ("z", "w", "alpha", "beta", "length", "lined", "control")
     joined = [np.concatenate([getattr(each, name) for each in samples]) for name in names if samples]
     if not joined:
@@ -83,8 +83,9 @@ def affine_part(samples: Sequence[Samples]) -> AffinePart | None:
 
 
 def _nearest(z: Complex, w: Complex, alpha: Complex, beta: Complex, weight: NDArray[np.float64]) -> Affine:
-    """Return the affine map nearest to one known by values and derivatives, which decide where the points lie on a
-    line.
+    """Return the affine map nearest to values and derivatives at points.
+
+    Derivatives determine it where the points are collinear.
     """
     centre = np.average(z, weights=weight)
     step = 0.1 * float(np.average(np.abs(z - centre), weights=weight)) or 1e-9

@@ -1,4 +1,4 @@
-"""The attributes and styles that an element keeps when a drawing is written anew."""
+"""Select the attributes and styles that an element keeps in the new drawing."""
 
 from xml.etree.ElementTree import Element
 
@@ -12,10 +12,10 @@ SPACES = {
     "inkscape": "http://www.inkscape.org/namespaces/inkscape",
     "cc": "http://creativecommons.org/ns#",
 }
-# Inkscape's others, and all of sodipodi, say how to make a path again from what it was before.
+# Other attributes of Inkscape, and all of sodipodi, describe how to recompute a path from its original shape.
 _NAMED = {f"{{{SPACES['inkscape']}}}{name}" for name in ("label", "groupmode")}
 _NAMED.add("{http://www.w3.org/XML/1998/namespace}space")
-# Where an element is, which path data replace, and under which conditions it is drawn.
+# Attributes for the position of an element, which path data replace, and for conditions on drawing it.
 _PLACED = {"d", "x", "y", "width", "height", "cx", "cy", "r", "rx", "ry", "x1", "y1", "x2", "y2", "points"}
 _PLACED |= {"transform", "transform-origin", "transform-box", "viewBox", "preserveAspectRatio", "pathLength"}
 _PLACED |= {"clip-path", "clipPathUnits", "mask", "maskUnits", "maskContentUnits", "href"}
@@ -23,9 +23,9 @@ _PLACED |= {"version", "baseProfile", "requiredExtensions", "requiredFeatures", 
 
 
 def kept(document: Document, element: Element, tag: str, *, named: bool) -> dict[str, str]:
-    """Return the attributes of an element that becomes a `tag`: no place, no script, and no id unless `named`.
+    """Return the attributes of an element that becomes a `tag`: without position and scripts; an id only if `named`.
 
-    What style sheets said of it by its old tag or id becomes its own style, as far as they don't say it any more.
+    Style sheet rules that matched its old tag or id, and no longer match, are added to its own style.
     """
     own = {k: v for k, v in element.attrib.items() if not k.startswith("{")}
     rest = {k: v for k, v in own.items() if k not in _PLACED and not k.lower().startswith("on")}
@@ -45,7 +45,7 @@ def kept(document: Document, element: Element, tag: str, *, named: bool) -> dict
 
 
 def settled(document: Document) -> Document:
-    """Return the document with what its style sheet says by the place of elements as their own styles, in place."""
+    """Move rules that depend on the position of elements from the style sheet into their own styles, in place."""
     sheet = document.sheet
     if sheet is None or not sheet.contextual:
         return document

@@ -1,8 +1,8 @@
-"""Runs of a drawing cut at a domain's boundary: what of them is inside, closed so that fills stay as they are.
+"""Clip subpaths at a domain's boundary, closed so that fills stay the same inside.
 
-A run that leaves the domain comes back somewhere, and a fill of what is left of it must paint the same inside. So an
-excursion is replaced by the arc of the boundary between its ends that winds around the inside as often as it does.
-Then the winding number of every point inside is what it was, whatever the fill rule.
+A subpath that leaves the domain and returns must paint the same inside when it is cut. So each excursion is replaced by
+an arc of the boundary between its ends that winds around the inside equally often. Then the winding number about every
+point inside is unchanged, whatever the fill rule.
 """
 
 import math
@@ -22,17 +22,19 @@ from ...plane import cross
 from ..svg.curves import Bezier, Piece
 from ..svg.path_data import PenPath
 
-CORNER = 0.2  # radians: where the boundary turns by more, an arc of it is cut in two
-MOST = 4096  # vertices of a piece
-OFF_MIDDLE = 0.217  # of the inscribed radius: any number that drawings do not use
-FLAT = 1e-6  # of a run's length: what stays nearer to a line encloses nothing
-TAIL = 20  # times as far as counts as inside: the longest end of a line that is cut off there
+CORNER = 0.2  # radians: an arc of the boundary is split at corners that turn by more
+MOST = 4096  # vertices of one segment's polyline
+OFF_MIDDLE = 0.217  # of the inscribed radius: an arbitrary number that drawings are unlikely to use
+FLAT = 1e-6  # of a subpath's length: one that stays closer to a line encloses nothing
+TAIL = 20  # times the distance that counts as inside: the longest line end that is trimmed there
 
 
 @dataclass(frozen=True, eq=False)
 class Span:
-    """The part of a piece between two parameters, or of a closed curve between two arclengths, run over in unit time;
-    backwards where the second is less."""
+    """The part of a segment between two parameters, or of a closed curve between two arclengths.
+
+    It is parametrized over [0, 1], and reversed if the second is less.
+    """
 
     whole: Piece | Curve
     start: float
@@ -48,13 +50,13 @@ Part = Piece | Span
 
 @dataclass(frozen=True, eq=False)
 class Clipped:
-    """What is left of a shape.
+    """The part of a shape that is inside a domain.
 
     Attributes:
-        line: the runs inside, with whether they are closed.
+        line: the subpaths inside, each with whether it is closed.
         cut: whether anything was cut off.
-        fill: where something was, closed runs that paint what the shape's fill paints inside.
-        turns: and of each run that never comes inside, how often it winds around the domain.
+        fill: if anything was, closed subpaths that paint inside what the shape's fill paints.
+        turns: for each subpath that never enters the domain, how often it winds around it.
         begins, ends: whether the shape's first and last point are inside.
     """
 
@@ -68,12 +70,13 @@ class Clipped:
 
 @dataclass(frozen=True, eq=False)
 class _Stretch:
-    """A part of a run as a polyline.
+    """A part of a subpath as a polyline.
 
     Attributes:
-        place: (p,) places, each a piece's number plus the parameter on it; over the run's end where it continues there.
+        place: (p,) positions, each a segment's index plus the parameter on it; they continue past the end of a closed
+            subpath.
         z: (p,) points.
-        away: whether it is outside.
+        away: whether the part is outside.
     """
 
     place: NDArray[np.float64]
@@ -81,21 +84,21 @@ class _Stretch:
     away: bool
 
     def between(self, start: float, stop: float, away: bool) -> "_Stretch":
-        """Return the part between two places."""
+        """Return the part between two positions."""
         inner = (self.place > start) & (self.place < stop)
         place = np.concatenate([[start], self.place[inner], [stop]])
         return _Stretch(place, _between(self.place, self.z, place), away)
 
 
 class _Ring:
-    """Closed polylines, ready to be crossed."""
+    """Closed polylines, indexed for intersection."""
 
     def __init__(self, *loops: Complex):
         self.a, self.b = np.concatenate(loops), np.concatenate([np.roll(z, -1) for z in loops])
         self.tree = shapely.STRtree(shapely.linestrings(xy_of(np.column_stack([self.a, self.b]))))
 
     def crossings(self, place: NDArray[np.float64], z: Complex) -> NDArray[np.float64]:
-        """Return where a polyline with known places crosses it, in order."""
+        """Return the positions at which a polyline with given positions crosses them, in order."""
         lines = shapely.linestrings(xy_of(np.column_stack([z[:-1], z[1:]])))
         segment, wall = self.tree.query(lines)
         p, d, e = z[segment], z[segment + 1] - z[segment], self.b[wall] - self.a[wall]
@@ -107,12 +110,13 @@ class _Ring:
 
 
 class Domain:
-    """A domain, ready to cut runs at its boundary, in the plane of the runs.
+    """A domain that clips subpaths at its boundary, in the same plane.
 
     Args:
         rim: the boundary, simple and counter-clockwise.
-        near: points up to this far outside count as inside, because the boundary is flattened and the drawing is not.
-        holes: boundaries of holes; those that are slits, narrower than what counts as near, are as they are.
+        near: points up to this distance outside count as inside, since the boundary is flattened and the drawing is
+            not.
+        holes: boundaries of holes; holes narrower than `near` are not shrunk by it.
     """
 
     def __init__(self, rim: Curve, near: float, holes: Sequence[Curve] = ()):
@@ -137,14 +141,17 @@ class Domain:
         }
 
     def _hole_of(self, z: Complex) -> int | None:
-        """Return the hole that a polyline outside lies in."""
+        """Return the index of the hole that contains a polyline outside, or None."""
         middle = z[z.size // 2 : z.size // 2 + 1] if z.size > 2 else z.mean(keepdims=True)
         return next((k for k, (hole, _) in enumerate(self.holes) if hole.contains(middle)[0]), None)
 
     def clip(self, runs: Sequence[PenPath], *, seams: bool = False, filled: bool = True) -> Clipped:
-        """Cuts the runs of one shape; each of them has at least one piece. Lines do not go over a seam with `seams`.
+        """Clip the subpaths of one shape; each has at least one segment.
 
-        If `filled`, what closes open runs counts as part of the shape.
+        Args:
+            runs: the subpaths.
+            seams: whether lines must not continue across the start of a closed subpath.
+            filled: whether the chords that close open subpaths belong to the shape.
         """
         found = [self._stretches(run.pieces, run.closed and not seams) for run in runs]
         away = any(stretch.away for stretches in found for stretch in stretches)
@@ -166,36 +173,36 @@ class Domain:
             pieces = _closed(run)
             stretches = self._stretches(pieces, True)
             if stretches[0].away and len(stretches) == 1 and self._hole_of(stretches[0].z) is not None:
-                continue  # it winds around nothing inside
+                continue  # it winds around no point inside
             laps = [a + b for a, b in zip(laps, self._turns(stretches))]
             if stretches[0].away and len(stretches) == 1:
                 out.turns.append(round(_angle(stretches[0].z - self.inner) / (2 * math.pi)))
             else:
                 around = [self._detour(s) if s.away else _spans(pieces, s) for s in stretches]
                 out.fill.append([part for parts in around for part in parts])
-        for (hole, _), turns in zip(self.holes, laps):  # nothing is painted in a hole
+        for (hole, _), turns in zip(self.holes, laps):  # so that nothing is painted in a hole
             out.fill.extend([self._arcs(hole, 0.0, turns * hole.length)] if turns else [])
         return out
 
     def _laps(self, run: PenPath) -> bool:
-        """Return whether a run winds around a hole."""
+        """Return whether a subpath winds around a hole."""
         place, z = _polyline(_closed(run), self.near / 10)
         return any(self._turns([_Stretch(place, z, False)]))
 
     def _turns(self, stretches: Sequence[_Stretch]) -> list[int]:
-        """Return how often a closed run winds around a point of each hole."""
+        """Return how often a closed subpath winds around a point of each hole."""
         angles = [sum(_angle(each.z - point) for each in stretches) for _, point in self.holes]
         return [round(angle / (2 * math.pi)) for angle in angles]
 
     def around(self, turns: int) -> list[Part]:
-        """Return the boundary, so many times, clockwise where negative."""
+        """Return the boundary `turns` times, clockwise if negative."""
         return self._arcs(self.rim, 0.0, turns * self.rim.length)
 
     def _within(self, z: Complex) -> NDArray[np.bool_]:
         return shapely.contains_xy(self.reach, z.real, z.imag)
 
     def _stretches(self, pieces: Sequence[Piece], closed: bool) -> list[_Stretch]:
-        """Return a run as stretches inside and outside by turns; those of a closed one go over its seam."""
+        """Split a subpath into stretches alternately inside and outside; those of a closed one may cross its start."""
         place, z = _polyline(pieces, self.near / 10)
         cuts = self.shore.crossings(place, z)
         whole = _Stretch(place, z, not self._within(z[:1])[0])
@@ -212,7 +219,7 @@ class Domain:
         return found
 
     def _landed(self, pieces: Sequence[Piece], stretch: _Stretch) -> _Stretch:
-        """Return a stretch inside without what of its ends is beyond the boundary, though still near it."""
+        """Trim the ends of a stretch inside that lie beyond the boundary, though still near it."""
         cuts = self.ring.crossings(stretch.place, stretch.z)
         if not cuts.size:
             return stretch
@@ -229,8 +236,10 @@ class Domain:
         return stretch.between(start, stop, False) if start < stop else stretch
 
     def _detour(self, stretch: _Stretch) -> list[Part]:
-        """Return the boundary's arc between the ends of an excursion that winds around the inside as it does, or around
-        a point of the hole that it goes through.
+        """Return the arc of the boundary that replaces an excursion.
+
+        It has the same ends, and winds equally often around the inside, or around a point of the hole that the
+        excursion passes through.
         """
         hole = self._hole_of(stretch.z)
         rim, point = (self.rim, self.inner) if hole is None else self.holes[hole]
@@ -242,7 +251,7 @@ class Domain:
         return self._arcs(rim, a, a + forth + (turns if hole is None else -turns) * rim.length)
 
     def _arcs(self, rim: Curve, start: float, stop: float) -> list[Part]:
-        """Return a boundary from one arclength to another, cut at its corners."""
+        """Return the part of a boundary between two arclengths, split at its corners."""
         low, high = sorted((start, stop))
         whole = rim.length * np.arange(math.floor(low / rim.length), high // rim.length + 1)
         corners = np.add.outer(whole, self._corners[rim]).ravel()
@@ -251,12 +260,12 @@ class Domain:
 
 
 def _closed(run: PenPath) -> Sequence[Piece]:
-    """Return the pieces of a run as a fill closes it."""
+    """Return the segments of a subpath including the chord with which a fill closes it."""
     return run.pieces if run.closed else [*run.pieces, Bezier((run.pieces[-1].last(), run.start))]
 
 
 def is_flat(pieces: Sequence[Part]) -> bool:
-    """Return whether a run stays on a straight line, so that its fill paints nothing, wherever the run goes."""
+    """Return whether a subpath stays on a straight line, so that its fill paints nothing."""
     z = np.concatenate([piece.at(np.linspace(0, 1, 17)) for piece in pieces])
     away = z - z[0]
     far = away[np.argmax(np.abs(away))]
@@ -264,20 +273,20 @@ def is_flat(pieces: Sequence[Part]) -> bool:
 
 
 def _point_in(hole: Curve) -> complex:
-    """Return a point deep in a hole, but not the middle, through which drawings pass."""
+    """Return a point deep in a hole, but not its centre, since drawings often pass through centres."""
     circle = shapely.get_coordinates(shapely.maximum_inscribed_circle(polygon_of(hole.z)))
     middle, touched = complex_of(circle)
     return complex(middle + OFF_MIDDLE * (touched - middle))
 
 
 def _shrunk(hole: shapely.Polygon, near: float) -> shapely.Polygon:
-    """Return the largest part of a hole that is farther than `near` from its outline; all of it where there is none."""
+    """Return the largest part of a hole that is at least `near` from its outline; all of it if there is none."""
     parts = [part for part in shapely.get_parts(hole.buffer(-near)) if part.area > 0]
     return max(parts, key=lambda part: part.area, default=hole)
 
 
 def _polyline(pieces: Sequence[Piece], tolerance: float) -> tuple[NDArray[np.float64], Complex]:
-    """Return places (piece + parameter) and points of a polyline near a run."""
+    """Return positions (index + parameter) and points of a polyline within a tolerance of a subpath."""
     counts = [min(MOST, max(1, math.ceil(math.sqrt(piece.bend() / (8 * tolerance))))) for piece in pieces]
     t = [np.arange(count) / count for count in counts]
     place = np.concatenate([k + part for k, part in enumerate(t)] + [[len(pieces)]])
@@ -290,7 +299,7 @@ def _between(place: NDArray[np.float64], z: Complex, at: NDArray[np.float64]) ->
 
 
 def _spans(pieces: Sequence[Piece], stretch: _Stretch) -> list[Part]:
-    """Return the pieces of a stretch, the first and the last as far as they are in it."""
+    """Return the segments of a stretch, the first and last one trimmed."""
     parts: list[Part] = []
     for k in range(math.floor(stretch.place[0]), math.ceil(stretch.place[-1])):
         a, b = max(stretch.place[0] - k, 0.0), min(stretch.place[-1] - k, 1.0)
@@ -306,7 +315,7 @@ def _point(pieces: Sequence[Piece], place: float) -> complex:
 
 
 def _speed(pieces: Sequence[Piece], place: float) -> float:
-    """Return how far the run goes there by a unit of place; no less than a thousandth of its piece."""
+    """Return the speed of a subpath in its position parameter, at least a thousandth of the segment's size."""
     piece, t = pieces[int(place) % len(pieces)], place % 1
     z = piece.at(np.array([0, 0.5, 1, max(t - 1e-4, 0), min(t + 1e-4, 1)]))
     size = float(np.abs(np.diff(z[:3])).sum())
@@ -314,5 +323,5 @@ def _speed(pieces: Sequence[Piece], place: float) -> float:
 
 
 def _angle(z: Complex) -> float:
-    """Return the angle that a polyline, seen from the origin, runs through."""
+    """Return the angle that a polyline sweeps as seen from the origin."""
     return float(np.angle(z[1:] * z[:-1].conj()).sum())

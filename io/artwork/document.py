@@ -1,7 +1,7 @@
-"""An SVG document written anew, without what hangs on places: no transforms, no `use`, each clip path for one use only.
+"""Build the new SVG document: without transforms and `use`, and with a separate clip path for each use.
 
-A path that goes through a map is in the target's units. So groups, classes and style sheets are kept, transforms and
-`use` are resolved, and clip paths and masks, which are drawings, too, become copies for every place that uses them.
+Mapped paths are in the target's units. So groups, classes and style sheets are kept, but transforms and `use` are
+resolved. Clip paths and masks are drawings as well, and are copied for every place that uses them.
 """
 
 import copy
@@ -50,17 +50,18 @@ class MappedDocument:
     """A document being built.
 
     Attributes:
-        out, definitions: its root, and what will be in its <defs>.
-        document: what it is built from.
-        region: of a mask: the target's canvas and as much around it.
-        elements, effects: what the map has to carry.
-        shapes: those of `elements` that are drawn in the present place, not in a clip path or mask that is used there.
-        aside: whether the present place is a clip path or mask.
-        copy: the number of the present copy of the drawing, if there are several.
-        pictures: those that are embedded.
-        notes: what was left out.
-        carried: lines and curves to carry.
-        covered: of these, each as often as a clip path, mask or filter applies to it or to a group around it.
+        out, definitions: its root, and the future content of its <defs>.
+        document: the original document.
+        region: of a mask: the target's canvas and as much again on each side.
+        elements, effects: what the map has to transfer.
+        shapes: those of `elements` that are drawn at the current place, without those of clip paths and masks.
+        aside: whether the current place is a clip path or mask.
+        copy: number of the current copy of the drawing, if there are several.
+        pictures: the embedded pictures.
+        notes: counts of omitted content.
+        carried: limit on lines and curves.
+        covered: limit on lines and curves, counted once for each clip path, mask or filter that applies to them or to a
+            group around them.
     """
 
     out: Element
@@ -79,11 +80,12 @@ class MappedDocument:
 
     @classmethod
     def of(cls, data: bytes, source: Shape, target: Shape, copies: int = 1) -> "MappedDocument":
-        """Return the document that the source was read from, on the target's canvas, its shapes still without paths;
-        with several copies each is a group.
+        """Build the document that the source was read from on the target's canvas; its shapes have no paths yet.
+
+        With several copies, each is a group.
 
         Raises:
-            InputError: it is malformed.
+            InputError: the document is malformed.
         """
         document = attributes.settled(tree.parse(data))
         node = document.root
@@ -109,8 +111,10 @@ class MappedDocument:
         return drawing
 
     def cut_by(self, rings: Sequence[Complex], opacity: float = 0.0) -> None:
-        """Show the drawing only inside of rings of the target's core plane, filled by the even-odd rule, and outside
-        with an opacity."""
+        """Show the drawing only inside rings, and outside with an opacity.
+
+        The rings are in the target's core plane, and filled by the even-odd rule.
+        """
         content = [child for child in self.out if local(child) not in ("style", "defs")]
         cut = (
             {"mask": self._fading_mask(rings, opacity)}
@@ -124,13 +128,13 @@ class MappedDocument:
         self.out.append(group)
 
     def _painted_clip(self, rings: Sequence[Complex]) -> str:
-        """Add the clip path of rings, and return the reference to it."""
+        """Add a clip path of rings, and return a reference to it."""
         clip = self.definitions.new("clipPath")
         SubElement(clip, f"{SVG}path", {"d": _path_of(rings), "clip-rule": "evenodd"})
         return f"url(#{clip.get('id')})"
 
     def _fading_mask(self, rings: Sequence[Complex], opacity: float) -> str:
-        """Add the mask that leaves what lies in rings, and an opacity elsewhere; return the reference to it."""
+        """Add a mask that shows the inside of rings, and the outside with an opacity; return a reference to it."""
         mask = self.definitions.new("mask")
         everywhere = dict(zip(("x", "y", "width", "height"), self._everywhere()))
         mask.attrib |= {"maskUnits": "userSpaceOnUse", **everywhere}
@@ -139,12 +143,12 @@ class MappedDocument:
         return f"url(#{mask.get('id')})"
 
     def _everywhere(self) -> list[str]:
-        """Left, top, width and height of the canvas, three times as large to each side, since lines reach out of it."""
+        """Return x, y, width and height of the canvas, tripled about its middle since lines extend beyond it."""
         x, y, width, height = map(float, self.out.attrib["viewBox"].split())
         return [f"{value:.9g}" for value in (x - width, y - height, 3 * width, 3 * height)]
 
     def finish(self) -> None:
-        """Add the definitions in use, after the map has carried the shapes and pictures."""
+        """Add the definitions in use, once the map has transferred the shapes and pictures."""
         self._share_pictures()
         self.definitions.collect(self.out)
         if len(self.definitions.out):
@@ -152,7 +156,7 @@ class MappedDocument:
         self.notes["reference to another file, omitted"] += confine(self.out)
 
     def _share_pictures(self) -> None:
-        """Hold each picture that is kept as it is, and shown more than once, once."""
+        """Store unchanged pictures that are shown more than once only once."""
         kept = [(out, out[0]) for out in (picture.out for picture in self.pictures) if len(out) == 1]
         uses = Counter(image.get("href") for _, image in kept)
         for out, image in kept:
@@ -166,7 +170,7 @@ class MappedDocument:
             self.add(child, parent)
 
     def add(self, node: Node, parent: Element) -> None:
-        """Add a node, and what is in it, to the parent in the new document."""
+        """Add a node and its content to a parent in the new document."""
         if node.hidden:
             self.notes["hidden element (display: none, opacity 0), omitted"] += not self.aside
         elif node.tag in tree.SHAPES:
@@ -200,7 +204,7 @@ class MappedDocument:
             self._applied(node, group, shapes)
         elif node.frame and (box := box_of(shapes, node.frame.affine)):
             place = _rectangle(node.frame)
-            if not _holds(place, box):  # it is clipped only where it reaches out
+            if not _holds(place, box):  # only if it extends beyond the viewport
                 restyle(group, {"clip-path": self._clip_to(place, node.frame)[0]})
 
     def _shape(self, node: Node, parent: Element) -> None:
@@ -231,7 +235,9 @@ class MappedDocument:
         self.shapes.append(shape)
         self._applied(node, out, [shape])
         if local(parent) == "clipPath":
-            if "clip-rule" in said and "clip-rule" not in shape.own:  # of a <use> that is not there any more
+            if (
+                "clip-rule" in said and "clip-rule" not in shape.own
+            ):  # inherited from a <use>, which is resolved
                 restyle(out, {"clip-rule": said["clip-rule"]})
             return
         if marked and node.tag not in _MARKED:
@@ -242,7 +248,7 @@ class MappedDocument:
             self.effects.append(Effect([shape], lined(shape, node.element, said, space)))
 
     def _picture(self, node: Node, parent: Element) -> None:
-        """Add the place of an embedded picture, cut out as the map has it. The picture follows with the map."""
+        """Add a group for an embedded picture, clipped to its mapped outline; the picture is resampled later."""
         link = next((k for k in tree.LINKS if node.element.get(k, "").strip().startswith("data:")), None)
         if link is None:
             self.notes["<image> that is not embedded, omitted"] += 1
@@ -280,7 +286,7 @@ class MappedDocument:
         self._applied(node, group, shapes)
 
     def _paint(self, shape: MappedElement, said: Mapping[str, str], space: Space) -> None:
-        """Gradients, patterns and markers in user space, each as one of the shape's own."""
+        """Copy the shape's gradients, patterns and markers into user space, so that they can follow the map."""
         for kind in ("fill", "stroke"):
             found = self.document.named(said.get(kind, ""), *_PAINTED)
             if found is not None and (made := self.definitions.painted(found, space)):
@@ -293,7 +299,7 @@ class MappedDocument:
                 self.effects.append(Effect([shape], made[1]))
 
     def _applied(self, node: Node, out: Element, shapes: list[MappedElement]) -> None:
-        """Give `out` the clip path, mask and filter that its node has, each a separate copy to be mapped."""
+        """Apply a node's clip path, mask and filter to `out`, each as a separate copy to be mapped."""
         space = Space(node.affine, node.size, shapes)
         kinds = (
             ("clip-path", "clipPath", self._clip),
@@ -345,14 +351,14 @@ class MappedDocument:
         return made[0]
 
     def _definition(self, found: Element, node: Node, space: Space, units: str) -> Node | None:
-        """Return a clip path or mask that a node uses; None where it is in units of a box without area."""
+        """Return the clip path or mask that a node uses; None where its units refer to a box without area."""
         boxed = self.document.own(found).get(units) == "objectBoundingBox"
         if boxed and not space.area:
             return None
         return self.document.definition(found, node, space.units if boxed else tree.IDENTITY)
 
     def _clip_to(self, place: Rectangle, node: Node) -> tuple[str, list[MappedElement]]:
-        """Return a clip path of a rectangle in the node's user space, and its shape."""
+        """Return a clip path for a rectangle in the node's user space, and its shape."""
         mapped = self.definitions.new("clipPath")
         sides = {name: repr(value) for (name, _), value in zip(SIDES, place)}
         rectangle = Node(
@@ -364,7 +370,7 @@ class MappedDocument:
 
     @contextmanager
     def _elsewhere(self) -> Iterator[None]:
-        """While a clip path or mask is added: its shapes are not those of the place where it is used."""
+        """Separate the shapes of a clip path or mask from those of the place where it is used."""
         shapes, aside = self.shapes, self.aside
         self.shapes, self.aside = [], True
         try:
@@ -373,24 +379,24 @@ class MappedDocument:
             self.shapes, self.aside = shapes, aside
 
     def _styled(self, node: Node, tag: str) -> dict[str, str]:
-        """Return what a node keeps of its element's attributes; no id where it may be there twice."""
+        """Return the attributes that a node keeps; without an id if it might occur twice."""
         once = not node.used and not self.copy and tag not in ("clipPath", "mask")
         return attributes.kept(self.document, node.element, tag, named=once)
 
     @staticmethod
     def _nested(parent: Element, attributes: dict[str, str]) -> Element:
-        """Return a group in the parent; in a clip path, which may hold shapes only, the parent itself."""
+        """Return a new group in the parent; or the parent itself if it is a clip path, which cannot contain groups."""
         return parent if local(parent) == "clipPath" else SubElement(parent, f"{SVG}g", attributes)
 
 
 def _rectangle(node: Node) -> Rectangle:
-    """x, y, width and height of a node in its user space."""
+    """Return x, y, width and height of a node in its user space."""
     x, y, width, height = (node.length(name, axis) for name, axis in SIDES)
     return x, y, width, height
 
 
 def _holds(outer: Rectangle, inner: Rectangle) -> bool:
-    """Return whether a rectangle is in another, but for rounding."""
+    """Return whether a rectangle contains another, up to rounding."""
     tiny = 1e-6 * max(inner[2:])
     return all(
         a <= b + tiny and a + sides >= b + size - tiny
@@ -399,7 +405,7 @@ def _holds(outer: Rectangle, inner: Rectangle) -> bool:
 
 
 def _picture_place(node: Node, ratio: float, height: float) -> Rectangle:
-    """Return the rectangle of a picture in its user space, by its own size where the drawing states none."""
+    """Return the rectangle of a picture in its user space; a missing width or height follows from the picture's own."""
     wide, high = (
         node.properties.get(name, "auto").strip() not in ("", "auto") for name in ("width", "height")
     )
@@ -410,13 +416,13 @@ def _picture_place(node: Node, ratio: float, height: float) -> Rectangle:
 
 
 def _corners(place: Rectangle) -> Complex:
-    """Return the corners of a rectangle, one after the other."""
+    """Return the corners (4,) of a rectangle in order."""
     x, y, width, height = place
     return complex(x, y) + np.array([0, width, complex(width, height), 1j * height])
 
 
 def _path_of(rings: Sequence[Complex]) -> str:
-    """Return the path data of rings of the core plane, whose y axis points up."""
+    """Return path data of rings in the core plane, where y points up."""
     return "".join(
         "M" + "L".join(f"{z.real:.9g} {-z.imag:.9g}" for z in ring.tolist()) + "Z" for ring in rings
     )

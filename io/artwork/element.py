@@ -1,4 +1,4 @@
-"""A shape of a drawing on its way through a map, and the SVG elements that it becomes."""
+"""A shape to be mapped, and the SVG elements that it becomes."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -20,13 +20,13 @@ from ..svg.tree import Node
 from .clip import Clipped
 
 SVG = "{http://www.w3.org/2000/svg}"
-FAR = 10**7  # beyond every canvas
-# What applies to an element as a whole, and what it is where it does not apply.
+FAR = 10**7  # beyond any canvas
+# Properties that apply to an element as a whole, with the values that have no effect.
 _WHOLE = {"opacity": "1", "filter": "none", "mask": "none", "clip-path": "none", "mix-blend-mode": "normal"}
 _ENDS = {"marker-start": "none", "marker-end": "none"}
 _UNSEEN = {"fill-opacity": "0", "stroke-opacity": "0"}
 
-# A run as (k, 4) control points for each of its pieces, and whether it is closed.
+# A subpath as (k, 4) control points for each of its segments, and whether it is closed.
 Cubics = tuple[list[Complex], bool]
 
 
@@ -35,14 +35,14 @@ class MappedElement:
     """A shape in the root's user units, y down.
 
     Attributes:
-        out, parent: the element that it becomes, and that one's parent.
-        runs: the shape; each has at least one piece.
-        own: the styles of the element itself, nothing inherited.
-        filled, lined: what of it is painted; markers are painted along a line, even where that is not.
-        aside: whether it is part of a clip path or a mask: where it surrounds the source, it then reaches on.
+        out, parent: the element that it becomes, and the parent of that.
+        runs: its subpaths; each has at least one segment.
+        own: the element's own styles, without inherited ones.
+        filled, lined: whether its fill and its line are painted; markers need a line even where that is not painted.
+        aside: whether it belongs to a clip path or mask; where it surrounds the source, it is then extended.
         markers: the marker properties that it has.
-        line_first: whether the line is painted under the fill.
-        copy: the number of the map that alone carries it; None: those of the regions that it lies in.
+        line_first: whether the line is painted below the fill.
+        copy: number of the only map that transfers it; None for the maps of the regions that it lies in.
     """
 
     out: Element
@@ -58,7 +58,7 @@ class MappedElement:
 
     @cached_property
     def points(self) -> Complex:
-        """The ends of its straight pieces, and points along the others: whose box is its box, to about a thousandth."""
+        """Ends of straight segments and points along the others; they determine its box to about a thousandth."""
         pieces = [piece for run in self.runs for piece in run.pieces]
         straight = [(run.start, *(piece.last() for piece in run.pieces)) for run in self.runs]
         bent = [piece.at(np.linspace(0, 1, 33)) for piece in pieces if piece.bend()]
@@ -73,15 +73,15 @@ class MappedElement:
         *,
         line_is_filled: bool = True,
     ) -> None:
-        """Make the element a path, or a group where fill, line and markers need one each.
+        """Write the mapped shape as a path, or as a group where fill, line and markers need separate paths.
 
         Args:
-            clipped: what of the shape is inside.
-            fill: closed runs of the fill, where it differs from the line; those around the whole source come last.
-            line: runs of the line, or of both.
-            digits: after the decimal point.
-            line_is_filled: whether the runs of the line are those of the fill. They are not where the fill is cut off,
-                closes an open run, or encloses nothing.
+            clipped: the part of the shape that is inside.
+            fill: closed subpaths of the fill, if different from the line; those around the whole source come last.
+            line: subpaths of the line, or of both.
+            digits: digits after the decimal point.
+            line_is_filled: whether fill and line have the same subpaths. They differ if the fill is clipped, closes an
+                open subpath, or encloses nothing.
         """
         drawn: list[tuple[str, dict[str, str]]] = []
         if line:
@@ -89,7 +89,7 @@ class MappedElement:
             kept = {"marker-start": clipped.begins, "marker-mid": False, "marker-end": clipped.ends}
             style |= {name: "none" for name in sorted(self.markers) if not kept[name]}
             drawn.append((_data(line, digits), style))
-            if "marker-mid" in self.markers:  # at the shape's own vertices, not at those that fitting adds
+            if "marker-mid" in self.markers:  # at the shape's own vertices, not at those added by refitting
                 bare = [([_outer(run)], closed) for run, closed in line]
                 groups = [[run] for run in bare] if clipped.cut else [bare]
                 drawn += [(_data(group, digits), _UNSEEN | _ENDS) for group in groups]
@@ -97,7 +97,7 @@ class MappedElement:
             around = [turns for turns in clipped.turns if turns] if self.aside else []
             data = _data(fill[: len(fill) - len(around)], digits) + "".join(map(_square, around))
             unlined = {"stroke": "none"} | dict.fromkeys(sorted(self.markers), "none") if self.lined else {}
-            first = 1 if self.line_first and line else 0  # what has only markers stays last
+            first = 1 if self.line_first and line else 0  # a path with only markers stays last
             drawn.insert(first, (data, unlined))
         if len(drawn) == 1:
             self.out.set("d", drawn[0][0])
@@ -115,7 +115,7 @@ class MappedElement:
 
 
 def runs_of(drawn: Node) -> list[PenPath]:
-    """Return the shape's runs in the root's user units, y down; closed ones end where they begin.
+    """Return the subpaths of a shape in the root's user units, y down; closed ones end where they start.
 
     Raises:
         InputError: a malformed attribute, or coordinates that are too large.
@@ -136,7 +136,7 @@ def runs_of(drawn: Node) -> list[PenPath]:
 
 
 def box_of(shapes: Sequence[MappedElement], affine: Affine) -> Rectangle | None:
-    """Return the bounding box of shapes in the user space that `affine` takes to the root's; None without any."""
+    """Return the bounding box of shapes in the user space that `affine` maps to the root's; None if it has no area."""
     points = [shape.points for shape in shapes]
     if not points or not affine.determinant:
         return None
@@ -146,13 +146,13 @@ def box_of(shapes: Sequence[MappedElement], affine: Affine) -> Rectangle | None:
 
 
 def length_of(runs: Sequence[PenPath]) -> float:
-    """Return the length of all runs together, in the root's units, to about a thousandth."""
+    """Return the total length of subpaths, in the root's units, to about a thousandth."""
     z = [piece.at(np.linspace(0, 1, 33)) for run in runs for piece in run.pieces]
     return float(sum(np.abs(np.diff(points)).sum() for points in z))
 
 
 def restyle(out: Element, style: dict[str, str]) -> None:
-    """Add declarations to an element's own, which win over attributes and style sheets."""
+    """Add declarations to an element's own style, where they override attributes and style sheets."""
     for name in style:
         out.attrib.pop(name, None)
     both = css.declarations(out.get("style", ""))
@@ -162,7 +162,7 @@ def restyle(out: Element, style: dict[str, str]) -> None:
 
 
 def _data(runs: Sequence[Cubics], digits: int) -> str:
-    """Path data of runs."""
+    """Return the path data of subpaths."""
     d = []
     for run, closed in runs:
         cubics = np.concatenate(run)
@@ -178,10 +178,10 @@ def _pair(z: complex, digits: int) -> str:
 
 
 def _outer(run: list[Complex]) -> Complex:
-    """Return one cubic for each piece, with its ends and its directions there."""
+    """Return one cubic for each original segment, with its ends and its directions there."""
     return np.array([[fitted[0, 0], fitted[0, 1], fitted[-1, 2], fitted[-1, 3]] for fitted in run])
 
 
 def _square(turns: int) -> str:
-    """Return a square beyond every canvas, run around so many times, clockwise on the screen where negative."""
+    """Return path data of a square beyond any canvas, run `turns` times, clockwise on the screen if negative."""
     return f"M-{FAR} -{FAR}{'V{0}H{0}V-{0}Z' if turns > 0 else 'H{0}V{0}H-{0}Z'}".format(FAR) * abs(turns)

@@ -1,7 +1,7 @@
-"""Pictures that are embedded in a drawing, each carried as one picture: exactly, and cut once at its outline.
+"""Transfer pictures embedded in a drawing, each as one picture, clipped once at its outline.
 
-Where the map is affine over all of a picture, the picture itself stays and is transformed. Elsewhere it is resampled in
-the target, as finely as the map needs it, and shown inside the image of its rectangle.
+Where the map is affine over all of a picture, the picture itself is kept and transformed. Elsewhere it is resampled in
+the target at the resolution that the map needs, and shown inside the image of its rectangle.
 """
 
 import base64
@@ -32,36 +32,37 @@ from .references import typed
 from .regions import Region
 
 MAX_PIXELS = 1 << 24
-"""Of one picture that is made: more than screens and most prints show of a part of a drawing."""
+"""Pixels of one resampled picture at most: more than screens and most prints show of a part of a drawing."""
 MAX_ENLARGEMENT = 4
-"""Pixels that are made of each of the picture's, at most."""
+"""Ratio of resampled to original pixels at most."""
 COST = 200
-"""Lines and curves that a picture counts as, among those that a drawing may have."""
+"""Number of lines and curves as which a picture counts towards the limits of a drawing."""
 LEAST_PIXELS = 1 << 18
-"""That a picture of few pixels may get at least, so that the bend of the map is seen between its texels."""
+"""Pixels that even a tiny picture may get, so that the map's curvature shows between its texels."""
 FINE_SHARE = 0.25
-"""Share of a picture that may be shown with less than one pixel for each pixel of the picture; the rest has more."""
-ACROSS = 33  # points of a picture in each direction at which the map is looked at
-OUTLINE_POINTS = 128  # on each side of a picture: between them its image is straight to less than a pixel
-MARGIN_PIXELS = 2  # around what the map covers, which the smoothing of viewers reaches
+"""Share of a picture that may be shown with less than one pixel per original pixel."""
+ACROSS = 33  # points of a picture in each direction at which the map is sampled
+OUTLINE_POINTS = 128  # per side of a picture; between them its image is straight to less than a pixel
+MARGIN_PIXELS = 2  # around the mapped area, since viewers interpolate between pixels
 TOLERANCE_PIXELS = 5  # times the tolerance of paths: a pixel of small pictures, a thousandth of the target
-TEXEL_ERROR = 0.1  # of texture coordinates
+TEXEL_ERROR = 0.1  # error of texture coordinates in texels
 NEAREST = frozenset(["pixelated", "crisp-edges", "optimizeSpeed"])
 
 
 @dataclass(eq=False)
 class EmbeddedPicture:
-    """A picture of the drawing, on its way through the map.
+    """An embedded picture to be mapped.
 
     Attributes:
-        out: where it is shown, cut to its outline.
-        group: the element that `out` is in, which has the picture's styles.
-        content: the file.
-        address: the same as written in the drawing, with its kind.
-        place: the rectangle that it is seen in, in its user space.
-        to_root: from the pixels of the picture, as wide as it is in proportion to its height of 1, to the root's units.
+        out: the group in which it is shown, clipped to its outline.
+        group: the element around `out`, which has the picture's styles.
+        content: bytes of the file.
+        address: the same as written in the drawing, with its media type.
+        place: corners of the rectangle in which it is shown, in the root's units.
+        to_root: map from the picture, scaled to height 1, to the root's units.
+        ratio: width / height of the picture.
         smooth: whether its pixels are interpolated.
-        copy: the number of the map that alone carries it, if there is one.
+        copy: number of the only map that transfers it, if any.
     """
 
     out: Element
@@ -75,7 +76,7 @@ class EmbeddedPicture:
     copy: int | None = None
 
     def carry(self, regions: Sequence[Region], tolerance: float) -> str:
-        """Show the picture in what regions make of it, and return what is to be noted."""
+        """Show the picture as the regions' maps transform it, and return a note, or an empty string."""
         corners = self.place.conj()
         polygon = shapely.Polygon(np.column_stack([corners.real, corners.imag]))
         met = [region for region in regions if region.domain.reach.intersects(polygon)]
@@ -95,7 +96,7 @@ class EmbeddedPicture:
     def _resampled(
         self, region: Region, polygon: shapely.Polygon, image: Image, finest: float, *, alone: bool
     ) -> str:
-        """Add the picture as a region's map shows it."""
+        """Add the picture as resampled by a region's map; return a note."""
         visible = shapely.intersection(polygon, region.domain.polygon)
         z = _inside(visible, polygon)
         if not z.size:
@@ -119,9 +120,7 @@ class EmbeddedPicture:
 
 
 def size_of(address: str) -> tuple[bytes, int, int] | None:
-    """Return the file that an address holds, and its width and height as shown; None where it is not one that is
-    read.
-    """
+    """Return the file in an address, and its width and height as shown; None where it is not a supported picture."""
     content = content_of(typed(address))
     if not content:
         return None
@@ -135,7 +134,7 @@ def size_of(address: str) -> tuple[bytes, int, int] | None:
 
 
 def placed(place: Rectangle, size: tuple[float, float], aspect: str) -> tuple[Affine, Rectangle]:
-    """From a picture of a size to user space, and the rectangle of that in which it is seen.
+    """Return the map from a picture of a size to user space, and the rectangle there in which it is visible.
 
     Raises:
         InputError: `aspect` is malformed.
@@ -149,18 +148,18 @@ def placed(place: Rectangle, size: tuple[float, float], aspect: str) -> tuple[Af
 
 @dataclass(frozen=True, eq=False)
 class _Placing:
-    """Where points of the source's plane lie in a picture that is placed by an affine map; see `Placing`."""
+    """Places of the source's points in a picture that is placed by an affine map; see `Placing`."""
 
     texels: Affine
 
     @property
     def scale(self) -> tuple[float, float]:
-        """As `Placing.scale`."""
+        """See `Placing.scale`."""
         largest = abs(self.texels.alpha) + abs(self.texels.beta)
         return largest, largest
 
     def places(self, z: Complex, right: NDArray, down: NDArray) -> Places:
-        """Return as `Placing.places`."""
+        """See `Placing.places`."""
         linear = Affine(self.texels.alpha, self.texels.beta)
         at, across, below = self.texels(z.conj()), linear(right.conj()), linear(down.conj())
         turn = np.stack([across.real, below.real, across.imag, below.imag], axis=1)
@@ -170,7 +169,7 @@ class _Placing:
 def _warped(
     region: Region, image: Image, texels: Affine, canvas: Canvas, *, smooth: bool, alone: bool
 ) -> Image:
-    """Return the picture as the map shows it on a canvas, its colours extended over what the map does not cover.
+    """Resample a picture onto a canvas by a region's map; its colours are extended beyond the mapped area.
 
     Unless it is `alone`, it is transparent there.
     """
@@ -205,7 +204,7 @@ def _warped(
 
 
 def _canvas(box: Box, density: float, texels: float) -> Canvas:
-    """Return the raster over a box with a number of pixels a unit, within what pictures may have."""
+    """Return a raster for a box at a density of pixels per unit, reduced if it would exceed the limits of pictures."""
     width, height = _size(box)
     most = min(MAX_PIXELS, max(MAX_ENLARGEMENT * texels, LEAST_PIXELS))
     density *= min(1.0, np.sqrt(most / max(width * density * height * density, 1e-300)))
@@ -217,9 +216,7 @@ def _canvas(box: Box, density: float, texels: float) -> Canvas:
 def _affine_map(
     region: Region, polygon: shapely.Polygon, corners: Complex, tolerance: float
 ) -> Affine | None:
-    """Return the affine map that a region's map is over all of a picture, in the core plane; None where it is
-    another.
-    """
+    """Return the affine map that equals a region's map over all of a picture, in the core plane, or None."""
     z = _inside(shapely.intersection(polygon, region.domain.polygon), polygon)
     if z.size < 3:
         return None
@@ -235,7 +232,7 @@ def _affine_map(
 
 
 def _inside(visible: shapely.Geometry, polygon: shapely.Polygon) -> Complex:
-    """Return points of a picture, in the core plane, all over what is seen of it."""
+    """Return points (p,) distributed over the visible part of a picture, in the core plane."""
     a, b, _, d = complex_of(shapely.get_coordinates(polygon)[:4])
     share = (np.arange(ACROSS) + 0.5) / ACROSS
     z = (a + share * (b - a) + share[:, None] * (d - a)).ravel()
@@ -243,20 +240,20 @@ def _inside(visible: shapely.Geometry, polygon: shapely.Polygon) -> Complex:
 
 
 def _outline(visible: shapely.Geometry) -> Complex:
-    """Return points around what is seen of a picture, close to each other."""
+    """Return closely spaced points on the outline of the visible part of a picture."""
     step = max(np.ptp(shapely.get_coordinates(visible), axis=0).max() / OUTLINE_POINTS, 1e-300)
     return complex_of(shapely.get_coordinates(shapely.segmentize(visible, step)))
 
 
 def _conjugated(map: Affine) -> Affine:
-    """Return a map of the core plane, whose y points up, as one with y down."""
+    """Convert a map of the core plane, where y points up, to coordinates with y down."""
     return Affine(
         complex(map.alpha).conjugate(), complex(map.beta).conjugate(), complex(map.gamma).conjugate()
     )
 
 
 def _address(image: Image, before: str) -> str:
-    """Return the picture in an address: as JPEG where it was one and nothing of it is transparent."""
+    """Return the picture as a data: address; as JPEG if it was one and has no transparency, else as PNG."""
     lossy = image.alpha < 0 and before[:16].lower().startswith("data:image/jp")
     kind, content = ("jpeg", image_files.as_jpeg(image)) if lossy else ("png", image_files.as_png(image))
     return f"data:image/{kind};base64,{base64.b64encode(content).decode()}"

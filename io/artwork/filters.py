@@ -1,4 +1,4 @@
-"""Filters whose lengths, offsets and places follow a map's affine part: a shadow grows and turns with what casts it."""
+"""Make filters follow a map's affine part: a shadow scales and rotates with the object that casts it."""
 
 import cmath
 import math
@@ -21,12 +21,12 @@ _DEPTHS |= {"feSpotLight": {"z": 0.0, "pointsAtZ": 0.0}}
 
 
 def filtered(definitions: Definitions, found: Element, space: Space) -> tuple[str, Apply] | None:
-    """Return a filter as `url(#id)` of a separate copy, and what makes that follow the map.
+    """Copy a filter; return a reference `url(#id)` to the copy, and a function that makes it follow the map.
 
-    The copy's region has the margins of the original's around the image of what it is used on.
+    The copy's region has the margins of the original's, around the image of the shapes that use it.
 
     Returns:
-        None where there is no box for its units to refer to: SVG shows nothing then.
+        None where its units refer to a missing box; SVG then shows nothing.
 
     Raises:
         InputError: a length or number is malformed.
@@ -40,7 +40,7 @@ def filtered(definitions: Definitions, found: Element, space: Space) -> tuple[st
     new = definitions.new("filter", kept | {"filterUnits": "userSpaceOnUse"})
     new.extend(definitions.copied(source))
     for element in new.iter():
-        _under(element, Affine())  # numbers are checked before the map is at hand
+        _under(element, Affine())  # checks the numbers before a map is known
     (x, y, width, height), (left, top, wide, high) = space.box, region
     margin = max(0.0, x - left, y - top, left + wide - x - width, top + high - y - height)
 
@@ -58,7 +58,7 @@ def filtered(definitions: Definitions, found: Element, space: Space) -> tuple[st
 
 
 def _under(element: Element, map: Affine) -> None:
-    """Take a primitive through an affine map."""
+    """Transform a filter primitive by an affine map."""
     tag, linear, factor = local(element), replace(map, gamma=0), scale(map)
     if tag in ("feOffset", "feDropShadow"):
         default = 2.0 if tag == "feDropShadow" else 0.0

@@ -1,4 +1,4 @@
-"""A map that carries shapes: paths refitted within a tolerance, and the map's affine part for what has no path."""
+"""Apply maps to shapes: paths are refitted within a tolerance, other content follows the maps' affine parts."""
 
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -26,28 +26,28 @@ from .regions import Region, Regions
 
 LOST = "shape whose image is not finite, omitted"
 CUT, OUTSIDE = "shape partly outside the source, clipped at its outline", "shape outside the source, omitted"
-# Parameters on a piece: samples at the odd ones, each for the length from the one before to the one after.
+# Parameters on a segment. Samples are at the odd ones; each represents the length between its neighbours.
 _T = np.arange(9) / 8
 _CONJUGATE = Affine(0, 1)
 
 
 @dataclass(frozen=True, eq=False)
 class Effect:
-    """What follows the map only by its affine part over some shapes; `apply` returns what is to be noted."""
+    """Content that follows the map only by its affine part over some shapes; `apply` returns a note or nothing."""
 
     shapes: Sequence[MappedElement]
     apply: Callable[[AffinePart], str]
 
 
 class PathMapping:
-    """The maps, ready to carry shapes.
+    """Maps that are ready to transform shapes.
 
     Args:
-        parts: the shapes that they were made for, each with its map, source → target, core plane.
+        parts: the source shapes, each with its map, source → target, core plane.
         tolerance: of the paths, in the target's units.
 
     Attributes:
-        notes: what was cut off, left out or approximated, with how often.
+        notes: counts of content that was clipped, omitted or approximated.
     """
 
     def __init__(self, parts: Sequence[tuple[Shape, AnyMap]], tolerance: float):
@@ -56,7 +56,7 @@ class PathMapping:
         self.notes: Counter[str] = Counter()
 
     def carry(self, shapes: Sequence[MappedElement], effects: Sequence[Effect]) -> None:
-        """Apply the effects, then gives every shape's element its path, or takes the element out."""
+        """Apply the effects, then write the paths of all shapes, or remove shapes of which nothing is left."""
         left = [self._left(shape) for shape in shapes]
         clipped = [_together([clipped for _, clipped in each]) for each in left]
         parts = [_to_fit(shape, each) for shape, each in zip(shapes, left)]
@@ -96,7 +96,7 @@ class PathMapping:
         self.notes = +self.notes
 
     def carry_pictures(self, pictures: Sequence[EmbeddedPicture]) -> None:
-        """Give every embedded picture its element, or take out what it would be in, after the shapes were carried."""
+        """Add every embedded picture, or remove its group if nothing of it is left; call this after `carry`."""
         for picture in pictures:
             met = [self.regions.given[picture.copy]] if picture.copy is not None else self.regions.outer
             deadline.check("carrying embedded pictures")
@@ -106,7 +106,7 @@ class PathMapping:
         self.notes = +self.notes
 
     def _left(self, shape: MappedElement) -> list[tuple[Region, Clipped]]:
-        """Return what is left of a shape in each region that it is carried by."""
+        """Return the regions that transform a shape, with the part of it in each."""
         runs = [_core(run) for run in shape.runs]
         regions = self.regions.of(runs) if shape.copy is None else [self.regions.given[shape.copy]]
         found = [
@@ -118,7 +118,7 @@ class PathMapping:
 
 
 class Placement(NamedTuple):
-    """A run that is to be fitted, and the region that carries it."""
+    """A subpath to be fitted, and the region that transforms it."""
 
     pieces: list[Part]
     closed: bool
@@ -126,12 +126,12 @@ class Placement(NamedTuple):
 
 
 class ToFit(NamedTuple):
-    """What is to be fitted of a shape.
+    """The subpaths of a shape to be fitted.
 
     Attributes:
-        fill: runs of its fill, where they differ from the line's; those around a whole region come last.
-        line: runs of its line.
-        line_is_filled: whether these are the runs of its fill, too.
+        fill: those of its fill, if different from its line's; those around a whole region come last.
+        line: those of its line.
+        line_is_filled: whether the line's are also those of the fill.
     """
 
     fill: list[Placement]
@@ -140,7 +140,7 @@ class ToFit(NamedTuple):
 
 
 def _together(found: Sequence[Clipped]) -> Clipped:
-    """Return what is left of a shape in several regions."""
+    """Join the parts of a shape in several regions."""
     if len(found) == 1:
         return found[0]
     lines, fills = ([run for each in found for run in getattr(each, name)] for name in ("line", "fill"))
@@ -150,7 +150,7 @@ def _together(found: Sequence[Clipped]) -> Clipped:
 
 
 def _to_fit(shape: MappedElement, left: Sequence[tuple[Region, Clipped]]) -> "ToFit":
-    """Return what is to be fitted of a shape."""
+    """Return the subpaths of a shape to be fitted, given its part in each region."""
     cut = any(clipped.cut for _, clipped in left)
     lines = [Placement(run, closed, region) for region, each in left for run, closed in each.line]
     if not shape.filled and (shape.lined or not cut):
@@ -176,14 +176,14 @@ def _to_fit(shape: MappedElement, left: Sequence[tuple[Region, Clipped]]) -> "To
 
 
 def _closed(run: list[Part]) -> list[Part]:
-    """Return a run as its fill closes it: by a chord of the source, which the map carries like any other line."""
+    """Return a subpath closed as its fill closes it: by a chord in the source, which is mapped like any other line."""
     ends = np.array([0.0, 1.0])
     start, end = complex(run[0].at(ends)[0]), complex(run[-1].at(ends)[1])
     return run if start == end else [*run, Bezier((end, start))]
 
 
 def _jet(owners: Sequence[Region], which: NDArray[np.intp], z: Complex) -> tuple[Complex, ...]:
-    """Points, images and derivatives of points (p,) of pieces `which`, each by the map of the piece's region."""
+    """Return points, images and derivatives for points (p,) of segments `which`, each by the map of its region."""
     if len(set(owners)) == 1:
         return owners[0].jet(z)
     out = tuple(np.empty(z.size, np.complex128) for _ in range(4))
@@ -197,7 +197,7 @@ def _jet(owners: Sequence[Region], which: NDArray[np.intp], z: Complex) -> tuple
 
 
 def _samples(places: "Places", owners: Sequence[Region]) -> Samples:
-    """Four for each piece, whose regions are given."""
+    """Sample the map at four points per segment, given the segments' regions."""
     count = len(owners)
     z = places(np.repeat(np.arange(count), _T.size), np.tile(_T, count)).reshape(-1, _T.size)
     length = np.abs(np.diff(z[:, ::2])).ravel()
@@ -210,10 +210,10 @@ def _core(run: PenPath) -> PenPath:
 
 
 class Places:
-    """Points of many pieces at once.
+    """Evaluates many segments at once.
 
     Args:
-        pieces: in the order in which they are numbered.
+        pieces: the segments in the order of their numbers.
     """
 
     def __init__(self, pieces: Sequence[Part]):
@@ -223,14 +223,14 @@ class Places:
         self._batches = batches([whole for whole in wholes if isinstance(whole, Piece)], Affine())
         spans = [(p.start, p.stop) if isinstance(p, Span) else (0.0, 1.0) for p in pieces]
         self._start, self._stop = np.array(spans).reshape(-1, 2).T
-        self._batch = np.full(len(pieces), -1)  # of each piece; -1 for parts of outlines, which are few
-        self._place = np.empty(len(pieces), dtype=np.intp)  # of each piece in its batch
+        self._batch = np.full(len(pieces), -1)  # batch of each segment; -1 for the few parts of outlines
+        self._place = np.empty(len(pieces), dtype=np.intp)  # index of each segment in its batch
         for k, batch in enumerate(self._batches):
             self._batch[numbers[batch.number]] = k
             self._place[numbers[batch.number]] = np.arange(batch.number.size)
 
     def __call__(self, which: NDArray[np.intp], t: NDArray[np.float64]) -> Complex:
-        """Return points at parameters in [0, 1]; `which` is not sorted, but comes in runs."""
+        """Return points at parameters in [0, 1]; equal numbers in `which` are consecutive, but it is not sorted."""
         out = np.empty(t.size, dtype=np.complex128)
         batch = self._batch[which]
         along = self._start[which] + (self._stop - self._start)[which] * t

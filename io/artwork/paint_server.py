@@ -1,7 +1,7 @@
-"""Paint servers: gradients, patterns and markers, made to follow a map.
+"""Make gradients, patterns and markers follow a map.
 
-None of them has a path. They follow the map's affine part over the shape that they are used on, each use in
-A separate copy, in the target's units.
+None of them is a path. They follow the map's affine part over the shape that uses them. Each use gets a separate copy,
+in the target's units.
 """
 
 import copy
@@ -23,8 +23,8 @@ from ..svg.tree import LINKS, Document
 from .affine_part import AffinePart
 from .element import SVG, MappedElement, box_of, length_of, restyle
 
-CURVED = 0.05  # of a shape's size: from how far off the affine part is worth a note
-UNEVEN = 1.5  # of a line's scale, largest by smallest: from where a constant width is worth a note
+CURVED = 0.05  # of a shape's size: deviation from the affine part above which a note is given
+UNEVEN = 1.5  # ratio of scales along a line above which a note says that its width is constant
 _REFERENCE = re.compile(r"""url\(\s*["']?#([^"')]+?)["']?\s*\)""")
 _FOCUS = (("fx", "x", ""), ("fy", "y", ""), ("fr", "r", ""))
 _GRADIENTS = {
@@ -38,12 +38,12 @@ Apply = Callable[[AffinePart], str]
 
 @dataclass(frozen=True, eq=False)
 class Space:
-    """Where a definition is used.
+    """The context in which a definition is used.
 
     Attributes:
-        affine: from the user space there to the root's.
-        size: what percentages refer to.
-        shapes: what it is used on.
+        affine: map from the user space there to the root's.
+        size: width and height that percentages refer to.
+        shapes: the shapes that use it.
     """
 
     affine: Affine
@@ -57,17 +57,17 @@ class Space:
 
     @property
     def area(self) -> bool:
-        """Whether the box has area: otherwise nothing can be in its units."""
+        """Whether the box has area; otherwise units relative to it are invalid."""
         return self.box[2] > 0 and self.box[3] > 0
 
     @property
     def units(self) -> Affine:
-        """From the bounding box's units to user space."""
+        """Map from the bounding box's units to user space."""
         x, y, width, height = self.box
         return Affine.matrix(width, 0, 0, height, x, y)
 
     def rectangle(self, said: Mapping[str, str], units: str, default: Mapping[str, str]) -> Rectangle | None:
-        """x, y, width and height in user space; None where they are in units of a box without area.
+        """Return x, y, width and height in user space; None where units refer to a box without area.
 
         Raises:
             InputError: one of them is not a length.
@@ -85,7 +85,7 @@ class Space:
 
 @dataclass(eq=False)
 class Definitions:
-    """The definitions that are made for the drawing, of those of a document."""
+    """Collects the definitions of the new drawing, made from those of a document."""
 
     document: Document
     out: Element = field(default_factory=lambda: Element(f"{SVG}defs"))
@@ -97,20 +97,20 @@ class Definitions:
         self._pictures: dict[tuple[tuple[str, str], ...], Element] = {}
 
     def new(self, tag: str, attributes: Mapping[str, str] | None = None) -> Element:
-        """Return a new, empty definition with a separate id."""
+        """Add and return a new, empty definition with an unused id."""
         made = Element(f"{SVG}{tag}", {"id": next(self._free), **(attributes or {})})
         self.out.append(made)
         return made
 
     def picture(self, attributes: Mapping[str, str]) -> Element:
-        """Return a picture at the origin, the same for all that are alike."""
+        """Return a definition of a picture at the origin, shared by equal pictures."""
         key = tuple(sorted(attributes.items()))
         if key not in self._pictures:
             self._pictures[key] = self.new("image", attributes)
         return self._pictures[key]
 
     def copied(self, element: Element) -> list[Element]:
-        """Return copies of what is in an element.
+        """Return copies of an element's children.
 
         Raises:
             InputError: the drawing makes too many copies.
@@ -119,7 +119,7 @@ class Definitions:
         return [copy.deepcopy(child) for child in element]
 
     def collect(self, top: Element) -> None:
-        """Add copies of all that the new document refers to and does not have, and drops what is not referred to."""
+        """Add copies of all definitions that the new document refers to, and drop the unused ones."""
         wanted, ids = [top], self.document.ids
         known = {e.get("id") for e in top.iter()}
         made = {e.get("id"): e for e in self.out}
@@ -129,7 +129,7 @@ class Definitions:
                 names = {
                     name for text in (*element.attrib.values(), element.text or "") for name in _names(text)
                 }
-                if local(element) == "style":  # clip paths and masks are copies of each element's own
+                if local(element) == "style":  # clip paths and masks have separate copies
                     names = {n for n in names if local(ids.get(n, element)) not in ("clipPath", "mask")}
                 names |= {
                     element.get(link, "")[1:] for link in LINKS if element.get(link, "").startswith("#")
@@ -145,7 +145,7 @@ class Definitions:
                         wanted.append(found)
 
     def said(self, element: Element) -> tuple[dict[str, str], Element]:
-        """Attributes with those inherited by href, and the element that the children are taken from.
+        """Return an element's attributes including those inherited by href, and the element that has the children.
 
         Raises:
             InputError: the chain of references is too long.
@@ -164,7 +164,7 @@ class Definitions:
         return said, next((each for each in chain if len(each)), element)
 
     def painted(self, found: Element, space: Space) -> tuple[str, Apply] | None:
-        """Return a gradient or pattern as `url(#id)` of a copy in place; None where its box has no area."""
+        """Copy a gradient or pattern into user space; return `url(#id)` and its effect; None if its box has no area."""
         make = self._pattern if local(found) == "pattern" else self._gradient
         made = make(found, space)
         return (f"url(#{made[0].get('id')})", made[1]) if made else None
@@ -203,11 +203,11 @@ class Definitions:
         return new, _following(new, "patternTransform", to_root, "pattern")
 
     def marker(self, found: Element, unit: float) -> tuple[str, Apply] | None:
-        """Return a marker in user space as `url(#id)` of a copy; None where its unit is the line's width.
+        """Copy a marker in user space units; return `url(#id)` and its effect; None if its unit is the line's width.
 
         Args:
             found: the marker.
-            unit: of the user space, in the root's.
+            unit: scale from user space to the root's units.
         """
         if found.get("markerUnits", "strokeWidth") != "userSpaceOnUse":
             return None
@@ -237,14 +237,14 @@ def _following(new: Element, name: str, to_root: Affine, kind: str) -> Apply:
 
 
 def told(kind: str, over: AffinePart) -> str:
-    """Return what to note of something that follows only the map's affine part, where that is not near enough."""
+    """Return a note for content that follows only the map's affine part, where that is not accurate enough."""
     return (
         f"{kind} that follows the map only approximately (by an affine map)" if over.curved > CURVED else ""
     )
 
 
 def lined(shape: MappedElement, element: Element, said: Mapping[str, str], space: Space) -> Apply:
-    """Return what makes a line's width and dashes follow the map's mean scale along it.
+    """Return an effect that scales a line's width and dashes by the map's mean scale along it.
 
     Raises:
         InputError: a length is malformed.
@@ -276,11 +276,11 @@ def lined(shape: MappedElement, element: Element, said: Mapping[str, str], space
 
 
 def scale(map: Affine) -> float:
-    """Return the factor by which an affine map scales lengths, as the square root of that of areas."""
+    """Return the factor by which an affine map scales lengths: the square root of its factor of areas."""
     return abs(map.determinant) ** 0.5
 
 
 def unevenness(map: Affine) -> float:
-    """Return the largest factor of lengths by the smallest; infinite without area."""
+    """Return the ratio of an affine map's largest to smallest scale; infinite if its determinant is zero."""
     large, small = abs(map.alpha) + abs(map.beta), abs(abs(map.alpha) - abs(map.beta))
     return large / small if small else math.inf

@@ -1,7 +1,7 @@
-"""Run resvg on a document from stdin, and write the PNG to stdout: a separate program.
+"""Program that runs resvg on a document from stdin, and writes the PNG to stdout.
 
-Nothing bounds what a document asks of resvg (patterns in patterns, filters with a radius of a million), and a call into
-it cannot be stopped. A process can: by who started it, and where that has died, by the system.
+Documents can require unlimited time (nested patterns, filters with a radius of a million), and a call into resvg cannot
+be interrupted. A process can be: by the caller, and if that has died, by its own alarm.
 """
 
 import signal
@@ -9,7 +9,7 @@ import sys
 
 
 def main() -> None:
-    """Render stdin within some seconds; with the argument `fonts`, letters may be those of the system's fonts."""
+    """Render stdin within the seconds of the first argument; with the argument `fonts`, system fonts are used."""
     if hasattr(signal, "alarm"):  # on POSIX
         signal.alarm(int(sys.argv[1]))
     import resvg_py

@@ -1,7 +1,8 @@
-"""References of a drawing, kept only where it is in the drawing itself: `#id`, and pictures as `data:`.
+"""Restrict a drawing's references to the drawing itself: `#id`, and pictures as `data:`.
 
-An SVG that is opened, or shown in a page, fetches what its styles and links name, and runs its scripts. So nothing of
-that kind is passed on, whatever way it is written: styles are parsed as CSS, names and values are not searched for.
+When an SVG is opened or shown in a page, it fetches what its styles and links refer to, and runs its scripts. So no
+external reference or script may be passed on, however it is written: styles are parsed as CSS rather than searched for
+names and values.
 """
 
 import re
@@ -15,8 +16,8 @@ from ..svg.document import local
 
 PICTURE = re.compile(r"data:image/(?:png|jpe?g|gif|webp|avif|bmp|tiff?|x-icon)[;,]", re.IGNORECASE)
 UNTYPED = re.compile(r"\s*data:;base64,\s*")
-SIGNATURES = {"iVBORw0KGgo": "png", "/9j/": "jpeg", "R0lGOD": "gif"}  # of their first bytes, as base64
-FETCHING = {"url", "src"}  # functions of one address
+SIGNATURES = {"iVBORw0KGgo": "png", "/9j/": "jpeg", "R0lGOD": "gif"}  # first characters of the file in base64
+FETCHING = {"url", "src"}  # functions whose argument is an address
 OTHERS = {"image", "image-set", "-webkit-image-set", "cross-fade", "-webkit-cross-fade", "expression", "attr"}
 NESTED = {"media", "supports", "layer", "container", "scope", "keyframes", "-webkit-keyframes"}
 HOLDING = {"font-face", "page", "counter-style", "property", "color-profile"}
@@ -24,7 +25,7 @@ INERT = {"charset", "namespace"}
 ACTIVE = {"script", "foreignObject", "iframe", "embed", "object", "audio", "video", "handler", "listener"}
 ACTIVE |= {"animate", "set", "animateMotion", "animateTransform", "animateColor", "discard", "link"}
 NUMBERLESS = re.compile(r"(?i)(?<![\w#.-])[-+]?(?:nan|inf|infinity)(?![\w.-])")
-PATHLESS = re.compile(r"(?i)nan|inf")  # in path data, whose letters stand beside numbers
+PATHLESS = re.compile(r"(?i)nan|inf")  # in path data, where letters may be next to numbers
 NAMES = {
     "id",
     "class",
@@ -35,16 +36,16 @@ NAMES = {
     "in",
     "in2",
     "values",
-}  # and links: words, not numbers
+}  # and links: text, not numbers
 XHTML = "{http://www.w3.org/1999/xhtml}"
 LINKS = {"href", "src", "data", "base", "action", "formaction"}
 
 
 def confine(top: Element) -> int:
-    """Take out of a document, in place, all that leads out of it or could run.
+    """Remove from a document, in place, everything that refers outside of it or could run.
 
     Returns:
-        How many references were left out.
+        The number of references that were removed.
     """
     left_out = 0
     for parent in list(top.iter()):
@@ -67,7 +68,7 @@ def confine(top: Element) -> int:
 
 
 def typed(address: str) -> str:
-    """Return the address of an embedded picture with its kind, which old drawings of Illustrator leave out."""
+    """Add the media type to an embedded picture's address, which old drawings of Illustrator lack."""
     untyped = UNTYPED.match(address)
     content = address[untyped.end() :] if untyped else ""
     kind = next((kind for first, kind in SIGNATURES.items() if content.startswith(first)), "")
@@ -75,12 +76,12 @@ def typed(address: str) -> str:
 
 
 def sheet(text: str) -> tuple[str, int]:
-    """Return a style sheet without what leads out of the document, and how many declarations and rules went."""
+    """Return a style sheet without references out of the document, and the number of removed declarations and rules."""
     return _confined(_rules, tinycss2.parse_stylesheet, text)
 
 
 def style(text: str) -> tuple[str, int]:
-    """Return the declarations of a style attribute without those that lead out, and how many went."""
+    """Return a style attribute without declarations that refer out of the document, and their number."""
     return _confined(_declarations, tinycss2.parse_blocks_contents, text)
 
 
@@ -100,7 +101,7 @@ def _active(element: Element) -> bool:
 
 
 def _attribute(name: str, value: str) -> tuple[str | None, int]:
-    """Return what becomes of an attribute, None where it goes; and whether it led out."""
+    """Return an attribute's new value, None if it is removed, and the number of removed references."""
     bare = name.rpartition("}")[2].lower()
     if bare.startswith("on"):
         return None, 0
@@ -141,7 +142,7 @@ def _rules(nodes: list[Any], lost: list[Any]) -> Iterator[Any]:
 
 
 def _declarations(nodes: list[Any], lost: list[Any]) -> Iterator[Any]:
-    """Yield declarations that stay inside, as values; rules that are nested in them, and what cannot be read, go."""
+    """Yield declarations without external references as text; nested rules and unreadable content are dropped."""
     first = True
     for node in nodes:
         if node.type in ("whitespace", "comment"):
@@ -155,8 +156,9 @@ def _declarations(nodes: list[Any], lost: list[Any]) -> Iterator[Any]:
 
 
 def _leads_out(values: list[Any], inert: bool = False) -> bool:
-    """Return whether component values name anything that is not in the document; `inert` where addresses are only
-    names.
+    """Return whether component values refer to anything outside the document.
+
+    If `inert`, addresses are only names.
     """
     for value in values:
         if value.type == "url" and not inert and not _inside(value.value):
@@ -180,6 +182,6 @@ def _names_inside(arguments: list[Any]) -> bool:
 
 
 def _inside(address: str) -> bool:
-    """Return whether an address is an id of the document, or a picture in itself."""
+    """Return whether an address is an id in the document, or a picture embedded in it."""
     address = address.strip()
     return address.startswith("#") or bool(PICTURE.match(address))

@@ -1,4 +1,4 @@
-"""The domains of the maps that carry a drawing: what lies in them, and the maps there."""
+"""The domains of the maps that transfer a drawing: which domain contains a shape, and the map on it."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -14,9 +14,11 @@ from ..shapes.shape import Shape
 from ..svg.path_data import PenPath
 from .clip import Domain
 
-NEAR = 3e-4  # of the source's diagonal: no farther outside counts as on the outline, which is flattened
-EXACTER = 0.1  # by this share of the tolerance maps may err of which paths are images within it (by hand)
-ALONG = np.arange(9) / 8  # parameters on a piece at which it is looked for
+NEAR = 3e-4  # of the source's diagonal: points this close outside count as on the outline, which is flattened
+EXACTER = (
+    0.1  # of the tolerance: allowed error of the map when paths are fitted within the tolerance (by hand)
+)
+ALONG = np.arange(9) / 8  # parameters at which segments are tested
 
 
 class Region:
@@ -36,14 +38,14 @@ class Region:
         self.domain = Domain(self.rims[0], max(1.2 * gap, NEAR * source.curve.diagonal), self.rims[1:])
 
     def jet(self, z: Complex) -> tuple[Complex, ...]:
-        """Points, images and derivatives; points that are not inside are replaced by those of the outline."""
+        """Return points, images and derivatives; points outside are moved to the outline."""
         z = z.copy()
         jet = self.map.jet(z)
         far = float(np.abs(self.rims[0].z).max())
         for inward in (
             0.0,
             1e-9 * self.map.diagonal + 8 * np.spacing(far),
-        ):  # where rounding puts it outside again
+        ):  # retry a little further inside if rounding leaves a point outside
             lost = np.flatnonzero(np.isnan(jet[0]))
             if not lost.size:
                 break
@@ -53,7 +55,7 @@ class Region:
         return z, *jet
 
     def _on_rim(self, z: Complex, inward: float) -> Complex:
-        """Return the closest points of the boundary, moved inward."""
+        """Return the closest points of the boundary, moved inwards by a distance."""
         arclengths = np.array([rim.closest(z) for rim in self.rims])
         feet = np.array([rim.at(s) for rim, s in zip(self.rims, arclengths)])
         nearest = np.abs(feet - z).argmin(axis=0)
@@ -64,7 +66,7 @@ class Region:
 
 
 class Regions:
-    """The domains of several maps, the smallest first."""
+    """The domains of several maps, sorted by area."""
 
     def __init__(self, regions: Sequence[Region]):
         self.given = regions
@@ -77,7 +79,7 @@ class Regions:
         ]
 
     def of(self, runs: Sequence[PenPath]) -> list[Region]:
-        """Return the smallest that holds all of the runs; where none does, those that are in no other."""
+        """Return the smallest domain that contains all subpaths, or else all domains that are not inside another."""
         if len(self.all) == 1:
             return self.all
         z = np.concatenate([piece.at(ALONG) for run in runs for piece in run.pieces])

@@ -1,7 +1,7 @@
-"""SVG drawings as pictures: what a drawing shows of a part of its plane, rendered by resvg.
+"""Render a part of an SVG drawing's plane as a picture, by resvg.
 
 The document is rendered as the reader understands it: pins and strokes that are constraints are not shown, texts whose
-fonts are found are the same outlines as in the shape, and nothing outside the file is read.
+fonts are found have the same outlines as in the shape, and nothing outside the file is read.
 """
 
 import copy
@@ -26,25 +26,25 @@ from . import attributes, rasterize
 from .element import SVG, restyle
 from .references import confine, typed
 
-ROUNDING = 1e-9  # relative: so that a whole number of pixels is not one less by rounding
+ROUNDING = 1e-9  # relative margin, so that rounding does not lose a pixel of a whole number
 _CONSTRAINTS = (reader.PIN, reader.STROKE)
 _OF_TEXT = ("x", "y", "dx", "dy", "rotate", "textLength", "lengthAdjust")
 
 
 def render(path: Path, box: Box, size: tuple[int, int], *, max_bytes: int = limits.SVG_BYTES) -> Image:
-    """Render a part of a drawing's plane, what it paints beyond its canvas included.
+    """Render a part of a drawing's plane, including what it paints beyond its canvas.
 
     Args:
         path: the drawing.
-        box: lower left and upper right corner of what is shown, in the core plane (user units, y up).
+        box: lower left and upper right corner of the part, in the core plane (user units, y up).
         size: width and height of the picture in pixels.
-        max_bytes: of the drawing.
+        max_bytes: largest size of the file.
 
     Returns:
-        Straight (not premultiplied) sRGB with alpha, 8 bits a channel.
+        Straight (not premultiplied) sRGB with alpha, 8 bits per channel.
 
     Raises:
-        InputError: it cannot be read, or not be rendered.
+        InputError: it cannot be read or rendered.
     """
     content = render_png(path, box, size, max_bytes=max_bytes)
     with opened(content, path, formats=("PNG",)) as picture:
@@ -52,13 +52,13 @@ def render(path: Path, box: Box, size: tuple[int, int], *, max_bytes: int = limi
 
 
 def render_png(path: Path, box: Box, size: tuple[int, int], *, max_bytes: int = limits.SVG_BYTES) -> bytes:
-    """Return the same as the content of a PNG file."""
+    """Render as `render` does, and return the content of a PNG file."""
     with naming(path):
         return _rasterized(*_cleaned(drawing_bytes(path, max_bytes), box, size))
 
 
 def canvas_of(path: Path, *, max_bytes: int = limits.SVG_BYTES) -> Box:
-    """Return the canvas of a drawing in the core plane: its viewBox or size; what it paints where it states none.
+    """Return the canvas of a drawing in the core plane: its viewBox or size, or else the box of its painted area.
 
     Raises:
         InputError: it cannot be read, or it paints nothing.
@@ -74,7 +74,7 @@ def canvas_of(path: Path, *, max_bytes: int = limits.SVG_BYTES) -> Box:
 
 
 def pixels_across(box: Box, density: float, most: int) -> tuple[int, int]:
-    """Width and height in pixels of a box at a density of pixels per unit, proportionally fewer above `most` in all."""
+    """Return width and height in pixels of a box at a density per unit, with at most `most` pixels in all."""
     extent = box[1] - box[0]
     density = min(density, math.sqrt(most / (extent.real * extent.imag)))
     longest = min(limits.SIDE, most)
@@ -86,9 +86,9 @@ def pixels_across(box: Box, density: float, most: int) -> tuple[int, int]:
 
 
 def _rasterized(text: str, fonts: bool) -> bytes:
-    """Return a PNG file of a document that states its size; `fonts` says whether the system's may be needed."""
+    """Return a PNG file of a document with a size; `fonts` is whether the system's fonts may be needed."""
     seconds = limits.RENDER_SECONDS
-    ends_by_itself = str(math.ceil(seconds) + 1)  # where this process is killed meanwhile
+    ends_by_itself = str(math.ceil(seconds) + 1)  # in case this process is killed meanwhile
     command = [sys.executable, "-P", rasterize.__file__, ends_by_itself, *(["fonts"] if fonts else [])]
     try:
         done = subprocess.run(command, input=text.encode(), capture_output=True, timeout=seconds)
@@ -102,8 +102,9 @@ def _rasterized(text: str, fonts: bool) -> bytes:
 
 
 def _cleaned(data: bytes, box: Box, size: tuple[int, int]) -> tuple[str, bool]:
-    """Return the document without constraints, scripts and references to other files, in a view of a box; and whether
-    there is text in it that is not outlined.
+    """Return the document without constraints, scripts and external references, in a view of a box.
+
+    Also return whether it contains text that is not outlined.
     """
     document = tree.parse(data)
     top, texts = document.top, _outlined_texts(document)
@@ -147,13 +148,13 @@ def _is_constraint(element: Element) -> bool:
 
 
 def _outlined_texts(document: tree.Document) -> dict[Element, Element]:
-    """Paths in the place of texts that the reader outlines, which show the same letters as the shape has."""
+    """Return paths that replace the texts which the reader outlines, with the same letters as in the shape."""
     found: dict[Element, Element] = {}
     for node in document.shapes:
         if local(node.element) == "text":
             element = _without_text(node.element, node, "path")
             element.set("d", node.properties["d"])
-            paint = Lettering.plain(node.properties)  # rules on paths do not apply to it
+            paint = Lettering.plain(node.properties)  # style rules for paths must not apply to it
             restyle(element, {name: value for name, value in paint.items() if name != "opacity"})
             found[node.element] = element
     for text, node in document.painted_texts.items():
@@ -163,7 +164,7 @@ def _outlined_texts(document: tree.Document) -> dict[Element, Element]:
 
 
 def _without_text(text: Element, node: tree.Node, tag: str) -> Element:
-    """Return a <text> as another element, with what applies to it as a whole."""
+    """Return a <text> as another element, with the attributes that apply to it as a whole."""
     attributes = {name: value for name, value in text.attrib.items() if name not in _OF_TEXT}
     element = Element(f"{SVG}{tag}", attributes)
     restyle(element, {name: value for name, value in node.own.items() if name in ("opacity", "transform")})

@@ -82,7 +82,7 @@ class Drawing:
 
     @property
     def painted(self) -> shapely.Geometry:
-        """The area that the whole drawing appears to cover: its ink, and the inside of closed lines in line drawings."""
+        """The area that the drawing appears to cover: its ink, and the inside of closed lines in line drawings."""
         return self._areas[1]
 
     @cached_property
