@@ -1,4 +1,4 @@
-"""The command line: parse, call, show. A command's module is imported when the command is used: help is instant.
+"""The command line. A command's module is only imported when the command is used, so that help is instant.
 
 map       `iccm map`
 deform    `iccm deform`
@@ -16,10 +16,8 @@ completion  `iccm completion`
 plugins   `iccm plugins`
 help      `iccm help`
 settings  limits from the environment and from a configuration file
-options   arguments and options of a command, made from `iccm.io.options`
-logs      messages on stderr; failures as one line and an exit code
-status    the line that reports what is under way
-process   streams it is started with; stopping within two seconds of a signal
+options   click's arguments and options, made from `iccm.io.options` logs      messages on stderr; failures as one line
+and an exit code status    the status line process   standard streams; stopping within two seconds of a signal
 """
 
 from __future__ import annotations
@@ -60,14 +58,14 @@ COMMANDS = {
 
 
 class Commands(click.Group):
-    """A group that knows its commands' names and one-line helps without importing them."""
+    """A group that lists its commands with one-line descriptions without importing them."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the commands in the order of the table."""
         return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
-        """Import the one command that is used."""
+        """Import and return the command that is used."""
         if name not in COMMANDS:
             return None
         return import_module(f".{name}", __package__).command
@@ -75,7 +73,7 @@ class Commands(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Return the command that is named first; where there is none say what was probably meant."""
+        """Return the command that is named first; for an unknown name, suggest what was probably meant."""
         name = args[0]
         if name in COMMANDS:
             return super().resolve_command(ctx, args)
@@ -90,7 +88,7 @@ class Commands(click.Group):
         raise click.UsageError(f"No such command {name!r}; {hint}", ctx)
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run the command; a reader that went away keeps its own exit code."""
+        """Run the command; a closed stdout has its own exit code."""
         try:
             return super().invoke(ctx)
         except BrokenPipeError as error:
@@ -122,15 +120,19 @@ def iccm(ctx: click.Context) -> int:
 
 
 def main(arguments: list[str] | None = None, started: Callable[[], object] | None = None) -> NoReturn:
-    """Run the command line and raise SystemExit with its exit code; `started` is called once failures are explained.
+    """Run the command line, and raise SystemExit with its exit code.
+
+    `started` is called as soon as errors are reported properly. Garbage collection is disabled: it takes a tenth of a
+    small job's time, while a job leaves only a thousand objects in reference cycles.
 
     Garbage is not collected, which takes a tenth of a small job's time: a job leaves a thousand objects that refer to
     each other.
     """
     gc.disable()
-    # Plug-ins of pydantic would be looked for in every package that is installed.
+    # otherwise pydantic looks for plug-ins in every installed package
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
-    # Linear algebra takes one thread anyway (`iccm.blas`); others would be made, and wait awake for a while.
+    # Linear algebra uses a single thread anyway (`iccm.blas`); others would still be started, and wait busily for a
+    # while.
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
     process.mend()
     logs.reset()
@@ -141,8 +143,9 @@ def main(arguments: list[str] | None = None, started: Callable[[], object] | Non
 
 
 def run(arguments: list[str] | None = None, started: Callable[[], object] | None = None) -> int:
-    """Return the exit code of a command line; whatever goes wrong is one line on stderr. `started` is called when that
-    is so.
+    """Run a command line and return its exit code; all errors are reported in one line on stderr.
+
+    `started` is called as soon as that is ensured.
     """
     logs.reset()
     try:

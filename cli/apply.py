@@ -1,4 +1,4 @@
-"""`iccm apply`: pictures through STMaps, and whatever has places through maps that were saved."""
+"""`iccm apply`: pictures through STMaps, and pictures, drawings and points through saved maps."""
 
 from __future__ import annotations
 

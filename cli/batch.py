@@ -73,7 +73,7 @@ def command(jobs: tuple[str, ...], root: str | None, dry_run: bool, **given: Any
     from ..io.batch import dispatch, overview
     from ..io.batch.journal import Journal
 
-    gc.enable()  # it runs long
+    gc.enable()  # it runs for a long time
 
     if given["html"]:
         files.check_output(given["html"], force=True)

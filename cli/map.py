@@ -18,12 +18,12 @@ from . import logs, options, status
 from .logs import explain
 from .options import FILE
 
-EVERY = 0.3  # seconds from one look at the inputs to the next
+EVERY = 0.3  # seconds between two checks of the inputs
 Stamps = dict[str, tuple[int, int] | None]
 
 
 class MapCommand(options.Command):
-    """`iccm map`, which takes two files."""
+    """The command `iccm map`, which takes two files."""
 
     several = (
         "iccm map takes one SOURCE and one TARGET; to map many sources, run: iccm batch 'icons/*.svg' "
@@ -54,9 +54,9 @@ def command(**given: Any) -> int:
 
 
 def execute(given: dict[str, Any]) -> int:
-    """Run the job of these options, tell about it on stderr, and give the exit code; with --watch again and again."""
+    """Run the job of these options, report on stderr, and return the exit code; with --watch, repeat it."""
     limit = deadline.current()
-    seconds = limit.seconds if limit else None  # of each map
+    seconds = limit.seconds if limit else None  # for each map
     own = {name: given.pop(name, None) for name in ("threads", "dry_run", "watch", "open", "resume")}
     if given.get("sequence"):
         return _sequence(given, own, seconds)
@@ -72,10 +72,10 @@ def execute(given: dict[str, Any]) -> int:
 
 
 def _watch(given: dict[str, Any], own: dict[str, Any], seconds: float | None) -> int:
-    """Run the job again whenever an input changes, each time within so many seconds."""
+    """Run the job again whenever an input changes, with a time limit for each run."""
     with deadline.limited(seconds):
         code, seen = _run(given, own)
-    given["force"], own["open"] = True, False  # its own files are replaced, and viewers show that themselves
+    given["force"], own["open"] = True, False  # its own files are replaced, and viewers update by themselves
     logs.log.info(f"watching {', '.join(seen)}; press Ctrl-C to stop")
     try:
         while True:
@@ -95,7 +95,7 @@ def _watch(given: dict[str, Any], own: dict[str, Any], seconds: float | None) ->
 
 
 def _sequence(given: dict[str, Any], own: dict[str, Any], seconds: float | None) -> int:
-    """Map each frame from the one before on, each within so many seconds, and tell about it; the exit code."""
+    """Map frames one after another, each starting from the map of the previous one, and return the exit code."""
     from ..io.batch import dispatch, manifest, pools
     from ..io.batch.journal import Journal
 
@@ -124,7 +124,7 @@ def _sequence(given: dict[str, Any], own: dict[str, Any], seconds: float | None)
 
 
 def _run(given: dict[str, Any], own: dict[str, Any]) -> tuple[int, Stamps]:
-    """Return the exit code of one run, and the files that it read as they were before it."""
+    """Return the exit code of a run, and the files that it read with their state before the run."""
     with status.show_status() as listener:
         from ..io.run.execute import run
         from ..io.run.job import make
@@ -154,7 +154,7 @@ def _run(given: dict[str, Any], own: dict[str, Any]) -> tuple[int, Stamps]:
 
 
 def _stamps(paths: Iterable[str]) -> Stamps:
-    """When each file changed last, and its size; None of one that is not there."""
+    """Return modification time and size of each file; None for files that do not exist."""
     found = Stamps()
     for path in paths:
         try:
@@ -171,7 +171,7 @@ def _wait(seen: Stamps) -> Stamps:
 
 
 def _show(written: Sequence[str]) -> None:
-    """Open the first file in the system's viewer, or say why not."""
+    """Open the first file in the system's viewer, or report why that is not possible."""
     if not written:
         logs.log.warning("--open: no file was written")
         return

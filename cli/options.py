@@ -1,4 +1,4 @@
-"""The options of a command as click takes them: made from the table of `iccm.io.options`, where each is described."""
+"""The options of a command in click's form, made from the table in `iccm.io.options`."""
 
 from __future__ import annotations
 
@@ -25,9 +25,10 @@ from . import logs, settings
 from .logs import apply, styled
 
 FILE = click.Path(readable=False)
-"""An argument that is a file. Shells complete its name; the reader reports whether it exists."""
+"""An argument that is a file. Shells complete its name; whether it exists is checked when it is read."""
 MESSAGES = options_of(MessageOptions).keys()
-FILES = ("FILE", "IMAGE", "DIR", "OUTLINE")  # metavars of values that are files, which shells complete
+# metavars of options whose values are files, which shells complete
+FILES = ("FILE", "IMAGE", "DIR", "OUTLINE")
 ALL = "all"
 """The topic of help that lists all options."""
 
@@ -256,13 +257,13 @@ def _click(command: str, name: str, hint: Any, option: Option) -> Decorator:
 
 
 class _ByTable(click.ParamType):
-    """A type of click, for help and completion, whose values the table of options checks, as it does in manifests."""
+    """A click type for help and completion; values are checked by the table of options, as in manifests."""
 
     hint: Any
     row: Option
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return the value as a job keeps it, or fail with the message of the table."""
+        """Return the value as a job stores it, or fail with the message of the table."""
         try:
             return self.row.value_of(value, self.hint)
         except ValueError as error:

@@ -1,8 +1,8 @@
-"""The process: the streams and the memory that it is started with, and stopping within two seconds of a signal.
+"""The process: its standard streams and memory, and stopping within two seconds of a signal.
 
-Daemons and cron close streams. Closed ones are replaced by ones that lead nowhere: a file that is opened would take the
-free number, and what a library prints would end in a picture. Signals stop compiled code, too, where no exception is
-raised.
+Daemons and cron close standard streams. Closed ones are replaced by the null device; otherwise a file opened later
+would get their number, and what a library prints would end up in a picture. Signals also stop compiled code, in which
+Python raises no exception.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
 LEAST = 5 << 28
-"""Bytes of addresses without which libraries end the process: as they are loaded, or write a picture."""
+"""Bytes of address space below which libraries abort the process while loading, or when they write a picture."""
 STREAMS = ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w"))
 GRACE = 1.2
-"""Seconds in which a run may end on its own, which takes milliseconds between calls of compiled code."""
+"""Seconds in which a run may end by itself; between calls of compiled code that takes milliseconds."""
 _state = {"patient": False}
 
 
 def mend() -> None:
-    """Give the process the streams that it was started without."""
+    """Replace missing standard streams."""
     for number, name, mode in STREAMS:
         if getattr(sys, name) is not None:
             continue
@@ -39,7 +39,7 @@ def mend() -> None:
 
 
 def unread() -> bool:
-    """Return whether the reader of stdout went away, as is otherwise learnt from the next line only."""
+    """Return whether the reader of stdout is gone, which otherwise shows only when the next line is written."""
     if not hasattr(select, "poll"):  # Windows
         return False
     output = select.poll()
@@ -48,7 +48,7 @@ def unread() -> bool:
 
 
 def lacks_memory() -> bool:
-    """Return whether the process may have too few addresses (`ulimit -v`) to begin."""
+    """Return whether the limit on address space (`ulimit -v`) may be too low."""
     with suppress(ImportError):  # Windows has no such limits
         import resource
 
@@ -58,7 +58,7 @@ def lacks_memory() -> bool:
 
 
 def leave_signals() -> None:
-    """Leave signals to the command: one that has processes to take leave of."""
+    """Leave signals to the command, which has to end processes or connections itself."""
     _state["patient"] = True
 
 

@@ -1,7 +1,7 @@
-"""Limits that hold for every command: from environment variables (ICCM_MAX_PIXELS, …) or a configuration file.
+"""Limits for all commands: from environment variables (ICCM_MAX_PIXELS, …) or a configuration file.
 
-An option on the command line comes first, then the environment, then the file: `[limits]` in `iccm/config.toml`, in
-`$XDG_CONFIG_HOME` or `~/.config` (`%APPDATA%` on Windows), or the file that `ICCM_CONFIG` names.
+Options on the command line have precedence over the environment, which has precedence over the file: `[limits]` in
+`iccm/config.toml`, in `$XDG_CONFIG_HOME` or `~/.config` (`%APPDATA%` on Windows), or the file in `ICCM_CONFIG`.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from ..io.options import Option
 
 FILE_VARIABLE = "ICCM_CONFIG"
 LIMITS = tuple(name for name in TOPICS["limits"].names if name not in ("resume", "dask"))
-"""The options that may be set once for all commands."""
+"""The options that may be set for all commands."""
 
 
 def defaults(rows: Mapping[str, Option]) -> dict[str, str]:
-    """Return the limits that are set for a command, by the names of its options, as text.
+    """Return the limits that are set for a command, as text by option name.
 
     Args:
         rows: the options of the command.
 
     Raises:
-        InputError: the file cannot be read, or says something else.
+        InputError: the file cannot be read, or contains other settings.
     """
     found = _from_file() | _from_environment()
     return {name: value for name, value in found.items() if name in rows}
@@ -39,12 +39,12 @@ def _from_environment() -> dict[str, str]:
 
 
 def variable(name: str) -> str:
-    """Return the environment variable that sets a limit."""
+    """Return the name of the environment variable for a limit."""
     return f"ICCM_{name.upper()}"
 
 
 def path() -> Path:
-    """Return where the configuration file is looked for."""
+    """Return the path of the configuration file."""
     if named := os.environ.get(FILE_VARIABLE):
         return Path(named)
     home = os.environ.get("APPDATA" if os.name == "nt" else "XDG_CONFIG_HOME")

@@ -16,8 +16,8 @@ from . import logs
 
 QUIET = 1.0  # seconds of work before the line appears
 EVERY = 0.5  # seconds between updates
-SOON = 2.0  # seconds: a shorter remaining time is not shown, since the steps that follow take as long
-WIDE = 16  # letters of the bar
+SOON = 2.0  # seconds: a shorter remaining time is not shown, since the following steps take as long
+WIDE = 16  # characters of the bar
 
 
 @contextmanager
@@ -47,7 +47,7 @@ class Line:
 
     def __init__(self) -> None:
         self._start, self._said = time.monotonic(), ("start", 0, 0)
-        self._began = self._start, 0  # when what is counted began, and at which number
+        self._began = self._start, 0  # time when the counted step began, and its number then
         self._hidden, self._over = False, threading.Event()
         self._bar: Any = None  # tqdm's
 

@@ -31,7 +31,7 @@ PAINT = "#b9c4c9"
 MARK = "#d1495b"
 LINE = "#00798c"
 PER_PANEL = 2.3
-"""Inches of a panel."""
+"""Width of a panel in inches."""
 PIXELS_PER_INCH = 100
 
 
@@ -84,12 +84,12 @@ def view(axes: Axes, *shapes: np.ndarray, margin: float = 0.06) -> None:
 
 
 def curve(name: str) -> np.ndarray:
-    """Draw the outline of one of the files, as complex vertices."""
+    """Return the outline of one of the files, as complex vertices."""
     return iccm.read_shape(FILES / name).curve.z
 
 
 def distortion() -> Figure:
-    """Circles and their images: ratio of axes, and size."""
+    """Draw circles and their images: ratio of axes, and size."""
     source, target = curve("block.svg"), curve("heart.svg")
     fit = iccm.fit(source, target)
     figure, (left, right, numbers) = panels(3, 2.6)
@@ -261,7 +261,7 @@ def certificates() -> Figure:
 
 
 def footprints() -> Figure:
-    """Pixels of the target and their footprints on the texture."""
+    """Draw pixels of the target and their footprints on the texture."""
     source, target = curve("block.svg"), curve("heart.svg")
     fit = iccm.fit(source, target)
     x = np.linspace(target.real.min(), target.real.max(), 23)

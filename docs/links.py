@@ -15,9 +15,9 @@ LINK = re.compile(r'<(\w+)\b[^>]*?\b(?:href|src)="([^"]+)"')
 IDENTIFIER = re.compile(r'\b(?:id|name)="?([^"\s>]+)')
 ELSEWHERE = re.compile(r"[a-z]+:|//")
 LOADED = {"img", "script", "link", "iframe", "source"}
-"""Elements whose address a browser loads with the page."""
+"""Elements whose address a browser loads together with the page."""
 NOT_CHECKED = {"404.html"}
-"""Pages that only a server shows, whose links start at its root."""
+"""Pages that only a server shows; their links start at its root."""
 
 
 @cache
@@ -27,7 +27,7 @@ def identifiers(page: Path) -> set[str]:
 
 
 def broken(site: Path, page: Path) -> list[str]:
-    """Return a message for each link of a page that leads nowhere, and for each file loaded from the network."""
+    """Return a message for each broken link of a page, and for each file loaded from the network."""
     messages = []
     for element, raw in LINK.findall(page.read_text(encoding="utf-8")):
         link = html.unescape(raw)
@@ -46,7 +46,7 @@ def broken(site: Path, page: Path) -> list[str]:
 
 
 def main(site: Path) -> int:
-    """Return 0 if all links lead somewhere, else 1."""
+    """Check all pages, and return 0 if no link is broken, else 1."""
     pages = [page for page in sorted(site.rglob("*.html")) if page.name not in NOT_CHECKED]
     messages = [message for page in pages for message in broken(site, page)]
     print("\n".join(messages) or f"the links of {len(pages)} pages are right", file=sys.stderr)

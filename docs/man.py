@@ -1,6 +1,6 @@
-"""Writes the man pages, man/iccm.1 and one for each command, from the options' table: python docs/man.py
+"""Write the man pages, man/iccm.1 and one for each command, from the table of options: python docs/man.py
 
-They are kept, so that a wheel is built without running iccm; a test holds them against the table.
+They are committed, so that a wheel is built without running iccm; a test compares them with the table.
 """
 
 import inspect
@@ -18,7 +18,7 @@ FOLDER = Path(__file__).resolve().parent.parent / "man"
 
 
 def pages() -> dict[str, str]:
-    """Return the text of each page by the name of its file."""
+    """Return the text of each page by file name."""
     found = {"iccm.1": _overview()}
     for name in COMMANDS:
         found[f"iccm-{name}.1"] = _page(name, import_module(f"iccm.cli.{name}").command)
@@ -64,7 +64,7 @@ def _head(name: str, about: str, synopsis: str) -> str:
 
 
 def _plain(text: str) -> str:
-    """Text that roff shows as it is."""
+    """Escape text for roff."""
     text = text.replace("\\", "\\e").replace("-", "\\-")
     return "\n".join("\\&" + line if line[:1] in (".", "'") else line for line in text.split("\n"))
 

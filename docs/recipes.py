@@ -125,7 +125,7 @@ def _run_line(line: str, folder: Path) -> Path:
 
 
 def made(page: Path, folder: Path) -> dict[str, Path]:
-    """Return the pictures that a page must make, where its commands have put them."""
+    """Return the pictures that a page must make, with the paths at which its commands wrote them."""
     return {name: path for name in expected(page) for path in folder.rglob(name)}
 
 
@@ -149,7 +149,7 @@ def _short(name: str) -> str:
 
 
 def main(arguments: list[str]) -> int:
-    """Return 0 if the commands of all pages ran and made the pictures shown, else 1."""
+    """Run the pages, and return 0 if all commands succeeded and made the pictures shown, else 1."""
     wrong = 0
     asked = {_short(name) for name in arguments if name != "--update"}
     for page in pages():

@@ -1,7 +1,7 @@
-"""Parts of the site that come from elsewhere (a hook of MkDocs): options, commands, formats, pictures of samples.
+"""Generated parts of the site (a hook of MkDocs): options, commands, formats, and pictures of samples.
 
-In a page, `<!-- options: map -->` stands for the options of a command, `<!-- commands -->` for all other commands, and
-`<!-- formats -->` for the contents of each suffix.
+In a page, `<!-- options: map -->` is replaced by the options of a command, `<!-- commands -->` by all other commands,
+and `<!-- formats -->` by the contents of each suffix.
 """
 
 import os
@@ -24,7 +24,7 @@ SAMPLES = re.compile(r"\.\./(?=samples/[\w./-]+\.(?:svg|png|jpg)\b)")
 IMAGE = re.compile(r'<img (?=[^>]*src="([^"]+)")')
 SHOWN_SAMPLES = ("*.svg", "*.png", "*.jpg")
 WHITE = 250
-"""Of 255: a picture whose corners are all lighter and opaque has a white background."""
+"""Of 255: a picture has a white background if its corners are opaque and all lighter than this."""
 COLOURED = re.compile(r'(?:fill|stroke)="(?!none|#000|black|currentColor)[^"]+"|style=')
 
 HOLDS = {
@@ -51,7 +51,7 @@ def on_startup(**_: Any) -> None:
 
 
 def on_config(config: Any) -> Any:
-    """Link the repository, if its address is known: from the environment (of a CI run, too) or from the clone."""
+    """Set the repository link, if its address is known: from the environment (also in CI), or from the clone."""
     address = os.environ.get("ICCM_REPOSITORY", "")
     if not address and "GITHUB_REPOSITORY" in os.environ:
         address = (
@@ -68,7 +68,7 @@ def on_config(config: Any) -> Any:
 
 
 def on_files(files: Any, config: Any) -> Any:
-    """Add the pictures and drawings of the samples, which lie outside of the folder of pages."""
+    """Add the pictures and drawings of the samples, which are outside the folder of pages."""
     from mkdocs.structure.files import File  # only here, so that tests need no MkDocs
 
     for pattern in SHOWN_SAMPLES:
@@ -80,14 +80,14 @@ def on_files(files: Any, config: Any) -> Any:
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
-    """Return the page with tables in place of their marks, and links to samples as they are on the site."""
+    """Return the page with tables in place of their comments, and with links to samples as on the site."""
     markdown = re.sub(r"<!-- options: (\w+) -->", lambda found: options_of(found[1]), markdown)
     markdown = markdown.replace("<!-- commands -->", commands()).replace("<!-- formats -->", contents())
     return SAMPLES.sub("", markdown)
 
 
 def on_page_content(html: str, page: Any, **_: Any) -> str:
-    """Return the page with a class for pictures that need care on dark pages: black drawings, white figures."""
+    """Add a class to pictures that need adjustment on dark pages: black drawings, and figures on white."""
     folder = (ROOT / "docs" / page.file.src_uri).parent
 
     def marked(found: re.Match) -> str:
@@ -100,7 +100,7 @@ def on_page_content(html: str, page: Any, **_: Any) -> str:
 def tone(folder: Path, link: str) -> str:
     """Return `ink` for a drawing in black, `figure` for a picture on white, and nothing for other pictures."""
     path = (folder / link).resolve()
-    if not path.is_file() and "samples/" in link:  # by its place on the site
+    if not path.is_file() and "samples/" in link:  # relative to the site
         path = ROOT / link[link.find("samples/") :]
     if not path.is_file():
         return ""
@@ -154,7 +154,7 @@ def commands() -> str:
 
 
 def contents() -> str:
-    """Return what files of each suffix can contain, as a table."""
+    """Return the contents of files with each suffix as a table."""
     lines = ["| suffix | contents |", "|---|---|"]
     for suffix, form in formats.FORMATS.items():
         parts = [words for name, words in HOLDS.items() if getattr(form, name)]

@@ -1,4 +1,4 @@
-"""Pictures and drawings through a map that was saved: a job whose map is there already."""
+"""Pictures, drawings and points carried through a saved map."""
 
 from __future__ import annotations
 
@@ -34,8 +34,9 @@ from .shapes.shape import Shape
 
 SCHEMA = "iccm.apply/1"
 PICTURE_OPTIONS = ("target_box", "holes")
-"""The options that are taken from the job in a saved map: what pictures show, and what becomes of holes."""
-INSIDE = 0.999  # of how far outside points count as on the outline: to there lines are cut, so that they have images
+"""Options of a saved map's job that affect its pictures: what they show, and how holes are treated."""
+# relative to `Saved.near`: lines are cut this far outside of the outline, where points still have images
+INSIDE = 0.999
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,12 +44,12 @@ class Saved:
     """A saved map, or its inverse.
 
     Attributes:
-        name: of its file.
+        name: of the map's file.
         fit: the map.
         planes: of source and target.
-        job: its PICTURE_OPTIONS, as the job that made it had them, and its method.
-        function: what takes points of the source to the target.
-        near: how far outside points count as on the outline.
+        job: its method, and its job's values of PICTURE_OPTIONS.
+        function: maps points of the source to the target.
+        near: how far outside of the outline points are still mapped.
     """
 
     name: str
@@ -60,10 +61,10 @@ class Saved:
 
     @classmethod
     def read(cls, name: str, *, inverse: bool = False) -> Saved:
-        """Return what a file holds.
+        """Read a saved map from a file.
 
         Raises:
-            InputError: it is not a sound map.
+            InputError: the file does not contain a valid map.
         """
         held = read_file(files.open_input(name))
         with naming(name):
@@ -74,7 +75,7 @@ class Saved:
         return found._turned() if inverse else found
 
     def _turned(self) -> Saved:
-        """Return the inverse; what is asked of pictures of the target is not asked of the source."""
+        """Return the inverse map, without options that concern pictures of the target."""
         fit, (source, target) = self.fit, self.planes
         if fit.target is None:
             target = replace(target, outline=fit.image)
@@ -96,7 +97,7 @@ class Saved:
 
     @property
     def shapes(self) -> tuple[Shape, Shape]:
-        """Source and target; for a deformation both are the source."""
+        """Return source and target as shapes; for a deformation both are the source."""
         source = _shape(self.name, self.planes[0])
         return source, source if self.fit.target is None else _shape(self.name, self.planes[1])
 
@@ -107,12 +108,12 @@ class Saved:
         threads: int | None = None,
         tell: Callable[[str], None] = lambda note: None,
     ) -> None:
-        """Write a picture, or a drawing, carried through the map.
+        """Write a picture or a drawing carried through the map.
 
         Args:
             job: `output`, and `texture` for a picture or `source` for a drawing; options of `Job`.
-            threads: for the pixels.
-            tell: is given each remark.
+            threads: number of threads; None for all cores.
+            tell: called with each note.
 
         Raises:
             InputError: as for a job.
@@ -149,20 +150,20 @@ class Saved:
         force: bool = False,
         tell: Callable[[str], None] = lambda note: None,
     ) -> dict[str, int]:
-        """Write the points, lines and polygons of a file carried through the map, as they were read.
+        """Write the points, lines and polygons of a file carried through the map, with all other contents unchanged.
 
         Args:
-            path: what to read.
-            output: what to write, of the same format.
+            path: the file to read.
+            output: the file to write, in the same format.
             columns, max_line_error, unmapped, report: see `options.ApplyOptions`.
             force: whether an existing file may be replaced.
-            tell: is given each remark.
+            tell: called with each note.
 
         Returns:
-            How many points, lines and polygons there were, and how many of them lay outside or were cut.
+            The numbers of points, lines and polygons, and how many of them lay outside or were cut.
 
         Raises:
-            InputError: a file is wrong, or something lies outside and `unmapped` is "refuse".
+            InputError: a file is invalid, or something lies outside and `unmapped` is "refuse".
         """
         suffix = formats.suffix_of(path)
         if output != "-" and document.READERS.get(formats.suffix_of(output)) != document.READERS[suffix]:
@@ -218,8 +219,8 @@ class Saved:
 
 
 def _foot(plane: Plane) -> complex:
-    """Return where y counts from in files that have it upwards, whatever the shape's file does: its canvas' lower
-    edge.
+    """Return the point from which formats with y pointing up measure y, if the shape's file has y down: the lower edge
+    of its canvas.
     """
     return complex(0, plane.box[0].imag) if plane.down else 0
 
@@ -232,17 +233,20 @@ def _shape(name: str, plane: Plane) -> Shape:
 
 
 def _job(held: MapFile) -> dict[str, Any]:
-    """Return the options of the saved job that decide how pictures are made through its map.
+    """Return the options of the saved job that affect pictures made with its map.
+
+    The file may come from an untrusted source, so only these are used. Others, such as names of output files and limits
+    on memory, are taken from the command alone.
 
     A file may have been made by a stranger, so only these are taken from it. Others, such as names of files to write
     and limits on memory, come from the command alone, whatever the file holds.
 
     Raises:
-        InputError: one of them has a value that the option does not have.
+        InputError: one of them has an invalid value.
     """
     saved = held.about.get("job", {})
     job = {name: saved[name] for name in PICTURE_OPTIONS if name in saved}
-    # The method decides which holes the map knows of.
+    # the method determines which holes take part in the map
     job["method"] = "balanced" if isinstance(held.map, TriangulatedMap) else "conformal"
     try:
         Job(source="-", target="-", **job)

@@ -1,7 +1,7 @@
-"""Documents from outside (constraints files, messages of the editor, tolerances), checked by pydantic.
+"""Validation by pydantic of documents: constraints files, messages of the editor, and tolerances.
 
-What is wrong is reported in the words of `values`, which checks options. Pydantic is slow to import: a job without such
-documents does without.
+The messages are those of `values`, which validates options. Pydantic is slow to import, so jobs without such documents
+do not import it.
 """
 
 from collections.abc import Callable
@@ -38,17 +38,17 @@ MESSAGES: dict[str, Callable[[dict[str, Any]], str]] = {
     "string_too_short": lambda bounds: f"must have at least {bounds['min_length']} characters",
     "string_too_long": lambda bounds: f"must have at most {bounds['max_length']} characters",
 }
-"""Messages by the types of pydantic's errors, made from the bounds in them; other errors keep its words."""
+"""Messages by type of pydantic error, filled in with its bounds; other errors keep pydantic's message."""
 
 
 class StrictModel(BaseModel):
-    """Values by name: none but these, which never change."""
+    """A frozen model that rejects unknown fields."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
 
 def mistakes(error: ValidationError) -> list[tuple[str, str]]:
-    """Return (key, what is wrong) for each mistake pydantic found."""
+    """Return (key, message) for each mistake that pydantic found."""
     found: dict[str, str] = {}
     for item in error.errors(include_url=False, include_input=False):
         parts = [str(part) for part in item["loc"]]
@@ -60,8 +60,8 @@ def mistakes(error: ValidationError) -> list[tuple[str, str]]:
 
 
 def first(error: ValidationError, whole: str = "the file") -> str:
-    """Return the first mistake with its place, that of a key or the `whole` if not empty, and how many more there
-    are.
+    """Return the first mistake with its key, else with `whole` unless that is empty, and the number of further
+    mistakes.
     """
     (key, text), *rest = mistakes(error)
     more = f" (and {len(rest)} more error{'s' if len(rest) > 1 else ''})" if rest else ""

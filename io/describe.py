@@ -1,4 +1,4 @@
-"""Facts about a file for `iccm info`: outlines, ids, canvas, pins and strokes; pixels; meshes; constraints; jobs."""
+"""Facts about a file for `iccm info`: outlines, IDs, canvas, pins and strokes; pixels; meshes; constraints; jobs."""
 
 from __future__ import annotations
 
@@ -16,17 +16,19 @@ from .outlines import polygons
 from .shapes import shape as shapes
 from .spec import Spec
 
-MOST = 20  # of each kind that are listed (by hand)
-BOXES, DIGITS = ("box", "canvas"), 6  # what has coordinates of corners, and significant digits of its extent
+MOST = 20  # entries of each kind that are listed (chosen by hand)
+# values with coordinates of corners, and significant digits relative to their extent
+BOXES, DIGITS = ("box", "canvas"), 6
 
 
 def describe(name: str | Path, *, max_faces: int = limits.FACES) -> dict[str, Any]:
-    """Facts about a file by what its suffix says it is, or about a part of a drawing: `font.ttf#text=Word`.
+    """Return facts about a file, by its suffix, or about a part of it, such as `font.ttf#text=Word`.
 
-    Values are such as JSON has.
+    All values can be represented in JSON.
 
     Raises:
-        InputError: the file is missing, of a kind that iccm does not read, wrong, or a mesh of more than `max_faces`.
+        InputError: the file is missing, invalid or of an unsupported format, or a mesh with more than `max_faces`
+            faces.
     """
     spec = Spec.of(str(name))
     path = spec.path
@@ -161,7 +163,7 @@ def _mesh(path: Path, max_faces: int) -> dict[str, Any]:
 
 
 def _charts(mesh: Any) -> dict[str, Any]:
-    """Return the charts of its texture coordinates with the names that `#` takes, the largest first."""
+    """Return the charts of the mesh's texture coordinates, the largest first, with the names to use after `#`."""
     from ..flattening.charts import Atlas
     from .pictures.tiles import number_of
 
@@ -185,7 +187,9 @@ def _charts(mesh: Any) -> dict[str, Any]:
 
 
 def _surface(file: Any) -> dict[str, Any]:
-    """Pieces, and boundary loops of the largest, with the names that `#` takes; its genus, or why it is not a patch."""
+    """Return the pieces of the mesh and the boundary loops of the largest, with the names to use after `#`, and its
+    genus; or why it cannot be flattened.
+    """
     from ..meshes.disk_patch import Joined, disk_patch
 
     try:
@@ -224,7 +228,7 @@ def _constraints(path: Path) -> dict[str, Any]:
 
 
 def _own(path: Path) -> dict[str, Any]:
-    """Return what iccm wrote itself: a report, or a saved verdict or result; nothing where it is none."""
+    """Return facts about a JSON file written by iccm: a report, a verdict or a result; empty for other files."""
     try:
         found = files.read_json(path, max_bytes=limits.COMPARED_BYTES)
     except InputError:
@@ -238,7 +242,9 @@ def _own(path: Path) -> dict[str, Any]:
 
 
 def _lines_of_own(path: Path) -> dict[str, Any]:
-    """Results of a batch, verdicts of a check, or a batch's journal, a line each; nothing where a line is none."""
+    """Return facts about a JSON Lines file written by iccm: results of a batch, verdicts of a check, or a journal;
+    empty for other files.
+    """
     from collections import Counter
 
     ended: Counter[str] = Counter()
@@ -267,7 +273,7 @@ def _manifest(path: Path) -> dict[str, Any]:
 
 
 def lines(facts: dict[str, Any]) -> list[str]:
-    """Return the facts as text, one a line; what a terminal would act on is written out."""
+    """Return the facts as lines of text, with control characters escaped."""
     out = []
     for key, value in facts.items():
         if isinstance(value, list) and value and isinstance(value[0], dict):
@@ -282,9 +288,7 @@ def _row(item: dict[str, Any]) -> str:
 
 
 def _text(key: str, value: Any) -> str:
-    """Return the text of a value; corners of boxes have digits by the size of the box, however far it is from the
-    origin.
-    """
+    """Return a value as text; coordinates of boxes are rounded relative to the size of the box."""
     if key not in BOXES or not isinstance(value, list) or not value or not np.isfinite(value).all():
         return _plain(value)
     sides = np.array(value[-(len(value) // 2) :])

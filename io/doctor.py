@@ -1,4 +1,4 @@
-"""Checks of the installation: versions, the compiled core, threads, write access, and a map that must come out."""
+"""Checks of the installation: versions, the compiled core, threads, write access, and a map with a known result."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MODULES = {
     "resvg-py": "resvg_py",
     "scikit-image": "skimage",
 }
-"""Module names of requirements whose names differ."""
+"""Module names of requirements, where they differ."""
 EXTRAS = {
     "dask": "iccm batch --dask",
     "draco": "glTF files compressed by Draco",
@@ -34,12 +34,12 @@ EXTRAS = {
     "edit": "iccm edit",
     "meshopt": "glTF files compressed by meshopt",
 }
-"""What each extra is for."""
+"""Purpose of each extra."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that was looked at; `ok` None where it is neither good nor bad."""
+    """The result of one check; `ok` is None if it is neither good nor bad."""
 
     what: str
     said: str
@@ -47,7 +47,7 @@ class Finding:
 
 
 def examine(watched: Callable[[], AbstractContextManager[None]]) -> Iterator[Finding]:
-    """Everything that is worth a look, as it is found; what takes long is done inside `watched`."""
+    """Yield the results of all checks; slow ones run inside `watched`."""
     yield Finding("iccm", f"{__version__} in {Path(__file__).parents[1]}")
     yield Finding(
         "python", f"{platform.python_version()} on {platform.platform()}", sys.version_info >= (3, 11)
@@ -61,12 +61,12 @@ def examine(watched: Callable[[], AbstractContextManager[None]]) -> Iterator[Fin
 
 
 def _requirements() -> Iterator[Finding]:
-    """Everything that the installed package asks for; that of extras may be missing, but not too old."""
+    """Yield the requirements of the installed package; those of extras may be missing, but not too old."""
     try:
         from packaging.requirements import Requirement
 
         listed = [Requirement(text) for text in metadata.requires("iccm") or []]
-    except ImportError as error:  # metadata that is missing counts as an ImportError, too
+    except ImportError as error:  # missing metadata raises an ImportError, too
         yield Finding("requirements", f"{error.name} is not installed", False)
         return
     for requirement in listed:
@@ -80,7 +80,7 @@ def _applies(requirement: Requirement, extra: str) -> bool:
 
 
 def _library(name: str, wanted: SpecifierSet, purpose: str) -> Finding:
-    """Return whether a requirement is there, of a version that will do, and can be imported."""
+    """Return whether a requirement is installed in a suitable version, and can be imported."""
     try:
         version = metadata.version(name)
     except metadata.PackageNotFoundError:
@@ -91,12 +91,12 @@ def _library(name: str, wanted: SpecifierSet, purpose: str) -> Finding:
         return Finding(
             name, f"{version}; {needed} for {purpose}" if purpose else f"{version}; {needed}", False
         )
-    if purpose:  # imported by the commands that need it
+    if purpose:  # extras are imported by the commands that need them
         return Finding(name, version, True)
     start = time.perf_counter()
     try:
         import_module(MODULES.get(name, name))
-    except Exception as error:  # whatever a broken library raises is the finding
+    except Exception as error:  # whatever a broken library raises is the result
         return Finding(name, f"{version}: {' '.join(str(error).split())}", False)
     return Finding(name, f"{version} (imported in {time.perf_counter() - start:.2f} s)", True)
 
@@ -116,10 +116,10 @@ def _writing() -> Iterator[Finding]:
 
 
 def _fonts() -> Finding:
-    """Return what finds the fonts that texts of drawings ask for."""
+    """Return which tool finds the fonts for texts in drawings."""
     try:
         from .svg.lettering import finder
-    except ImportError as error:  # a library that is missing has its own line
+    except ImportError as error:  # missing libraries are reported separately
         return Finding("fonts", f"not looked for: {error}")
     return Finding("fonts", finder())
 
@@ -138,19 +138,19 @@ def _check(
     try:
         with watched():
             return Finding(what, test(), True)
-    except Exception as error:  # the finding is that it does not work
+    except Exception as error:  # the result is that it does not work
         return Finding(what, f"{type(error).__name__}: {' '.join(str(error).split())}", False)
 
 
 def _compiled_core() -> str:
-    """Return the compiled core must load; which of its variants this processor has."""
+    """Load the compiled core, and return the variant for this processor."""
     from ..native.library import library
 
     return Path(library()._name).name
 
 
 def _try_map() -> str:
-    """Return a square onto itself must be the identity, and so must a picture through it."""
+    """Check that mapping a square onto itself gives the identity, for points and for a picture."""
     import numpy as np
 
     import iccm

@@ -1,4 +1,4 @@
-"""Files as a whole: inputs that are really there, outputs that appear complete or not at all."""
+"""Files: inputs that are checked, and outputs that appear complete or not at all."""
 
 import errno
 import hashlib
@@ -21,20 +21,20 @@ from ..errors import InputError, naming
 
 BLOCK = 1 << 16
 MOST_ENTRIES = 10_000
-"""Names in a folder among which a similar one is searched, so that an error message never takes long."""
+"""Names in a folder that are searched for a similar one, so that an error message never takes long."""
 SIMILAR = 0.75
 """Similarity (by `difflib`) of names without suffixes: one or two wrong letters in ten."""
 SURROGATE_ESCAPE = re.compile(r"\\u[dD][89a-fA-F]")
-_unfinished = set[Path]()  # temporary files and folders that are there now
+_unfinished = set[Path]()  # temporary files and folders that exist now
 _together: ContextVar[ExitStack | None] = ContextVar(
     "together", default=None
-)  # what ends `together`, inside of it
+)  # the exit stack of `together`, inside its block
 _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS}
 
 
 @contextmanager
 def together() -> Iterator[None]:
-    """Let all that `write_bytes` writes in the block appear when it ends well, and none of it when it fails."""
+    """Let all files that `write_bytes` writes in the block appear when it succeeds, and none of them when it fails."""
     with ExitStack() as stack:
         before = _together.set(stack)
         try:
@@ -45,16 +45,16 @@ def together() -> Iterator[None]:
 
 @contextmanager
 def replacing(path: str | os.PathLike, *, force: bool = False, private: bool = False) -> Iterator[Path]:
-    """Yield a temporary sibling of `path`, with its suffix, that takes its place when the block ends well.
+    """Yield a temporary file beside `path`, with its suffix, that replaces it when the block succeeds.
 
-    The content is flushed to the disk before the rename, so that a crash or a full disk never leaves a torn
-    file; when the block fails nothing is left behind and an old `path` is untouched. The folder is not waited for:
-    after a crash there may be the file from before.
+    The content is flushed to disk before the file is renamed, so that a crash or a full disk never leaves an incomplete
+    file. If the block fails, nothing is left behind, and an existing file is unchanged. The folder is not flushed:
+    after a crash, it may still contain the old file.
 
     Args:
-        path: what to write. A symbolic link is followed: the file that it names is replaced.
+        path: the file to write. A symbolic link is followed: its destination is replaced.
         force: whether an existing file may be replaced.
-        private: whether nobody but the user may read it, whatever the umask and an old file allow.
+        private: whether only the user may read it, whatever the umask and the permissions of an existing file.
 
     Raises:
         InputError: the folder is missing or not writable, `path` is not a plain file, it exists without
@@ -71,7 +71,7 @@ def replacing(path: str | os.PathLike, *, force: bool = False, private: bool = F
         _probe(temporary)
         _flush(temporary)
         os.replace(temporary, path)
-    except InputError as error:  # what is wrong with the temporary file is wrong with this one
+    except InputError as error:  # errors about the temporary file are reported for the output
         if str(temporary) not in str(error):
             raise
         raise InputError(str(error).replace(str(temporary), str(given))) from error
@@ -87,7 +87,7 @@ def replacing(path: str | os.PathLike, *, force: bool = False, private: bool = F
 
 @contextmanager
 def scratch() -> Iterator[Path]:
-    """Yield a temporary folder, removed when the block ends."""
+    """Yield a temporary folder, which is removed when the block ends."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         _unfinished.add(folder)
@@ -96,7 +96,7 @@ def scratch() -> Iterator[Path]:
 
 
 def abandon() -> None:
-    """Remove all temporary files and folders: the process ends without leaving its blocks."""
+    """Remove all temporary files and folders, for a process that ends without leaving its blocks."""
     for path in list(_unfinished):
         with suppress(OSError):
             if path.is_dir():
@@ -107,7 +107,7 @@ def abandon() -> None:
 
 @contextmanager
 def writing(name: str, *, force: bool = False, suffix: str = ".png") -> Iterator[Path]:
-    """As `replacing`, or for `-` a file with a suffix whose content goes to stdout when the block ends well."""
+    """Work like `replacing`, or for `-` yield a file whose content is written to stdout when the block succeeds."""
     if name != "-":
         with replacing(name, force=force) as path:
             yield path
@@ -121,11 +121,11 @@ def writing(name: str, *, force: bool = False, suffix: str = ".png") -> Iterator
 
 
 def check_output(path: str | os.PathLike, *, force: bool = False) -> Path:
-    """Return the real path of an output that may be written, checked before any work is done for it.
+    """Check that an output may be written, and return its real path.
 
     Raises:
-        InputError: the folder is missing or not writable, `path` is not a plain file, or it exists, or is a link
-            to a file that does not, without `force`.
+        InputError: the folder is missing or not writable, `path` is not a plain file, or it exists, or is a link to a
+            file that does not exist, without `force`.
     """
     path = Path(path)
     try:
@@ -160,13 +160,12 @@ def check_outputs(
     taken: Iterable[str] = (),
     own: Collection[str] = (),
 ) -> None:
-    """Check that all outputs may be written, that none is an input, and none another one or `taken` by others.
+    """Check that all outputs may be written, and that none is an input, another output, or in `taken`.
 
-    That one exists is said last, after what is wrong with the others and with files that are read; those that are `own`
-    may exist.
+    An existing output is reported last, after other problems; those in `own` may exist.
 
     Raises:
-        InputError: as `check_output`, or naming the one.
+        InputError: as in `check_output`, or because of a conflict.
     """
     names, inputs = list(names), list(inputs)
     read, seen = ({Path(name).resolve() for name in given} for given in (inputs, taken))
@@ -187,10 +186,10 @@ def check_outputs(
 
 
 def as_text(path: str | os.PathLike) -> str:
-    """Return the name of a file for libraries that take text only.
+    """Return the name of a file as text, for libraries that do not accept bytes.
 
     Raises:
-        InputError: it is bytes that are not UTF-8, as Linux allows them.
+        InputError: the name is not UTF-8, which Linux allows.
     """
     name = os.fspath(path)
     try:
@@ -201,7 +200,7 @@ def as_text(path: str | os.PathLike) -> str:
 
 
 def open_input(path: str | os.PathLike, *, max_bytes: int | None = None) -> Path:
-    """Return the path of an input that is there, is a plain file, can be read and is not larger than `max_bytes`.
+    """Return the path of an input that exists, is a plain file, can be read, and is not larger than `max_bytes`.
 
     Raises:
         InputError: otherwise.
@@ -211,7 +210,7 @@ def open_input(path: str | os.PathLike, *, max_bytes: int | None = None) -> Path
 
 
 def similar_name(path: Path) -> str:
-    """Return a hint with the most similar name in the same folder, or nothing."""
+    """Return a hint with the most similar name in the same folder, or an empty text."""
     from difflib import get_close_matches
 
     try:
@@ -227,10 +226,10 @@ def similar_name(path: Path) -> str:
 
 @contextmanager
 def opened(path: str | os.PathLike, *, max_bytes: int | None = None) -> Iterator[BufferedReader]:
-    """Yield an input, open while the block runs.
+    """Yield an input, opened for the block.
 
     Raises:
-        InputError: as `open_input`.
+        InputError: as in `open_input`.
     """
     path = Path(path)
     try:
@@ -253,13 +252,13 @@ def opened(path: str | os.PathLike, *, max_bytes: int | None = None) -> Iterator
 
 
 def read_bytes(path: str | os.PathLike, *, max_bytes: int) -> bytes:
-    """Return the content of an input, refused when it is larger than `max_bytes`.
+    """Return the content of an input of at most `max_bytes`.
 
     Raises:
-        InputError: as `open_input`, or the file is empty.
+        InputError: as in `open_input`, or the file is empty.
     """
     with opened(path, max_bytes=max_bytes) as file:
-        content = file.read(max_bytes + 1)  # the size may have changed, or lie (/proc)
+        content = file.read(max_bytes + 1)  # the size may have changed, or be reported wrongly (/proc)
     if len(content) > max_bytes:
         raise InputError(f"{path}: the file has more than {max_bytes} bytes, which is the limit")
     if not content:
@@ -268,30 +267,30 @@ def read_bytes(path: str | os.PathLike, *, max_bytes: int) -> bytes:
 
 
 def parse_json(data: str | bytes, *, once: bool = False) -> Any:
-    """Return what JSON says; with `once` the keys of an object must differ.
+    """Parse JSON; with `once`, the keys of each object must be different.
 
     Raises:
-        InputError: it is none, or has text that cannot be written again; the message begins with what is wrong.
+        InputError: it is not valid JSON, or contains text that cannot be encoded. The message has no file name.
     """
     try:
         text = data if isinstance(data, str) else data.decode(json.detect_encoding(data))
         content = json.loads(text, object_pairs_hook=distinct_keys if once else None)
-        if SURROGATE_ESCAPE.search(text):  # in hardly any file; the check takes as long as parsing does
+        if SURROGATE_ESCAPE.search(text):  # rare; the full check takes as long as parsing
             _check_surrogates(content)
         return content
     except InputError:
         raise
     except RecursionError:
         raise InputError("is nested too deeply") from None
-    except ValueError as error:  # also numbers of thousands of digits
+    except ValueError as error:  # also for numbers of thousands of digits
         raise InputError(f"not valid JSON: {str(error).splitlines()[0]}") from None
 
 
 def _check_surrogates(content: Any) -> None:
-    """Refuse parsed JSON with half of a surrogate pair, such as a lone "\\ud800", which UTF-8 cannot hold.
+    """Check that parsed JSON has no half of a surrogate pair, such as a lone "\\ud800", which UTF-8 cannot encode.
 
     Raises:
-        InputError: there is one.
+        InputError: it has.
     """
     try:
         json.dumps(content, ensure_ascii=False).encode()
@@ -301,10 +300,10 @@ def _check_surrogates(content: Any) -> None:
 
 
 def distinct_keys(items: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Return an object whose keys are all different: JSON leaves open what a repeated one means.
+    """Return an object whose keys are all different, since the meaning of repeated keys is not defined in JSON.
 
     Raises:
-        InputError: one is given twice.
+        InputError: a key occurs twice.
     """
     found: dict[str, Any] = {}
     for key, value in items:
@@ -315,10 +314,10 @@ def distinct_keys(items: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def read_json(path: str | os.PathLike, *, max_bytes: int) -> Any:
-    """Return what a JSON file says.
+    """Read and parse a JSON file.
 
     Raises:
-        InputError: as `read_bytes` and `parse_json`.
+        InputError: as in `read_bytes` and `parse_json`.
     """
     data = read_bytes(path, max_bytes=max_bytes)
     with naming(path):
@@ -328,7 +327,7 @@ def read_json(path: str | os.PathLike, *, max_bytes: int) -> Any:
 def write_bytes(
     path: str | os.PathLike, content: bytes, *, force: bool = False, private: bool = False
 ) -> None:
-    """Write a file, at the end of `together` where that surrounds it; arguments and errors as for `replacing`."""
+    """Write a file, inside of `together` at the end of its block; arguments and errors as in `replacing`."""
     stack = _together.get()
     if stack is not None:
         stack.enter_context(replacing(path, force=force, private=private)).write_bytes(content)
@@ -338,7 +337,7 @@ def write_bytes(
 
 
 def sha256(path: str | os.PathLike) -> str:
-    """Return the content's SHA-256 as 64 hexadecimal digits.
+    """Return the SHA-256 hash of the content as 64 hexadecimal digits.
 
     Raises:
         InputError: the file is missing or cannot be read.
@@ -348,12 +347,12 @@ def sha256(path: str | os.PathLike) -> str:
 
 
 def _sibling(path: Path, private: bool) -> Path:
-    """Return an empty file beside `path`, because a rename is atomic only within one file system."""
+    """Create an empty temporary file beside `path`, because renaming is atomic only within one file system."""
     try:
         handle, name = tempfile.mkstemp(prefix=f".{path.stem[:32]}.", suffix=path.suffix, dir=path.parent)
         _unfinished.add(Path(name))
         os.close(handle)
-        if not private:  # as mkstemp makes them
+        if not private:  # mkstemp already makes private files
             os.chmod(name, path.stat().st_mode & 0o777 if path.exists() else 0o666 & ~_umask())
     except OSError as error:
         raise InputError(f"{path}: cannot write this file: {_reason(error)}") from error
@@ -361,10 +360,10 @@ def _sibling(path: Path, private: bool) -> Path:
 
 
 def make_folder(path: Path) -> None:
-    """Make a folder, and those above it, unless it is there.
+    """Create a folder and its parents if they do not exist.
 
     Raises:
-        InputError: it cannot be made.
+        InputError: it cannot be created.
     """
     try:
         path.mkdir(parents=True, exist_ok=True)
@@ -373,12 +372,13 @@ def make_folder(path: Path) -> None:
 
 
 def make_private_folder(path: Path, top: Path) -> None:
-    """Make a folder that nobody but the user may look into, whatever the umask; and so all from `top` down to it.
+    """Create a folder that only the user can access, whatever the umask, together with all folders from `top` down to
+    it.
 
-    Folders that are there already are closed to others, too.
+    Existing folders are made private, too.
 
     Raises:
-        InputError: one cannot be made, or closed because it is another user's.
+        InputError: one cannot be created, or belongs to another user.
     """
     between = [top, *(top / part for part in _prefixes(path.relative_to(top)))]
     try:
@@ -394,12 +394,12 @@ def make_private_folder(path: Path, top: Path) -> None:
 
 
 def _prefixes(path: Path) -> list[Path]:
-    """Return the folders on the way down a relative path, the path itself the last."""
+    """Return the prefixes of a relative path, ending with the path itself."""
     return [Path(*path.parts[:count]) for count in range(1, len(path.parts) + 1)]
 
 
 def sweep(paths: Iterable[str | os.PathLike]) -> list[Path]:
-    """Remove the temporary files for these paths that killed processes left; each folder is looked through once."""
+    """Remove temporary files for these paths that were left by killed processes; each folder is searched once."""
     folders: dict[Path, set[tuple[str, str]]] = {}
     for path in map(Path, paths):
         folders.setdefault(path.parent, set()).add((path.stem[:32], path.suffix))
@@ -415,7 +415,7 @@ def sweep(paths: Iterable[str | os.PathLike]) -> list[Path]:
 
 
 def _temporary(name: str) -> list[re.Match[str]]:
-    """Return what the name of a temporary file says: the beginning of the stem, and the suffix."""
+    """Parse the name of a temporary file: the beginning of the stem, and the suffix."""
     forms = (r"\.(.*)\.[a-z0-9_]{8}(\.[^.]+)", r"\.(.*)\.[a-z0-9_]{8}()")
     return [match for form in forms if (match := re.fullmatch(form, name, re.DOTALL))]
 
@@ -427,7 +427,7 @@ def _umask() -> int:
 
 
 def _probe(path: Path) -> None:
-    """Fail when the disk is full: image libraries cut a file short without a word. One more block does not fit then."""
+    """Fail if the disk is full, by writing another block: image libraries truncate files without an error."""
     with path.open("r+b", buffering=0) as file:
         size = file.seek(0, os.SEEK_END)
         try:

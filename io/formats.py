@@ -1,4 +1,4 @@
-"""The table of file formats: what each suffix can hold. Nothing is read or written here."""
+"""The table of file formats: what files with each suffix can contain. Nothing is read or written here."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ PICTURE_BEGINNINGS = {
     b"II*\0": "TIFF",
     b"MM\0*": "TIFF",
 }
-"""The first bytes of files of pictures, with the names of their formats; WebP has its name after its length."""
+"""The first bytes of picture files, with the names of their formats; WebP has its name after the length."""
 HELD_SUFFIXES = {"PNG": ".png", "JPEG": ".jpg", "WebP": ".webp"}
-"""The suffixes of pictures that meshes and drawings hold."""
+"""Suffixes of pictures that meshes and drawings can contain."""
 
 
 @dataclass(frozen=True)
 class PictureFormat:
-    """How a format holds pixels.
+    """What pixels a picture format can store.
 
     Attributes:
         light: "display" for encoded colours with straight alpha, "linear" for floats with associated alpha, or "any".
-        bits: of the integers that it holds.
-        grey: whether it holds pictures of fewer than three channels.
-        alpha: whether it holds alpha.
-        hidden: whether it keeps colours where alpha is 0.
-        named: whether it says any colour space; others are taken for sRGB, or linear when they hold floats.
-        encoder: what OpenImageIO calls the compression.
+        bits: of integers, for each supported size.
+        grey: whether it supports pictures with fewer than three channels.
+        alpha: whether it supports alpha.
+        hidden: whether colours are kept where alpha is 0.
+        named: whether it stores any colour space; otherwise sRGB is assumed, or linear for floats.
+        encoder: OpenImageIO's name for the compression.
     """
 
     light: str = "any"
@@ -46,20 +46,20 @@ class PictureFormat:
 
 @dataclass(frozen=True)
 class Format:
-    """What files of a suffix hold.
+    """What files with a suffix can contain.
 
     Attributes:
-        picture: how they hold pixels, if they do.
+        picture: the pixels that can be stored, if any.
         drawing: outlines and artwork.
-        mesh: a mesh: module and class of `io.meshes` that read and write the format.
-        uv: a mesh that iccm writes with texture coordinates.
+        mesh: module and class of `io.meshes` for a mesh format.
+        uv: whether iccm writes meshes with texture coordinates.
         flat: a flattening.
         plot: a figure.
-        stmap: a map, as floats.
+        stmap: whether an STMap, which needs floats.
         manifest: jobs.
         constraints: pins and strokes.
-        map: a map, exactly.
-        outlines: shapes, that are read alone.
+        map: a map, without loss.
+        outlines: shapes in formats that are only read.
     """
 
     picture: PictureFormat | None = None
@@ -78,8 +78,9 @@ class Format:
 _JPEG = Format(PictureFormat("display", (8,), alpha=False, hidden=False, encoder="jpeg:95"))
 _TIFF = Format(PictureFormat(), stmap=True)
 READ_ONLY = (".gif", ".jp2", ".j2k", ".ppm", ".pgm", ".pbm", ".pnm", ".dds", ".avif", ".heic", ".heif")
-"""Suffixes of pictures that are read, and not written."""
-# Every other picture format here gives back what it is said to hold; OpenImageIO knows more, which lose something.
+"""Suffixes of pictures that can be read but not written."""
+# All other picture formats listed here are lossless within their description; OpenImageIO supports more, which lose
+# something.
 FORMATS = {
     ".png": Format(PictureFormat("display", named=True), plot=True),
     ".jpg": _JPEG,
@@ -118,28 +119,28 @@ FORMATS = {
 
 
 def suffix_of(name: str | PathLike) -> str:
-    """Return the suffix, in lower case."""
+    """Return the suffix in lower case."""
     return Path(name).suffix.lower()
 
 
 def written(output: str) -> str:
-    """Return a name whose suffix reports what an output holds: standard output is a PNG."""
+    """Return a name with the suffix of an output's format: standard output is a PNG."""
     return "stdout.png" if output == "-" else output
 
 
 def of(name: str | PathLike) -> Format:
-    """Return what a file holds by its suffix; nothing where that is unknown."""
+    """Return the format of a file by its suffix; an empty format if it is unknown."""
     return FORMATS.get(suffix_of(name), Format())
 
 
 def picture(name: str | PathLike) -> PictureFormat:
-    """Return how a file holds pixels by its suffix; of a suffix that is not in the table anything is expected."""
+    """Return the picture format of a file by its suffix; for unknown suffixes one that supports everything."""
     return of(name).picture or PictureFormat()
 
 
 def holding(what: str, *, written: bool = False) -> tuple[str, ...]:
-    """Return the suffixes of files that hold something, one of the attributes of `Format`; only those that are
-    `written`.
+    """Return the suffixes of files that can contain something, given as an attribute of `Format`; with `written`, only
+    those that can be written.
     """
     return tuple(suffix for suffix in FORMATS if _holds(suffix, what, written=written))
 
@@ -150,16 +151,16 @@ def _holds(suffix: str, what: str, *, written: bool) -> bool:
 
 
 def check(name: str | PathLike, what: str, said: str, *others: str) -> None:
-    """Refuse an output whose format does not hold something.
+    """Check that the format of an output can contain something.
 
     Args:
         name: of the output.
-        what: the attribute of `Format` that says so.
-        said: of one that does not.
-        others: what else may be named, of which the message reports.
+        what: the attribute of `Format` to check.
+        said: the message if it cannot.
+        others: further attributes whose suffixes the message lists.
 
     Raises:
-        InputError: naming the suffixes that do, or that it is a folder.
+        InputError: it cannot, or is a folder; the message lists suitable suffixes.
     """
     if _holds(suffix_of(name), what, written=True):
         return
@@ -170,7 +171,7 @@ def check(name: str | PathLike, what: str, said: str, *others: str) -> None:
 
 
 def check_report(name: str | None) -> None:
-    """Refuse a name for a report that promises a picture, a drawing or a mesh.
+    """Check that the name of a report does not have the suffix of a picture, a drawing or a mesh.
 
     Raises:
         InputError: it does.
@@ -181,12 +182,12 @@ def check_report(name: str | None) -> None:
 
 
 def suffix_of_content(content: bytes) -> str:
-    """Return the suffix of a picture's file by its first bytes: ".png", ".jpg", ".webp", or "" for others."""
+    """Return the suffix for a picture's content: ".png", ".jpg", ".webp", or "" for others."""
     return HELD_SUFFIXES.get(picture_kind(content), "")
 
 
 def picture_kind(content: bytes) -> str:
-    """Return the format of a picture's file by its first bytes, such as "PNG", or "" for others."""
+    """Return the format of a picture's content, such as "PNG", or "" for others."""
     if content[8:12] == b"WEBP":
         return "WebP"
     return next((kind for start, kind in PICTURE_BEGINNINGS.items() if content.startswith(start)), "")

@@ -1,30 +1,30 @@
-"""Limits on what is read and made: input above one of them is rejected in a line, before memory is taken for it.
+"""Limits on input and output: what exceeds one of them is rejected with a message, before memory is allocated for it.
 
-A limit that a user can raise is the default of an option (`io/options.py`). What a method bounds for itself, such as
-the vertices of its mesh, stands with the method.
+Limits that a user can raise are defaults of options (`io/options.py`). Limits of a single method, such as the number of
+vertices of its mesh, are defined with the method.
 """
 
 FACES = 5_000_000
 """Faces of a mesh; --max-faces."""
 PIXELS = 1 << 28
-"""Pixels of a picture, read or made; --max-pixels."""
+"""Pixels of a picture that is read or written; --max-pixels."""
 SEGMENTS = 1 << 20
-"""Lines and curves that an SVG draws; --max-segments."""
+"""Lines and curves drawn by an SVG; --max-segments."""
 
 SIDE = 1 << 17
-"""Pixels of one side of a picture that is made."""
+"""Pixels of one side of a picture that is written."""
 MEMORY = 1 << 62
-"""Bytes that --memory can name."""
+"""Bytes that --memory accepts."""
 VERTICES = 4000
-"""Boundary vertices that --vertices can ask for: a map's equations are a dense matrix."""
+"""Boundary vertices that --vertices accepts: the equations of a map are a dense matrix."""
 BALANCE = 10
-"""The largest --balance: beyond 4 areas hardly change, and angles pay for it."""
+"""Largest --balance: beyond 4, areas hardly change any more while angles get worse."""
 COORDINATE = 1e100
-"""The largest coordinate of a point that a user names."""
+"""Largest coordinate that a user can enter."""
 NAME_BYTES = 255
-"""Bytes of one name of a file, on nearly every disk."""
+"""Bytes of a file name, the limit of nearly every file system."""
 TILE = 9999
-"""The largest number of a tile (UDIM)."""
+"""Largest number of a tile (UDIM)."""
 
 DRAWING_BYTES = 1 << 30
 """Bytes of a picture whose silhouette is traced, or of an OBJ that is read as an outline."""
@@ -33,86 +33,86 @@ SILHOUETTE_PIXELS = 1 << 27
 PIECES = 50
 """Pieces of a silhouette that are traced, the largest first."""
 PARTS = 64
-"""Parts of a drawing that --parts all maps, the largest first: each is solved for."""
+"""Parts of a drawing for --parts all, the largest first: each needs a solution."""
 
 SVG_BYTES = 32 << 20
-"""Bytes of an SVG, and of what a compressed one (.svgz) holds."""
+"""Bytes of an SVG, and of the decompressed content of an .svgz."""
 SVG_DEPTH = 200
 """Nested elements."""
 SVG_ELEMENTS = 300_000
 """Elements of any kind, text and definitions included."""
 SVG_SHAPES = 100_000
-"""Paths, rectangles and so on, and runs of paths: a tenth of a millisecond each."""
+"""Paths, rectangles and so on, and subpaths: a tenth of a millisecond each."""
 SVG_COPIES = 50_000
-"""Elements that <use>, clip paths, masks, markers and filters make again."""
+"""Elements that are repeated by <use>, clip paths, masks, markers and filters."""
 SVG_COPIED = 8 << 20
-"""Characters of these: a second or two."""
+"""Characters of repeated elements: a second or two."""
 SVG_LINKS = 40
-"""Definitions that refer to each other in a chain."""
+"""Length of a chain of definitions that refer to each other."""
 SVG_LETTERS = 20_000
-"""Letters of texts that are outlined: 50 µs each."""
+"""Letters of text that are outlined: 50 µs each."""
 SVG_FONTS = 100
-"""Fonts that a drawing asks for: some milliseconds each."""
+"""Fonts used by a drawing: some milliseconds each."""
 SVG_POINTS = 4_000_000
-"""Points of all shapes once their curves are polylines: 64 MB, several times."""
+"""Points of all shapes after curves are flattened: 64 MB, stored several times."""
 SVG_NUMBER = 1e60
-"""The largest coordinate, argument or length in a drawing: products of a few of them stay finite."""
+"""Largest coordinate, argument or length in a drawing, such that products of a few of them stay finite."""
 STYLE_CHARACTERS = 1 << 20
 """Characters of style sheets: two seconds."""
 SELECTORS, SELECTOR_CHARACTERS = 50_000, 1000
-"""Selectors of style sheets, a second and a half, and characters of one; longer ones are not read."""
+"""Selectors of style sheets, a second and a half, and characters of a selector; longer ones are ignored."""
 RULES = 2_000_000
-"""Steps in holding selectors against elements: a second and a half."""
+"""Steps in matching selectors with elements: a second and a half."""
 CROSSINGS = 50_000
-"""Crossings of the outlines that are filled together: 50 µs and 3 KB each."""
+"""Crossings of outlines that are filled together: 50 µs and 3 KB each."""
 CUT_POINTS = 20_000_000
 """Points of shapes, and of the clip paths and masks that cut them: some seconds."""
 NEAR_SEGMENTS, NESTED_RUNS = 4_000_000, 2_000_000
-"""Pairs of segments, and of runs, whose boxes overlap: half a second, and a second."""
+"""Pairs of segments, and of subpaths, whose boxes overlap: half a second, and a second."""
 WINDINGS = 200_000_000
-"""Points times segments, for which windings are counted: two seconds."""
+"""Points times segments for which winding numbers are computed: two seconds."""
 ARTWORK_CURVES = 100_000
-"""Lines and curves of a drawing that is carried as artwork, each of which takes up to a millisecond."""
+"""Lines and curves of a drawing that is mapped as artwork; each takes up to a millisecond."""
 ARTWORK_COVERED = 3 * ARTWORK_CURVES
-"""Of these, as often as each lies under a clip path, mask or filter: 10 µs."""
+"""The same, counted once for every clip path, mask or filter that applies to them: 10 µs each."""
 RENDER_SECONDS = 30.0
-"""Seconds that rendering a drawing as a texture may take; few take one."""
+"""Seconds for rendering a drawing as a texture; few take one second."""
 
 READ_PIXELS = 1 << 29
-"""Pixels of a picture that is read where no option bounds them."""
+"""Pixels of a picture that is read without an option for the limit."""
 MESH_BYTES = 4 << 30
-"""Bytes of a mesh file, of a buffer beside it, or of the picture that it is written with."""
+"""Bytes of a mesh file, of a buffer beside it, or of the picture that is written with it."""
 SCENE_BYTES = 1 << 26
 """Bytes of the JSON of a glTF file."""
 BUFFER_BYTES = 1 << 32
 """Bytes of one buffer view of a glTF file."""
 ITEMS_PER_FACE = 12
-"""Items of a glTF file without data, which stand for zeros, by the faces that are allowed."""
+"""Elements in accessors of a glTF file without data, which are zeros, relative to the faces allowed."""
 LIBRARY_BYTES = 16 << 20
-"""Bytes of a material library that is read."""
+"""Bytes of a material library."""
 
 GEOMETRY_BYTES = 1 << 30
 """Bytes of a file of points, lines and polygons."""
 CONSTRAINTS_BYTES = 16 << 20
 """Bytes of a file of pins and strokes."""
 START_ENTRIES = 200_000
-"""Vertices, and triangles, of the earlier map that a file of pins and strokes may hold."""
+"""Vertices, and triangles, of an earlier map in a file of pins and strokes."""
 MANIFEST_BYTES = 64 << 20
 """Bytes of a manifest."""
 JOBS = 100_000
 """Jobs of a manifest."""
 GLOB_ENTRIES, GLOB_SECONDS = 1_000_000, 60
-"""Entries of folders that the globs of a manifest look at, and how long they may take."""
+"""Entries of folders that are searched for the patterns of a manifest, and seconds for that."""
 DEPTH = 8
-"""Lists and tables in each other, in a manifest; pins need three."""
+"""Nesting of lists and tables in a manifest; pins need three levels."""
 COMPARED_BYTES = 1 << 28
-"""Bytes of a report or of tolerances that `iccm check` reads."""
+"""Bytes of a report or a file of tolerances for `iccm check`."""
 
 PAGE_PINS, PAGE_STROKES, PAGE_POINTS = 500, 100, 2000
-"""Pins, strokes, and points of a stroke, that the page of `iccm edit` may place."""
+"""Pins, strokes, and points of a stroke on the page of `iccm edit`."""
 PAGE_MESSAGE_BYTES = 1 << 22
-"""Bytes of one message of that page."""
+"""Bytes of a message from that page."""
 PAGE_FILE_BYTES = 1 << 28
-"""Bytes of a file that is chosen on that page."""
+"""Bytes of a file chosen on that page."""
 PAGE_TEXELS = 8192
-"""Texels of one side of a texture that the page shows: what nearly every WebGL 2 takes."""
+"""Texels of one side of a texture on the page: supported by nearly every WebGL 2 implementation."""

@@ -1,4 +1,6 @@
-"""Memory for pictures within a bound: what does not fit lies in a file, of which little is resident at a time."""
+"""Memory for pictures within a limit: arrays that do not fit are kept in a file, of which little is resident at a
+time.
+"""
 
 from __future__ import annotations
 
@@ -16,18 +18,19 @@ from .. import memory
 from ..errors import InputError
 from ..parallel import thread_count
 
-SHARE = 0.25  # of what is left when the first picture is read: for arrays that stay; the rest is for work
+# relative to the memory left when the first picture is read: for arrays that are kept; the rest is for temporary ones
+SHARE = 0.25
 MIB = 1 << 20
-MARGIN = 64 * MIB  # for what libraries take, and what the allocator does not give back
-SOLVED = 340 * MIB  # what a process holds once it has solved for a map, without pictures
+MARGIN = 64 * MIB  # for memory that libraries take, or that the allocator does not return
+SOLVED = 340 * MIB  # memory of a process after solving for a map, without pictures
 
 
 class Bounded(memory.Memory):
-    """Arrays in memory as far as a bound on the whole process allows, then in a scratch file.
+    """Arrays in memory within a limit for the whole process, beyond that in a scratch file.
 
     Args:
-        limit: bytes that the process may hold.
-        folder: where the scratch file goes; it has no name and leaves nothing behind.
+        limit: bytes for the whole process.
+        folder: of the scratch file, which has no name and leaves nothing behind.
     """
 
     def __init__(self, limit: int, folder: str | Path | None = None):
@@ -36,10 +39,10 @@ class Bounded(memory.Memory):
         self._maps: list[mmap.mmap] = []
 
     def __call__(self, shape: tuple[int, ...], dtype: Any) -> NDArray:
-        """Return an array of any content.
+        """Return an uninitialised array.
 
         Raises:
-            InputError: the disk has no room for it.
+            InputError: there is no space on the disk.
         """
         wanted = int(np.prod(shape, dtype=np.int64)) * np.dtype(dtype).itemsize
         if wanted <= self.left:
@@ -59,29 +62,29 @@ class Bounded(memory.Memory):
         return np.frombuffer(self._maps[-1], dtype).reshape(shape)
 
     def release(self) -> None:
-        """Let the system take back the resident pages of the scratch file."""
+        """Let the system release the resident pages of the scratch file."""
         for pages in self._maps:
-            if hasattr(pages, "madvise"):  # not on Windows, which takes them back on its own
+            if hasattr(pages, "madvise"):  # Windows, which has no madvise, releases them by itself
                 pages.madvise(mmap.MADV_DONTNEED)
 
     def threads(self, asked: int | None, each: int, what: str) -> int | None:
-        """Return how many threads fit, each taking so many bytes, at most as many as asked.
+        """Return the number of threads that fit if each takes `each` bytes, at most `asked`.
 
         Raises:
-            InputError: not even one.
+            InputError: not even one fits.
         """
         return min(thread_count(asked), self._free(resident(), each, what) // each)
 
     def check(self, each: int, what: str) -> None:
-        """Refuses, before a map is solved for, work for which there will be no room; arguments as for `threads`.
+        """Check, before a map is solved, that work will fit; arguments as in `threads`.
 
         Raises:
-            InputError: there will not be.
+            InputError: it will not.
         """
         self._free(max(resident(), SOLVED + self.kept), each, what)
 
     def _free(self, held: int, each: int, what: str) -> int:
-        """Bytes left for work of which each piece takes so many."""
+        """Return the bytes left for work that takes `each` bytes per piece."""
         free = self.limit - held - MARGIN
         if free < each:
             takes = -(-(self.limit - free + each) // MIB)
@@ -93,17 +96,17 @@ class Bounded(memory.Memory):
 
 
 def within(limit: int | None, output: str | None) -> memory.Memory:
-    """Memory within --memory, if given; the disk that has room for an output has it for the scratch file."""
+    """Return memory within --memory, if given; the scratch file is on the disk of the output."""
     if not limit:
         return memory.Memory()
     return Bounded(limit, Path(output).resolve().parent if output else tempfile.gettempdir())
 
 
 def resident() -> int:
-    """Bytes of this process that are in memory."""
+    """Return the resident memory of this process in bytes."""
     try:
         return int(Path("/proc/self/statm").read_bytes().split()[1]) * mmap.PAGESIZE
-    except OSError:  # not Linux: the most that it ever was
+    except OSError:  # not Linux: the peak so far
         try:
             import resource
         except ImportError:  # Windows

@@ -1,4 +1,4 @@
-"""The options of a command by topic, as help and the reference show them."""
+"""The options of a command by topic, for help and the reference."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Topic:
-    """What `--help TOPIC` shows.
+    """The contents of `--help TOPIC`.
 
     Attributes:
         title: the heading.
@@ -74,13 +74,16 @@ TOPICS: dict[str, Topic] = {
         "verbose quiet log_format debug version help",
     ),
 }
-"""Every topic by the word that `--help` takes."""
+"""Topics by the word that `--help` takes."""
 FEW = 12
-"""Options that need no headings."""
+"""Number of options up to which no headings are shown."""
 
 
 def grouped(names: Iterable[str]) -> list[tuple[str, str, list[str]]]:
-    """Heading, example and options of each topic; those of no topic, or a few in all, come first as `Options`."""
+    """Return heading, example and options of each topic.
+
+    Options without a topic come first under `Options`, as do all options if there are few.
+    """
     left = list(names)
     found: list[tuple[str, str, list[str]]] = []
     if len(left) > FEW:

@@ -1,7 +1,7 @@
-"""The options of every command, each described once: the command line, `Job` and manifests are made from this table.
+"""The table of options of every command, from which the command line, `Job` and manifests are made.
 
-To add an option, add a row to the class of its command, or to `JobOptions`, which describes a job: `map`, `deform`,
-manifests and `edit` make one. A row says which other commands have it, too. Nothing heavy is imported: help reads this.
+To add an option, add a row to the class of its command, or to `JobOptions` for `map`, `deform`, `edit` and manifests. A
+row also names other commands that have the option. Nothing heavy is imported, because help reads this module.
 """
 
 import math
@@ -19,38 +19,39 @@ from ..deadline import DEFAULT_SECONDS
 from . import formats, limits, point_syntax, values
 
 LARGEST = 1e6  # factor of a texture's size
-DIGITS = 15  # of a number of bytes, K, M, G or T
+DIGITS = 15  # digits of a number of bytes, K, M, G or T
 KINDS = ("colour", "normal", "normal-down", "data")
-"""What a picture's channels are."""
+"""Kinds of a picture's channels."""
 ALIKE = 0.75
-"""Similarity (by `difflib`) of a mistyped name to the one that is suggested: --sise is similar enough to --size."""
-TEXELS_BETWEEN_CHARTS = 4  # as many as a mipmap of a quarter of the size needs to keep their colours apart
-CERTIFIED = 0.99  # share of the source's area that `--require-injective` asks for
+"""Similarity (by `difflib`) of a mistyped name to the name suggested: --sise is similar enough to --size."""
+TEXELS_BETWEEN_CHARTS = 4  # enough to keep their colours apart in a mipmap of a quarter of the size
+CERTIFIED = 0.99  # share of the source's area for `--require-injective` without a value
 
 
 @dataclass(frozen=True)
 class Option:
-    """What describes an option besides its name and type.
+    """The description of an option besides its name and type.
 
     Attributes:
-        help: a sentence; what the default means in brackets, where that is None.
-        metavar: what stands for the value.
-        default: its value when it is not given.
-        least, above, most: the smallest number allowed, or the one below it, and the largest. Options of the solver
-            have the bounds and defaults of `iccm.options`, unless a row has narrower ones.
-        parse: makes the value of what was typed.
-        parse_each: the same for each value of an option that may be repeated.
-        solver: whether it goes to `iccm.fit` and `iccm.deform`, unless it is None.
-        commands: those that have it; of a row that says none those of its class.
-        short: a second name.
+        help: a sentence; in brackets the meaning of the default, if that is None.
+        metavar: placeholder for the value.
+        default: the value if it is not given.
+        least, above, most: smallest number allowed, or exclusive lower bound, and largest number. Options of the solver
+            have the bounds and defaults of `iccm.options`, unless a row narrows them.
+        parse: converts the text of the value.
+        parse_each: converts each value of an option that may be repeated.
+        solver: whether it is passed to `iccm.fit` and `iccm.deform`, unless it is None.
+        commands: those that have the option; if empty, those of its class.
+        short: the one-letter name.
         required: whether it must be given.
-        flag: its value where it is given without one.
-        brief: the sentence of the short help, where `help` says more.
-        basic: whether the short help of a command with many options shows it; options of its class are always shown.
-        aliases: other names that people try, each with what becomes of its value, `{}` as it is. They are not shown.
-        old: former names. They work until the next major version, with a notice.
-        hidden: commands whose help does not show it, since there is a better way, which `instead` names.
-        words: what people call it, for hints where a name is not known.
+        flag: its value if it is given without one.
+        brief: the text in the short help, if `help` says more.
+        basic: whether the short help of a command with many options includes it; options of its own class are always
+            included.
+        aliases: other names that users try, each with a template for the value; they are not listed.
+        old: former names, which work until the next major version, with a notice.
+        hidden: commands that do not list it, because there is a better way, described by `instead`.
+        words: synonyms, to suggest the option for unknown names.
     """
 
     help: str
@@ -76,14 +77,14 @@ class Option:
     words: str = ""
 
     def value_of(self, given: Any, hint: Any) -> Any:
-        """Return the value of an option as a job keeps it.
+        """Return the value of an option in the form that a job stores.
 
         Args:
-            given: as it was typed, or as a manifest or Python has it.
+            given: text from the command line, or a value from a manifest or Python.
             hint: the type of the option.
 
         Raises:
-            WrongValue: the option does not take it.
+            WrongValue: the value is invalid.
         """
         try:
             value = self.parse(given) if self.parse else given
@@ -99,12 +100,12 @@ class Option:
 
 
 def _option(*words: str, **more: Any) -> Any:
-    """Return an `Option` in the place of its default."""
+    """Return an `Option` in place of a default."""
     return Option(*words, **more)
 
 
 def _table(*commands: str) -> Callable[[type], type]:
-    """Annotate a class with its options, and give it their defaults."""
+    """Return a decorator that annotates a class with its options, and sets their defaults."""
 
     def fill(cls: type) -> type:
         for name, hint in get_type_hints(cls).items():
@@ -120,7 +121,10 @@ def _table(*commands: str) -> Callable[[type], type]:
 
 
 def _of_solver(name: str, hint: Any, option: Option) -> Option:
-    """Return the row of an option of the solver, with what `iccm.options` says of it.
+    """Complete the row of a solver option from `iccm.options`.
+
+    The solver's default applies if the row has none; if None is allowed, the solver chooses it. The solver's bounds
+    apply unless the row narrows them.
 
     Its default is the solver's where it has no other: where None stands for that, it is left to the solver. Its bounds
     are the solver's unless the row has narrower ones.
@@ -136,11 +140,11 @@ def _of_solver(name: str, hint: Any, option: Option) -> Option:
 
 
 FREE = 0
-"""A side of a picture that follows from the other side and the proportions of the shown area."""
+"""A side of a picture that follows from the other side and the proportions of the visible area."""
 
 
 def size(value: Any) -> Any:
-    """`WxH`, one number for the longer side, or `Wx` and `xH` for one side alone, the other being `FREE`."""
+    """Parse a size: `WxH`, one number for the longer side, or `Wx` and `xH` for one side, with `FREE` for the other."""
     if isinstance(value, str):
         match = re.fullmatch(r"\s*(\d+)()\s*|\s*(\d*)\s*[xX×]\s*(\d*)\s*", value)
         parts = [part for part in match.groups() if part is not None] if match else []
@@ -162,7 +166,7 @@ def size(value: Any) -> Any:
 
 
 def kind(value: Any) -> Any:
-    """Return what a picture's channels are; American spelling is taken, too."""
+    """Parse the kind of a picture's channels; American spelling is accepted, too."""
     value = "colour" if value == "color" else value
     if value not in KINDS:
         raise ValueError(f"{value!r} is not one of color, {', '.join(KINDS[1:])}")
@@ -170,7 +174,7 @@ def kind(value: Any) -> Any:
 
 
 def memory(value: Any) -> Any:
-    """Bytes of `2G`, `1.5GiB` or `800M`; units are powers of 1024."""
+    """Parse an amount of memory, such as `2G`, `1.5GiB` or `800M`; units are powers of 1024."""
     if not isinstance(value, str):
         return value
     found = re.fullmatch(r"\s*(\d+(?:\.\d*)?)\s*([KMGT]?)(?:i?B)?\s*", value, re.IGNORECASE)
@@ -182,12 +186,12 @@ def memory(value: Any) -> Any:
 
 
 def pair(value: Any) -> Any:
-    """`X,Y`."""
+    """Parse two numbers: `X,Y`."""
     return _numbers(value, (2,), "two numbers, such as 10,-5")
 
 
 def scale(value: Any) -> Any:
-    """`S`, or `SX,SY`, above 0."""
+    """Parse one or two positive factors: `S` or `SX,SY`."""
     found = _numbers(value, (1, 2), "a factor, such as 0.25, or two, such as 0.25,0.5")
     if isinstance(found, tuple) and not all(1 / LARGEST <= n <= LARGEST for n in found):
         raise ValueError(f"a factor must be between {1 / LARGEST:g} and {LARGEST:g}")
@@ -195,7 +199,7 @@ def scale(value: Any) -> Any:
 
 
 def _numbers(value: Any, counts: tuple[int, ...], what: str) -> Any:
-    """Numbers between commas, as many as there may be; what is not a text and no number as it is."""
+    """Parse numbers separated by commas; their number must be in `counts`. Other values are returned unchanged."""
     try:
         parts = (
             value.split(",")
@@ -213,7 +217,7 @@ def _numbers(value: Any, counts: tuple[int, ...], what: str) -> Any:
 
 
 def turn(value: Any) -> Any:
-    """Degrees, or `any`."""
+    """Parse an angle in degrees, or `any`."""
     if not isinstance(value, str):
         return value
     try:
@@ -223,7 +227,7 @@ def turn(value: Any) -> Any:
 
 
 def rigid_size(value: Any) -> Any:
-    """Return a factor above 0, or `free`."""
+    """Parse a factor above 0, or `free`."""
     try:
         found = value if value == "free" or not isinstance(value, str) else float(value)
     except ValueError:
@@ -234,7 +238,7 @@ def rigid_size(value: Any) -> Any:
 
 
 def vertices(value: Any) -> Any:
-    """Return a number of vertices, or `source`."""
+    """Parse a number of vertices, or `source`."""
     if value == "source":
         return value
     if isinstance(value, str) and not value.isdecimal():
@@ -246,7 +250,7 @@ def vertices(value: Any) -> Any:
 
 
 def share(value: Any) -> Any:
-    """Return a share of the area; true is the usual one, and false none."""
+    """Parse a share of the area; True is the default share, and False is None."""
     if isinstance(value, bool):
         return CERTIFIED if value else None
     try:
@@ -259,18 +263,18 @@ def share(value: Any) -> Any:
 
 
 def many(value: Any) -> Any:
-    """Return one value where several may stand."""
+    """Return a value as a sequence, for options that accept several."""
     return () if value is None else (value,) if isinstance(value, str | Path) else value
 
 
 MESHES = " ".join(formats.holding("uv"))
-"""The suffixes of meshes that are written with texture coordinates."""
+"""Suffixes of meshes that are written with texture coordinates."""
 MESHES_ALONE = " ".join(suffix for suffix in formats.holding("uv") if not formats.FORMATS[suffix].flat)
-"""The same without the suffixes that are written as flat meshes."""
+"""Those of them that are not also written as flat meshes."""
 OUTPUT = "-o"
-"""The name of an STMap that stands for the file that --output names."""
+"""Value of --stmap that refers to the file in --output."""
 EVERY = ("map", "deform", "apply")
-EDITED = ("map", "deform", "edit")  # what is seen on the page
+EDITED = ("map", "deform", "edit")  # commands whose options affect the picture on the page
 MORPHED = (*EDITED, "morph")
 
 
@@ -945,25 +949,23 @@ TABLE: tuple[type, ...] = (
     ),
     *(JobOptions, CommonOptions, EditOptions, MessageOptions),
 )
-"""Every option of every command, in the order of help."""
+"""All classes of options, in the order of help."""
 
 
 def options_of(table: type = JobOptions) -> dict[str, tuple[Any, Option]]:
-    """Return the type and the description of each option of a class, by name."""
+    """Return type and description of each option of a class, by name."""
     hints = get_type_hints(table, include_extras=True)
     return {name: (hint.__origin__, hint.__metadata__[0]) for name, hint in hints.items()}
 
 
 def of_command(command: str, *tables: type) -> dict[str, tuple[Any, Option]]:
-    """Return the type and the description of each option of a command, by name; of these tables alone, if any are
-    named.
-    """
+    """Return type and description of each option of a command, by name; only from `tables`, if any are given."""
     rows = (row for table in tables or TABLE for row in options_of(table).items())
     return {name: row for name, row in rows if command in row[1].commands}
 
 
 def suggest(name: str, options: Mapping[str, Option | None]) -> list[str]:
-    """Suggest the options that an unknown name probably means: by synonyms, else by similar spelling.
+    """Suggest the options that an unknown name probably stands for: by synonyms, else by similar spelling.
 
     Args:
         name: the name as typed, without dashes.

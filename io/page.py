@@ -1,6 +1,6 @@
-"""Results on one page of HTML that needs nothing else: a table that sorts and filters, and a detail for each row.
+"""A self-contained HTML page for results: a table that can be sorted and filtered, with details for each row.
 
-The page's script is `page.html`. What comes from files (names, messages) reaches it as JSON and is shown as text.
+The page's script is in `page.html`. File names and messages are passed to it as JSON and shown as text.
 """
 
 from __future__ import annotations
@@ -15,19 +15,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-LONGER = 1600  # pixels of a picture on a page; larger ones are made smaller
+LONGER = 1600  # longer side of a picture on a page in pixels; larger pictures are reduced
 
 
 @dataclass
 class Cell:
-    """What stands in a table.
+    """A cell of the table.
 
     Attributes:
-        text: what is read.
-        sort: by what a column is sorted, where that is not its text.
-        state: "good" or "bad", by colour.
+        text: the text shown.
+        sort: number to sort the column by, if not by the text.
+        state: "good" or "bad", shown as a colour.
         image: a `data:` address.
-        link: where a click leads, relative to the page.
+        link: address to open on a click, relative to the page.
     """
 
     text: str
@@ -39,11 +39,11 @@ class Cell:
 
 @dataclass
 class Row:
-    """A line of the table, and what is shown when it is chosen.
+    """A row of the table, with the details that are shown when it is selected.
 
     Attributes:
-        good: whether nobody has to look at it.
-        cells: as many as the table has columns.
+        good: whether it needs no attention.
+        cells: one for each column.
         detail: title, problems, figures, update and pair, as `page.html` reads them.
     """
 
@@ -53,15 +53,15 @@ class Row:
 
 
 def page(title: str, told: str, columns: list[str], rows: list[Row]) -> bytes:
-    """Return the page, as UTF-8."""
+    """Return the page as UTF-8."""
     data = {"title": title, "told": told, "columns": columns, "rows": [asdict(row) for row in rows]}
-    text = json.dumps(data).replace("<", "\\u003c")  # ASCII, without a tag that could end the script
+    text = json.dumps(data).replace("<", "\\u003c")  # ASCII, without tags that could end the script
     template = (files(__package__) / "page.html").read_text(encoding="utf-8")
     return template.replace("DATA", text, 1).encode()
 
 
 def address(pixels: NDArray[np.uint8], longer: int = LONGER) -> str:
-    """Return a `data:` address of (h, w, 3 or 4) pixels, at most so many on the longer side, as a PNG."""
+    """Return a `data:` address of (h, w, 3 or 4) pixels as a PNG, at most `longer` pixels on the longer side."""
     from PIL import Image
 
     picture = Image.fromarray(pixels)

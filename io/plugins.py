@@ -1,4 +1,4 @@
-"""Plug-ins for Inkscape and Blender, put into their folders: files of `iccm.plugins`, and the path of this Python."""
+"""Installation of the plug-ins for Inkscape and Blender: files of `iccm.plugins`, and the path of this Python."""
 
 import os
 import re
@@ -13,14 +13,14 @@ from ..errors import InputError
 from . import files
 
 PROGRAMS = ("inkscape", "blender")
-OWN = "iccm"  # the folder of a plug-in
+OWN = "iccm"  # name of a plug-in's folder
 SHARED, PYTHON = "iccm_process.py", "iccm_python.txt"
-OLDEST = (4, 2)  # of Blender, with extensions
-PATIENCE = 60  # seconds for a program to name its folder
+OLDEST = (4, 2)  # oldest supported version of Blender, the first with extensions
+PATIENCE = 60  # seconds for a program to report its folder
 
 
 def contents(program: str) -> dict[str, bytes]:
-    """Return the files of a plug-in by name, and the one that names the Python which runs now."""
+    """Return the files of a plug-in by name, including the one with the path of the running Python."""
     home = resources("iccm.plugins")
     found = {each.name: each.read_bytes() for each in (home / program).iterdir() if each.is_file()}
     return found | {
@@ -30,14 +30,14 @@ def contents(program: str) -> dict[str, bytes]:
 
 
 def install(program: str, to: str | None = None) -> list[Path]:
-    """Put a program's plug-in into its folders, or into `to`, a folder or for Blender a .zip.
+    """Install a plug-in into the program's folders, or into `to`, a folder or for Blender a .zip.
 
     Returns:
-        The folders, or the file, that it is in now.
+        The folders, or the file, that contain it now.
 
     Raises:
-        InputError: no folder of the program's is found, one cannot be written, or there is something else in the place
-            of an earlier version.
+        InputError: no folder of the program is found, one cannot be written, or it contains something other than an
+            earlier version.
     """
     if to and Path(to).suffix == ".zip":
         return [_zipped(program, Path(to))]
@@ -55,7 +55,7 @@ def install(program: str, to: str | None = None) -> list[Path]:
 
 
 def uninstall(program: str, to: str | None = None) -> list[Path]:
-    """Remove what `install` put there, and nothing else; returns the folders that it was in."""
+    """Remove the files that `install` wrote, and nothing else; return the folders that contained them."""
     found = installed(program, to)
     for folder in found:
         for name in contents(program):
@@ -67,18 +67,20 @@ def uninstall(program: str, to: str | None = None) -> list[Path]:
 
 
 def installed(program: str, to: str | None = None) -> list[Path]:
-    """Return the folders that a program's plug-in is in."""
+    """Return the folders that contain a program's plug-in."""
     homes = [Path(to)] if to else folders(program)
     return [home / OWN for home in homes if (home / OWN / PYTHON).is_file()]
 
 
 def interpreter(folder: Path) -> str:
-    """Return the Python that an installed plug-in runs iccm by."""
+    """Return the path of the Python with which an installed plug-in runs iccm."""
     return (folder / PYTHON).read_text(encoding="utf-8").strip()
 
 
 def folders(program: str) -> list[Path]:
-    """Return where a program looks for a user's extensions, as it, its environment variables or its defaults say."""
+    """Return a program's folders for extensions, as reported by the program, its environment variables, or by
+    default.
+    """
     return _of_inkscape() if program == "inkscape" else _of_blender()
 
 
@@ -111,14 +113,14 @@ def _of_blender() -> list[Path]:
 
 
 def _settings(plain: str, windows: str) -> Path:
-    """Return a program's settings: by XDG, or in Windows' roaming data."""
+    """Return a program's settings folder: by XDG, or in Windows' roaming data."""
     if sys.platform == "win32":
         return Path(os.environ.get("APPDATA") or Path.home() / "AppData/Roaming") / windows
     return Path(os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config") / plain
 
 
 def _asked(command: list[str]) -> str:
-    """Return the last line that a program says, or nothing."""
+    """Return the last line that a program prints, or an empty text."""
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)
     except (OSError, subprocess.TimeoutExpired):
@@ -127,10 +129,10 @@ def _asked(command: list[str]) -> str:
 
 
 def _check_own(folder: Path) -> None:
-    """Refuse a folder in which there is something, and no plug-in that `install` put there.
+    """Check that a folder is empty or contains a plug-in that `install` wrote.
 
     Raises:
-        InputError: there is.
+        InputError: it contains something else.
     """
     if folder.is_dir() and any(folder.iterdir()) and not (folder / PYTHON).is_file():
         raise InputError(
@@ -152,7 +154,7 @@ def _zipped(program: str, path: Path) -> Path:
 
 
 def _is_own_zip(path: Path) -> bool:
-    """Return whether a file is a plug-in that `install` wrote: an archive of its files and no others."""
+    """Return whether a file is a plug-in written by `install`: an archive of its files and no others."""
     try:
         with zipfile.ZipFile(path) as archive:
             names = set(archive.namelist())

@@ -1,7 +1,7 @@
-"""A point that a user names, written the same on the command line, in JSON, in manifests and in reports.
+"""The syntax of points, the same on the command line, in JSON, in manifests and in reports.
 
-`x,y` or [x, y] is a point of the file's plane, in its units; on a mesh `v5` or `5` is the vertex that its file counts
-so, and `x,y,z` or [x, y, z] the point of the surface nearest to a point in space.
+`x,y` or [x, y] is a point of the file's plane, in its units. On a mesh, `v5` or `5` is the vertex with this number in
+the file, and `x,y,z` or [x, y, z] is the point of the surface nearest to a point in space.
 """
 
 import math
@@ -15,16 +15,16 @@ from . import limits
 FORMS = "write x,y or [x, y]; on a mesh also v5 (a vertex) or x,y,z"
 PIN = "SX,SY:TX,TY, such as 10,20:30,40 or 10,20:30,40,radius=6"
 PIN_SETTINGS = {"r": "radius", "radius": "radius", "tolerance": "tolerance", "turn": "turn", "scale": "scale"}
-"""What may follow a typed pin, with the name of each in constraints files."""
+"""Settings that may follow a pin on the command line, with their names in constraints files."""
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _VERTEX = re.compile(r"[vV]?(\d{1,18})")
 
 
 def read(value: Any) -> "Place":
-    """Return a place as two or three numbers, or as the name of a vertex, such as "v5".
+    """Parse a place: two or three numbers, or the name of a vertex, such as "v5".
 
     Raises:
-        ValueError: it is not a place, in a sentence.
+        ValueError: it is not a place; the message is a sentence.
     """
     if isinstance(value, int) and not isinstance(value, bool):
         value = str(value)
@@ -39,10 +39,10 @@ def read(value: Any) -> "Place":
 
 
 def _point(numbers: Sequence[Any]) -> "Place":
-    """Return two or three numbers as a place.
+    """Check two or three numbers, and return them as a place.
 
     Raises:
-        ValueError: there are more or fewer, or something that is not a number, or too large a one.
+        ValueError: there are more or fewer, or one of them is not a number, or too large.
     """
     if len(numbers) not in (2, 3):
         raise ValueError(f"is not a point; {FORMS}")
@@ -59,17 +59,17 @@ def _point(numbers: Sequence[Any]) -> "Place":
 
 
 class CheckedBy:
-    """How pydantic checks a type in documents: by a function, so that options and documents share one check.
+    """A type annotation that lets pydantic validate by a function, so that options and documents share one check.
 
     Args:
-        check: makes the value, or raises a ValueError.
+        check: returns the value, or raises a ValueError.
     """
 
     def __init__(self, check: Callable[[Any], Any]):
         self.check = check
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
-        """Return the schema of the type; pydantic, which is slow to import, is there when it asks for this."""
+        """Return the schema of the type; pydantic, which is slow to import, is already loaded when it calls this."""
         from pydantic_core import core_schema
 
         return core_schema.no_info_plain_validator_function(self.check)
@@ -79,20 +79,20 @@ Place = Annotated[tuple[float, float] | tuple[float, float, float] | str, Checke
 
 
 def written(place: Place) -> str:
-    """Return a place as it is typed."""
+    """Return a place as it is written on the command line."""
     return place if isinstance(place, str) else ",".join(f"{value:.15g}" for value in place)
 
 
 def vertex_of(place: Place) -> int | None:
-    """Return the number of the vertex that a place names, if it names one."""
+    """Return the number of the vertex that a place names, or None."""
     return int(place[1:]) if isinstance(place, str) else None
 
 
 def pin(value: Any) -> "Pin":
-    """Return a pin: `SX,SY:TX,TY` as typed, also with settings such as `,radius=6`; or two places, or four numbers.
+    """Parse a pin: `SX,SY:TX,TY` as text, also with settings such as `,radius=6`; or two places, or four numbers.
 
     Raises:
-        ValueError: it is not a pin, in a sentence.
+        ValueError: it is not a pin; the message is a sentence.
     """
     if isinstance(value, str):
         return _typed_pin(value)
@@ -107,10 +107,10 @@ def pin(value: Any) -> "Pin":
 
 
 def _typed_pin(text: str) -> "Pin":
-    """Return a pin as it is typed.
+    """Parse a pin given as text.
 
     Raises:
-        ValueError: it is not one, in a sentence.
+        ValueError: it is not a pin; the message is a sentence.
     """
     sides = text.split(":")
     if len(sides) != 2:
@@ -126,7 +126,7 @@ def _typed_pin(text: str) -> "Pin":
 
 
 def _setting(word: str) -> tuple[str, float]:
-    """Return a setting of a pin and its value."""
+    """Parse a setting of a pin; return its name and value."""
     name, _, number = (part.strip() for part in word.partition("="))
     if name not in PIN_SETTINGS:
         known = ", ".join(dict.fromkeys(PIN_SETTINGS.values()))
@@ -147,10 +147,10 @@ Pin = Annotated[tuple[Place, Place] | tuple[Place, Place, dict[str, float]], Che
 
 
 def coordinate(text: str, where: str) -> float:
-    """Return a coordinate of a table or another text file.
+    """Parse a coordinate in a table or another text file.
 
     Args:
-        text: the number as it is written.
+        text: the number as written.
         where: its place in the file, for the message.
 
     Raises:

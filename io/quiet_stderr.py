@@ -10,11 +10,11 @@ _ONE_AT_A_TIME = threading.RLock()
 
 @contextmanager
 def silence() -> Iterator[None]:
-    """While the block runs, what is written to the process's stderr past Python goes nowhere."""
+    """Discard what C libraries write to the process's stderr while the block runs."""
     with _ONE_AT_A_TIME:
         try:
             kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
-        except OSError:  # there is no stderr, or no descriptor is left
+        except OSError:  # there is no stderr, or no descriptor is free
             yield
             return
         try:

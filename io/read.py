@@ -1,4 +1,4 @@
-"""Files as Python takes them: `read_shape` for `iccm.fit`, `read_image` for textures."""
+"""Reading files from Python: `read_shape` for `iccm.fit`, `read_image` for textures."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Files that meshes and material libraries refer to: those in their folder and below, others only where allowed.
+"""Files that meshes and material libraries refer to: only those below their folder, unless others are allowed.
 
-A mesh from a stranger could otherwise name any file of this machine, and its content would be in what is written.
+Otherwise the mesh of a stranger could refer to any file on this machine, whose content would then appear in outputs.
 """
 
 import os
@@ -15,7 +15,7 @@ OUTSIDE = "which is outside its folder; allow this with --allow-outside"
 
 @contextmanager
 def outside(allowed: bool) -> Iterator[None]:
-    """Whether, inside the block, files outside of the folder are taken."""
+    """Set whether files outside of the folder may be read in the block."""
     token = _ALLOWED.set(allowed)
     try:
         yield
@@ -24,7 +24,7 @@ def outside(allowed: bool) -> Iterator[None]:
 
 
 def may_be_read(path: Path, folder: Path) -> bool:
-    """Return whether a file that something in the folder refers to may be read; links count as what they lead to."""
+    """Return whether a file referred to by a file in the folder may be read; symbolic links are resolved."""
     if "\0" in str(path):
         return False
     return _ALLOWED.get() or Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))

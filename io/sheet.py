@@ -1,4 +1,4 @@
-"""The sheet of `iccm info --plot`: the parts of a file, with the numbers and names that `#` takes."""
+"""The figure of `iccm info --plot`: the parts of a file, with the numbers and names to use after `#`."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from .run.plots import save
 from .shapes import shape as shapes
 from .spec import Spec
 
-NUMBERED = 60  # parts that get a number: more could not be read
+NUMBERED = 60  # parts with a number: more could not be read
 PIXELS = 900
 PALETTE = np.round(255 * np.array(colormaps["tab20"].colors)).astype(np.uint8)  # type: ignore[attr-defined]
 
@@ -38,10 +38,10 @@ def draw(path: Path, to: Path, *, max_faces: int = limits.FACES) -> None:
     Args:
         path: a drawing, a picture or a mesh.
         to: .png, .svg or .pdf.
-        max_faces: of a mesh.
+        max_faces: limit for a mesh.
 
     Raises:
-        InputError: the file has no such parts, is wrong, or a mesh of more faces.
+        InputError: the file has no parts, is invalid, or is a mesh with more faces.
     """
     form = formats.of(path)
     if not (form.mesh or form.drawing or form.picture):
@@ -58,7 +58,7 @@ def draw(path: Path, to: Path, *, max_faces: int = limits.FACES) -> None:
 
 
 def _outlines(drawing: Any) -> Figure:
-    """Outlines, filled, the largest below; pins and strokes with their names."""
+    """Draw filled outlines, the largest at the bottom, and pins and strokes with their names."""
     figure = Figure(figsize=(9, 9), layout="constrained")
     axes = figure.subplots()
     for number, outline in enumerate(drawing.outlines, 1):
@@ -87,7 +87,7 @@ def _closed(z: Complex) -> Outline:
 
 
 def _mesh(mesh: Any) -> Figure:
-    """Its pieces in space, and the charts of its texture coordinates."""
+    """Draw the pieces of a mesh in space, and the charts of its texture coordinates."""
     joined = Joined.of(mesh)
     rank = np.argsort(joined.order)[joined.shape.components()]
     panels = [("pieces", mesh.points[joined.vertex], joined.shape.faces, rank, "piece-")]
@@ -108,7 +108,7 @@ def _mesh(mesh: Any) -> Figure:
 
 
 def _groups(axes: Any, points: Real, faces: Index, group: Index, name: str, view: Real) -> None:
-    """Triangles in the colour of their group, and each group's name at the middle of it."""
+    """Draw triangles in the colour of their group, with each group's name at its centre."""
     colours = Sampler(Texture(PALETTE[None], (0j, 1 + 1j)), "nearest", "data")
     places = np.stack([group % len(PALETTE) + 0.5, np.full(group.size, 0.5)], axis=1)
     uv = np.repeat(places[:, None], 3, axis=1)

@@ -1,4 +1,4 @@
-"""A part of a file: `file`, `file#part`, `file#number` or `file#part#number`, the same in every command."""
+"""Specs of parts of files: `file`, `file#part`, `file#number` or `file#part#number`, the same in every command."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Spec:
-    """What the user named.
+    """A file, or a part of it, as the user named it.
 
     Attributes:
         path: the file.
-        part: of a drawing the id or label of an element, of a mesh an object, group, material or geometry.
-        number: of an outline, 1 being the largest, or of a mesh's boundary loop, 1 being the longest.
+        part: for a drawing the ID or label of an element, for a mesh an object, group, material or geometry.
+        number: of an outline, where 1 is the largest, or of a mesh's boundary loop, where 1 is the longest.
     """
 
     path: Path
@@ -24,7 +24,7 @@ class Spec:
 
     @classmethod
     def of(cls, text: str) -> Spec:
-        """Return what `file#part#number` names; what ends in no number is the name of a part."""
+        """Parse `file#part#number`; if it does not end in a number, everything after the file is the name of a part."""
         file = path_of(text)
         part, mark, last = text[len(file) + 1 :].rpartition("#")
         if last.isdecimal():
@@ -33,18 +33,16 @@ class Spec:
 
     @property
     def chosen(self) -> str | None:
-        """Part and number as they are written."""
+        """The part and number as written."""
         return "#".join(str(word) for word in (self.part, self.number) if word is not None) or None
 
     def among(self, names: Collection[str]) -> Spec:
-        """Return the same in a file that has parts of these names: one that is called like a number is meant before
-        it.
-        """
+        """Return the spec for a file with these parts: the name of a part has precedence over a number."""
         return replace(self, part=self.chosen, number=None) if self.chosen in names else self
 
 
 def path_of(text: str) -> str:
-    """Return the file of a spec; a file whose own name has a # wins."""
+    """Return the file of a spec; an existing file with # in its own name has precedence."""
     marks = [k for k, letter in enumerate(text) if letter == "#"]
     for at in [len(text), *reversed(marks)]:
         if os.path.isfile(text[:at]):

@@ -1,8 +1,8 @@
-"""Checks of the values of options: their types, choices and bounds, and the words of messages about wrong ones.
+"""Validation of option values: types, choices and bounds, and the messages about invalid ones.
 
-A job is checked here alone, whether its values come from the command line, from a manifest or from Python: pydantic
-would take a tenth of the time of a small job to import. Nested documents (constraints files, messages of the editor,
-tolerances) are checked by pydantic, see `checked`, which reports mistakes in the same words.
+All jobs are validated here, whether their values come from the command line, a manifest or Python, because importing
+pydantic would take a tenth of the time of a small job. Nested documents (constraints files, messages of the editor,
+tolerances) are validated by pydantic with the same messages, see `checked`.
 """
 
 import math
@@ -19,10 +19,10 @@ FALSE = ("false", "no", "off", "f", "n", "0")
 
 
 class WrongValue(ValueError):
-    """A value that an option does not take.
+    """An invalid value of an option.
 
     Attributes:
-        index: the number of the item that is wrong, from 0, where it is one of several; else None.
+        index: index of the invalid item, from 0, if the value is a sequence; else None.
     """
 
     def __init__(self, text: str, index: int | None = None) -> None:
@@ -31,36 +31,35 @@ class WrongValue(ValueError):
 
 
 def at_least(bound: float) -> str:
-    """Return the message about a number below a bound."""
+    """Return the message for a number below a bound."""
     return f"must be at least {bound:.15g}"
 
 
 def above(bound: float) -> str:
-    """Return the message about a number that is not above a bound."""
+    """Return the message for a number that is not above a bound."""
     return f"must be greater than {bound:.15g}"
 
 
 def at_most(bound: float) -> str:
-    """Return the message about a number above a bound."""
+    """Return the message for a number above a bound."""
     return f"must be at most {bound:.15g}"
 
 
 def one_of(choices: Iterable[object]) -> str:
-    """Return the message about a value that is not one of these."""
+    """Return the message for a value that is not one of the choices."""
     *most, last = [repr(choice) for choice in choices]
     return f"must be {', '.join(most)} or {last}" if most else f"must be {last}"
 
 
 def convert(value: Any, hint: Any) -> Any:
-    """Return a value as a type has it: whole numbers for floats are floats, lists are tuples, numbers may be given as
-    text.
+    """Convert a value to a type: integers to floats, lists to tuples, and text to numbers.
 
     Args:
         value: from outside.
-        hint: a type as options have it: bool, int, float, str, choices, tuples of these, and unions of them.
+        hint: a type of an option: bool, int, float, str, choices, tuples of these, and unions of them.
 
     Raises:
-        WrongValue: it is not of the type.
+        WrongValue: it cannot be converted.
     """
     origin, args = get_origin(hint), get_args(hint)
     if origin in (Union, UnionType):
@@ -77,7 +76,7 @@ def convert(value: Any, hint: Any) -> Any:
 
 
 def _one_of_types(value: Any, hint: Any, types: tuple[Any, ...]) -> Any:
-    """Return a value as the first type that it fits has it."""
+    """Convert a value to the first type that accepts it."""
     if value is None and NoneType in types:
         return None
     types = tuple(each for each in types if each is not NoneType)
@@ -92,7 +91,7 @@ def _one_of_types(value: Any, hint: Any, types: tuple[Any, ...]) -> Any:
 
 
 def _tuple(value: Any, hint: Any, args: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Return a list or tuple as a tuple, each item of its type."""
+    """Convert a list or tuple to a tuple, with each item of its type."""
     if not isinstance(value, list | tuple):
         raise WrongValue(f"must be {describe(hint)}")
     if args[-1] is not Ellipsis:
@@ -106,7 +105,7 @@ def each_of(values: Iterable[Any], check: Callable[[Any], Any]) -> tuple[Any, ..
     """Return the results of a check for each of several values.
 
     Raises:
-        WrongValue: the number and the mistake of the first wrong one.
+        WrongValue: with the index and the message of the first invalid one.
     """
     found = []
     for index, value in enumerate(values):
@@ -128,7 +127,7 @@ def _int(value: Any) -> int:
     is_number = isinstance(value, int | float | str) and not isinstance(value, bool)
     try:
         found = int(value) if is_number else None
-    except (ValueError, OverflowError):  # not a number, more than 4300 digits, NaN, infinity
+    except (ValueError, OverflowError):  # not a number, more than 4300 digits, NaN, or infinity
         found = None
     if found is None or (isinstance(value, float) and found != value):
         raise WrongValue(f"must be {describe(int)}")
@@ -139,7 +138,7 @@ def _float(value: Any) -> float:
     is_number = isinstance(value, int | float | str) and not isinstance(value, bool)
     try:
         found = float(value) if is_number else math.nan
-    except (ValueError, OverflowError):  # a whole number of more than 308 digits
+    except (ValueError, OverflowError):  # an integer with more than 308 digits
         found = math.nan
     if not math.isfinite(found):
         raise WrongValue(f"must be {describe(float)}")
@@ -166,7 +165,7 @@ _CONVERSIONS: dict[Any, Callable[[Any], Any]] = {
 
 
 def describe(hint: Any) -> str:
-    """Return a type in words, such as "a finite number or 'any'"."""
+    """Describe a type in words, such as "a finite number or 'any'"."""
     words = {bool: "true or false", int: "a whole number", float: "a finite number", str: "text"}
     origin, args = get_origin(hint), get_args(hint)
     if origin in (Union, UnionType):
@@ -183,10 +182,10 @@ def describe(hint: Any) -> str:
 def check_bounds(
     value: Any, *, least: float | None = None, more_than: float | None = None, most: float | None = None
 ) -> None:
-    """Refuse a number outside its bounds; values that are not numbers have none.
+    """Check that a number is within bounds; other values are ignored.
 
     Raises:
-        WrongValue: naming the bound.
+        WrongValue: it is not; the message contains the bound.
     """
     if not isinstance(value, int | float):
         return

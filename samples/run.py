@@ -1,7 +1,7 @@
-"""Runs every sample, or those that are named: python samples/run.py [--update] [NAME ...]
+"""Run all samples, or those that are named: python samples/run.py [--update] [NAME ...]
 
-A sample is a folder with a command.txt, one command a line, run from within the folder. What it writes lands in out/;
---update keeps out/picture.png as the sample's picture.png, which the tests compare with. Look at it first.
+A sample is a folder with a file command.txt, one command per line, run from within the folder. Results are written to
+out/. --update stores out/picture.png as the sample's picture.png, with which the tests compare; look at it first.
 """
 
 import shlex
@@ -21,8 +21,8 @@ def samples() -> list[Path]:
 
 
 def commands(folder: Path) -> list[list[str]]:
-    """Return the sample's commands, to be run by the `iccm` that is installed beside this Python, over older
-    results.
+    """Return the commands of a sample, to be run by the `iccm` installed beside this Python; old results are
+    replaced.
     """
     lines = (folder / "command.txt").read_text(encoding="utf-8").splitlines()
     words = [shlex.split(line, comments=True) for line in lines]
@@ -30,7 +30,7 @@ def commands(folder: Path) -> list[list[str]]:
 
 
 def run(folder: Path, *, update: bool = False) -> bool:
-    """Run a sample, print a line about it, and return whether all went well."""
+    """Run a sample, print a line about it, and return whether it succeeded."""
     (folder / "out").mkdir(exist_ok=True)
     print(f"{folder.name:16} ...", end="\r", flush=True)
     start = time.perf_counter()
@@ -50,7 +50,7 @@ def run(folder: Path, *, update: bool = False) -> bool:
 
 
 def main(names: list[str]) -> int:
-    """0 when all samples ran, 1 when one failed, 2 when a name is unknown."""
+    """Run samples; return 0 if all succeeded, 1 if one failed, 2 if a name is unknown."""
     update, names = "--update" in names, [name for name in names if name != "--update"]
     folders = samples()
     unknown = sorted(set(names) - {folder.name for folder in folders})

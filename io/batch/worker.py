@@ -1,4 +1,6 @@
-"""The worker of a batch. Nothing heavy is imported at the top: threads are capped before numpy loads."""
+"""The worker process of a batch. Heavy modules are imported late, because threads must be limited before NumPy
+loads.
+"""
 
 from __future__ import annotations
 
@@ -20,29 +22,30 @@ THREADS = (
     "MKL_NUM_THREADS",
     "OPENCV_FOR_THREADS_NUM",
 )
-GRACE = 5.0  # seconds in which a worker that has lost its parent tidies up (by hand)
-PR_SET_PDEATHSIG = 1  # of prctl, as in linux/prctl.h
-SPAN = 1.0  # seconds after which the jobs that came with one that took longer than expected go back (by hand)
+GRACE = 5.0  # seconds for a worker that has lost its parent to clean up (chosen by hand)
+PR_SET_PDEATHSIG = 1  # option of prctl, from linux/prctl.h
+# seconds after which the remaining jobs of a bundle are returned, if one took longer than expected (chosen by hand)
+SPAN = 1.0
 FIGURES = (
     *("boundary", "dilatation", "log10_area", "injective", "shown", "covered", "cracks"),
     *("uv", "distance", "same_triangles"),
 )
-NOTES = 5  # of a job that its line in the journal keeps (by hand)
+NOTES = 5  # notes of a job in its line of the journal at most (chosen by hand)
 
 
-_state = {"busy": False}  # whether a job is being run
+_state = {"busy": False}  # whether a job is running
 
 
 class Stopped(BaseException):
-    """The parent asked the worker to stop: temporary files are removed on the way out."""
+    """Raised when the parent asks the worker to stop, so that temporary files are removed."""
 
 
 def prepare(threads: int, of_main_thread: bool) -> None:
-    """Make a fresh process a worker: threads capped, signals set, and an end when the parent ends.
+    """Set up a new worker process: thread limits, signals, and its end when the parent ends.
 
     Args:
-        threads: how many it may use.
-        of_main_thread: whether the parent's main thread started it, which ends only with the parent.
+        threads: number of threads it may use.
+        of_main_thread: whether it was started by the parent's main thread, which only ends with the parent.
     """
     for name in THREADS:
         os.environ[name] = "1" if name.startswith(("OPENBLAS", "MKL")) else str(threads)
@@ -56,14 +59,14 @@ def prepare(threads: int, of_main_thread: bool) -> None:
     threading.Thread(target=_end_with_parent, daemon=True).start()
     if of_main_thread and sys.platform == "linux":
         _have_kernel_end_it()
-    warnings.simplefilter("ignore")  # what a worker has to say is in its answer
+    warnings.simplefilter("ignore")  # what a worker reports is in its answer
     logging.getLogger().addHandler(logging.NullHandler())
-    from ...pixels import warp  # noqa: F401  now, so that the first job's time is its own
+    from ...pixels import warp  # noqa: F401 imported now, so that it does not count for the first job's time
     from ..pictures import image_files  # noqa: F401
 
 
 def run_bundle(payloads: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Run jobs one after another, and begin none after SPAN seconds; what came of those that were begun."""
+    """Run jobs one after another; start none after `SPAN` seconds. Return the answers of those that were run."""
     end, answers = time.monotonic() + SPAN, list[dict[str, Any]]()
     while len(answers) < len(payloads) and (not answers or time.monotonic() < end):
         answers.append(run_job(payloads[len(answers)]))
@@ -71,10 +74,11 @@ def run_bundle(payloads: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def run_job(payload: dict[str, Any]) -> dict[str, Any]:
-    """Run one job and describe what came of it; only a dying process does not answer.
+    """Run one job and return its result; only a dying process returns none.
 
     Args:
-        payload: `job` as JSON, `threads`, `folder`, which relative paths start from, and the `seconds` it may take.
+        payload: `job` as JSON, `threads`, `folder` (the current directory of relative paths), and the limit in
+            `seconds`.
     """
     start = time.perf_counter()
     _state["busy"] = True
@@ -108,12 +112,12 @@ def _run(payload: dict[str, Any]) -> dict[str, Any]:
 
 
 def _first_notes(notes: tuple[str, ...]) -> list[str]:
-    """Return the first notes; a drawing with a thousand strokes would otherwise drown the results."""
+    """Return the first notes, since a drawing with a thousand strokes would otherwise flood the results."""
     return [*notes[:NOTES], *([f"and {len(notes) - NOTES} more"] if len(notes) > NOTES else [])]
 
 
 def _failure(error: Exception) -> dict[str, Any]:
-    """Return the same sentences as the command line's, without importing it."""
+    """Return the messages that the command line shows, without importing it."""
     from ...deadline import TimeUp
     from ...errors import IccmError, lacks_memory
 
@@ -141,12 +145,12 @@ def _failure(error: Exception) -> dict[str, Any]:
 
 def _stop(number: int, frame: object) -> NoReturn:
     if not _state["busy"]:
-        os._exit(128 + signal.SIGTERM)  # there is nothing to tidy up, and nobody to hear of an exception
+        os._exit(128 + signal.SIGTERM)  # there is nothing to clean up, and nobody to catch an exception
     raise Stopped
 
 
 def _end_with_parent() -> None:
-    """End with the parent, however it ends: an orphan would wait for jobs for ever."""
+    """End with the parent, however that ends; otherwise an orphan would wait for jobs forever."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()
@@ -156,10 +160,10 @@ def _end_with_parent() -> None:
 
 
 def _have_kernel_end_it() -> None:
-    """Have Linux end this process soon after its parent, even in native code that lets no other thread of Python run.
+    """Let Linux end this process soon after its parent, even in native code that holds Python's global lock.
 
-    SIGUSR1 is sent when the thread ends that started the process. Its handler is C's `alarm`, which takes the number
-    of the signal as seconds: in ten of them (sixteen on MIPS) SIGALRM ends a process that is not gone by then.
+    SIGUSR1 is sent when the thread that started the process ends. Its handler is C's `alarm`, which takes the number of
+    the signal as seconds: after ten seconds (sixteen on MIPS), SIGALRM ends the process if it still exists.
     """
     libc = ctypes.CDLL(None)
     libc.signal.argtypes = [ctypes.c_int, ctypes.c_void_p]
