@@ -1,22 +1,22 @@
-"""--method balanced: maps whose outline is held, with nothing folded, the size even and the picture upright.
+"""The balanced method: maps between outlines, without folds, with uniform scale and an upright picture.
 
 fit           the method as `iccm.fit` calls it
-method        `solve`: unit coordinates, the search, checks in the numbers that are returned
-motion        an earlier map carried along as outlines move
-cartogram     the areas that sizes ask for
-coarse        coarse maps, by which pairs of outlines are compared
-rings         a ring opened by a seam, where the other shape is none
-interactive   a coarse map that follows its pins while they are moved
-deform/       shapes moved by pins and strokes alone
-rigid/        regions that a map moves as wholes
-search/       how a good map is found, from candidates to the final mesh
+method        `solve`: unit coordinates, the search, checks of the returned numbers
+motion        an earlier map adapted to outlines that moved
+cartogram     areas prescribed by a size map
+coarse        coarse maps, with which pairs of outlines are compared
+rings         rings cut open, for maps to shapes without a hole
+interactive   a coarse map that follows its pins while they are dragged
+deform/       deformations by pins and strokes, without a target
+rigid/        regions that are mapped by similarities
+search/       the search for a good map, from candidates to the final mesh
 holes/        holes of both domains
 constraints/  pins and strokes
-model/        a map in the making
+model/        the discrete map that a solve works on
 minimise/     the energy and Newton's method
 meshing/      meshes of a domain
-injectivity   checks of what is returned: no folds, simple outlines
-errors        how a solve can fail
+injectivity   checks of the result: no folds, simple outlines
+errors        exceptions of the solver
 """
 
 from .errors import NoMapError

@@ -1,11 +1,12 @@
-"""Areas that a size map asks for: each connected part of one size is given as much as it lacked, and mapped again.
+"""Match the areas that a size map prescribes, by a fixed-point iteration over whole solves.
 
-The energy weighs areas against angles, so that parts that should grow much get less than they should. A fixed-point
-iteration: the size of each part is multiplied by the root of the area wished over that it got, or by less where the
-round before left more area misplaced; it continues from there all the same, as a map that had not come to rest may have
-been closer than it stays. Where a round on the mesh that is there hardly helps, the outlines slide anew: corners that
-hold their vertices are in the way of that, and necks need it. It stops where the areas of all parts are met to
-MET_AREA_SHARE, or where PATIENCE_ROUNDS rounds came hardly closer.
+The energy weighs areas against angles, so that parts that should grow much grow less than they should. In each
+round, the size of each connected part of equal size is multiplied by the root of the desired area over its
+present one (or by a smaller power of that, after rounds that misplaced more area), and the map is solved again.
+A worse round is kept as a starting point all the same, since a map that had not converged may have been closer
+than the converged one. If a round on the present mesh hardly helps, the outlines are made to slide again:
+corners that hold their vertices are in the way, and narrow parts need it. The iteration ends when the areas of
+all parts are met to MET_AREA_SHARE, or after PATIENCE_ROUNDS rounds with hardly any gain.
 """
 
 from collections.abc import Callable
@@ -22,22 +23,23 @@ from ..plane import triangle_areas
 from ..result import Fit
 from .model.metric import PLACES
 
-LEAST_BALANCE = 8.0  # balance from which areas are met
-MET_AREA_SHARE = 0.015  # of the area of each part: what is so close is met
+LEAST_BALANCE = 8.0  # balance from which areas are matched
+MET_AREA_SHARE = 0.015  # relative to the area of each part: areas this close are met
 PATIENCE_ROUNDS, LEAST_GAIN_SHARE = 10, 0.1
-"""Rounds in which this share of what is misplaced has to go, or it ends."""
-SIZE_LEVELS = 64  # of sizes, that are distinguished from each other
-LEAST_PART_AREA_SHARE = 2e-3  # of the source's area: smaller parts are left to what surrounds them
+"""The iteration ends unless the misplaced area decreases by this share within this many rounds."""
+SIZE_LEVELS = 64  # number of sizes that are distinguished from each other
+LEAST_PART_AREA_SHARE = 2e-3  # relative to the source's area; smaller parts are ignored
 TOLD = "All {1} parts of the source have the requested areas up to {0:.1%} (size-map)."
 
 
 def match_areas(field: Field, first: Fit, again: Callable[[Field, TriangulatedMap, bool], Fit]) -> Fit:
-    """Return the map whose areas are those that a field of sizes asks for, or as close as rounds come.
+    """Return the map whose areas are closest to those that a field of sizes prescribes.
 
     Args:
         field: the sizes.
-        first: the map by them.
-        again: the map by others, continued to from an earlier one, and whether its outlines slide anew.
+        first: the map solved with these sizes.
+        again: solves with other sizes, starting from an earlier map; its last argument is whether the outlines
+            slide again.
     """
     parts = parts_of(field)
     here, sizes, lacks, step, since = first, field.values, missing(first, field, parts), 1.0, 0
@@ -65,7 +67,9 @@ def match_areas(field: Field, first: Fit, again: Callable[[Field, TriangulatedMa
 
 
 def parts_of(field: Field) -> Index:
-    """Return (h, w) the connected part of one size, distinguished by SIZE_LEVELS, that each pixel is in."""
+    """Return (h, w) the index of the connected part of equal size that each pixel is in; SIZE_LEVELS are
+    distinguished.
+    """
     from scipy.ndimage import label  # slow to import, and seldom needed
 
     sizes, levels = np.unique(field.values, return_inverse=True)
@@ -81,12 +85,12 @@ def parts_of(field: Field) -> Index:
 
 
 class Missing(NamedTuple):
-    """What parts lack of the areas wished.
+    """Differences of the parts' areas from the desired ones.
 
     Attributes:
-        factors: (p,) by what to multiply the size of each.
-        off: how far the area of one is off at most, relative to what it should be.
-        misplaced: the share of the area that is in other parts than it should be.
+        factors: (p,) by what to multiply the size of each part.
+        off: largest relative deviation of a part's area.
+        misplaced: share of the total area that is in other parts than it should be.
     """
 
     factors: Real
@@ -95,7 +99,13 @@ class Missing(NamedTuple):
 
 
 def missing(fit: Fit, field: Field, parts: Index) -> Missing:
-    """Return what the parts of a field of sizes lack in a map."""
+    """Return the differences of the parts' areas in a map from those that a field of sizes prescribes.
+
+    Args:
+        fit: the map.
+        field: the sizes.
+        parts: (h, w) the part of each pixel.
+    """
     map = triangulated(fit.map)
     places = map.source[map.faces] @ PLACES.T
     pixels = field.pixels(places)

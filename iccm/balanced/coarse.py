@@ -1,4 +1,4 @@
-"""Coarse maps of two outlines: cheap enough to compare several pairs of outlines before one is solved for."""
+"""Coarse maps between outlines, cheap enough to compare several pairs of outlines before one is solved."""
 
 from collections.abc import Iterator
 from contextlib import suppress
@@ -23,11 +23,11 @@ from .search.unit_problem import UnitProblem
 
 
 class CoarseMap(NamedTuple):
-    """A map on a coarse mesh, in the coordinates given.
+    """A map on a coarse mesh, in the given coordinates.
 
     Attributes:
         map: the map, with weights for the triangles that fill concavities or holes.
-        turning: the cost of rotating the picture, a factor.
+        turning: the factor by which its rotation raises the cost.
     """
 
     map: MeshMap
@@ -35,7 +35,7 @@ class CoarseMap(NamedTuple):
 
     @property
     def voids(self) -> Flags:
-        """(m,) which triangles fill concavities or holes, and are left out of the map."""
+        """(m,) the virtual triangles, which fill concavities or holes and do not belong to the map."""
         weights = self.map.weights
         if weights is None:
             return np.zeros(len(self.map.faces), bool)
@@ -43,15 +43,26 @@ class CoarseMap(NamedTuple):
 
 
 def coarse_map(source: Curve, target: Curve, settings: Settings, *, most: float = np.inf) -> CoarseMap | None:
-    """Return the best coarse map of two whole outlines without holes, from elastic matches; None if there is none, or
-    if the energy of all is above `most` after a few steps."""
+    """Return the best coarse map between two whole outlines without holes, starting from elastic matches.
+
+    Args:
+        source: outline of the source.
+        target: outline of the target.
+        settings: options of the map.
+        most: give up if the energy of all candidates is above this after a few steps.
+
+    Returns:
+        The map; None if there is none.
+    """
     frames = frames_of(source, target, settings.turn, ((), ()))
     problem = _problem(source, target, NONE, frames, settings)
     return _solved(multilevel.directions(problem)[0], frames, most)
 
 
 def coarse_filled(source: Curve, target: Curve, settings: Settings) -> Iterator[CoarseMap]:
-    """Yield coarse maps of two outlines with the concavities filled that `settings.fit` (contain or cover) names."""
+    """Yield coarse maps of two outlines with filled concavities, on the side that `settings.fit` (contain or
+    cover) names.
+    """
     frames = frames_of(source, target, settings.turn, ((), ()))
     for problem in bay_choices(_problem(source, target, NONE, frames, settings), settings):
         found = _solved(problem, frames)
@@ -76,13 +87,13 @@ def _problem(
 def _solved(
     used: UnitProblem, frames: tuple[Similarity, Similarity], most: float = np.inf
 ) -> CoarseMap | None:
-    """Return the coarse map of a problem, or of an inverse problem, in the coordinates given."""
+    """Return the coarse map of a problem, or the inverse of that of an inverse problem, in the given coordinates."""
     with suppress(Stuck, InputError):
         plain = not (used.holed or used.bays)
         size = multilevel.coarse_size(used)
         state: DiscreteMap = multilevel.coarse_map(used, size, SolveLog(), elastic=plain, most=most)
         z, u = (state.u, state.z) if used.inverted else (state.z, state.u)
-        # what was solved for mirrored is mirrored back, after which its triangles would run clockwise
+        # a mirrored solution is mirrored back, after which its triangles would be clockwise
         faces = state.faces[:, ::-1] if frames[0].mirrored else state.faces
         map = MeshMap.plain(
             frames[0].pull_back(z), frames[1].pull_back(u), faces, state.border, weights=state.weights

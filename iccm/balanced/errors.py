@@ -1,4 +1,4 @@
-"""Errors of the solver."""
+"""Exceptions of the balanced solver, and checks of its time limit."""
 
 from collections.abc import Iterator
 from contextlib import suppress
@@ -13,14 +13,14 @@ Attempt = TypeVar("Attempt")
 
 
 class Stuck(Exception):
-    """One attempt failed; the next one may not."""
+    """An attempt failed; another one may succeed."""
 
 
 class Tangled(Stuck):
     """Folds remain.
 
     Attributes:
-        u: (n,) images, as few folded as could be.
+        u: (n,) images with as few folds as could be reached.
     """
 
     def __init__(self, u: Complex):
@@ -29,14 +29,14 @@ class Tangled(Stuck):
 
 
 class OutOfTime(Stuck, TimeUp):
-    """The time for the search is over: every further attempt fails, and the best map so far is the result."""
+    """The time for the search is over. Every further attempt fails, and the best map so far is the result."""
 
 
 def check_time() -> None:
     """End an attempt if the time for the search is over.
 
     Raises:
-        OutOfTime: it is.
+        OutOfTime: the time is over.
     """
     limit = deadline.current()
     if limit is not None and deadline.ends_search():
@@ -44,10 +44,10 @@ def check_time() -> None:
 
 
 def until_time_is_over(attempts: Iterator[Attempt]) -> Iterator[Attempt]:
-    """Yield what attempts give until the time for the search is over: the best of that is the result."""
+    """Yield the results of attempts until the time for the search is over."""
     with suppress(OutOfTime):
         yield from attempts
 
 
 class NoMapError(InputError):
-    """No map without folds was found; the message says why in a sentence."""
+    """No map without folds was found; the message is a sentence with the reason."""

@@ -1,4 +1,4 @@
-"""The balanced method as one of the methods: a problem and options in, a fit out."""
+"""Solve a problem by the balanced method: from a `Problem` and `Options` to a `Fit`."""
 
 from collections.abc import Sequence
 from contextlib import suppress
@@ -40,22 +40,28 @@ from .search.partial import GOOD_ROTATION_RADIANS, GOOD_STRETCH
 SEAM = "The ring of the {} is cut open along a seam, where both edges of the picture meet (holes)."
 LAYERED = "Where the shape overlaps itself, pictures show the layer that is farther from the {}."
 
-EVEN_BALANCE = 1.0  # the balance at which angles and areas count alike
-WORTHWHILE_DILATATION_SHARE = 0.5  # of the dilatation: a partial map that needs no more is worth a word
+EVEN_BALANCE = 1.0  # the balance with equal weights of angles and areas
+# Relative to the whole map's dilatation: a partial map with less is suggested.
+WORTHWHILE_DILATATION_SHARE = 0.5
 MOST_LIMITS = 1.05
-"""Of its limit: how far a soft pin may miss its place, which the last steps move a little, and count as met."""
-NOTED_AREA_SHARE = 5e-4  # of the area: what is less is not worth a word
+"""Distance relative to its limit up to which a soft pin counts as met; the last steps still move it a little."""
+NOTED_AREA_SHARE = 5e-4  # relative to the area; less is not reported
 
 
 def solve(
     problem: Problem, options: Options, start: TriangulatedMap | None = None, *, advised: bool = True
 ) -> Fit:
-    """Return the balanced map of a problem, from an earlier one on if there is one; if `advised` a note names the
-    partial map that was not asked for where that is much better.
+    """Return the balanced map of a problem, with notes about what it leaves out or cannot meet.
+
+    Args:
+        problem: the domains and constraints.
+        options: options of the solver.
+        start: an earlier map to start from.
+        advised: whether a note suggests the partial map that was not requested, if it is much better.
 
     Raises:
         NoMapError: no map without folds was found.
-        InputError: pins or strokes that no one-to-one map meets.
+        InputError: no one-to-one map meets the pins or strokes.
     """
     fit = solve_once(problem, options, start)
     if problem.size_map and options.balance >= cartogram.LEAST_BALANCE:
@@ -78,8 +84,10 @@ def solve(
 
 
 def better_partial(problem: Problem, options: Options, whole: Fit) -> list[str]:
-    """Return a sentence with the figures of what fit and holes of auto find, where that halves the dilatation of 95
-    %.
+    """Return a note with the figures of the map with fit and holes set to auto, if its dilatation is at most
+    half.
+
+    The dilatations compared are those that are not exceeded on 95 % of the target.
     """
     asked = [name for name in ("fit", "holes") if getattr(options, name) != "auto"]
     with suppress(NoMapError):
@@ -101,17 +109,18 @@ def better_partial(problem: Problem, options: Options, whole: Fit) -> list[str]:
 def solve_once(
     problem: Problem, options: Options, start: TriangulatedMap | None = None, moved: bool = False
 ) -> Fit:
-    """Return the balanced map of a problem, from an earlier one on if there is one, with its notes.
+    """Return the balanced map of a problem with its notes, without fitting a size map and without suggestions.
 
     Args:
-        problem: what is asked.
-        options: how.
-        start: an earlier map.
-        moved: whether a new mesh is asked for, on which the outlines slide, even where they are those of the start.
+        problem: the domains and constraints.
+        options: options of the solver.
+        start: an earlier map to start from.
+        moved: whether to solve on a new mesh, on which the outlines slide, even if the start has the same
+            outlines.
 
     Raises:
         NoMapError: no map without folds was found.
-        InputError: pins or strokes that no one-to-one map meets.
+        InputError: no one-to-one map meets the pins or strokes.
     """
     if start is None and options.balance > EVEN_BALANCE and not is_partial(options.fit):
         options = replace(options, fit="whole")
@@ -129,7 +138,7 @@ def solve_once(
             return opened
     if attempt.is_free:
         fit.notes.extend(stretch_notes(fit.distortion))
-    if attempt.is_free or options.turn is not None:  # by default pins say how the picture is turned
+    if attempt.is_free or options.turn is not None:  # by default, pins determine the rotation
         fit.notes.extend(rotation_notes(attempt.rotation, settings.turn))
     map = triangulated(fit.map)
     fit.notes.extend(soft_pin_notes(map, attempt.soft_pins))
@@ -141,21 +150,21 @@ def solve_once(
 def _map_of_less_balance(problem: Problem, options: Options) -> TriangulatedMap:
     """Return the map of half the balance, but at least EVEN_BALANCE, to start from.
 
-    Areas come to count more by a factor of two at a time: separate searches find minima that are farther and
-    farther from the best, rotated and less even.
+    The weight of areas is raised by a factor of two at a time: separate searches with large weights find minima
+    that are increasingly far from the best, rotated and less uniform in scale.
     """
     before = replace(options, balance=max(EVEN_BALANCE, options.balance / 2), rigid_size=None)
     return triangulated(solve_once(replace(problem, rigid=(), rigid_target=()), before).map)
 
 
 class _Attempt(NamedTuple):
-    """A map as it was found, and what was asked of it.
+    """A map, and the settings with which it was solved.
 
     Attributes:
-        fit: the map, without the notes that judge it.
-        settings: what was asked, with the constraints given.
-        rotation: radians by which the picture is rotated on average.
-        is_free: whether there are neither pins nor strokes, but in holes.
+        fit: the map, without notes on its quality.
+        settings: the settings, adapted to the constraints.
+        rotation: mean rotation of the picture in radians.
+        is_free: whether there are neither pins nor strokes, except pins in holes.
         soft_pins: (k, 2) pins that need not be met exactly.
     """
 
@@ -167,7 +176,7 @@ class _Attempt(NamedTuple):
 
 
 def _attempt(problem: Problem, options: Options, start: TriangulatedMap | None, *, moved: bool) -> _Attempt:
-    """Solve a problem in one go, by way of its inverse where regions of the target are rigid."""
+    """Solve a problem directly, or through its inverse if regions of the target are rigid."""
     source, target = problem.outlines
     carried = start
     if start is not None:
@@ -181,7 +190,7 @@ def _attempt(problem: Problem, options: Options, start: TriangulatedMap | None, 
     regions = problem.rigid or problem.rigid_target
     constrained = len(pins) or strokes or regions or any(fields)
     softness = None
-    # Pins in a rigid region say how it moves, and are exact.
+    # Pins in a rigid region determine its similarity, and are exact.
     if len(pins) and not options.exact_pins and not regions:
         softness = problem.softness.of_pins(numbers)
     if constrained or start is not None or settings.bounded:
@@ -237,14 +246,17 @@ def solve_inverse(
     *,
     moved: bool,
 ) -> Solution:
-    """Return as `method.solve`, with rigid regions of the target: the inverse map has the same energy, and these are
-    regions of its source.
+    """Solve a problem with rigid regions of the target through its inverse, in which they are regions of the
+    source.
+
+    The inverse map has the same energy. See `method.solve` for the arguments.
 
     Raises:
         NoMapError: no map without folds was found.
-        InputError: pins or strokes that no one-to-one map meets; the source has more holes than the target.
+        InputError: no one-to-one map meets the pins or strokes, or the source has more holes than the target.
     """
-    check(source, target, pins, strokes, numbers)  # its messages tell source from target
+    # Checked here, so that messages do not confuse source and target.
+    check(source, target, pins, strokes, numbers)
     if len(holes.source) > len(holes.target):
         raise InputError("rigid_target: the source has more holes than the target; set holes to fill or cut")
     swapped = holes.inverse()
@@ -266,7 +278,10 @@ def solve_inverse(
 
 
 def loses_too_much(fit: Fit, options: Options) -> bool:
-    """Return whether more is left out, or stays uncovered, than is allowed, though the search took it for less."""
+    """Return whether more of the source is hidden, or more of the target bare, than allowed.
+
+    The search only estimates these shares.
+    """
     return (
         fit.left_out > options.max_left_out + NOTED_AREA_SHARE
         or fit.uncovered > options.max_uncovered + NOTED_AREA_SHARE
@@ -274,8 +289,16 @@ def loses_too_much(fit: Fit, options: Options) -> bool:
 
 
 def cut_ring(problem: Problem, closed: Fit, options: Options, settings: Settings) -> Fit | None:
-    """Return the map of a ring opened by a seam, where one shape is a ring, the other has no hole, and it costs less
-    than the one found.
+    """Cut a ring open and return the map of the open ring, if that costs less than the given one.
+
+    Args:
+        problem: the domains.
+        closed: the map with the ring closed.
+        options: options of the solver.
+        settings: those of the given map.
+
+    Returns:
+        The map; None unless exactly one shape is a ring, the other has no hole, and the map costs less.
     """
     sides = problem.outlines
     holes = problem.source_holes, problem.target_holes
@@ -303,7 +326,7 @@ def cut_ring(problem: Problem, closed: Fit, options: Options, settings: Settings
 
 
 def price_of(fit: Fit, settings: Settings) -> float:
-    """Return what a map costs; see `partial.price`."""
+    """Return the cost of a map; see `drawings.cost.price`."""
     map = triangulated(fit.map)
     rotation = turn_of(map.source, map.image, map.faces) - (settings.turn or 0.0)
     lost = fit.left_out, fit.uncovered
@@ -320,16 +343,17 @@ def result_of(
     drawn: bool,
     laid: tuple[Complex, float] | None = None,
 ) -> Fit:
-    """Return the result of what was found.
+    """Return the `Fit` of a solution.
 
     Args:
-        problem: what was asked.
-        found: the map, and how it ended.
-        map: the same with its patches.
-        given: the holes, and the pins (k, 2) that are not in them.
-        settings: what was asked for.
-        drawn: whether the patches meet the bounds.
-        laid: of rigid regions of a surface (n,) where vertices lie in them flattened, and the map's mean scale.
+        problem: the domains and constraints.
+        found: the solution.
+        map: its map, with curved patches.
+        given: the holes, and the pins (k, 2) that are not in holes.
+        settings: options of the map.
+        drawn: whether the patches meet the bounds on distortion.
+        laid: for rigid regions of a surface: (n,) positions of vertices with each region flattened, and the
+            map's mean scale.
     """
     source, target, strokes = problem.source, problem.target, problem.strokes
     all_holes, pins = given
@@ -357,11 +381,16 @@ def result_of(
 
 
 def deform(problem: Problem, options: Options, start: TriangulatedMap | None = None) -> Fit:
-    """Return the deformation of a problem without a target, from an earlier one on if there is one.
+    """Return the deformation of a problem without a target.
+
+    Args:
+        problem: the source and constraints.
+        options: options of the solver.
+        start: an earlier deformation to start from.
 
     Raises:
         NoMapError: the shape cannot be meshed.
-        InputError: as `check_free`.
+        InputError: the constraints are invalid, as in `check_free`.
     """
     from .deform import method as deforming
 
@@ -370,7 +399,7 @@ def deform(problem: Problem, options: Options, start: TriangulatedMap | None = N
     given = check_free(source, pins, strokes, holes)
     settings, said = settings_of(options), [*notes, *given.notes]
     softness = problem.softness
-    if options.exact_pins or problem.rigid:  # a bone that holds pins moves by what they say
+    if options.exact_pins or problem.rigid:  # the pins of a rigid region determine its similarity
         softness = Softness.exact(len(pins))
     bands = bands_of(strokes, problem.stroke_widths)
     patches = patches_of(source, None, (holes, ()), pins, softness, given, bands=bands)
@@ -400,17 +429,19 @@ def deform(problem: Problem, options: Options, start: TriangulatedMap | None = N
 
 
 def drawing_order(middles: Complex, bottom: complex) -> Index:
-    """Return (m,) an order of triangles, of which pictures show the later ones where several overlap, by the distance
-    of their middles in the source from what lies lowest.
+    """Return (m,) an order of triangles; where several overlap, pictures show the last.
+
+    They are ordered by the distance of their midpoints in the source from `bottom`, the point of the lowest
+    layer.
     """
     return np.argsort(np.abs(middles - bottom), kind="stable")
 
 
 def settings_of(options: Options) -> Settings:
-    """Return what is asked of a map, of the options.
+    """Return the settings of the balanced method that options stand for.
 
     Raises:
-        InputError: a term is not one.
+        InputError: an item of `terms` is not a `Term`.
     """
     upright = 0.0 if options.turn == "any" else UPRIGHT
     terms = []
@@ -434,8 +465,12 @@ def settings_of(options: Options) -> Settings:
 
 
 def straighten_lines(map: TriangulatedMap, lines: Index, linear: Index = NO_FACES) -> TriangulatedMap:
-    """Return the map with the edges of strokes going straight to straight lines, and linear on triangles `linear`
-    (k,).
+    """Return the map with curved patches such that the edges of strokes are mapped to straight lines.
+
+    Args:
+        map: the map.
+        lines: (l, 2) vertex pairs of the edges.
+        linear: (k,) triangles on which the map stays linear.
     """
     if not len(lines) and not linear.size:
         return map
@@ -448,11 +483,10 @@ def in_regions(map: TriangulatedMap, regions: Sequence[Rings], *, of_target: boo
 
 
 def check_sizes(fit: Fit, asked: float | str | None) -> None:
-    """Add a note where rigid regions had to be smaller than usual, or those of the target larger, since what surrounds
-    them needs room.
+    """Add a note on rigid regions that had to be smaller than usual, or larger in the target, for lack of room.
 
     Raises:
-        InputError: they had to be smaller, or larger, than they were asked to be.
+        InputError: they had to be smaller, or larger, than requested.
     """
     for k, region in enumerate(fit.rigid):
         wanted = asked if isinstance(asked, float | int) else 1.0
@@ -484,9 +518,7 @@ def _status(found: Solution, drawn: bool, settings: Settings) -> Status:
 
 
 def stretch_notes(found: Distortion) -> list[str]:
-    """Return a sentence where the stretch cannot be small: a ring, a bar or a spiral onto a block, or the other way
-    round.
-    """
+    """Return a note if the shapes make a large stretch unavoidable, such as a ring, a bar or a spiral and a block."""
     if found.strain is None:
         return []
     return [
@@ -496,8 +528,9 @@ def stretch_notes(found: Distortion) -> list[str]:
 
 
 def coverage_notes(fit: Fit) -> list[str]:
-    """Sentences on holes that are ignored, on what of the source is left out, and what of the target stays
-    uncovered."""
+    """Return notes on ignored holes, on the share of the source that is hidden, and on the share of the target
+    that is bare.
+    """
     counts = zip(("source", "target"), map(len, fit.passed_holes))
     many = [f"{count} hole{'s' * (count > 1)} of the {side}" for side, count in counts if count]
     said = [f"The map ignores {' and '.join(many)} (holes)."] if many else []
@@ -516,7 +549,7 @@ def coverage_notes(fit: Fit) -> list[str]:
 
 
 def near_places(map: TriangulatedMap, pins: Complex, limits: Real) -> bool:
-    """Return whether soft pins (k, 2) come as close to their places as they must."""
+    """Return whether all soft pins (k, 2) are within their limits."""
     if not len(pins):
         return True
     here, there = pins.T
@@ -524,7 +557,7 @@ def near_places(map: TriangulatedMap, pins: Complex, limits: Real) -> bool:
 
 
 def soft_pin_notes(map: TriangulatedMap, pins: Complex) -> list[str]:
-    """Return a sentence on how close soft pins come to their places."""
+    """Return a note on the largest distance of soft pins from their places."""
     if not len(pins):
         return []
     here, there = pins.T
@@ -536,8 +569,11 @@ def soft_pin_notes(map: TriangulatedMap, pins: Complex) -> list[str]:
 
 
 def rotation_notes(found: float, asked: float | None) -> list[str]:
-    """Return a sentence where the picture is rotated by another angle, in radians, than was asked for; None asks for
-    any.
+    """Return a note if the picture is rotated by another angle than requested.
+
+    Args:
+        found: mean rotation in radians.
+        asked: requested rotation in radians; None if any is accepted.
     """
     if asked is None:
         return []

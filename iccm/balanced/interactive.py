@@ -1,12 +1,13 @@
-"""A balanced map that follows its pins and strokes while they are moved, each time from the map before.
+"""A balanced map that follows its pins and strokes while they are dragged, each update starting from the map
+before.
 
-Soft pins are terms of the energy: wherever they move, and where there are more or less of them, Newton's method
-follows on the mesh of the converged map, and nothing is to be seen when it converges again. Where the targets of exact
-pins inside have moved their goals move, and where their sources have, those of the inverse. Everything else (an exact
-pin more or less, one on the outline, a stroke) takes a new mesh at each step, a coarse one.
+Soft pins are terms of the energy: if they move, or their number changes, Newton's method continues on the mesh
+of the converged map, and nothing visible changes when it converges again. If the targets of exact pins inside
+moved, their goals move; if their sources moved, the goals of the inverse map do. Everything else (adding or
+removing an exact pin, pins on the outline, strokes) requires a new mesh at each step, which is a coarse one.
 
-While something is dragged each step has a budget of Newton steps, and the map may lag behind; what is left is done with
-the next one, and after that on a new mesh. Once nothing is dragged there is no budget.
+While something is dragged, each step has a budget of Newton steps, and the map may lag behind; the rest is done
+in the next step, and then on a new mesh. When nothing is dragged, there is no budget.
 """
 
 from collections.abc import Sequence
@@ -42,16 +43,18 @@ from .search.unit_problem import UnitProblem
 from .search.warm_start import AT_REST_DECREASE, on_its_mesh
 
 COARSE_MESH_SIZE = 0.06
-"""Mesh size h of coarse meshes of domains of area one, 1200 triangles: 25 ms carry a map there."""
+"""Edge length of coarse meshes of domains of area one: 1200 triangles, on which a map is updated in 25 ms."""
 FORWARD, BACKWARD = 8, 3  # Newton steps on the map, then on its inverse
 BUDGET_TRIANGLE_STEPS = 60_000
-"""Newton steps in a step of a drag, times triangles: some 35 ms of the 60 that an update may take."""
+"""Newton steps in one step of a drag, times the number of triangles: some 35 of the 60 ms that an update may take."""
 SQUEEZED_AREA_RATIO = 0.01
-"""Of the smallest area on the mesh when it was new: smaller triangles are between corners of source and target that
-want to pass each other on the outline, which they can on a new mesh only."""
+"""Relative to the smallest area on the mesh when it was new. Smaller triangles are between corners of source
+and target that would pass each other on the outline, which is possible on a new mesh only.
+"""
 STEPS_A_MESH = 20
-"""Steps of a drag from one new fine mesh to the next. Each costs as much as some ten other steps, a hitch: with 20 to
-40 steps a second, there is one a second at most."""
+"""Steps of a drag between two new fine meshes. A new mesh costs as much as some ten other steps, which is a
+noticeable delay; with 20 to 40 steps per second, there is at most one per second.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,17 +68,21 @@ class _Pair:
 
     @property
     def inverted(self) -> bool:
-        """Whether it is the inverse map that follows: holes of the target that open are filled there."""
+        """Whether the inverse map is the one that is updated: holes of the target that open from slits are
+        filled there.
+        """
         return len(self.holes.source) < len(self.holes.target)
 
     def checked(
         self, pins: Complex, strokes: Sequence[tuple[Curve, Curve]], softness: Softness | None
     ) -> tuple[Pins, PinnedPatches]:
-        """Exact pins and strokes of the map that follows, in unit coordinates, and soft pins in the user's; pins in
-        holes only say which go together.
+        """Return the exact pins and strokes of the updated map, in unit coordinates, and soft pins in the
+        user's coordinates.
+
+        Pins in holes only state which holes correspond.
 
         Raises:
-            InputError: those that no one-to-one map meets.
+            InputError: no one-to-one map meets the constraints.
         """
         _, pins, numbers = named_partners(self.holes, self.source, self.target, pins, strokes)
         given = check(self.source, self.target, pins, strokes, numbers)
@@ -93,20 +100,26 @@ class _Pair:
         return replace(settings, energy=replace(settings.energy, pins=soft))
 
     def problem(self, given: Pins, settings: Settings, start: MeshMap | None = None) -> UnitProblem:
-        """Return the problem of the map that follows; see `problem_of`, of whose source and target `start` is."""
+        """Return the problem of the map that is updated; see `problem_of`. `start` is a map from source to target."""
         source, target = unit_curve(self.frames[0], self.source), unit_curve(self.frames[1], self.target)
         own = given.inverse() if self.inverted else given
         problem = problem_of(source, target, self.holes.unit(self.frames), own, settings, start)
         return problem.inverse() if self.inverted else problem
 
     def carried(self, state: MeshMap, given: Pins, settings: Settings, *, coarse: bool) -> DiscreteMap:
-        """Return a map on a new mesh, a coarse one or one as fine as the last, brought to constraints.
+        """Transfer a map to a new mesh, and make it meet constraints.
+
+        Args:
+            state: the map.
+            given: exact pins and strokes, in unit coordinates.
+            settings: options of the map.
+            coarse: whether the mesh is coarse, rather than as fine as the final one.
 
         Raises:
-            NoMapError: it folds there.
+            NoMapError: the map folds on the new mesh.
         """
         problem, sizes = self.problem(given, settings), None
-        # without its constraints, which are others, of other vertices
+        # without its constraints, which belong to other vertices
         state = MeshMap.plain(state.z, state.u, state.faces, state.border, loops=state.loops)
         try:
             if coarse:
@@ -115,7 +128,7 @@ class _Pair:
                 level = final_level(problem, settings)
                 sizes = graded(state.z, state.u, state.faces, 0.5 * level.size**2)
             new = satisfy_constraints(refine(level, state, sizes))
-            if new.miss > 0 and not given.strokes:  # other triangles may let the pins pass
+            if new.miss > 0 and not given.strokes:  # other triangles may be less in the way of the pins
                 anew = move_on_new_meshes(level, new.held(), new.inside.goals)
                 new = min(anew, new, key=lambda each: each.miss)
             return _relax(new if coarse else _towards(new))
@@ -125,11 +138,15 @@ class _Pair:
     def carried_anyhow(
         self, state: MeshMap, given: Pins, settings: Settings, *, coarse: bool
     ) -> tuple[DiscreteMap, bool]:
-        """Return the same, and whether it is on a coarse mesh: where a fine one does not meet the constraints, too,
-        since that takes long.
+        """Transfer a map to a fine mesh, or to a coarse one if `coarse` or if the fine one fails.
+
+        If constraints cannot be met on the fine mesh, the next meshes are coarse too, since that takes long.
+
+        Returns:
+            The map, and whether the next mesh is to be coarse.
 
         Raises:
-            NoMapError: it folds on either.
+            NoMapError: the map folds on both meshes.
         """
         if not coarse:
             with suppress(NoMapError):
@@ -144,16 +161,16 @@ class Live:
 
     Attributes:
         pair: the two domains.
-        settings: what is asked of the map, by soft pins, too.
+        settings: options of the map, with soft pins in its energy.
         given: exact pins and strokes in unit coordinates.
-        patches: soft pins in the user's.
-        state: the map in them.
-        least: the smallest area of a triangle, or of its image, when its mesh was new.
-        coarse: whether its mesh is.
-        age: steps since its mesh was new, or one was last tried for.
-        behind: whether it is that of constraints before, since those in force were not reached.
-        stiffening: (k,) times as stiff as usual are the springs of soft pins, which would miss their places by more
-            than they may.
+        patches: soft pins in the user's coordinates.
+        state: the map in unit coordinates.
+        least: the smallest area of a triangle, or of its image, when the mesh was new.
+        coarse: whether the mesh is coarse.
+        age: steps since the mesh was new, or since a new one was last tried.
+        behind: whether the map belongs to earlier constraints, because the current ones were not reached.
+        stiffening: (k,) factors for the stiffness of soft pins' springs, above 1 for pins that would exceed
+            their limits.
     """
 
     pair: "_Pair"
@@ -178,11 +195,12 @@ class Live:
         *,
         dragged: bool = False,
     ) -> "Live":
-        """Beginning with a balanced map, pins (k, 2) and strokes as for `solve`; for the others see `moved`.
+        """Start from a balanced map, with pins (k, 2) and strokes as in `solve`; see `moved` for the other
+        arguments.
 
         Raises:
             NoMapError: no map without folds was found.
-            InputError: pins or strokes that no one-to-one map meets.
+            InputError: no one-to-one map meets the pins or strokes.
         """
         assert fit.target is not None and isinstance(fit.map, TriangulatedMap)
         met = [(loop + 1, i, j) for loop, (i, j) in enumerate(fit.hole_partners) if min(i, j) >= 0]
@@ -215,18 +233,18 @@ class Live:
         *,
         dragged: bool = False,
     ) -> "Live":
-        """Return the map continued to pins and strokes that have moved, or to another balance.
+        """Return the map updated to pins and strokes that moved, or to another balance.
 
         Args:
             pins: (k, 2) points of the source and their places.
             strokes: polylines of the source, and of the target.
-            softness: of the pins; None where all are exact.
-            balance: of angles and areas; None for the one before.
-            dragged: whether they are still moving: then as far as a step has time for.
+            softness: of the pins; None if all are exact.
+            balance: of angles and areas; None to keep it.
+            dragged: whether they are still moving, so that the update has a budget of steps.
 
         Raises:
-            NoMapError: the map cannot be carried there without folds.
-            InputError: pins or strokes that no one-to-one map meets.
+            NoMapError: the map cannot follow without folds.
+            InputError: no one-to-one map meets the pins or strokes.
         """
         if balance is not None:
             settings = replace(self.settings, energy=replace(self.settings.energy, balance=balance))
@@ -237,7 +255,7 @@ class Live:
         return self._with_patches(patches, given)._moved(given, dragged=dragged)._stiffened()
 
     def _moved(self, given: Pins, *, dragged: bool) -> "Live":
-        """Return the map continued to exact pins and strokes, and to the soft pins of its energy."""
+        """Return the map updated to exact pins and strokes, and to the soft pins of its energy."""
         others = self._changes_vertices(given)
         coarse = self.coarse or others
         waits = dragged and not others and self.age + 1 < STEPS_A_MESH
@@ -247,7 +265,7 @@ class Live:
         if state is not None and (dragged or not behind):
             state = _within(state) if dragged else _towards(state)
             state = _relax(state) if coarse and not behind else state
-        goes_on = dragged and self.met and state is not None  # the next step may reach what this one has not
+        goes_on = dragged and self.met and state is not None  # the next step may reach the goals
         if not waits and not goes_on and (state is None or behind or state.miss > 0):
             age = 0
             try:
@@ -259,7 +277,7 @@ class Live:
                 if not dragged or others:
                     raise
         area = _least_area(state or self.state)
-        if waits and area < SQUEEZED_AREA_RATIO**2 * least:  # it would soon be flat
+        if waits and area < SQUEEZED_AREA_RATIO**2 * least:  # the triangle would soon be degenerate
             state = None
         if state is None or behind:
             return replace(self, state=state or self.state, age=age, behind=True)
@@ -272,7 +290,7 @@ class Live:
         return replace(self, given=given, state=state, least=least, coarse=coarse, age=age, behind=False)
 
     def _with_patches(self, patches: PinnedPatches, given: Pins) -> "Live":
-        """Return the same with other soft pins in its energy, beside the exact ones."""
+        """Return the map with other soft pins in its energy; `given` are the exact ones."""
         if not len(patches.points) and not len(self.patches.points):
             return self
         settings, factors = self.pair.with_patches(self.settings, patches), self.stiffening
@@ -286,7 +304,7 @@ class Live:
         return replace(self, settings=settings, patches=patches, state=state, stiffening=factors)
 
     def _stiffened(self) -> "Live":
-        """Return the same with the stiffness of springs that the next step is to use, by how far their pins miss."""
+        """Return the map with the springs' stiffness for the next step, according to how far their pins miss."""
         pins = self.state.energy.pins
         if pins is None or self.stiffening.size != self.state.energy.pin_count:
             return self
@@ -295,14 +313,19 @@ class Live:
         return replace(self, stiffening=np.maximum(factors, 1))
 
     def _changes_vertices(self, given: Pins) -> bool:
-        """Return whether constraints need other vertices than those that the mesh has, which each step may do again."""
+        """Return whether the constraints need other vertices than the mesh has; with strokes, each step may."""
         before = self.given
         same = before.inner.shape == given.inner.shape and np.array_equal(before.outer, given.outer)
         return not same or bool(before.strokes or given.strokes)
 
     def _pulled(self, given: Pins, steps: int) -> DiscreteMap | None:
-        """Return the map with new goals for the same vertices, or with these on their way to their new sources by half
-        of so many steps, and how many are `spared`; None where other vertices are needed.
+        """Return the map with new goals for its constrained vertices, or with these moved towards their new
+        sources.
+
+        Moving sources takes up to half of the given steps. The steps left are in `spared`.
+
+        Returns:
+            The map; None if other vertices are needed.
         """
         before, now, inside = self.given, given, self.state.inside
         if self._changes_vertices(given):
@@ -318,7 +341,7 @@ class Live:
 
     @property
     def met(self) -> bool:
-        """Whether strokes and exact pins are met; if not, the map is as close as it came."""
+        """Whether strokes and exact pins are met; if not, the map is as close to them as it came."""
         return self.state.miss == 0 and not self.behind
 
     @property
@@ -328,7 +351,7 @@ class Live:
 
     @property
     def start(self) -> TriangulatedMap:
-        """The same to continue from: with the triangles that fill holes of the target."""
+        """The map from which a solve can continue, including the triangles that fill holes of the target."""
         if not self.pair.inverted:
             return self.map
         inverse = self.state.inverse()
@@ -346,26 +369,26 @@ class Live:
 
 
 def _least_area(state: DiscreteMap) -> float:
-    """Of a triangle or its image."""
+    """Return the smallest area of a triangle or of its image."""
     return float(min(triangle_areas(w[state.material]).min() for w in (state.z, state.u)))
 
 
 def _at_sources(state: DiscreteMap) -> bool:
-    """Return whether the vertices of pins are where these are in the source."""
+    """Return whether the vertices of pins are at the pins' places in the source."""
     away = state.z[state.border : state.constrained] - state.inside.z[: state.constrained - state.border]
     return float(np.abs(away).max(initial=0.0)) < 1e-9
 
 
 def _towards(state: DiscreteMap) -> DiscreteMap:
-    """Return the map after some Newton steps, at FINE_POWER as the converged map; at 1 where that does not reach the
-    goals.
+    """Return the map after some Newton steps at FINE_POWER, like the converged map; at 1 if that does not reach
+    the goals.
     """
     found = state.forward(FINE_POWER, FORWARD, AT_REST_DECREASE, corners=True)
     return found if found.miss == 0 else state.forward(1.0, FORWARD, AT_REST_DECREASE, corners=True)
 
 
 def _within(state: DiscreteMap) -> DiscreteMap:
-    """Return the same with the steps of a budget that are left, going on at 1 from where it came to at FINE_POWER."""
+    """Return the map after the steps left in the budget, at FINE_POWER and then, if goals are not reached, at 1."""
     for power in (FINE_POWER, 1.0):
         if state.spared > 0 and (power == FINE_POWER or state.miss > 0):
             state = state.forward(power, state.spared, AT_REST_DECREASE, corners=True)

@@ -1,7 +1,7 @@
-"""Balanced maps: the outline held, nothing folded, the size even, the picture upright.
+"""Balanced maps: piecewise linear homeomorphisms between triangulations of two shapes.
 
-A piecewise linear homeomorphism between triangulations of two shapes that minimises the symmetric energy of
-`energy.py`, its boundary sliding on the target's outline. The stages are in `stages.py`.
+They minimise the symmetric energy of `model.energy`, with boundary vertices that slide on the target's outline.
+The search is in `search`; this module converts to unit coordinates and back, and checks the result.
 """
 
 from collections.abc import Iterator, Sequence
@@ -32,7 +32,7 @@ from .rigid.solve import Rigid, keep_rigid
 from .search import multilevel
 from .search.final_mesh import excesses
 
-FIELD_SAMPLES = 20_000  # of fields over the source, for their means
+FIELD_SAMPLES = 20_000  # points in the source at which the means of fields are computed
 
 
 def solve(
@@ -55,23 +55,23 @@ def solve(
 
     Args:
         source: a domain, as from `Curve.domain`.
-        target: as above.
-        settings: what is asked of the map.
-        pins: (k, 2) points of the source and where they go.
-        strokes: polylines in the source and where they go, ends to ends.
-        holes: those of both domains. Where one has more than the other, what is too much in the source shrinks to a
-            slit, and what is too much in the target opens from one.
-        numbers: (k,) of the pins, for messages; in order unless given.
-        start: an earlier map of these domains to continue from.
-        rigid: polygons in the source that are to move as wholes.
-        fields: how large the source's parts are to be, relative to each other, and how much distortion hurts there.
-        softness: of the pins; None where all are exact.
-        stroke_widths: of the bands around strokes that keep their form; empty for none.
-        moved: whether the start's outlines, or what was asked of it, were others, so that it needs a new mesh.
+        target: a domain in the same form.
+        settings: options of the map.
+        pins: (k, 2) points of the source and their places.
+        strokes: polylines of the source and their images; ends are mapped to ends.
+        holes: holes of both domains. Unmatched holes of the source shrink to slits, and unmatched holes of the
+            target open from slits.
+        numbers: (k,) numbers of the pins for messages; consecutive by default.
+        start: an earlier map of these domains to start from.
+        rigid: polygons in the source that are mapped by similarities.
+        fields: relative sizes of the source's parts, and weights of distortion there.
+        softness: of the pins; None if all are exact.
+        stroke_widths: widths of the bands around strokes that keep their shape; empty for none.
+        moved: whether the start needs a new mesh, because its outlines or options were different.
 
     Raises:
         NoMapError: no map without folds was found.
-        InputError: pins or strokes that no one-to-one map meets; a start with other holes.
+        InputError: no one-to-one map meets the pins or strokes, or the start has other holes.
     """
     settings = settings or Settings()
     frames = frames_of(source, target, settings.turn, holes.sides)
@@ -137,10 +137,10 @@ def _with_rigid(
     settings: Settings,
     journal: SolveLog,
 ) -> MeshMap:
-    """Return the map with rigid regions.
+    """Return the map changed so that regions are rigid.
 
     Raises:
-        InputError: the target has holes that the source has not; pins in a region that no similarity takes along.
+        InputError: the target has more holes than the source, or no similarity maps the pins in a region.
         NoMapError: no map without folds follows the regions' outlines.
     """
     source, target, holes = curves
@@ -163,8 +163,12 @@ def _domains(source: Curve, target: Curve, holes: Holes) -> tuple[tuple[Curve, .
 def sketch_of(
     map: TriangulatedMap, frames: tuple[Similarity, Similarity], holes: Sequence[tuple[int, int, int]] = ()
 ) -> MeshMap:
-    """Return a map in unit coordinates, vertices of the outlines first; `holes` are (its loop, the hole of the source,
-    that of the target) for those that stay holes.
+    """Return a map in unit coordinates, with the vertices of the outlines first.
+
+    Args:
+        map: the map in the given coordinates.
+        frames: of the unit coordinates.
+        holes: (loop of the map, hole of the source, hole of the target) for holes with a partner.
     """
     mirrored = frames[0].mirrored
     rims = [map.loops[k][::-1] if mirrored else map.loops[k] for k in (0, *(k for k, _, _ in holes))]
@@ -181,10 +185,13 @@ def _world(state: MeshMap, frames: tuple[Similarity, Similarity]) -> tuple[Compl
 
 
 def holes_of(map: TriangulatedMap, holes: Holes) -> list[tuple[int, int, int]]:
-    """Return which loops of a map are which holes of both domains, for those that have a partner.
+    """Match the loops of a map with the holes of both domains.
+
+    Returns:
+        (loop, hole of the source, hole of the target) for holes with a partner.
 
     Raises:
-        InputError: it is a map of domains with other holes, or takes them to others than is wished.
+        InputError: the map belongs to domains with other holes, or pairs holes differently than requested.
     """
     found = []
     for number, loop in enumerate(map.loops[1:], 1):
@@ -209,20 +216,20 @@ def solution_of(
     journal: SolveLog,
     pins: Pins | None = None,
 ) -> Solution:
-    """Return the map in the given coordinates, checked there.
+    """Return the solution in the given coordinates, checked there.
 
     Args:
-        state: in unit coordinates.
-        z: (n,) its vertices in the given ones.
+        state: the map in unit coordinates.
+        z: (n,) its vertices in the given coordinates.
         u: (n,) their images.
         frames: of the unit coordinates.
         given: the outlines of both domains, outer ones first.
-        settings: what was asked for.
-        journal: what happened.
-        pins: those given.
+        settings: options of the map.
+        journal: energies and messages of the solve.
+        pins: the given pins and strokes.
 
     Raises:
-        NoMapError: rounding, or another layout of a surface, folds it.
+        NoMapError: rounding, or another flattening of a surface, folds it.
     """
     mirror = frames[0].mirrored
     if pins is not None:
@@ -259,7 +266,10 @@ def solution_of(
 def _goals(
     cut: Cut, filled: tuple[Complex, Complex] | None, w: Complex, curves: Sequence[Curve], side: int
 ) -> Iterator[tuple[Complex, Curve]]:
-    """Yield the loops of a map with vertices w and the outlines they belong on, of the source (0) or the target (1)."""
+    """Yield the loops of a map with vertices w, and the outlines on which they should lie.
+
+    The side is 0 for the source, 1 for the target.
+    """
     yield closer_outline(w[cut.loops[0]], filled and filled[side], curves[0]), curves[0]
     for loop, partners in zip(cut.loops[1:], cut.partners):
         if partners[side] >= 0:

@@ -1,8 +1,9 @@
-"""An earlier map carried along as outlines move, from one frame of a sequence to the next.
+"""Adapt an earlier map to outlines that moved, from one frame of a sequence to the next.
 
-Each outline is matched with the one that it was by the dynamic programming of `search.initial_matches`, positions
-counting for more, from their mean and by their size: frames are nearly what those before them were. The displacement
-of the outlines continues inside as a harmonic function on the map's own triangles. What that folds the solver unfolds.
+Each outline is matched with its earlier form by the dynamic programming of `search.initial_matches`, in which
+positions have a larger weight (relative to their mean, and to the outline's size), since consecutive frames are
+similar. The displacement of the outlines is extended to the inside as a harmonic function on the map's
+triangles. The solver then removes folds.
 """
 
 from collections.abc import Sequence
@@ -18,15 +19,19 @@ from .minimise.energy import geometry
 from .minimise.untangle import springs
 from .search.initial_matches import TANGENT_CHORD_SHARE, best_path, best_scores, step_gains
 
-OUTLINE_SAMPLES = 256  # of each outline, four times as many as of two different shapes
+OUTLINE_SAMPLES = 256  # of each outline; four times as many as for two different shapes
 POSITION_WEIGHT = 20.0
-"""Weight of the difference of positions: what is a quarter of the radius of gyration away counts as much as a tangent
-that turns over."""
-MATCH_ROUNDS = 2  # matches: the second with the outline turned as the first one says
-SMOOTHED_LENGTH_SHARE = 0.02  # of the length, over which the steps of a match are evened: five samples
+"""Weight of the difference of positions: a distance of a quarter of the radius of gyration counts as much as a
+tangent reversed.
+"""
+MATCH_ROUNDS = 2  # matchings; the second uses the rotation found by the first
+# Relative to the length: the window over which a match is smoothed, five samples.
+SMOOTHED_LENGTH_SHARE = 0.02
 FARTHER_FACTOR = 2.0
-"""Times as far as outlines are from each other that their match goes where protrusions merge or part: a crotch that
-drops to the feet goes a leg's length, though the outlines are a gap's width apart."""
+"""Ratio of matched distances to the distance of the outlines above which protrusions merged or separated. For
+example, when two legs meet, the crotch moves to the feet by a leg's length, although the outlines are only a
+gap's width apart.
+"""
 HOLES = "start: belongs to shapes with other holes; use a map of these shapes"
 
 
@@ -36,16 +41,16 @@ def carry_map(
     target: Curve,
     holes: tuple[Sequence[Curve], Sequence[Curve]] = ((), ()),
 ) -> TriangulatedMap:
-    """Return the map with its outlines on those given, in each plane where they are others; it may fold.
+    """Return the map with its outlines moved onto the given ones, in each plane where they differ; it may fold.
 
     Args:
         map: an earlier map.
-        source: the source's outline now.
-        target: the target's.
-        holes: those of both, now.
+        source: present outline of the source.
+        target: present outline of the target.
+        holes: present holes of source and target.
 
     Raises:
-        NoMapError: it has other holes.
+        NoMapError: the map has other holes.
     """
     z, u = (
         move_vertices(w, map.faces, map.loops, outer, inner)
@@ -57,8 +62,18 @@ def carry_map(
 def move_vertices(
     w: Complex, faces: Index, loops: Sequence[Index], outer: Curve, holes: Sequence[Curve]
 ) -> Complex:
-    """Vertices of a plane (n,), those of the loops on the outlines, the others between them; the same array where they
-    are on these already."""
+    """Move vertices in a plane so that those of the loops are on the outlines, and the others between them.
+
+    Args:
+        w: (n,) vertices.
+        faces: (m, 3) triangles.
+        loops: vertices of each loop, the outer one first.
+        outer: the outer outline.
+        holes: outlines of holes.
+
+    Returns:
+        (n,) vertices; the same array if they are on these outlines already.
+    """
     rims = [Curve(w[loop]) for loop in loops]
     if _is_on(rims[0].z, outer) and (
         len(rims) != 1 + len(holes) or all(any(_is_on(rim.z, hole) for hole in holes) for rim in rims[1:])
@@ -76,7 +91,7 @@ def _is_on(z: Complex, curve: Curve) -> bool:
 
 
 def _partners(rims: Sequence[Curve], holes: Sequence[Curve]) -> list[Curve]:
-    """Return the hole that each of a map's inner loops is now: the nearest, each once."""
+    """Return the hole nearest to each of a map's inner loops, each hole once."""
     left, found = list(holes), list[Curve]()
     if len(rims) != len(left):
         raise NoMapError(HOLES)
@@ -88,7 +103,7 @@ def _partners(rims: Sequence[Curve], holes: Sequence[Curve]) -> list[Curve]:
 
 
 def match_outlines(before: Curve, now: Curve) -> Real:
-    """Return (n,) arclengths of an outline where the vertices of the one before (n,) are now, ascending as these do."""
+    """Return (n,) arclengths on an outline that correspond to the vertices of its earlier form, ascending."""
     shares = np.arange(OUTLINE_SAMPLES) / OUTLINE_SAMPLES
     here, there = (_samples(curve, shares * curve.length) for curve in (before, now))
     turn = 1.0 + 0j
@@ -107,9 +122,7 @@ def match_outlines(before: Curve, now: Curve) -> Real:
 
 
 def is_reshaped(before: Curve, now: Curve) -> bool:
-    """Return whether an outline did not only move: protrusions merged or came apart, so that a map that continues has
-    to jump.
-    """
+    """Return whether protrusions of an outline merged or separated, so that a map that follows it has to jump."""
     ways = ((before, now), (now, before))
     apart = max(b.distances(a.z).max() for a, b in ways)
     along = max(np.abs(b.at(match_outlines(a, b)) - a.z).max() for a, b in ways)
@@ -117,18 +130,19 @@ def is_reshaped(before: Curve, now: Curve) -> bool:
 
 
 def _path(here: Complex, there: Complex) -> tuple[int, int, Index, Index]:
-    """Return where a match of samples (2, OUTLINE_SAMPLES) begins in both, and its rows and columns from there."""
+    """Return the first samples of a match of samples (2, OUTLINE_SAMPLES), and its rows and columns from there."""
     score = (here[0, :, None] * there[0].conj()).real - POSITION_WEIGHT * np.abs(
         here[1, :, None] - there[1]
     ) ** 2
-    i, j = divmod(int(score.argmax()), OUTLINE_SAMPLES)  # where they are most alike
+    i, j = divmod(int(score.argmax()), OUTLINE_SAMPLES)  # where they are most similar
     gains = step_gains(np.roll(score, (-i, -j), (0, 1)))[:, :, None, : OUTLINE_SAMPLES + 1]
     return i, j, *best_path(best_scores(gains)[:, 0], gains[:, :, 0])
 
 
 def _samples(curve: Curve, s: Real) -> Complex:
-    """Return (2, n) unit tangents, and middles from their mean in radii of gyration, of equal pieces that begin at
-    s.
+    """Return (2, n) unit tangents, and midpoints of equal pieces that begin at s.
+
+    The midpoints are relative to their mean, in units of the radius of gyration.
     """
     step, reach = curve.length / s.size, TANGENT_CHORD_SHARE * curve.length
     chord = curve.at(s + step + reach) - curve.at(s - reach)
@@ -140,8 +154,13 @@ def _samples(curve: Curve, s: Real) -> Complex:
 
 
 def harmonic(w: Complex, faces: Index, border: Index, values: Complex) -> Complex:
-    """Return (n,) the function with these values at the border's vertices that is discretely harmonic at the others,
-    and between those of the border.
+    """Return (n,) the discrete harmonic function with given values at the border's vertices.
+
+    Args:
+        w: (n,) vertices.
+        faces: (m, 3) triangles.
+        border: (b,) vertices with given values.
+        values: (n,) of which those at the border are used.
     """
     from scipy.sparse import coo_array  # slow to import, and seldom needed
     from scipy.sparse.linalg import spsolve

@@ -1,8 +1,8 @@
-"""A ring opened by a seam, where the other shape is none: the picture meets itself there.
+"""Cut a ring open along a seam, if the other shape has no hole; both edges of the picture meet at the seam.
 
-The seam goes straight from the outer outline to the closest point of the hole, a gap far thinner than a pixel, and
-leaves a simple polygon. It lies where a coarse map costs the least: of places all around, then of those halfway to
-the neighbours of the best.
+The seam is a straight gap, far thinner than a pixel, from the outer outline to the closest point of the hole,
+and leaves a simple polygon. It is placed where a coarse map costs least: places all around are compared, then
+those halfway between the best and its neighbours.
 """
 
 from collections.abc import Callable
@@ -22,18 +22,24 @@ from .model.settings import Settings, SolveLog
 from .search import multilevel
 from .search.partial import cost
 
-SEAM_WIDTH_SHARE = 1e-6  # of the diagonal, the width of a seam: a thousandth of a pixel of 1024
-OVERLAP_WIDTHS = 10  # widths by which it is longer than the ring is wide, so that it cuts slanting outlines
+SEAM_WIDTH_SHARE = 1e-6  # relative to the diagonal: a thousandth of a pixel of 1024
+# Widths by which each end extends beyond the ring, so that the seam cuts slanting outlines.
+OVERLAP_WIDTHS = 10
 SEAMS_TRIED, HALVINGS = 4, 3
-"""Places tried all around, and how often the two halfway to the neighbours of the best are."""
+"""Places compared all around, and the number of refinements with the two places halfway to the best one's
+neighbours.
+"""
 MOST_SAVED_SHARE = 0.2
-"""Of a seam's cost, the most that the best place can save beside the best of SEAMS_TRIED ones: 16 % on 34 rings. Half
-of it beside one twice as close."""
+"""Largest share of the cost that a better place is expected to save, compared with the best of SEAMS_TRIED
+places: it was up to 16 % on 34 rings. Each refinement halves it.
+"""
 
 
 def open_ring(outer: Curve, hole: Curve, s: float) -> Curve | None:
-    """Return the outline of a ring cut from arclength s of its outer one to its hole; None where the cut leaves the
-    ring.
+    """Cut a ring from arclength s of its outer outline to its hole.
+
+    Returns:
+        The outline of the open ring; None if the cut would leave the ring.
     """
     ring = polygon_of(outer.z, hole.z)
     start = complex(outer.at(np.array([s]))[0])
@@ -53,8 +59,16 @@ def open_ring(outer: Curve, hole: Curve, s: float) -> Curve | None:
 def best_seam(
     outer: Curve, hole: Curve, price: Callable[[Curve], float], most: float = np.inf
 ) -> Curve | None:
-    """Return the ring opened where a map costs the least by `price`, which is infinite where there is none; None if
-    none costs less than `most`, or is going to.
+    """Return the ring cut open where a map costs least.
+
+    Args:
+        outer: outline of the ring.
+        hole: its hole.
+        price: returns the cost of a map of an open ring; infinite if there is no map.
+        most: give up as soon as no place is likely to cost less than this.
+
+    Returns:
+        The outline of the open ring; None if no place costs less than `most`.
     """
     found: dict[float, tuple[float, Curve]] = {}
 
@@ -76,7 +90,9 @@ def best_seam(
 
 
 def coarse_cost(source: Curve, target: Curve, settings: Settings) -> float:
-    """Return what the best coarse map of two whole outlines costs, of elastic matches; infinite where there is none."""
+    """Return the cost of the best coarse map between two whole outlines, from elastic matches; infinite if
+    there is none.
+    """
     frames = frames_of(source, target, settings.turn, ((), ()))
     outlines = unit_curve(frames[0], source), unit_curve(frames[1], target)
     problem = multilevel.problem_of(*outlines, NONE, UNPINNED, settings)

@@ -1,7 +1,8 @@
-"""Strokes that touch the outlines: an end there is a pin of the outline, and a stroke along the outline is two of them.
+"""Strokes that touch the outlines.
 
-Where the outlines are taken onto each other nothing else is left to be met on them: what runs along the one comes to
-run along the other, and from end to end where its ends do.
+An end on the outline acts as a pin there, and a stroke along the outline as two pins. Since outlines are mapped
+onto each other, nothing else remains to be met: a curve along one outline is mapped to a curve along the other,
+with ends mapped to ends.
 """
 
 from collections.abc import Sequence
@@ -15,21 +16,22 @@ from ...curve import Curve
 from ...errors import ConstraintError
 from ...problem import ON_OUTLINE_SHARE
 
-BESIDE_END = 20.0  # times that: how far a stroke may keep so close to the outline from its end there on
-SAMPLES_PER_LENGTH = 2.0  # of a stroke, for that length
-SAME_POINT_SHARE = 1e-9  # of the diagonal: rounding
+# Relative to ON_OUTLINE_SHARE: length from its end on which a stroke may stay close to the outline.
+BESIDE_END = 20.0
+SAMPLES_PER_LENGTH = 2.0  # of a stroke, per length ON_OUTLINE_SHARE
+SAME_POINT_SHARE = 1e-9  # relative to the diagonal: due to rounding
 NAMES = ("source", "target")
 
 
 @dataclass(frozen=True, eq=False)
 class DrawnStroke:
-    """A stroke with its place among those given.
+    """A stroke, with its number among the given ones.
 
     Attributes:
         number: from 0 on.
         curves: in the source and in the target.
-        sticks: which ends go to ends.
-        on_outline: which ends are on the outlines; they stick, too.
+        sticks: for both ends, whether it is mapped to the same end in the target.
+        on_outline: for both ends, whether it is on the outlines; such ends stick.
     """
 
     number: int
@@ -46,15 +48,17 @@ class DrawnStroke:
 def separate(
     domains: tuple[Curve, ...], strokes: Sequence[tuple[Curve, Curve]], sticks: Flags
 ) -> tuple[list[DrawnStroke], list[DrawnStroke]]:
-    """Return the strokes inside, their ends on the outlines moved onto them; and those along the outlines.
+    """Return the strokes inside, with their ends on the outlines moved exactly onto them, and those along the
+    outlines.
 
     Args:
         domains: source and target, or the source alone.
         strokes: as given.
-        sticks: (s, 2) which ends of strokes stick.
+        sticks: (s, 2) the ends of strokes that stick.
 
     Raises:
-        ConstraintError: one leaves its shape, or touches its outline elsewhere than at an end, or in one shape only.
+        ConstraintError: a stroke leaves its shape, or touches its outline elsewhere than at an end, or in one
+            shape only.
     """
     inner, along = [], []
     for k, (pair, stuck) in enumerate(zip(strokes, sticks)):
@@ -73,10 +77,10 @@ def _is_along(curve: Curve, stroke: Curve) -> bool:
 
 
 def _along(domains: tuple[Curve, ...], drawn: DrawnStroke, beside: Sequence[bool]) -> DrawnStroke:
-    """Return a stroke along both outlines, its ends on them.
+    """Return a stroke along both outlines, with its ends on them.
 
     Raises:
-        ConstraintError: it is along one only, or runs around them the other way.
+        ConstraintError: it runs along one outline only, or along them in opposite directions.
     """
     k = drawn.number
     if len(domains) < 2:
@@ -103,7 +107,7 @@ def _along(domains: tuple[Curve, ...], drawn: DrawnStroke, beside: Sequence[bool
 
 
 def _goes_round(curve: Curve, stroke: Curve) -> bool:
-    """Return whether a stroke along a closed curve runs as that does."""
+    """Return whether a stroke along a closed curve has the same direction as the curve."""
     s = curve.closest(stroke.at(_samples(curve, stroke)))
     return bool(_wrapped(np.diff(s), curve.length).sum() > 0)
 
@@ -113,9 +117,9 @@ def _wrapped(steps: np.ndarray, length: float) -> np.ndarray:
 
 
 def _snap_ends(domains: tuple[Curve, ...], drawn: DrawnStroke) -> DrawnStroke:
-    """Return a stroke inside, those of its ends that are on the outlines moved onto them.
+    """Return a stroke inside, with ends close to the outlines moved onto them.
 
-    An end of the target alone that is there is cut off, unless the source's is to go there.
+    An end that is on the outline in the target only is cut off, unless it sticks.
     """
     k, curves = drawn.number, list(drawn.curves)
     at_ends = np.array(
@@ -162,7 +166,7 @@ def _refuse_touching(curve: Curve, stroke: Curve, on_outline: tuple[bool, bool],
 
 
 def _on_outline(curve: Curve, stroke: Curve, end: int) -> Curve:
-    """Return the stroke led to the outline at an end that is close to it: cut there where it leaves the shape."""
+    """Return the stroke extended to the outline at an end that is close to it, or cut where it leaves the shape."""
     z = stroke.z[::-1] if end else stroke.z
     foot = curve.nearest(z[:1])
     if abs(foot[0] - z[0]) <= SAME_POINT_SHARE * curve.diagonal:
@@ -192,14 +196,13 @@ def _cut_off(curve: Curve, stroke: Curve, end: int) -> Curve:
 def refuse_other_sides(
     domains: tuple[Curve, ...], strokes: Sequence[DrawnStroke], pins: Complex, numbers: Index
 ) -> None:
-    """Raise ConstraintError where a stroke that parts the shapes has a pin, or another stroke, on its one side in the
-    source and on the other in the target.
+    """Raise ConstraintError if a pin or stroke changes sides of a stroke that divides the shapes.
 
     Args:
         domains: source and target, or the source alone.
         strokes: those inside.
-        pins: (k, 2) inside.
-        numbers: (k,) of them.
+        pins: (k, 2) pins inside.
+        numbers: (k,) their numbers.
     """
     for stroke in strokes:
         if len(domains) < 2 or not all(stroke.on_outline):
@@ -222,7 +225,7 @@ def refuse_other_sides(
 
 
 def _left_of(curve: Curve, stroke: Curve, points: Complex) -> Flags:
-    """Return which points of a domain are on the left of a stroke that parts it."""
+    """Return which points of a domain are to the left of a stroke that divides it."""
     first, last = curve.closest(stroke.z[[0, -1]])
     knots = curve.knots[:-1]
     after = np.mod(knots - last, curve.length)
@@ -232,7 +235,9 @@ def _left_of(curve: Curve, stroke: Curve, points: Complex) -> Flags:
 
 
 def _samples(curve: Curve, stroke: Curve) -> np.ndarray:
-    """Arclengths along a stroke, its vertices among them, close enough to see it touch the outline of a shape."""
+    """Return arclengths along a stroke, including its vertices, dense enough to detect that it touches a
+    shape's outline.
+    """
     count = int(np.ceil(SAMPLES_PER_LENGTH * stroke.length / (ON_OUTLINE_SHARE * curve.diagonal)))
     return np.union1d(np.linspace(0, stroke.length, min(count, 20_000) + 2), stroke.knots)
 

@@ -1,4 +1,4 @@
-"""Soft pins as given, with radii and tolerances chosen, and in unit coordinates."""
+"""Soft pins with all radii and tolerances chosen, in the user's coordinates and in unit coordinates."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -14,14 +14,15 @@ from ..minimise.soft_pins import Band, SoftPins
 from .validate import Pins
 
 COST_AT_TOLERANCE = 0.05
-"""Of the energy of a map without distortion: what a pin costs that misses its place by its tolerance."""
+"""Cost of a pin that misses its place by its tolerance, relative to the energy of a map without distortion."""
 DERIVATIVE_TOLERANCE = 0.1
-"""How far the derivative of a patch may be from the rotation and size asked for, at the same cost: a tenth, or 6°."""
+"""Deviation of a patch's derivative from the requested rotation and size that has the same cost: 10 %, or 6°."""
 FREE_DERIVATIVE_TOLERANCE = 0.02
-"""The same where a shape is deformed without a target, and nothing else says how its parts are rotated: 1°."""
+"""The same for deformations without a target, where nothing else determines the rotation of parts: 1°."""
 STIFFNESS = 8.0
-"""Times as much as elsewhere that distortion costs at a pin: enough that a face keeps its look, and little enough that
-what is around it gives way smoothly."""
+"""Weight of distortion at a pin relative to elsewhere: large enough to preserve a face, and small enough for a
+smooth transition around it.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,8 +32,9 @@ class PinnedPatches:
     Attributes:
         points: (k, 2) points of the source, and their places.
         softness: with all radii and tolerances.
-        bands: strokes of the source, and the widths of the bands around them that keep their form.
-        derivative_tolerance: how far the derivatives of patches may be from the rotations and sizes asked for.
+        bands: strokes of the source, and the widths of the bands around them that keep their shape.
+        derivative_tolerance: tolerated deviation of the patches' derivatives from the requested rotations and
+            sizes.
     """
 
     points: Complex
@@ -80,11 +82,20 @@ def patches_of(
     numbers: Index | None = None,
     bands: tuple[tuple[Curve, float], ...] = (),
 ) -> PinnedPatches:
-    """Return the soft ones among pins (k, 2), as checked in `given`, with the bands around strokes; `numbers` (k,) are
-    those of the pins among all.
+    """Return the soft pins among pins (k, 2), with the bands around strokes.
 
-    Pins of radius 0 are exact, and so are those on the outlines and at the ends of strokes. Without a target the shape
-    is deformed, and the size of the result is that of the source.
+    Pins of radius 0 are exact, and so are those on the outlines and at the ends of strokes. Without a target
+    the shape is deformed, and tolerances are relative to the size of the source.
+
+    Args:
+        source: outline of the source.
+        target: outline of the target; None for a deformation.
+        holes: of source and target.
+        pins: (k, 2) points of the source, and their places.
+        softness: as given.
+        given: the checked pins.
+        numbers: (k,) numbers of the pins for messages; consecutive by default.
+        bands: of strokes; see `bands_of`.
 
     Raises:
         ConstraintError: an exact pin has a rotation or a size.
@@ -118,11 +129,11 @@ def patches_of(
 def bands_of(
     strokes: Sequence[tuple[Curve, Curve]], widths: Sequence[float]
 ) -> tuple[tuple[Curve, float], ...]:
-    """Return the source's strokes that have bands around them, with the widths of these; `widths` may be empty."""
+    """Return the source's strokes with bands around them, and the widths of these; `widths` may be empty."""
     return tuple((source, float(width)) for (source, _), width in zip(strokes, widths) if width > 0)
 
 
 def softness_of(pins: Complex, soft: Complex, softness: Softness) -> Softness:
-    """Return how pins (k, 2) hold what is around them: the soft ones (j, 2) as given, the others exactly."""
+    """Return the softness of all pins (k, 2): of the soft ones (j, 2) as given, the others are exact."""
     numbers = np.array([np.flatnonzero(pins[:, 0] == here)[0] for here, _ in soft], np.int64)
     return Softness.exact(len(pins)).with_pins(numbers, softness)

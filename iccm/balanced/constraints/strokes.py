@@ -1,4 +1,4 @@
-"""Strokes as chains of mesh vertices: those at corners of one of the two polylines stay there, the others slide."""
+"""Strokes as chains of mesh vertices: vertices at corners of either polyline are fixed, the others slide."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -13,22 +13,24 @@ from ..model.boundary_pairs import MERGED_SPACING_SHARE, Match, subdivide
 from ..model.inner_constraints import Foot, InnerConstraints
 from ..model.outline import SHARP_CORNER_RADIANS
 
-LEAST_PARTS_OF_STROKE = 4  # of a stroke from the outline
+LEAST_PARTS_OF_STROKE = 4  # of a stroke with an end on the outline
 STROKE_FINENESS_SHARE = (
-    1e-4  # of the diagonal: how closely the strokes that are solved for follow those given
+    1e-4  # relative to the diagonal: largest distance of simplified strokes from the given ones
 )
 
 
 @dataclass(frozen=True, eq=False)
 class StrokePair:
-    """Open polylines in the source and in the target, on which the source's is to lie.
+    """An open polyline in the source and its goal in the target.
 
     Attributes:
         source: in the source.
         target: in the target.
-        sticks: whether its first end goes to the target's first, and its last to the last; else they slide along it.
-        covered: similarly, whether the source's ends are where the stroke ends: they are, but of an inverse map.
-        on_outline: similarly, whether it begins, and ends, on the outlines; what does sticks.
+        sticks: for its first and last end, whether it is mapped to the same end of the target's polyline;
+            otherwise it slides along it.
+        covered: for its first and last end, whether the image covers that end of the source's polyline; False
+            is possible in inverse maps only.
+        on_outline: for its first and last end, whether it lies on the outlines; such ends stick.
     """
 
     source: Curve
@@ -43,23 +45,25 @@ class StrokePair:
 
     @property
     def even(self) -> Match:
-        """The correspondence in proportion to the arclength."""
+        """The correspondence that is proportional to arclength."""
         return Match(np.array([0, self.source.length]), np.array([0, self.target.length]))
 
     @property
     def rails(self) -> tuple[Rail, Rail]:
-        """What vertices slide on."""
+        """The closed rails in source and target on which vertices slide."""
         return rail_of(self.source), rail_of(self.target)
 
 
 def simplify(curve: Curve, fineness: float) -> Curve:
-    """Return a stroke with fewer vertices, within `fineness` of it."""
+    """Return a stroke with fewer vertices, within `fineness` (a length) of it."""
     line = shapely.LineString(xy_of(curve.z)).simplify(fineness)
     return Curve(complex_of(shapely.get_coordinates(line)), closed=False)
 
 
 def rail_of(curve: Curve) -> Rail:
-    """Return the stroke there and back again, its sharp corners and ends where sliding vertices stop."""
+    """Return the stroke traversed forth and back as a rail; sliding vertices stop at its sharp corners and its
+    ends.
+    """
     loop = Curve(np.append(curve.z, curve.z[-2:0:-1]))
     edges = loop.edges
     sharp = np.abs(np.angle(edges / np.roll(edges, 1))) > SHARP_CORNER_RADIANS
@@ -70,7 +74,7 @@ def rail_of(curve: Curve) -> Rail:
 def inside(
     strokes: tuple[StrokePair, ...], matches: list[Match], spacing: float, pins: Complex
 ) -> InnerConstraints:
-    """Return the vertices of strokes, at most `spacing` apart on either side, and of pins (k, 2)."""
+    """Return the vertices of strokes, at most `spacing` apart on either side, and those of pins (k, 2)."""
     last = InnerConstraints.of_pins(pins)
     parts = [_chain(stroke, match, spacing) for stroke, match in zip(strokes, matches)]
     sizes = [part[0].size for part in parts]
@@ -92,7 +96,7 @@ def inside(
 
 
 def feet_of(strokes: tuple[StrokePair, ...], sizes: list[int]) -> tuple[Foot, ...]:
-    """Return where strokes meet the outline, `sizes` being how many vertices inside each has."""
+    """Return the points where strokes meet the outline; `sizes` are the numbers of inner vertices of the strokes."""
     starts = np.cumsum([0, *sizes])
     return tuple(
         Foot(int(starts[k] + end * (sizes[k] - 1)), complex(stroke.source.z[-end]), k, end)
@@ -105,13 +109,13 @@ def feet_of(strokes: tuple[StrokePair, ...], sizes: list[int]) -> tuple[Foot, ..
 def aim_feet(
     kept: InnerConstraints, strokes: tuple[StrokePair, ...], u: Complex, even: float
 ) -> InnerConstraints:
-    """Return what is constrained, vertices of strokes whose ends slide with goals beside where the map has them.
+    """Return the constraints with the goals of strokes whose ends slide moved close to their present images.
 
     Args:
-        kept: as `inside` made it.
-        strokes: as above.
-        u: (k,) where the map has the vertices.
-        even: share of the goals that `kept` has mixed into the closest places, which bunch up.
+        kept: constraints as returned by `inside`.
+        strokes: the strokes.
+        u: (k,) present images of the vertices.
+        even: share of the former goals that is mixed into the closest points, which may accumulate.
     """
     from scipy.optimize import isotonic_regression  # slow to import, and seldom needed
 
@@ -130,10 +134,13 @@ def aim_feet(
 
 
 def _chain(stroke: StrokePair, match: Match, spacing: float) -> tuple[Any, ...]:
-    """Return (s, τ, whether a source corner, whether a target corner, whether stuck) of the vertices of a stroke, in
-    order, without those on the outlines.
+    """Return the vertices of a stroke in order, without those on the outlines.
+
+    Returns:
+        s, τ, whether at a corner of the source, whether at a corner of the target, and whether fixed even if
+        corners are released.
     """
-    if any(stroke.on_outline):  # two vertices at least are inside
+    if any(stroke.on_outline):  # at least two vertices are inside
         spacing = min(spacing, max(stroke.source.length, stroke.target.length) / LEAST_PARTS_OF_STROKE)
     s0, t0 = stroke.source.knots, stroke.target.knots
     ends, goals = match.s[[0, -1]], match.tau[[0, -1]]
@@ -166,7 +173,7 @@ def _chain(stroke: StrokePair, match: Match, spacing: float) -> tuple[Any, ...]:
 
 
 def _merge_corners(places: list, near: float) -> list:
-    """Neighbours, one a corner of the source and one of the target, made one where both gaps are small."""
+    """Merge neighbours, one a corner of the source and one of the target, into one where both gaps are small."""
     kept = [places[0]]
     for s, tau, kind in places[1:]:
         before = kept[-1]

@@ -1,4 +1,4 @@
-"""Pins as the user gave them, checked: those on the outline tie the outlines together, the others are inside."""
+"""Check pins and strokes as the user gave them, and separate those on the outlines from those inside."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -15,9 +15,12 @@ from ..model.frames import on_grid
 from .boundary_strokes import NAMES, DrawnStroke, refuse_other_sides, separate
 from .strokes import STROKE_FINENESS_SHARE, StrokePair, simplify
 
-NEAR_OUTLINE_SHARE = 0.02  # of the diagonal: a pin inside but closer than this stretches what lies between
+# Relative to the diagonal: a pin closer than this stretches the picture between it and the outline.
+NEAR_OUTLINE_SHARE = 0.02
 AT_OUTLINE_SHARE = 1e-6
-"""Of the diagonal: the same where the outline is free, and nothing is lost by pins close to it."""
+"""Relative to the diagonal: pins closer than this are on the outline if the outline is free, where pins close
+to it do no harm.
+"""
 SAME_POINT_SHARE = 1e-9  # of the diagonal
 
 
@@ -27,10 +30,10 @@ class Pins:
 
     Attributes:
         inner: (k, 2) pins inside.
-        outer: (l, 2) pins on the outlines, ends of strokes there included, moved onto them, in the order of the
+        outer: (l, 2) pins on the outlines, including ends of strokes, moved onto them, in the order of the
             source's outline.
         strokes: pairs of polylines inside, simplified.
-        notes: sentences on pins that are close to an outline.
+        notes: messages about pins that are close to an outline.
     """
 
     inner: Complex
@@ -40,11 +43,11 @@ class Pins:
 
     @property
     def count(self) -> int:
-        """How many there are."""
+        """Number of pins, including ends of strokes on the outlines."""
         return len(self.inner) + len(self.outer)
 
     def unit(self, frames: tuple[Similarity, Similarity]) -> "Pins":
-        """Return the pins in unit coordinates, on their grid."""
+        """Return the pins in unit coordinates, on the grid."""
         inner, outer = (
             np.column_stack([on_grid(f, side) for f, side in zip(frames, pins.T)])
             for pins in (self.inner, self.outer)
@@ -61,11 +64,11 @@ class Pins:
         return Pins(inner, outer, strokes, self.notes)
 
     def without(self, sources: Complex) -> "Pins":
-        """Return the same without inner pins at points (k,) of the source."""
+        """Return the pins without inner pins at points (k,) of the source."""
         return replace(self, inner=self.inner[~np.isin(self.inner[:, 0], sources)])
 
     def inverse(self) -> "Pins":
-        """Return those of the inverse map."""
+        """Return the pins and strokes of the inverse map."""
         inner, outer = (np.ascontiguousarray(side[:, ::-1]) for side in (self.inner, self.outer))
         return Pins(inner, outer, tuple(stroke.inverse() for stroke in self.strokes), self.notes)
 
@@ -81,13 +84,20 @@ def check(
     strokes: Sequence[tuple[Curve, Curve]] = (),
     numbers: Index | None = None,
 ) -> Pins:
-    """Return the pins (k, 2) and strokes of two domains, sorted; messages name pins by their (k,) numbers, from 0 on.
+    """Check and sort the pins (k, 2) and strokes of two domains.
+
+    Args:
+        source: outline of the source.
+        target: outline of the target.
+        pins: (k, 2) points of the source and their places.
+        strokes: polylines of the source and of the target.
+        numbers: (k,) numbers of the pins for messages, from 0; consecutive by default.
 
     Raises:
-        InputError: a pin outside its shape, one point pinned to two places or two points to one, a pin or an end of a
-            stroke on one outline only, pins on the outlines that come in another order on one than on the other; a
-            stroke that leaves its shape, touches its outline between its ends, itself, another stroke or a pin; what
-            lies on another side of a stroke that parts the shape.
+        InputError: a pin is outside its shape; a point is pinned to two places, or two points to one; a pin or
+            the end of a stroke is on one outline only; the order of pins on the outlines differs; a stroke
+            leaves its shape, or touches its outline between its ends, itself, another stroke or a pin; or a pin
+            or stroke changes sides of a stroke that divides the shape.
     """
     domains = source, target
     pins, numbers, ends = _apart_from_ends(pins, strokes, source.diagonal, target.diagonal, numbers)
@@ -120,11 +130,11 @@ def check_free(
     strokes: Sequence[tuple[Curve, Curve]] = (),
     holes: Sequence[Curve] = (),
 ) -> Pins:
-    """Return the pins (k, 2) and strokes of a domain whose outlines are free, sorted; where they go may be anywhere.
+    """Check and sort the pins (k, 2) and strokes of a domain with free outlines. Their goals can be anywhere.
 
     Raises:
-        InputError: a pin outside its shape, one point pinned to two places; a source stroke that leaves its shape,
-            touches its outline between its ends, itself, another stroke or a pin.
+        InputError: a pin is outside its shape, a point is pinned to two places, or a stroke leaves its shape,
+            or touches its outline between its ends, itself, another stroke or a pin.
     """
     pins, numbers, ends = _apart_from_ends(pins, strokes, source.diagonal, None)
     distances = _inside(source, pins[:, 0], numbers, 0)
@@ -146,8 +156,10 @@ def _apart_from_ends(
     image_unit: float | None,
     numbers: Index | None = None,
 ) -> tuple[Complex, Index, Flags]:
-    """Return the pins without repeats and those at ends of strokes, their numbers, and (s, 2) which ends stick by a
-    pin.
+    """Return the pins without repeated ones and without those at ends of strokes.
+
+    Returns:
+        The pins, their numbers, and (s, 2) whether a pin makes an end of a stroke stick.
     """
     pins, kept = _without_repeats(pins, unit, image_unit)
     numbers = kept if numbers is None else numbers[kept]
@@ -157,7 +169,7 @@ def _apart_from_ends(
 
 
 def _at_ends(pins: Complex, strokes: Sequence[tuple[Curve, Curve]], unit: float, image_unit: float) -> Flags:
-    """Return (s, 2, k) which pins say of each stroke's ends that they stick to the ends of its target."""
+    """Return (s, 2, k) whether a pin is at an end of a stroke in the source and at the same end in the target."""
     found = np.zeros((len(strokes), 2, len(pins)), bool)
     for k, (a, b) in enumerate(strokes):
         for end in (0, -1):
@@ -169,16 +181,16 @@ def _at_ends(pins: Complex, strokes: Sequence[tuple[Curve, Curve]], unit: float,
 def check_strokes(
     domains: tuple[Curve, ...], strokes: Sequence[DrawnStroke], pins: Complex, numbers: Index
 ) -> tuple[StrokePair, ...]:
-    """Return the strokes inside, simplified, after a look at the sides that have a domain, or the source alone.
+    """Check the strokes inside, and return them simplified.
 
     Args:
         domains: source and target, or the source alone.
         strokes: those inside.
         pins: those that are not ends of strokes.
-        numbers: their places among those given.
+        numbers: their numbers among those given.
 
     Raises:
-        InputError: as `check`.
+        InputError: as in `check`.
     """
     for side, (curve, name) in enumerate(zip(domains, NAMES)):
         lines = [_line(stroke.curves[side].z) for stroke in strokes]
@@ -226,8 +238,8 @@ def _line(z: Complex) -> shapely.LineString:
 
 
 def _without_repeats(pins: Complex, unit: float, image_unit: float | None) -> tuple[Complex, Index]:
-    """Return the pins without those given twice, and their places among those given; without `image_unit` two points
-    may go to one place.
+    """Return the pins without repeated ones, and their indices; without `image_unit`, two points may have the
+    same place.
     """
     keep: list[int] = []
     for k, (z, w) in enumerate(pins):
@@ -251,7 +263,11 @@ def _without_repeats(pins: Complex, unit: float, image_unit: float | None) -> tu
 
 
 def _inside(curve: Curve, z: Complex, numbers: Index, side: int) -> Real:
-    """Return distances of the pins from an outline, of its diagonal."""
+    """Return the distances of pins from an outline, relative to its diagonal.
+
+    Raises:
+        ConstraintError: a pin is outside.
+    """
     if not z.size:
         return np.empty(0)
     distances = curve.distances(z)
@@ -268,12 +284,12 @@ def _inside(curve: Curve, z: Complex, numbers: Index, side: int) -> Real:
 
 @dataclass(frozen=True, eq=False)
 class OutlinePoints:
-    """Points of the outlines that must correspond.
+    """Points on the outlines that must correspond.
 
     Attributes:
         points: (k, 2) in the source and in the target.
-        pins: (k,) numbers of those that are pins; -1 for ends of strokes.
-        strokes: (k,) numbers of strokes whose ends they are; -1 for pins.
+        pins: (k,) number of the pin; -1 for ends of strokes.
+        strokes: (k,) number of the stroke; -1 for pins.
     """
 
     points: Complex
@@ -282,7 +298,7 @@ class OutlinePoints:
 
     @classmethod
     def of(cls, pins: Complex, numbers: Index, strokes: Sequence[DrawnStroke]) -> "OutlinePoints":
-        """Pins (k, 2) with their numbers, and the ends of strokes there."""
+        """Collect pins (k, 2) with their numbers, and the ends of strokes on the outlines."""
         feet = [stroke.feet for stroke in strokes]
         own = [np.full(len(f), stroke.number) for f, stroke in zip(feet, strokes)]
         count = sum(map(len, feet))
@@ -293,19 +309,20 @@ class OutlinePoints:
         )
 
     def name(self, k: int) -> str:
-        """Return what the k-th of them is called."""
+        """Return the name of the k-th point in messages."""
         return f"pin {self.pins[k] + 1}" if self.pins[k] >= 0 else f"stroke {self.strokes[k] + 1}"
 
     def refused(self, message: str, which: Sequence[int]) -> ConstraintError:
-        """Return an error that speaks of some of them."""
+        """Return an error about some of the points."""
         pins = [self.pins[k] for k in which if self.pins[k] >= 0]
         return ConstraintError(message, pins, [self.strokes[k] for k in which if self.pins[k] < 0])
 
     def in_order(self, source: Curve, target: Curve) -> Complex:
-        """Return (k, 2) of them in their order around the source, moved onto the outlines, each once.
+        """Return (k, 2) the points moved onto the outlines, in their order around the source, without
+        duplicates.
 
         Raises:
-            ConstraintError: the order around the target is another one.
+            ConstraintError: the order around the target differs.
         """
         if not len(self.points):
             return self.points
@@ -323,7 +340,7 @@ class OutlinePoints:
         return np.column_stack([source.at(s), target.at(tau)])[order]
 
     def _once(self, order: Index, s: Real, tau: Real) -> Index:
-        """Return the order without points that are there twice, as where two strokes along the outline meet."""
+        """Return the order without duplicate points, which occur where two strokes along the outline meet."""
         keep: list[int] = []
         for k in order:
             for j in keep[-1:] + keep[:1]:
@@ -347,7 +364,7 @@ def _round_gap(a: float, b: float) -> float:
 
 
 def _out_of_order(tau: Real, length: float, order: Index) -> list[int]:
-    """Return which pins are out of order: all but the most that are in order from some one on."""
+    """Return the pins that are out of order: all except the largest subset that is in order from some pin on."""
     best: list[int] = []
     for first in range(tau.size):
         lifted = np.mod(np.roll(tau, -first) - tau[first], length)
@@ -363,16 +380,16 @@ def _out_of_order(tau: Real, length: float, order: Index) -> list[int]:
 
 
 def put_pins(pins: Pins, z: Complex, u: Complex, border: int, first: int) -> None:
-    """Put the vertices of pins exactly where they belong, so that going to unit coordinates and back costs nothing.
+    """Put the vertices of pins exactly at their places, which removes the rounding errors of unit coordinates.
 
-    Those that are not met stay where they are.
+    Pins that are not met are left as they are.
 
     Args:
         pins: in the coordinates of z and u.
         z: (n,) vertices of the source, those of the outline first, then those of inner pins; changed in place.
-        u: (n,) their images; as above.
-        border: vertices on the outline.
-        first: vertex of the first inner pin.
+        u: (n,) their images; changed in place.
+        border: number of vertices on the outline.
+        first: index of the first inner pin's vertex.
     """
     near, near_image = (1e-8 * longer_side(*bounding_box(w)) for w in (z, u))
     vertices = first + np.arange(len(pins.inner))

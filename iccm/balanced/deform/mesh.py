@@ -1,4 +1,4 @@
-"""Meshes of a shape whose outline is free, with pins and strokes as vertices and edges."""
+"""Mesh a shape with a free outline, with pins and strokes as vertices and edges."""
 
 from collections.abc import Sequence
 
@@ -20,7 +20,7 @@ from ..model.mesh_sizes import finer_at_pins
 from ..search.levels import subdivide_rings
 from ..search.rounding import on_grid
 
-SPACING = 0.75  # of the outline's vertices, in mesh sizes
+SPACING = 0.75  # distance of the outline's vertices, in mesh sizes
 
 
 def mesh_of(
@@ -31,26 +31,27 @@ def mesh_of(
     drawn: list[Match] | None = None,
     regions: Sequence[Sequence[Complex]] = (),
 ) -> DiscreteMap:
-    """Return the shape on a mesh, not moved yet.
+    """Return the undeformed shape on a mesh.
 
     Args:
-        outlines: the outer one, counter-clockwise, and those of holes, clockwise, around an area of about one, with a
-            vertex at every pin on them.
+        outlines: the outer one, counter-clockwise, and those of holes, clockwise, around an area of about one,
+            with a vertex at every pin on them.
         pins: in its coordinates.
-        energy: what maps of it minimise.
-        size: h of the triangles.
-        drawn: where the vertices of strokes go; ends to ends, evenly, if None.
+        energy: the energy that maps minimise.
+        size: edge length h of the triangles.
+        drawn: correspondence of each stroke; in proportion to arclength, ends to ends, if None.
         regions: polygons of rigid regions.
 
     Raises:
-        Stuck: no mesh holds all of this.
+        Stuck: no mesh with these constraints was found.
     """
     drawn = drawn or [stroke.even for stroke in pins.strokes]
     kept = inside(pins.strokes, drawn, SPACING * size, pins.inner)
     spaced = [
         _spaced(each, min(SPACING * size, each.length / FEWEST_RIM_VERTICES), kept.z) for each in outlines
     ]
-    # The triangles are those of outlines on a coarse grid, so that noise far below it does not choose them.
+    # The triangulation is that of outlines on a coarse grid, so that noise far below the grid spacing does not
+    # change it.
     outer, *holes = [rounded for rounded, _ in spaced]
     bones = subdivide_rings(regions, SPACING * size)
     points, around = kept_by(bones, kept.z)
@@ -82,8 +83,8 @@ def sizes_at_pins(outline: Complex, size: float, energy: Energy) -> Sizes:
 
 
 def _spaced(outline: Curve, spacing: float, points: Complex) -> tuple[Complex, Complex]:
-    """Return the vertices of an outline on the grid, see `space_out`, and those at the same places of the given
-    outline.
+    """Return the vertices of an outline on the grid, see `space_out`, and those at the same positions of the
+    given outline.
     """
     z = on_grid(outline.z)
     rounded = Curve(z)
@@ -98,7 +99,7 @@ def _spaced(outline: Curve, spacing: float, points: Complex) -> tuple[Complex, C
 
 
 def space_out(outline: Curve, spacing: float, points: Complex) -> Complex:
-    """Vertices of an outline, no farther apart than `spacing`, and closer beside points that are close to it."""
+    """Return vertices of an outline, no farther apart than `spacing`, and denser near points that are close to it."""
     s, length = outline.knots[:-1], outline.length
     for place, step in sorted(_beside(outline, spacing, points), key=lambda found: found[1]):
         gaps = np.abs(np.mod(s - place + 0.5 * length, length) - 0.5 * length)
@@ -111,7 +112,9 @@ def space_out(outline: Curve, spacing: float, points: Complex) -> Complex:
 
 
 def _beside(outline: Curve, spacing: float, points: Complex) -> list[tuple[float, float]]:
-    """Arclengths around the feet of points, in steps that double from the distance on, up to the spacing."""
+    """Return arclengths around the feet of points, with steps that double from the point's distance up to the
+    spacing.
+    """
     found = []
     for s, point in zip(outline.closest(points), points):
         away = float(abs(outline.at(s) - point))

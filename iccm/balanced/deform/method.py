@@ -1,8 +1,9 @@
-"""Deformations: pins and strokes met, nothing folded, every part of the shape as rigid as that allows.
+"""Deformations: pins and strokes are met without folds, and every part of the shape is as rigid as they permit.
 
-The energy is that of `minimise.energy` over the shape's area alone; at balance 1 it is half the symmetric Dirichlet
-energy (Smith and Schaefer, *Bijective Parameterization with Free Boundaries*, 2015). The shape is first moved rigidly
-to where its pins fit best, and bent from there on a coarse mesh, then on the one that is returned.
+The energy is that of `minimise.energy` over the shape's area only; at balance 1 it is half the symmetric
+Dirichlet energy (Smith and Schaefer, *Bijective Parameterization with Free Boundaries*, 2015). The shape is
+first moved by the rigid motion that fits its pins best, then deformed on a coarse mesh, and at last on the
+final mesh.
 """
 
 from collections.abc import Sequence
@@ -35,14 +36,17 @@ from ..search.levels import EVENED_SHARE
 from ..search.pin_continuation import BESIDE, aim_feet
 from .mesh import mesh_of
 
-COARSE_MESH_SIZE = 0.08  # mesh size h, of a domain of area one
+COARSE_MESH_SIZE = 0.08  # edge length h, for a domain of area one
 TRIANGLES_PER_AREA = 4.0  # number of triangles times h²
 MOVING_STEPS, SETTLING_STEPS, SETTLED = 60, 40, 1e-7
-UNTURNED = 1e-3  # of the constraints' spread: a best turn that turns less is none, as of points in a mirror
+# Relative to the constraints' spread: below it, the best rotation is undefined, as for mirrored points.
+UNTURNED = 1e-3
 SAME_PLACE_SHARE = 1e-9  # of the root of the area
 ROUNDS, FORWARD, BACKWARD, ROUND_DECREASE = 4, 8, 3, 1e-4
-"""Of steps on the map and its inverse, where strokes slide."""
-RELEASES = 3  # meshes on which ends of strokes find their places
+"""If strokes slide: rounds of steps, steps on the map and on its inverse, and the relative decrease that ends
+them.
+"""
+RELEASES = 3  # meshes on which ends of strokes slide
 
 
 def solve(
@@ -54,20 +58,20 @@ def solve(
     regions: Regions = NO_REGIONS,
     patches: PinnedPatches = NO_PATCHES,
 ) -> Solution:
-    """Return the deformation of a domain by pins and strokes, from an earlier one on if there is one.
+    """Return the deformation of a domain by pins and strokes.
 
     Args:
         source: its outer outline.
-        pins: what moves it; those on outlines may be on any.
-        settings: what is asked of the map.
-        start: an earlier deformation.
+        pins: the pins and strokes; pins on outlines may be on any of them.
+        settings: options of the map.
+        start: an earlier deformation to start from.
         holes: outlines of its holes, clockwise.
-        patches: those of the pins that are soft; the others are exact.
-        regions: bones: rigid regions, which may turn; where one has two pins these say how, and its size.
+        regions: rigid regions ("bones"), which may rotate; two pins in one determine its similarity.
+        patches: the soft ones among the pins; the others are exact.
 
     Raises:
         NoMapError: the shape cannot be meshed.
-        InputError: the pins in a region are moved by no similarity.
+        InputError: no similarity maps the pins in a region.
     """
     frame = frame_of(source, holes)
     given = pins.unit((frame, frame))
@@ -83,7 +87,7 @@ def solve(
 
 
 def _outlines(curves: Sequence[Curve], points: Complex, settings: Settings) -> list[Curve]:
-    """Return the outlines, simplified, with vertices at points on them."""
+    """Return the outlines simplified, with vertices at points on them."""
     away = [curve.distances(points) for curve in curves]
     own = np.argmin(away, axis=0)
     outer, *holes = (with_points(curve, points[own == k]) for k, curve in enumerate(curves))
@@ -99,7 +103,7 @@ def refine(
     start: MeshMap | None,
     bones: Regions = NO_REGIONS,
 ) -> list[DiscreteMap]:
-    """Return the deformation on one mesh after the other, the last one fine."""
+    """Return the deformation on successive meshes, the last one fine."""
     size, energy = np.sqrt(TRIANGLES_PER_AREA / settings.triangles), settings.energy.without_rotation()
     levels = []
     if start is None:
@@ -126,7 +130,7 @@ def stiffen(state: DiscreteMap, bones: Regions, pins: Pins) -> DiscreteMap:
 
 
 def roughly(outlines: Sequence[Curve], pins: Pins, energy: Energy, size: float) -> DiscreteMap:
-    """Return the deformation on a coarse mesh; ends of strokes that slide pass corners of theirs between meshes."""
+    """Return the deformation on a coarse mesh; ends of strokes that slide pass corners when the mesh is renewed."""
     state = aim_feet(pins.strokes, rigid_motion(mesh_of(outlines, pins, energy, size)), BESIDE)
     state = relax(satisfy_constraints(state, MOVING_STEPS, SETTLED), 1.0)
     for _ in range(RELEASES if any(not all(stroke.sticks) for stroke in pins.strokes) else 0):
@@ -140,12 +144,12 @@ def roughly(outlines: Sequence[Curve], pins: Pins, energy: Energy, size: float) 
 
 
 def scale_of(state: DiscreteMap) -> float:
-    """Return the mean scale."""
+    """Return the mean scale of the deformation."""
     return float(np.sqrt(abs(sum(Curve(state.u[loop]).area for loop in state.boundary.slices))))
 
 
 def start_from(state: DiscreteMap, start: MeshMap) -> DiscreteMap:
-    """Return the mesh with the images of an earlier map; moved as a whole only, where those fold."""
+    """Return the mesh with the images of an earlier map; if these fold, with a rigid motion."""
     try:
         return transfer(state, start)
     except Stuck:
@@ -153,7 +157,7 @@ def start_from(state: DiscreteMap, start: MeshMap) -> DiscreteMap:
 
 
 def rigid_motion(state: DiscreteMap) -> DiscreteMap:
-    """Return the shape turned and shifted, as a whole, so that what is constrained fits best."""
+    """Return the shape moved by the rotation and translation that fit the constraints best."""
     here, there = state.z[state.aimed], state.goals
     if state.energy.pins is not None:
         here = np.append(here, state.energy.pins.source)
@@ -164,8 +168,9 @@ def rigid_motion(state: DiscreteMap) -> DiscreteMap:
 
 
 def relax(state: DiscreteMap, q: float) -> DiscreteMap:
-    """Return the converged map; what has not met its goal stays where it is, and along strokes vertices find their
-    places.
+    """Return the converged map.
+
+    Constraints that have not met their goals stay where they are, and vertices of strokes slide.
     """
     goals = state.goals
     resting = state if state.miss == 0 else state.held()
@@ -179,7 +184,8 @@ def relax(state: DiscreteMap, q: float) -> DiscreteMap:
 
 
 def transfer(state: DiscreteMap, start: MeshMap) -> DiscreteMap:
-    """Return the mesh of `state` with the images of another map of the shape; of a map on the same mesh, those.
+    """Return the mesh of `state` with the images of another map of the shape, which are copied if the mesh is
+    the same.
 
     Raises:
         Stuck: folds remain.

@@ -1,7 +1,8 @@
-"""Concavities of an outline, filled: the shape that is left of its concavities, and where the outline runs inside it.
+"""Fill concavities of an outline, and return the outline without them and the concavities.
 
-A concavity is what lies between an outline and a chord that joins two of its vertices outside, its mouth. A map of
-the filled shape in which the triangles of concavities weigh little decides how far each one closes.
+A concavity is the area between an outline and a chord outside that joins two of its vertices, the concavity's
+mouth. A map of the filled shape, in which the triangles of concavities have little weight, decides how far each
+one closes.
 """
 
 from collections.abc import Sequence
@@ -17,18 +18,18 @@ from ...plane import cross, polygon_area
 from ..model.boundary_pairs import subdivide
 from ..model.outline import Outline
 
-SHALLOW_DEPTH_SHARE = 0.02  # of the root of the area: vertices this close to the hull are on it
-ROUNDING_OF_MOUTH = 1e-9  # of a mouth's length, at its ends, where it meets the outline
-LEAST_BAY_AREA_SHARE = 0.01  # of the shape's area, which is one: smaller concavities stay part of the outline
+SHALLOW_DEPTH_SHARE = 0.02  # relative to the root of the area: vertices this close to the hull are on it
+ROUNDING_OF_MOUTH = 1e-9  # relative to a mouth's length: trimmed at its ends, where it meets the outline
+LEAST_BAY_AREA_SHARE = 0.01  # relative to the shape's area, which is one: smaller concavities are not filled
 
 
 class Filled(NamedTuple):
-    """A shape with concavities filled.
+    """A shape with filled concavities.
 
     Attributes:
-        outline: the shape with its concavities, counter-clockwise.
-        bays: for each of them the vertices of the shape's own outline from one end of the mouth to the other, ends
-            included; they are vertices of `outline` too.
+        outline: the shape including its concavities, counter-clockwise.
+        bays: for each concavity, the vertices of the shape's own outline from one end of the mouth to the
+            other, ends included; the ends are vertices of `outline` too.
     """
 
     outline: Curve
@@ -36,8 +37,11 @@ class Filled(NamedTuple):
 
 
 def fill_hull(curve: Curve, kept: Sequence[complex] = ()) -> Filled:
-    """Return a shape, counter-clockwise, with the concavities filled that its convex hull has beyond it, but for those
-    that vertices to be kept on the outline are in.
+    """Fill the concavities between a shape and its convex hull.
+
+    Args:
+        curve: outline of the shape, counter-clockwise.
+        kept: vertices that must stay on the outline; concavities with such vertices are not filled.
     """
     ends = np.flatnonzero(_on_hull(curve.z))
     rolled = np.roll(curve.z, -ends[0])
@@ -47,15 +51,21 @@ def fill_hull(curve: Curve, kept: Sequence[complex] = ()) -> Filled:
 
 
 def fill_half_hull(curve: Curve, top: int) -> tuple[Filled, complex]:
-    """Return the right half of a shape with the concavities of the whole filled, and the upper end of its axis, the
-    imaginary one; the lower end is the first vertex. `curve` goes from one end up to the vertex `top` and down the
-    axis.
+    """Fill the concavities of a symmetric shape, given its right half.
+
+    Args:
+        curve: the half, from the lower end of the axis (the imaginary axis) up to the upper end, and down the
+            axis.
+        top: index of the upper end.
+
+    Returns:
+        The filled half, and the upper end of its axis; the lower end is its first vertex.
     """
     path = curve.z[: top + 1]
     ends = np.flatnonzero(_on_hull(np.append(path, -path[-2:0:-1].conj()))[: path.size])
     outline, bays = _mouths(curve.polygon, path[ends[0] : ends[-1] + 1], ends - ends[0])
     axis = path[:0]
-    if ends[-1] < top:  # a concavity that the axis cuts in two
+    if ends[-1] < top:  # the axis divides a concavity
         outline, axis = np.append(outline, 1j * path[ends[-1]].imag), path[top:]
         bays += (path[ends[-1] :],)
     if ends[0] > 0:
@@ -74,15 +84,21 @@ def _on_hull(z: Complex) -> Flags:
 def _mouths(
     shape: shapely.Polygon, path: Complex, ends: Index, kept: Sequence[complex] = ()
 ) -> tuple[Complex, tuple[Complex, ...]]:
-    """Return a polyline that skips the concavities of a shape's outline between vertices `ends` (k,), all ends among
-    them, and the concavities; those whose mouth is not outside, or with vertices inside that are kept, stay part of it.
+    """Skip the concavities of an outline between vertices `ends` (k,).
+
+    Concavities stay part of the outline if their mouth is not outside the shape, or if they have vertices that
+    are kept.
+
+    Returns:
+        A polyline that includes all ends, and the concavities that it skips.
     """
     outline, bays, stack = [path[:1]], [], list(pairwise(ends.tolist()))[::-1]
     while stack:
         start, stop = stack.pop()
         bay = path[start : stop + 1]
         beyond = -cross(bay[-1] - bay[0], bay - bay[0])
-        if beyond[1:-1].max(initial=0) > 0:  # behind a spit: what sticks out of the mouth parts it
+        # The outline crosses the chord: split the concavity at the farthest vertex beyond it.
+        if beyond[1:-1].max(initial=0) > 0:
             middle = start + int(beyond.argmax())
             stack += [(middle, stop), (start, middle)]
             continue
@@ -108,8 +124,13 @@ def _within(start: complex, end: complex) -> shapely.LineString:
 def bays_within(
     outline: Outline, bays: Sequence[Complex], fineness: float, spacing: float
 ) -> tuple[Complex, ...]:
-    """Return the concavities of a simplified outline: of each as many vertices as stay within `fineness` of the
-    outline's diagonal, and half its own depth, and points between, no farther apart than asked.
+    """Return the concavities of a simplified outline, with points no farther apart than `spacing`.
+
+    Args:
+        outline: the outline.
+        bays: polylines of the concavities, which are simplified.
+        fineness: tolerance relative to the outline's diagonal; it is at most half a concavity's depth.
+        spacing: longest edge.
     """
     found = []
     for bay in bays:
@@ -121,7 +142,7 @@ def bays_within(
         gaps = np.abs(np.diff(path))
         own, share = subdivide(gaps, spacing)
         path = np.append(path[own] + share * np.diff(path)[own], path[-1])
-        while path.size < 4:  # each end gets a separate vertex beside it
+        while path.size < 4:  # each end needs a separate neighbour
             path = np.insert(path, np.arange(1, path.size), 0.5 * (path[1:] + path[:-1]))
         found.append(path)
     return tuple(found)

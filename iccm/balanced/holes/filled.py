@@ -1,6 +1,4 @@
-"""Concavities, and holes without a partner: these are filled in the source, and cut out of what is filled in the
-target.
-"""
+"""Cut virtual triangles from a map: those of filled concavities, and of the target's holes without a partner."""
 
 from typing import NamedTuple
 
@@ -17,13 +15,14 @@ class Cut(NamedTuple):
     """A map without the triangles that fill concavities, and holes of the target.
 
     Attributes:
-        vertices: (n,) those of the map that stay.
-        faces: (m, 3) triangles, of these.
-        loops: boundary vertices, the outer loop first, counter-clockwise, then those of holes, clockwise, in the order
-            of the target's.
-        partners: for each hole's loop, which hole of the source and of the target it is; -1 for a slit.
-        lines: (l, 2) vertices of the edges of strokes.
-        filled: where there are concavities, the vertices of the outer loop with these, of the map that is cut.
+        vertices: (n,) the vertices that remain.
+        faces: (m, 3) triangles of these.
+        loops: boundary vertices, the outer loop first, counter-clockwise, then those of holes, clockwise, in
+            the order of the target's holes.
+        partners: for each hole's loop, the hole of the source and of the target; -1 for a slit.
+        lines: (l, 2) vertex pairs of the edges of strokes.
+        filled: if there are concavities, the vertices of the outer loop including them, in the map before
+            cutting; else None.
     """
 
     vertices: Index
@@ -35,9 +34,10 @@ class Cut(NamedTuple):
 
 
 def without_filled(state: MeshMap, *, mirrored: bool) -> Cut:
-    """Return the map without the triangles that fill concavities, and holes of the target; those that fill holes of the
-    source stay, so that the picture has no crack. Triangles and loops turn as in a mirror if the unit coordinates are
-    `mirrored`.
+    """Return the map without the triangles that fill concavities, and holes of the target.
+
+    Triangles that fill holes of the source remain, so that the picture has no crack. If the unit coordinates
+    are `mirrored`, the orientation of triangles and loops is reversed.
     """
     opened = [loop for loop in state.filled if loop.source < 0 <= loop.target]
     weights: Real = np.ones(len(state.faces)) if state.weights is None else state.weights
@@ -59,5 +59,5 @@ def without_filled(state: MeshMap, *, mirrored: bool) -> Cut:
 
 
 def outer_loop(faces: Index, z: Complex) -> Index:
-    """Return the vertices of the boundary of triangles (m, 3) that surrounds them, counter-clockwise."""
+    """Return the vertices of the outer boundary of triangles (m, 3), counter-clockwise."""
     return max(Triangles(faces, z.size).loops(), key=lambda loop: polygon_area(z[loop]))

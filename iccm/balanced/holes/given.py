@@ -1,4 +1,4 @@
-"""Holes as the user gave them."""
+"""Holes as the user gave them, and the partners that pins name."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -21,7 +21,7 @@ class Holes:
     Attributes:
         source: outlines of the source's holes, clockwise.
         target: those of the target's.
-        partners: (i, j) that hole i of the source is to go to hole j of the target.
+        partners: (i, j) if hole i of the source is to be mapped to hole j of the target.
     """
 
     source: tuple[Curve, ...] = ()
@@ -30,11 +30,11 @@ class Holes:
 
     @property
     def sides(self) -> tuple[tuple[Curve, ...], tuple[Curve, ...]]:
-        """Those of both domains."""
+        """The holes of source and target."""
         return self.source, self.target
 
     def only(self, numbers: tuple[Sequence[int], Sequence[int]]) -> "Holes":
-        """Return those with these numbers, in the source and in the target."""
+        """Return the holes with the given numbers, in the source and in the target."""
         here, there = ({number: k for k, number in enumerate(side)} for side in numbers)
         pairs = tuple((here[i], there[j]) for i, j in self.partners if i in here and j in there)
         source, target = (tuple(side[k] for k in kept) for side, kept in zip(self.sides, numbers))
@@ -43,7 +43,7 @@ class Holes:
     def others(
         self, numbers: tuple[Sequence[int], Sequence[int]]
     ) -> tuple[tuple[Curve, ...], tuple[Curve, ...]]:
-        """Return those of both domains with other numbers."""
+        """Return the holes of both domains without those with the given numbers."""
         source, target = (
             tuple(hole for k, hole in enumerate(side) if k not in kept)
             for side, kept in zip(self.sides, numbers)
@@ -51,7 +51,7 @@ class Holes:
         return source, target
 
     def inverse(self) -> "Holes":
-        """Return those of the inverse map."""
+        """Return the holes for the inverse map."""
         return Holes(self.target, self.source, tuple((j, i) for i, j in self.partners))
 
     def unit(self, frames: tuple[Similarity, Similarity]) -> "Holes":
@@ -63,9 +63,9 @@ class Holes:
 
 
 NONE = Holes()
-ON_RIM_SHARE = 1e-3  # of the diagonal: what is this close to a hole touches its outline
+ON_RIM_SHARE = 1e-3  # relative to the diagonal: points this close to a hole touch its outline
 FOLLOWED_SHARE = 0.05
-"""Of its diagonal: so close to a hole is its outline in a map, which follows small ones less closely."""
+"""Relative to a hole's diagonal: largest distance of its outline in a map, which follows small holes less closely."""
 
 
 def named_partners(
@@ -74,8 +74,8 @@ def named_partners(
     """Return the holes with the partners that pins (k, 2) in them name, the other pins, and their numbers.
 
     Raises:
-        InputError: a pin in a hole of one shape only, or on the outline of one; pins that name two partners for a hole;
-            a stroke that touches or crosses a hole.
+        InputError: a pin is in a hole or on its outline in one shape only; pins name two partners for a hole;
+            or a stroke touches or crosses a hole.
     """
     own = [_which(side, pins[:, k]) for k, side in enumerate(holes.sides)]
     partners = dict(holes.partners)
@@ -104,7 +104,7 @@ def named_partners(
 
 
 def _which(holes: Sequence[Curve], z: Complex) -> Index:
-    """Return (k,) the hole that each point lies in, -1 for none."""
+    """Return (k,) the hole that contains each point, -1 for none."""
     found = np.full(z.size, -1)
     for number, hole in enumerate(holes):
         found[hole.contains(z)] = number
@@ -112,7 +112,7 @@ def _which(holes: Sequence[Curve], z: Complex) -> Index:
 
 
 def hole_at(z: Complex, holes: Sequence[Curve]) -> int:
-    """Return the hole on whose outline points lie, -1 for none."""
+    """Return the hole on whose outline the points lie, -1 for none."""
     for number, hole in enumerate(holes):
         if hole.distances(z).max() < FOLLOWED_SHARE * hole.diagonal:
             return number
@@ -122,7 +122,7 @@ def hole_at(z: Complex, holes: Sequence[Curve]) -> int:
 def _refuse_touching(
     name: str, outer: Curve, holes: Sequence[Curve], z: Complex, rest: Index, strokes: Sequence[Curve]
 ) -> None:
-    """Raise InputError where one of the pins z[rest], or a stroke, touches a hole."""
+    """Raise InputError if one of the pins z[rest], or a stroke, touches a hole."""
     near = ON_RIM_SHARE * outer.diagonal
     for hole in holes:
         ring = hole.polygon
@@ -141,8 +141,9 @@ def _refuse_touching(
 def open_holes(
     holes: Sequence[Curve], outer: Curve, z: Complex, strokes: Sequence[Curve]
 ) -> tuple[tuple[Curve, ...], list[str]]:
-    """Return the holes of a shape that is deformed which no pin (k,) and no stroke moves, and what to say of the
-    others: they are moved along as if there were none.
+    """Return the holes of a deformed shape that no pin (k,) and no stroke moves, and notes about the others.
+
+    The others are deformed as if they were filled.
     """
     near = ON_RIM_SHARE * outer.diagonal
     lines = [shapely.LineString(xy_of(stroke.z)) for stroke in strokes]
@@ -161,7 +162,7 @@ def open_holes(
 
 
 def unequal(holes: Holes) -> list[str]:
-    """Return a note where one domain has more holes than the other."""
+    """Return a note if one domain has more holes than the other."""
     counts = [len(side) for side in holes.sides]
     more = abs(counts[0] - counts[1])
     if not more:

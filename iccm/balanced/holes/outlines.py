@@ -1,4 +1,6 @@
-"""Outlines of a domain with holes at one level: coarse enough to be cheap, fine enough to stay apart."""
+"""Simplify the outlines of a domain with holes for one level: coarse enough to be cheap, fine enough to stay
+disjoint.
+"""
 
 from collections.abc import Sequence
 
@@ -10,9 +12,10 @@ from ...curve import Curve
 from ..model.boundary_pairs import subdivide
 from ..model.outline import FINENESS_OF_TOLERANCE, Outline, simplify
 
-COARSEST_SHARE_OF_HOLE = 0.08  # of a hole's own diagonal: of a disc at least seven corners stay
-FEWEST_RIM_VERTICES = 8  # vertices of a rim
-FINER_FACTOR, FINER_ROUNDS = 0.5, 8  # factor of the fineness, and how often, until no outline crosses another
+COARSEST_SHARE_OF_HOLE = 0.08  # relative to a hole's own diagonal: a disc keeps at least seven corners
+FEWEST_RIM_VERTICES = 8  # least number of vertices of a hole's outline
+# Factor of the fineness, and most repetitions, until outlines are disjoint.
+FINER_FACTOR, FINER_ROUNDS = 0.5, 8
 
 
 def outlines_of(
@@ -23,12 +26,12 @@ def outlines_of(
     always: tuple[complex, ...] = (),
     spacing: float = np.inf,
 ) -> list[Outline]:
-    """Return the outer outline of a domain and those of its holes.
+    """Return the outer outline of a domain and those of its holes, simplified but disjoint.
 
     Args:
         curve: the outer boundary.
         holes: those of holes, clockwise.
-        fineness: how far the outlines may be from those given, of the diagonal of the outer one.
+        fineness: largest distance from the given outlines, relative to the diagonal of the outer one.
         corner_fineness: the same for the polygons of their corners.
         always: vertices of the outer one that are kept.
         spacing: see `Outline.of`.
@@ -46,7 +49,7 @@ def outlines_of(
 
 
 def _polygon(outline: Outline) -> Complex:
-    """Its corners; of a round one, which has fewer than three, all vertices."""
+    """Return the outline's corners; for a round one with fewer than three corners, all vertices."""
     return outline.curve.at(outline.corners) if outline.corners.size > 2 else outline.curve.z
 
 
@@ -64,8 +67,10 @@ def _of_hole(
 def manageable_holes(
     outer: Curve, holes: Sequence[Curve], tolerance: float, always: Sequence[tuple[complex, ...]] = ()
 ) -> list[Curve]:
-    """Return the outlines of holes within a share of the tolerance, relative to the outer one; as given where they
-    would touch it or each other. Vertices `always` of each are kept.
+    """Return the outlines of holes simplified within a share of the tolerance, relative to the outer one.
+
+    They are returned unchanged if they would touch the outer outline or each other. The vertices `always` of
+    each are kept.
     """
     fineness = FINENESS_OF_TOLERANCE * tolerance * outer.diagonal
     found = [
@@ -76,7 +81,7 @@ def manageable_holes(
 
 
 def are_disjoint(loops: Sequence[Complex]) -> bool:
-    """Return whether polygons, the outer one first, neither cross nor touch, and the outer one holds the others."""
+    """Return whether polygons are disjoint, and the first one contains all others."""
     outer, *holes = (xy_of(z) for z in loops)
     domain = shapely.Polygon(outer, holes)
     return bool(domain.is_valid) and shapely.get_num_interior_rings(domain.normalize()) == len(holes)
@@ -85,12 +90,15 @@ def are_disjoint(loops: Sequence[Complex]) -> bool:
 def rim_spacing(
     outlines: tuple[Outline, Outline], spacing: float, fewest: int = FEWEST_RIM_VERTICES
 ) -> float:
-    """Return the longest edge of a hole's rim."""
+    """Return the longest edge on the outlines of a pair of holes."""
     return min(spacing, *(outline.length / fewest for outline in outlines))
 
 
 def space_out(outline: Outline, spacing: float, *, kinks: bool = False) -> Complex:
-    """Return the corners of an outline, or all its `corners`, and points between, no farther apart than asked."""
+    """Return the corners of an outline, and points between them, no farther apart than `spacing`.
+
+    With `kinks`, these are all vertices of the polyline rather than its `corners`.
+    """
     corners = outline.curve.knots[:-1] if kinks else outline.corners
     corners = corners if corners.size else np.zeros(1)
     gaps = np.diff(corners, append=corners[0] + outline.length)

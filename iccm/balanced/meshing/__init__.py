@@ -1,6 +1,6 @@
-"""Meshes of a domain: Delaunay triangles of good shape, boundary and inner edges kept.
+"""Meshes of a domain: Delaunay triangulations of good quality that keep boundary and inner edges.
 
-delaunay   a constrained Delaunay triangulation under edit
+delaunay   constrained Delaunay triangulation: ear clipping and edge flips
 mesh       quality refinement to given sizes
-transfer   a map interpolated on another mesh
+transfer   interpolation of a map on another mesh
 """

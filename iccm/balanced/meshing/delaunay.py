@@ -1,7 +1,8 @@
-"""A constrained Delaunay triangulation under edit: ear clipping to begin with, flips that keep it Delaunay.
+"""Constrained Delaunay triangulation: ear clipping for a first triangulation, and flips that make it Delaunay.
 
-A triangulation is two arrays: `faces` (t, 3), counter-clockwise vertices, and `across` (t, 3), the triangle beyond the
-edge opposite each of them, -1 on the outline. Both have room for more triangles than there are.
+A triangulation consists of two arrays: `faces` (t, 3), counter-clockwise vertices, and `across` (t, 3), the
+triangle beyond the edge opposite each of them, -1 on the outline. Both have room for more triangles than there
+are.
 """
 
 import numpy as np
@@ -20,7 +21,7 @@ _legalise = function(
 
 
 def clip_ears(z: Complex, faces: Index, across: Index) -> int:
-    """Triangulate the simple counter-clockwise polygon z (n,); the number of triangles, or -1 where it fails.
+    """Triangulate the simple counter-clockwise polygon z (n,).
 
     Meisters, *Polygons have ears*, 1975.
 
@@ -28,19 +29,23 @@ def clip_ears(z: Complex, faces: Index, across: Index) -> int:
         z: (n,) vertices.
         faces: (n - 2 or more, 3) triangles, written.
         across: (n - 2 or more, 3) their neighbours, written.
+
+    Returns:
+        The number of triangles, or -1 if it fails.
     """
     return _clip_ears(z, z.size, faces, across)
 
 
 def legalise(z: Complex, faces: Index, across: Index, stack: Index, links: Index) -> None:
-    """Flip edges, from the triangles on the stack on, until all are Delaunay but those that stay (Lawson 1977).
+    """Flip edges, starting from the triangles on the stack, until all but the constrained ones are Delaunay
+    (Lawson 1977).
 
     Args:
         z: (n,) vertices.
         faces: (t, 3) triangles, written.
         across: (t, 3) their neighbours, written.
-        stack: triangles to look at, after their number; emptied.
-        links: (c,) the vertex to which each of the first c is joined by an edge that stays, -1 for none.
+        stack: the number of triangles to check, followed by these; emptied.
+        links: (c,) the vertex to which each of the first c is joined by a constrained edge, -1 for none.
     """
     z = np.ascontiguousarray(z, np.complex128)
     _legalise(z, faces, across, links, links.size, stack, stack.size)

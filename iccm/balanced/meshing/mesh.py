@@ -1,9 +1,9 @@
-"""Quality triangulations of a simple polygon that keep its boundary, and points and lines inside, as they are.
+"""Triangulate a simple polygon with well-shaped triangles, keeping its boundary, and points and lines inside.
 
-Delaunay refinement (Ruppert 1995; Shewchuk 2002) that never splits an edge of the outline: circumcentres of triangles
-too large or too thin are inserted unless they would come too close to the outline. No inner edge joins two vertices
-of the outline, of given points and of lines (but for the edges of these lines): where such vertices move or slide it
-would turn over. Lines are recovered by flips (Sloan 1993).
+Delaunay refinement (Ruppert 1995; Shewchuk 2002) that never splits an edge of the outline: circumcentres of
+triangles that are too large or too thin are inserted unless they are too close to the outline. No inner edge
+joins two vertices of the outline, of given points or of lines (except the edges of these lines), since such an
+edge could turn over when its vertices move or slide. Lines are recovered by flips (Sloan 1993).
 """
 
 from collections.abc import Sequence
@@ -41,12 +41,12 @@ _recover = function(
 
 
 class Sizes(NamedTuple):
-    """The largest area a triangle may have, as a grid of square cells.
+    """Largest areas of triangles, on a grid of square cells.
 
     Attributes:
         corner: lower left corner of the grid.
-        side: of a cell.
-        areas: (columns, rows) area limits; points outside belong to the nearest cell.
+        side: side of a cell.
+        areas: (columns, rows) limits; points outside the grid belong to the nearest cell.
     """
 
     corner: complex
@@ -70,20 +70,24 @@ def triangulate(
     holes: Sequence[Complex] = (),
     rays: Sequence[tuple[int, int]] | Index = (),
 ) -> tuple[Complex, Index]:
-    """Vertices (n,), the outline's first and in order, then those of holes and those given, and counter-clockwise
-    triangles (m, 3).
+    """Triangulate a polygon with holes, inner points and constrained edges.
 
     Args:
         outline: (b,) a simple polygon, counter-clockwise, of area about one.
-        sizes: how large the triangles may be.
+        sizes: limits on the areas of triangles.
         inside: (k,) points inside that become vertices.
-        links: (k,) for each of them the one, by its place among them, to which an edge must lead; -1 for none.
-        holes: simple polygons inside, clockwise and apart, that no triangle covers.
-        rays: vertices of the outline and of those given inside, by their places among these, that an edge must join;
-            one of the two is linked to no other yet.
+        links: (k,) for each of these, the index of another one to which an edge must lead; -1 for none.
+        holes: simple disjoint polygons inside, clockwise, that no triangle covers.
+        rays: (outline vertex, index into `inside`) pairs that an edge must join; one of the two must have no
+            link yet.
+
+    Returns:
+        (n,) vertices, those of the outline first and in order, then those of holes, then `inside`; and (m, 3)
+        counter-clockwise triangles.
 
     Raises:
-        Stuck: the polygons are so thin or so close to each other that rounding decides, or a line cannot be kept.
+        Stuck: the polygons are so thin or so close to each other that rounding decides, or a line cannot be
+            kept.
     """
     around = closed_links([hole.size for hole in holes])
     rims = around.size
@@ -132,16 +136,19 @@ def closed_links(sizes: Sequence[int]) -> Index:
 
 
 def recover(z: Complex, faces: Index, across: Index, triangles: int, v: int, w: int, links: Index) -> bool:
-    """Flip edges that cross the one from vertex v to w until that is in the mesh; False where it cannot be.
+    """Flip the edges that cross the segment from vertex v to w until that is an edge.
 
     Args:
         z: (n,) vertices.
         faces: (t, 3) triangles, written.
         across: (t, 3) their neighbours, written.
-        triangles: how many there are.
+        triangles: number of triangles.
         v, w: the ends.
-        links: (c,) the vertex to which each of the first c must be joined, -1 for none. Edges are recovered in the
-            order of these vertices: no earlier one is given up for a later one.
+        links: (c,) the vertex to which each of the first c must be joined, -1 for none. Edges are recovered in
+            the order of these vertices: no earlier one is removed for a later one.
+
+    Returns:
+        Whether the edge is in the mesh.
     """
     z = np.ascontiguousarray(z, np.complex128)
     return bool(_recover(z, faces, across, triangles, v, w, links, links.size))

@@ -1,4 +1,4 @@
-"""Carrying a map over to another mesh of the same shape."""
+"""Transfer a map to another mesh of the same shape."""
 
 import numpy as np
 
@@ -10,7 +10,8 @@ from ...plane import cross
 
 
 def interpolate(z: Complex, faces: Index, values: Complex, points: Complex) -> Complex:
-    """Return the piecewise linear function at points of a mesh, extended linearly from the closest triangle beyond it.
+    """Return the piecewise linear function at points, extended linearly from the closest triangle beyond the
+    mesh.
 
     Args:
         z: (n,) vertices.
@@ -27,7 +28,7 @@ def interpolate(z: Complex, faces: Index, values: Complex, points: Complex) -> C
 
 
 def nearest_triangles(z: Complex, faces: Index, points: Complex) -> Index:
-    """Return (p,) the triangle that holds each point, or else the closest one."""
+    """Return (p,) the triangle that contains each point, or the closest one."""
     corners = z[faces]
     found, _ = PatchLocator(corners, np.zeros_like(corners))(points, 1)
     outside = found < 0

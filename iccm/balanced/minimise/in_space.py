@@ -1,10 +1,10 @@
-"""The energy of a map onto a surface in space, as a function of its vertices' places in the surface's layout.
+"""The energy of a map to a surface in space, as a function of its vertices' positions in the surface's layout.
 
-A metric of the layout (`model.metric`) is taken where the map is at the beginning of some steps, and does not know that
-it changes as vertices move: where it changes fast, at ears and legs, steps lose more than they gain. Here every vertex
-of the map is a point of the surface, the image of a triangle is the one that joins three of these, and the derivative
-of a point in space by its place in the layout is that of the surface's triangle it is in; line searches look at that.
-A light energy in the layout keeps triangles from folding there.
+The metric of a layout (`model.metric`) is evaluated at the beginning of some steps, and does not change as
+vertices move: where it changes fast, at ears and legs, steps lose more than they gain. Here every vertex of the
+map is a point of the surface, the image of a triangle is the flat triangle that joins three of these, and the
+derivative of a point in space with respect to its position in the layout is that of the surface's triangle that
+contains it. Line searches evaluate this energy. A small additional energy in the layout prevents folds there.
 """
 
 from typing import NamedTuple
@@ -16,7 +16,7 @@ from ...meshes.locate import Locator, Places
 from ...native import Record, function, record
 from .energy import Objective, RestShapes
 
-BARRIER = 0.01  # weight of the energy in the layout (by hand)
+BARRIER = 0.01  # weight of the energy in the layout (chosen by hand)
 
 PlacesRecord = record(
     """struct Places {
@@ -41,12 +41,13 @@ _assemble_in_space = function(
 
 
 class Ground(NamedTuple):
-    """A surface in space and its layout, beside which it continues linearly.
+    """A surface in space and its layout, beyond which it is extended linearly.
 
     Attributes:
-        places: what finds the layout's triangle at a place.
-        points: (p, 3) vertices in space, the surface's area taken as one.
-        slopes: (k, 3, 2) derivatives of points in space by the place in the layout, for each triangle.
+        places: locates points in the layout's triangles.
+        points: (p, 3) vertices in space, the surface's area scaled to one.
+        slopes: (k, 3, 2) derivatives of points in space with respect to the position in the layout, for each
+            triangle.
     """
 
     places: Places
@@ -55,7 +56,7 @@ class Ground(NamedTuple):
 
     @classmethod
     def of(cls, locator: Locator, points: Real) -> "Ground":
-        """Return a layout, and where its vertices are in space."""
+        """Return the ground of a layout with vertices at points (p, 3) in space."""
         flat, corners = locator.flat[locator.faces], points[locator.faces]
         sides, edges = (w[:, 1:] - w[:, :1] for w in (flat, corners))
         matrix = np.stack([sides.real, sides.imag], axis=1)  # columns are the sides
@@ -63,28 +64,28 @@ class Ground(NamedTuple):
         return cls(locator.places, np.ascontiguousarray(points), slopes)
 
     def record(self) -> Record:
-        """For the core."""
+        """Return the record for the core."""
         flat, faces, twin, grid, low, scale = self.places
         places = PlacesRecord(flat, faces, twin, grid, len(grid), low.real, low.imag, scale)
         return GroundRecord(places, self.points, self.slopes)
 
 
 class SurfaceMap(NamedTuple):
-    """A map onto a surface in space: what its energy needs beside the rest triangles, and arrays that it writes.
+    """A map to a surface in space: the data that its energy needs besides the rest triangles, and work arrays.
 
-    The rest triangles share no corners: t has 3t, 3t + 1 and 3t + 2, and as many separate blocks.
+    The rest triangles share no corners: triangle t has corners 3t, 3t + 1 and 3t + 2, and separate blocks.
 
     Attributes:
         ground: the surface.
-        layout: the rest triangles for the energy in the layout, corners and slots being the mesh's.
-        barrier: what is minimised of that.
+        layout: the rest triangles for the energy in the layout; corners and slots are those of the mesh.
+        barrier: objective of the energy in the layout.
         open: (m,) triangles in holes of the source, whose images are those in the layout.
-        turns: (m,) 1 for corners that run counter-clockwise, else -1.
-        on: (n,) the surface's triangle that each vertex is in.
+        turns: (m,) 1 if the corners are counter-clockwise, else -1.
+        on: (n,) the surface's triangle that contains each vertex.
         points: (n, 3) vertices in space.
-        laid: (3m,) images of triangles flattened.
-        axes: (m, 2, 3) directions in space that become x and y then.
-        slopes: (3m,) gradients at laid corners.
+        laid: (3m,) images of triangles, flattened.
+        axes: (m, 2, 3) directions in space that become x and y in the flattened triangle.
+        slopes: (3m,) gradients at flattened corners.
         blocks: (6m, 4) of the Hessian.
     """
 
@@ -102,7 +103,7 @@ class SurfaceMap(NamedTuple):
 
     @classmethod
     def of(cls, ground: Ground, layout: RestShapes, theta: float, open: Flags, turns: Real) -> "SurfaceMap":
-        """Of a mesh's rest triangles in the source's layout."""
+        """Return the data for a mesh's rest triangles in the source's layout."""
         n, m = int(layout.corners.max()) + 1, len(layout.corners)
         light = layout._replace(weights=BARRIER * layout.weights)
         laid, slopes = np.empty((2, 3 * m), np.complex128)
@@ -117,7 +118,7 @@ class SurfaceMap(NamedTuple):
         )
 
     def record(self) -> Record:
-        """For the core."""
+        """Return the record for the core."""
         return SurfaceMapRecord(
             self.ground.record(),
             self.layout.record(),
@@ -135,23 +136,25 @@ class SurfaceMap(NamedTuple):
 
 
 def separate(gradients: Complex, weights: Real) -> RestShapes:
-    """Rest triangles (m, 3) that share no corners."""
+    """Return rest triangles (m, 3) that share no corners."""
     m = len(gradients)
     corners, slots = np.arange(3 * m).reshape(m, 3), np.arange(6 * m).reshape(m, 6)
     return RestShapes(corners, slots, gradients, weights)
 
 
 def total_in_space(rest: RestShapes, surface: SurfaceMap, u: Complex, objective: Objective) -> float:
-    """Compute the energy of images u (n,), without the curves'; infinite where a triangle is folded in the layout."""
+    """Compute the energy of images u (n,), without the curves' energy; infinite if a triangle is folded in the
+    layout.
+    """
     return float(_total_in_space(rest.record(), surface.record(), u, objective.record()))
 
 
 def assemble_in_space(
     rest: RestShapes, surface: SurfaceMap, u: Complex, objective: Objective, matrix: Real, gradient: Complex
 ) -> float:
-    """Compute the same, and fill in the gradient (n,) and the projected Hessian (e, 4).
+    """Compute the energy, and fill in the gradient (n,) and the projected Hessian (e, 4).
 
-    Second derivatives of the surface are left out, so that the Hessian stays positive.
+    Second derivatives of the surface are omitted, so that the Hessian stays positive.
     """
     return float(
         _assemble_in_space(

@@ -1,18 +1,18 @@
-"""Projected Newton for a map without folds whose outline slides on the target's.
+"""Projected Newton's method for a map without folds, whose outline slides on the target's.
 
 Every accepted step keeps all triangles positive (Smith and Schaefer, *Bijective Parameterization with Free
 Boundaries*, 2015, for the largest step) and the outline's vertices in order, and lowers the energy (Armijo).
 
-Steps are those of Newton's method for log E: the same direction, longer by 1/(1 - λ²/E) with λ² = gᵀH⁻¹g. Where one
-squeezed triangle makes up the energy, as x⁻⁶ does, Newton's own step widens it by a seventh only, this one doubles it;
-where none does the two are the same.
+Steps are those of Newton's method for log E: they have the same direction, but are longer by 1/(1 - λ²/E) with
+λ² = gᵀH⁻¹g. If one squeezed triangle dominates the energy, as x⁻⁶ does, Newton's own step widens it by a
+seventh only, whereas this one doubles it; otherwise the two are nearly the same.
 
-Held vertices with a goal elsewhere move there: their whole way is imposed on the step, the others take the step that
-is best with it (the gradient is g + H r), and the step ends before a triangle folds; at its end they are held at their
-goals.
+Held vertices with a goal elsewhere move there: their whole displacement r is imposed on the step, the other
+vertices take the step that is best with it (the gradient is g + H r), and the step ends before a triangle
+folds. When they arrive, they are held at their goals.
 
-Onto a surface in space steps are damped where they are cut short (Levenberg and Marquardt): between its triangles the
-energy has corners, of which its derivatives know nothing.
+For maps to a surface in space, steps are damped if they are cut short (Levenberg and Marquardt): between the
+surface's triangles the energy is not smooth, which its derivatives do not show.
 """
 
 from dataclasses import dataclass
@@ -60,24 +60,24 @@ _descend_in_space = function(
 
 @dataclass(frozen=True, eq=False)
 class Workspace:
-    """Arrays that Newton's steps write; (n,) of the vertices, (c,) of the constrained ones.
+    """Work arrays of Newton's method, for all n vertices and for the c constrained ones.
 
     Attributes:
         matrix: (e, 4) the Hessian.
-        factor: of it.
+        factor: its Cholesky factor.
         gradient: (n,) of the energy.
-        step: (n,) towards lower energy.
-        way: (n,) of held vertices to their goals.
-        new_u: (n,) positions that are tried.
-        turning: (n,) the gradient of the turn.
-        answer: (n,) to it, of the factor.
+        step: (n,) the step, which lowers the energy.
+        way: (n,) displacements of held vertices to their goals.
+        new_u: (n,) trial positions.
+        turning: (n,) the gradient of the mean rotation.
+        answer: (n,) the solution of the linear system with it.
         directions: (c,) of constrained vertices.
-        new_tau: (c,) arclengths that are tried.
-        slope: (c,) of the curves' energy.
-        curvature: (c,) of the curves' energy.
+        new_tau: (c,) trial arclengths.
+        slope: (c,) first derivative of the curves' energy.
+        curvature: (c,) second derivative of the curves' energy.
         slide: (c,) steps along the curves.
-        low: (c,) the least of them.
-        high: (c,) the largest.
+        low: (c,) lower limits of these.
+        high: (c,) upper limits.
     """
 
     matrix: Real
@@ -98,7 +98,7 @@ class Workspace:
 
     @classmethod
     def of(cls, pattern: BlockPattern, constrained: int) -> "Workspace":
-        """For a mesh with so many constrained vertices."""
+        """Return the arrays for a mesh with a number of constrained vertices."""
         matrix, directions = np.empty((pattern.columns.size, 4)), np.empty(constrained, np.complex128)
         gradient, step, way, new_u, turning, answer = np.empty((6, pattern.position.size), np.complex128)
         given = matrix, Factor.of(pattern), gradient, step, way, new_u, turning, answer, directions
@@ -106,7 +106,7 @@ class Workspace:
 
     @cached_property
     def record(self) -> Record:
-        """For the core."""
+        """The record for the core."""
         return WorkspaceRecord(
             self.matrix,
             self.factor.record,
@@ -128,17 +128,18 @@ class Workspace:
 
 @dataclass(frozen=True, eq=False)
 class System:
-    """A mesh whose vertices move: its rest triangles, and what holds its vertices.
+    """A mesh whose vertices move: its rest triangles and constraints.
 
     Attributes:
         pattern: of the Hessian.
         faces: (m, 3) triangles, counter-clockwise.
-        rest: what their images are compared with.
-        constraints: what holds vertices.
-        upright: what a rotation costs.
+        rest: the rest triangles.
+        constraints: the constraints on vertices.
+        upright: the cost of rotation.
         terms: further terms of the energy.
         workspace: for the steps.
-        factorised: whether the factor that is in it serves for all of them: near the end little changes.
+        factorised: whether to use the factor in the workspace for all steps; it changes little near the
+            minimum.
     """
 
     pattern: BlockPattern
@@ -160,13 +161,13 @@ class System:
         upright: Upright = ANY_ROTATION,
         terms: TermsOnMesh = NO_TERMS,
     ) -> "System":
-        """With a workspace."""
+        """Return a system with a new workspace."""
         workspace = Workspace.of(pattern, constraints.kinds.size)
         return cls(pattern, faces, rest, constraints, upright, terms, workspace)
 
     @cached_property
     def record(self) -> Record:
-        """For the core."""
+        """The record for the core."""
         return SystemRecord(
             self.pattern.record,
             self.faces,
@@ -180,7 +181,9 @@ class System:
 
 
 def largest_step(faces: Index, u: Complex, step: Complex) -> float:
-    """Find the smallest positive t at which a triangle (m, 3) of u + t · step has no area; 1e9 if there is none."""
+    """Return the smallest positive t at which a triangle (m, 3) of u + t · step is degenerate; 1e9 if there is
+    none.
+    """
     return float(_largest_step(faces, u, step, len(faces)))
 
 
@@ -193,18 +196,20 @@ def descend(
     steps: int,
     tolerance: float,
 ) -> tuple[float, int, int]:
-    """Newton steps until two of them gain less than `tolerance` of the energy each, or held vertices are stuck on
-    the way to their goals; changes u and tau in place.
+    """Make Newton steps until two of them gain less than `tolerance`, or held vertices cannot reach their
+    goals.
+
+    `u` and `tau` are changed in place.
 
     Args:
-        system: the mesh and what holds it.
-        objective: what is minimised.
-        surface: in space, to which the map goes (`in_space.SurfaceMap`); None for the plane.
-        u: (n,) positions on the side that moves, without folds unless epsilon > 0, sliding vertices on their rails at
-            tau.
+        system: the mesh and its constraints.
+        objective: the objective.
+        surface: the target in space (`in_space.SurfaceMap`); None for the plane.
+        u: (n,) positions on the side that moves, without folds unless epsilon > 0; sliding vertices are on
+            their rails at tau.
         tau: (c,) arclengths of the constrained vertices, increasing along each curve.
-        steps: the most there may be.
-        tolerance: relative decrease that counts as none.
+        steps: most steps.
+        tolerance: relative decrease of the energy below which a step does not count.
 
     Returns:
         The energy, the number of steps, and how many of the last ones gained less than the tolerance.
@@ -225,14 +230,14 @@ def descend(
 
 
 def quadratic_step(system: System, u: Complex, tau: Real) -> bool:
-    """Go to the least of a quadratic energy in one step; changes u and tau in place.
+    """Move to the minimum of a quadratic energy in one step; `u` and `tau` are changed in place.
 
     Args:
-        system: the mesh and what holds it; the energy's derivatives at u are in its workspace.
+        system: the mesh and its constraints; the energy's derivatives at u are in its workspace.
         u: (n,) positions.
         tau: (c,) arclengths of the constrained vertices.
 
     Returns:
-        Whether there is one: False where the matrix is not positive definite.
+        Whether it succeeded: False if the matrix is not positive definite.
     """
     return bool(_quadratic_step(system.record, u, tau))

@@ -1,9 +1,9 @@
-"""Vertices that slide along a curve: their directions, the curve's own energy, and how far they may go.
+"""Vertices that slide along a curve: their directions, the curve's own energy, and the limits of their steps.
 
-Each vertex of the outline, or of a stroke, has one unknown, its arclength τ on the polyline it slides on. It passes
-small corners; at a corner it stops, and stays as long as the slopes to both sides hold it. A stroke's polyline is
-closed by running back along itself; vertices stay on the way there: the order is kept, and the ends do not pass its
-ends.
+Each vertex of the outline, or of a stroke, has one unknown, its arclength τ on the polyline on which it slides.
+It passes small corners. At a sharp corner it stops, and stays as long as the slopes on both sides hold it
+there. A stroke's polyline is closed by running back along itself. Its vertices stay on the forward half, since
+their order is kept, and the ends do not pass its ends.
 """
 
 from collections.abc import Sequence
@@ -15,7 +15,8 @@ from ...arrays import Complex, Flags, Index, Real
 from ...native import Record, function, record
 
 HELD, SLIDING, FREE = 0, 1, 2  # kinds of constrained vertices
-BETA = 0.02  # weight of the outline's term; without it outline edges cut across the tips of protrusions
+# Weight of the outline's term; without it, edges of the outline cut across the tips of protrusions.
+BETA = 0.02
 
 RailsRecord = record(
     """struct Rails {
@@ -50,12 +51,12 @@ _corners_beside = function(
 
 
 class Rail(NamedTuple):
-    """The closed polyline that vertices slide on.
+    """The closed polyline on which vertices slide.
 
     Attributes:
         knots: (e + 1,) arclengths of its vertices.
         vertices: (e,) complex.
-        corners: (c,) arclengths of the corners, ascending, where a step ends.
+        corners: (c,) arclengths of the sharp corners, ascending, at which a step ends.
     """
 
     knots: Real
@@ -64,19 +65,20 @@ class Rail(NamedTuple):
 
 
 NO_RAIL = Rail(np.array([0.0, 1.0]), np.zeros(1, np.complex128), np.empty(0))
-"""For vertices that are on none."""
+"""Rail of vertices that do not slide."""
 
 
 class Rails(NamedTuple):
-    """The rails of all constrained vertices, one after the other, the outline's first.
+    """The rails of all constrained vertices, concatenated, the outline's first.
 
     Attributes:
-        knots: those of all rails.
-        vertices: as above.
-        corners: as above.
-        starts: (r + 1, 3) where each rail begins in the three.
+        knots: of all rails.
+        vertices: of all rails.
+        corners: of all rails.
+        starts: (r + 1, 3) the first index of each rail in these three arrays.
         own: (c,) the rail of each constrained vertex.
-        ends: (r,) arclength at which each rail turns back along itself, inf where it does not: vertices stay between.
+        ends: (r,) arclength at which each rail turns back along itself, inf if it does not; vertices stay
+            before it.
     """
 
     knots: Real
@@ -88,18 +90,16 @@ class Rails(NamedTuple):
 
     @classmethod
     def of(cls, rails: Sequence[Rail], own: Index, loops: int = 1) -> "Rails":
-        """Return the rails put together; the first `loops` are closed curves, the others strokes there and back
-        again.
-        """
+        """Concatenate rails; the first `loops` are closed curves, the others strokes traversed forth and back."""
         ends = [np.inf if k < loops else 0.5 * rail.knots[-1] for k, rail in enumerate(rails)]
         starts = np.cumsum([(0, 0, 0), *(tuple(part.size for part in rail) for rail in rails)], axis=0)
-        if len(rails) == 1:  # as a rule
+        if len(rails) == 1:  # the usual case
             return cls(*rails[0], starts, own, np.array(ends))
         knots, vertices, corners = (np.concatenate(parts) for parts in zip(*rails))
         return cls(knots, vertices, corners, starts, own, np.array(ends))
 
     def record(self) -> Record:
-        """For the core."""
+        """Return the record for the core."""
         return RailsRecord(self.knots, self.vertices, self.corners, self.starts, self.own, self.ends)
 
 
@@ -108,9 +108,9 @@ class Border(NamedTuple):
 
     Attributes:
         following: (c,) the next vertex of each one; itself at the end of a stroke and for a pin.
-        spans: (c,) Δs, arclengths of the edges on the side that is kept.
-        stiffness: (c,) β of the edges, 0 where there is none.
-        laps: (c,) what the arclength jumps by along the edge: a loop's length where it closes, else 0.
+        spans: (c,) Δs, arclengths of the edges on the fixed side.
+        stiffness: (c,) β of the edges, 0 if there is no edge.
+        laps: (c,) jump of the arclength along the edge: a loop's length where the loop closes, else 0.
     """
 
     following: Index
@@ -120,26 +120,26 @@ class Border(NamedTuple):
 
     @classmethod
     def still(cls, vertices: Index) -> "Border":
-        """Vertices that no edge joins to others."""
+        """Return chains of single vertices."""
         ones = np.ones(vertices.size)
         return cls(vertices, ones, 0 * ones, ones)
 
     def then(self, more: "Border") -> "Border":
-        """Return these chains and others, of the vertices that follow."""
+        """Return these chains, followed by others of the vertices that follow."""
         return Border(*(np.append(a, b) for a, b in zip(self, more)))
 
     def record(self) -> Record:
-        """For the core."""
+        """Return the record for the core."""
         return BorderRecord(self.following, self.spans, self.stiffness, self.laps, self.following.size)
 
 
 class Constraints(NamedTuple):
-    """What holds the first c vertices of a mesh.
+    """The constraints on the first c vertices of a mesh.
 
     Attributes:
         kinds: (c,) HELD, SLIDING or FREE.
-        goals: (c,) where held vertices are to be; elsewhere of no account.
-        rails: what sliding ones slide on.
+        goals: (c,) goal positions of held vertices; ignored for others.
+        rails: the rails of sliding vertices.
         border: the curves as chains.
     """
 
@@ -150,23 +150,25 @@ class Constraints(NamedTuple):
 
     @classmethod
     def held(cls, u: Complex, held: Flags) -> "Constraints":
-        """Return some vertices (n,) held where they are."""
+        """Return constraints that hold some vertices (n,) at their positions."""
         those = np.arange(1 + np.flatnonzero(held).max(initial=-1))
         kinds = np.where(held[those], HELD, FREE)
         return cls(kinds, u[those], Rails.of([NO_RAIL], 0 * those), Border.still(those))
 
     def record(self) -> Record:
-        """For the core."""
+        """Return the record for the core."""
         return ConstraintsRecord(self.kinds, self.goals, self.rails.record(), self.border.record())
 
 
 def border_energy(border: Border, tau: Real) -> float:
-    """Compute the curves' energy at arclengths tau (c,); infinite where two vertices have changed places."""
+    """Compute the curves' energy at arclengths tau (c,); infinite if two vertices are not in order."""
     return float(_border_energy(border.record(), tau))
 
 
 def border_derivatives(border: Border, tau: Real, slope: Real, curvature: Real) -> None:
-    """Fill in derivatives of the curves' energy: by each τ, slope (c,), and twice by each gap, curvature (c,)."""
+    """Fill in derivatives of the curves' energy: first by each τ, slope (c,), and second by each gap, curvature
+    (c,).
+    """
     _border_derivatives(border.record(), tau, slope, curvature)
 
 
@@ -179,14 +181,14 @@ def choose_directions(
     low: Real,
     high: Real,
 ) -> None:
-    """Fill in where each constrained vertex may slide: a unit tangent, 0 to stay, and the limits of its step.
+    """Fill in the direction in which each constrained vertex may slide, and the limits of its step.
 
     Args:
-        constraints: what holds them.
+        constraints: the constraints.
         tau: (c,) arclengths.
         gradient: (n,) of the energy in the plane.
         slope: (c,) of the curves' energy.
-        directions: (c,) complex, written.
+        directions: (c,) complex unit tangents, 0 for vertices that do not move, written.
         low: (c,) most negative step, written.
         high: (c,) largest step, written.
     """
@@ -201,8 +203,8 @@ def point_at(rail: Rail, s: float) -> complex:
 
 
 def corners_beside(rail: Rail, s: float) -> tuple[bool, float, float]:
-    """Return whether arclength s is on a corner, and the distances (negative, positive) to the corners behind and
-    ahead.
+    """Return whether arclength s is at a corner, and the signed distances to the previous (negative) and the
+    next corner.
     """
     distances = np.empty(2)
     on = _corners_beside(rail.knots, rail.vertices.size, rail.corners, rail.corners.size, s, distances)

@@ -1,16 +1,16 @@
-"""Soft pins: places that small patches of a shape are drawn to, as terms of the energy.
+"""Soft pins, which draw small patches of a shape to their places, as terms of the energy.
 
-A single point has no capacity in the plane: an energy of first derivatives lets it go anywhere at no cost. A map that
-is held at a point has a cusp there, the sharper the finer its mesh, and the rest of it depends on the mesh. A soft pin
-holds a patch around the point instead:
+A single point has zero capacity in the plane: an energy of first derivatives lets it move anywhere at no cost.
+A map that is held at a point has a cusp there, which is sharper the finer the mesh, so that the map depends on
+the mesh. A soft pin holds a patch around the point instead:
 
 - The mean position of the patch's core is drawn to the pin's place by a spring.
-- Distortion costs more in the patch, so that what is shown there keeps its form: most at the pin, and less and less up
-  to the radius.
-- Where a rotation or a size is asked for, the mean derivative of the core is drawn to it by another spring.
+- Distortion costs more in the patch, so that its content keeps its shape: most at the pin, and less towards the
+  radius.
+- If a rotation or a size is requested, the mean derivative of the core is drawn to it by another spring.
 
-All three are integrals over the patch, which have a limit as the mesh is refined. Patches belong to the source, and
-follow its triangles, so that the energy of a map and of its inverse is the same.
+All three are integrals over the patch, which converge as the mesh is refined. Patches belong to the source and
+follow its triangles, so that a map has the same energy as its inverse.
 """
 
 from collections.abc import Sequence
@@ -25,12 +25,16 @@ from ..meshing.transfer import interpolate, nearest_triangles
 from .terms import TermOnMesh
 
 CORE_SHARE = 0.5
-"""Of a patch's radius: where its mean position is taken. The Hessian couples all vertices there."""
-LARGEST_CORE = 0.12  # radius, of domains of area one: some 150 vertices, and no more however large a patch is
+"""Radius of a patch's core relative to the patch. The mean position is taken over the core; the Hessian couples
+all vertices there.
+"""
+LARGEST_CORE = 0.12  # largest radius of a core, for domains of area one: some 150 vertices
 CORE_MARGIN = 1.3
-"""Times the core: vertices that get places in the Hessian's pattern, so that it lasts while vertices move."""
+"""Relative to the core: vertices within it get entries in the Hessian's pattern, so that it stays valid while
+vertices move.
+"""
 FEWEST_IN_CORE = 6
-"""Vertices; with fewer the triangle around the pin stands for the core."""
+"""Vertices; with fewer, the triangle around the pin replaces the core."""
 QUADRATURE = (
     np.array(
         [[i + 1 / 3, j + 1 / 3, 4 - i - j - 2 / 3] for i in range(4) for j in range(4 - i)]
@@ -38,13 +42,15 @@ QUADRATURE = (
     )
     / 4
 )
-"""(16, 3) barycentric coordinates of points of equal weight: the middles of 16 equal parts of a triangle."""
-WORST_CONDITION = 1e6  # of the moments of a core's vertices, above which these lie on a line
+"""(16, 3) barycentric coordinates of quadrature points with equal weights: the centroids of 16 equal parts of a
+triangle.
+"""
+WORST_CONDITION = 1e6  # of the moments of a core's vertices; above it, they are collinear
 
 
 @dataclass(frozen=True, eq=False)
 class Band:
-    """What is around a stroke of the source.
+    """A band around a stroke of the source, which keeps its shape.
 
     Attributes:
         line: the stroke.
@@ -57,20 +63,20 @@ class Band:
 
 @dataclass(frozen=True, eq=False)
 class SoftPins:
-    """Pins of a map between domains of area one.
+    """Soft pins of a map between domains of area one.
 
     Attributes:
         source: (k,) complex points of the source.
-        target: (k,) complex places of the target that they are drawn to.
+        target: (k,) complex places in the target to which they are drawn.
         radii: (k,) radii of the patches, in the source.
         limits: (k,) distances from the places up to which pins count as met.
-        springs: (k,) energy of a pin at distance one from its place; a map without distortion has the energy one.
-        derivative_spring: energy of a patch whose derivative is off by one from what is asked.
-        stiffness: how many times as much as elsewhere distortion costs at a pin.
-        rotations: (k,) radians by which patches are to be rotated; NaN where the rotation is free.
-        scales: (k,) factors by which patches are to be enlarged; NaN where the size is free.
-        bands: parts of the source along strokes that keep their form.
-        inverted: whether the map takes the target to the source.
+        springs: (k,) energy of a pin at distance one from its place; a map without distortion has energy one.
+        derivative_spring: energy of a patch whose derivative differs by one from the requested one.
+        stiffness: weight of distortion at a pin, relative to elsewhere.
+        rotations: (k,) requested rotations of the patches in radians; NaN if free.
+        scales: (k,) requested scales of the patches; NaN if free.
+        bands: parts of the source along strokes that keep their shape.
+        inverted: whether the map is from target to source.
     """
 
     source: Complex
@@ -86,11 +92,11 @@ class SoftPins:
     inverted: bool = False
 
     def inverse(self) -> "SoftPins":
-        """Return the pins for the inverse map, whose patches stay those of the source."""
+        """Return the pins for the inverse map; their patches remain those of the source."""
         return replace(self, inverted=not self.inverted)
 
     def stiffer(self, factors: Real) -> "SoftPins":
-        """Return the pins with springs as many times (k,) as stiff."""
+        """Return the pins with the stiffness of the springs multiplied by factors (k,)."""
         return replace(self, springs=self.springs * factors)
 
     @property
@@ -110,9 +116,15 @@ class SoftPins:
         return np.abs(interpolate(w, faces, image, self.source) - self.target)
 
     def cores(self, z: Complex, u: Complex, faces: Index, margin: float = 1.0) -> list[Index]:
-        """Return the vertices of each patch's core, in ascending order, for a map z -> u (n,) on triangles (m, 3).
+        """Return the vertices of each patch's core, in ascending order.
 
-        The corners of the triangle around the pin are among them. `margin` is relative to the size of the core.
+        The corners of the triangle around the pin are among them.
+
+        Args:
+            z: (n,) vertices.
+            u: (n,) their images.
+            faces: (m, 3) triangles.
+            margin: radius relative to that of the core.
         """
         w = u if self.inverted else z
         found = []
@@ -122,7 +134,7 @@ class SoftPins:
         return found
 
     def multipliers(self, z: Complex, u: Complex, faces: Index) -> Real:
-        """Return how many times as much the density of each triangle (m, 3) counts: 1 outside of all patches."""
+        """Return (m,) the weight of distortion in each triangle (m, 3); 1 outside of all patches."""
         w = u if self.inverted else z
         corners = w[faces]
         middles = corners.mean(axis=1)
@@ -150,10 +162,10 @@ class SoftPins:
             z: (n,) vertices.
             u: (n,) their images.
             faces: (m, 3) triangles.
-            cores: as of `cores`, or larger.
-            q: the power of the density that they are added to. The derivative of W^q is q times that of W where there
-                is little distortion, and so springs are q times as strong.
-            forward: whether the images move, else the vertices.
+            cores: as returned by `cores`, or larger.
+            q: power of the density to which they are added. Where distortion is small, the derivative of W^q is
+                q times that of W, and so springs are made q times as strong.
+            forward: whether the images move, rather than the vertices.
         """
         w = u if self.inverted else z
         triangle_shares = np.abs(triangle_areas(w[faces])) / 3
@@ -169,26 +181,27 @@ class SoftPins:
                 weights = np.zeros(vertices.size)
                 weights[np.searchsorted(vertices, corners)] = _barycentric(self.source[k], w[corners])
             derivative = _mean_derivative(z[vertices], u[vertices], weights)
-            # How far the core is from its place: u - u₀ - f'·(z - z₀), which is linear in what moves. The second
-            # difference is zero until vertices of the source move.
+            # Displacement of the core from its place: u - u₀ - f'·(z - z₀), which is linear in the positions
+            # that move. The second difference is zero until vertices of the source move.
             factor = 1.0 if forward else -derivative
             residual = weights @ u[vertices] - there[k] - derivative * (weights @ z[vertices] - here[k])
             constant = residual - factor * (weights @ moving[vertices])
-            # Distances are those in the target, also where the map leads back to the source.
+            # Distances are measured in the target, also for the inverse map.
             scale = 1 / abs(derivative) if self.inverted else abs(derivative)
             spring = q * self.springs[k] * (scale**2 if self.inverted else 1.0)
             found.append(Spring(vertices, np.asarray(factor * weights, np.complex128), constant, spring))
             aim = self._aim(k, derivative)
             if aim is not None:
                 slopes = _slope_weights(kept[vertices], weights)
-                # What moves has the derivative f' or 1/f'; a deviation of 1/f' is as bad as one |f'|² times as large.
+                # The derivative of the moving side is f' or 1/f'; a deviation of 1/f' stands for one of f' that
+                # is |f'|² times as large.
                 is_inverse = forward == self.inverted
                 stiffness = q * self.derivative_spring * (scale**4 if is_inverse else 1.0)
                 found.append(Spring(vertices, slopes, -(aim if forward else 1 / aim), stiffness))
         return found
 
     def _aim(self, k: int, derivative: complex) -> complex | None:
-        """Return the derivative of the map that a patch is to have, given the one that it has; None if it is free."""
+        """Return the requested derivative of the map at a patch, given its present one; None if it is free."""
         rotation, scale = self.rotations[k], self.scales[k]
         if np.isnan(rotation) and np.isnan(scale):
             return None
@@ -199,13 +212,13 @@ class SoftPins:
 
 
 class Spring(TermOnMesh):
-    """A spring: s |Σ aᵢ uᵢ + b|² of vertices with images uᵢ."""
+    """A spring: the term s |Σ aᵢ uᵢ + b|² in the images uᵢ of vertices."""
 
     def __init__(self, vertices: Index, weights: Complex, constant: complex, stiffness: float):
-        """Keep the vertices (s,), the complex weights a (s,), the constant b, and the stiffness s."""
+        """Store the vertices (s,), the complex weights a (s,), the constant b, and the stiffness s."""
         self.stencils = vertices[None]
         self.weights, self.constant, self.stiffness = weights, constant, stiffness
-        # the derivative of |a u|² by both coordinates: conj(aᵢ) aⱼ as a real matrix
+        # second derivative of |a u|² by both coordinates: conj(aᵢ) aⱼ as a real matrix
         products = 2 * stiffness * np.outer(np.conj(weights), weights)
         self.hessian = np.stack(
             [np.stack([products.real, -products.imag], -1), np.stack([products.imag, products.real], -1)], -2
@@ -232,10 +245,11 @@ def _kernel(rho: Real) -> Real:
 def _core_weights(
     pin: complex, radius: float, vertices: Index, w: Complex, vertex_areas: Real
 ) -> Real | None:
-    """Return weights (s,) of a core's vertices, of which the pin is the weighted mean; None where there are too few.
+    """Return weights (s,) of a core's vertices with which the pin is their weighted mean; None if there are too
+    few vertices.
 
-    They are the kernel times the areas around the vertices, times a linear function that puts the mean on the pin: the
-    weighted mean of a linear map is then its value at the pin.
+    They are the kernel, times the areas around the vertices, times a linear function that moves the mean to the
+    pin: the weighted mean of a linear map is then its value at the pin.
     """
     away = (w[vertices] - pin) / radius
     masses = vertex_areas[vertices] * _kernel(np.abs(away))
@@ -250,18 +264,18 @@ def _core_weights(
 
 
 def _barycentric(point: complex, corners: Complex) -> Real:
-    """Return the barycentric coordinates (3,) of a point, or if it is outside those of a point close to it."""
+    """Return the barycentric coordinates (3,) of a point, clipped if it is outside of the triangle."""
     a, b, c = corners - point
     shares = np.clip([cross(b, c), cross(c, a), cross(a, b)], 0, None)
     return shares / shares.sum()
 
 
 def _slope_weights(z: Complex, weights: Real) -> Complex:
-    """Return b (s,) such that Σ b u is the derivative of the similarity that is closest to z -> u, by weights (s,)."""
+    """Return b (s,) such that Σ b u is the derivative of the similarity closest to z -> u, with weights (s,)."""
     away = z - weights @ z
     return weights * away.conj() / (weights @ np.abs(away) ** 2)
 
 
 def _mean_derivative(z: Complex, u: Complex, weights: Real) -> complex:
-    """Return the derivative of the similarity that is closest to z -> u (s,), by weights (s,)."""
+    """Return the derivative of the similarity closest to z -> u (s,), with weights (s,)."""
     return complex(_slope_weights(z, weights) @ u)

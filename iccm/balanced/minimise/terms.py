@@ -1,10 +1,11 @@
 """Further terms of the energy, written in NumPy.
 
-A term is a sum over *stencils*, small sets of vertices: triangles, pairs of neighbouring triangles, or any other.
-Newton's method asks for the sum, and for its derivatives by the positions of each stencil's vertices; it adds them to
-those of the density, whose Hessian gets blocks for all pairs of a stencil's vertices.
+A term is a sum over *stencils*, small sets of vertices: triangles, pairs of neighbouring triangles, or any
+other. Newton's method requests the sum, and its derivatives with respect to the positions of each stencil's
+vertices. They are added to those of the density, whose Hessian gets blocks for all pairs of a stencil's
+vertices.
 
-A separate term is a class in a separate file, and nothing else: see `docs/developers/terms.md`.
+To add a term, write a class in a separate file: see `docs/developers/terms.md`.
 """
 
 from abc import ABC, abstractmethod
@@ -42,16 +43,16 @@ class TermOnMesh(ABC):
     def derivatives(self, u: Complex) -> tuple[Complex, Real]:
         """Return gradients (k, s), x + iy for each vertex of a stencil, and Hessians (k, s, s, 2, 2).
 
-        Entry [k, i, j] of the latter is the block of second derivatives by vertex i (rows x and y) and j (columns).
-        Each summand's Hessian has to be positive semidefinite: where it is not, drop its negative part, or take that
-        of Gauss and Newton.
+        Entry [k, i, j] of the latter is the block of second derivatives with respect to vertices i (rows x and
+        y) and j (columns). Each summand's Hessian has to be positive semidefinite: if it is not, drop its
+        negative part, or use the Gauss-Newton approximation.
         """
 
 
 class Term(ABC):
     """A further term of the energy; its weight is part of it.
 
-    Terms are compared by value where problems are: frozen dataclasses are.
+    Terms are compared by value, as frozen dataclasses are, when problems are compared.
     """
 
     @abstractmethod
@@ -63,24 +64,24 @@ class Term(ABC):
         """Return the term for a mesh.
 
         Args:
-            rest: the rest triangles, without virtual triangles: corners in some order, gradients and areas. Lengths
-            are those of
-                domains of area one; between surfaces the derivatives f_z = Σ α u and f_z̄ = Σ ᾱ u are those of the map
-                between them. The map and its inverse are minimised in turn, and the sides change places: the sum should
-                be the same for both.
+            rest: the rest triangles, without virtual triangles: corners in some order, gradients and areas.
+                Lengths are those of domains of area one; between surfaces, the derivatives f_z = Σ α u and f_z̄
+                = Σ ᾱ u are those of the map between them. The map and its inverse are minimised in turn, with
+                the sides exchanged, so the sum should be the same for both.
         """
 
     def of_part(self, share: float) -> "Term":
-        """Return the term of a part with a share of the domain's area, scaled to area one.
+        """Return the term for a part with a share of the domain's area, scaled to area one.
 
-        Symmetric shapes are mapped by halves. What is a mean over the area is the same for a half, and so is the term
-        itself; a sum that does not change with the scale, such as the integral of a squared gradient, doubles there.
+        Symmetric shapes are mapped by halves. A mean over the area is the same for a half, and so is its term;
+        a sum that does not change with the scale, such as the integral of a squared gradient, has to be doubled
+        for a half.
         """
         return self
 
 
 class TermsOnMesh:
-    """The terms of an energy for the vertices of one mesh, as the core calls them.
+    """The terms of an energy for the vertices of one mesh, with the callbacks of the core.
 
     Args:
         terms: for the mesh.
@@ -105,7 +106,7 @@ class TermsOnMesh:
 
     @cached_property
     def _entries(self) -> list[tuple[Index, np.ndarray]]:
-        """For each term, which pairs of vertices (k, s, s) are in the upper triangle, and their entries there."""
+        """For each term, the vertex pairs (k, s, s) that are in the upper triangle, and their entries there."""
         assert self._pattern is not None
         found = []
         for term in self.terms:
@@ -116,7 +117,7 @@ class TermsOnMesh:
 
     @cached_property
     def record(self) -> Record:
-        """For the core."""
+        """The record for the core."""
         if not self.terms:
             return TermsRecord(None, None)
         assert self._pattern is not None
@@ -142,7 +143,7 @@ class TermsOnMesh:
         return np.inf
 
     def raise_error(self) -> None:
-        """Raise the error that a term has raised while the core called it."""
+        """Raise the error that a term raised when the core called it, if any."""
         error, self._error = self._error, None
         if error is not None:
             raise error

@@ -1,4 +1,4 @@
-"""Folds undone where they are: the rest of a map is kept, which unfolding as a whole would move far away."""
+"""Remove folds locally: the rest of a map is kept, whereas unfolding it as a whole would move it far away."""
 
 import numpy as np
 
@@ -11,8 +11,9 @@ from ..errors import Tangled
 from .energy import RestShapes, geometry
 from .untangle import untangle
 
-RINGS = 2, 4, 8, 16  # of triangles around folds whose vertices move: more where folds remain (by hand)
-BARE = 1e-9  # of the mean: ratio of areas from which down a triangle counts as folded
+# Rings of triangles around folds whose vertices move; more if folds remain (chosen by hand).
+RINGS = 2, 4, 8, 16
+BARE = 1e-9  # ratio of areas, relative to the mean, below which a triangle counts as folded
 STEPS, POLISHING = 100, 30
 
 
@@ -26,17 +27,21 @@ def unfold(
     weights: Real | float = 1.0,
     most: float = 1.0,
 ) -> Complex:
-    """Return (n,) images with vertices moved beside some triangles alone, those of `held` staying, until none is
-    folded; as they are where none was and some would be.
+    """Move the vertices near some triangles until none is folded.
+
+    If there were no folds and moving would make some, the images are returned unchanged.
 
     Args:
-        u: images.
+        u: (n,) images.
         faces: (m, 3) triangles.
-        held: (n,) vertices that stay.
-        folded: (m,) triangles that are to open.
-        gradients, areas: of the rest triangles, as of `energy.geometry`.
-        weights: (m,) how much the triangles count, beside their areas.
-        most: share of the vertices that may move, up to which more are taken where folds remain.
+        held: (n,) vertices that do not move.
+        folded: (m,) triangles to unfold.
+        gradients, areas: of the rest triangles, as from `energy.geometry`.
+        weights: (m,) weights of the triangles, in addition to their areas.
+        most: share of the vertices up to which more are moved if folds remain.
+
+    Returns:
+        (n,) images.
 
     Raises:
         Tangled: folds remain.
@@ -58,13 +63,16 @@ def unfold(
 
 
 def unfold_in(u: Complex, faces: Index, held: Flags, rest: Complex) -> Complex:
-    """Return (n,) places in another plane with vertices moved beside folded triangles alone.
+    """Remove folds in another plane by moving only vertices near them.
 
     Args:
-        u: places in that plane.
+        u: (n,) positions in that plane.
         faces: (m, 3) triangles.
-        held: (n,) vertices that stay.
-        rest: (n,) places without folds.
+        held: (n,) vertices that do not move.
+        rest: (n,) positions without folds.
+
+    Returns:
+        (n,) positions.
 
     Raises:
         Tangled: folds remain.
@@ -75,15 +83,20 @@ def unfold_in(u: Complex, faces: Index, held: Flags, rest: Complex) -> Complex:
 
 
 def unfold_on(u: Complex, faces: Index, held: Flags, points: Real, least: float) -> Complex:
-    """Return (n,) places in a plane of a surface's vertices, moved beside triangles that are folded there, group by
-    group of those that are near each other; groups in which folds would remain stay as they are.
+    """Remove folds of a surface's vertices in a plane, group by group of folded triangles that are near each
+    other.
+
+    Groups in which folds would remain are left as they are.
 
     Args:
-        u: places, most triangles counter-clockwise.
+        u: (n,) positions; most triangles are counter-clockwise.
         faces: (m, 3) triangles.
-        held: (n,) vertices that stay.
-        points: (n, 3) places in space, whose shapes are kept as far as may be.
+        held: (n,) vertices that do not move.
+        points: (n, 3) positions in space; the shapes of triangles are preserved as far as possible.
         least: height up to which triangles count as folded.
+
+    Returns:
+        (n,) positions.
     """
     if not (triangle_heights(u[faces]) <= least).any():
         return u
@@ -106,7 +119,7 @@ def unfold_on(u: Complex, faces: Index, held: Flags, points: Real, least: float)
 
 
 def _around(faces: Index, folded: Flags, rings: int, count: int) -> Flags:
-    """Return (n,) which of `count` vertices are in some triangles (m,), or so many rings of triangles around them."""
+    """Return (n,) which of `count` vertices are within a number of rings around some triangles (m,)."""
     near = np.zeros(count, bool)
     near[faces[folded]] = True
     for _ in range(rings):
@@ -117,8 +130,8 @@ def _around(faces: Index, folded: Flags, rings: int, count: int) -> Flags:
 def _move(
     u: Complex, faces: Index, free: Flags, gradients: Complex, areas: Real, weights: Real | float = 1.0
 ) -> Complex:
-    """Return (n,) images with those of the free vertices (n,) moved; rest shapes as large as their images, on the
-    whole.
+    """Return (n,) images with the free vertices (n,) moved; rest shapes are scaled to the total area of their
+    images.
     """
     hit = free[faces].any(axis=1)
     if not hit.any():

@@ -1,7 +1,8 @@
-"""A map without folds for a given correspondence of the outlines.
+"""Compute a map without folds for a given correspondence of the outlines.
 
-First the inside is harmonic with positive weights (mean values, Floater 2003: one-to-one onto a convex target, and
-close to it else); then folds are undone with the outline held, by Newton on an energy that is finite for them.
+First the inside is mapped harmonically with positive weights (mean values, Floater 2003: one-to-one onto a
+convex target, and nearly so otherwise). Then folds are removed with the outline held, by Newton's method on an
+energy that is finite for folded triangles.
 """
 
 import numpy as np
@@ -12,29 +13,34 @@ from .energy import Objective, RestShapes, least_determinant
 from .newton import System, Workspace, descend, quadratic_step
 from .sliding import Constraints
 
-LEAST_WEIGHT = 0.08  # of an edge: cotangents of obtuse angles are negative and would fold
+LEAST_WEIGHT = 0.08  # of an edge: cotangents of obtuse angles are negative and would cause folds
 ENOUGH = 1e-3  # determinant from which a triangle counts as unfolded
 POLISHED = 0.2
-"""Ε once nothing is folded: steps on a smooth energy widen thin triangles faster than on a barrier."""
-DEEP = 0.16  # ε² = 1e-6 + DEEP · min(d, 0)²: with 0.04 fish onto hippo stays folded, found by trial
+"""Value of ε after nothing is folded: steps on a smooth energy widen thin triangles faster than steps on a
+barrier.
+"""
+# Ε² = 1e-6 + DEEP · min(d, 0)², found by trial: with 0.04, the map from fish to hippo stays folded.
+DEEP = 0.16
 SLOW = 3e-3  # relative decrease below which ε shrinks
-SHRINK = 0.6  # of ε where the energy hardly falls: without it a few folds lock up
-LEAST_EPSILON = 1e-5  # below, what is folded stays so (by hand)
-STEPS = 40  # at most (by hand)
+SHRINK = 0.6  # factor of ε if the energy hardly decreases: without it, a few folds lock up
+LEAST_EPSILON = 1e-5  # below it, folds remain (chosen by hand)
+STEPS = 40  # most steps (chosen by hand)
 PACE = 15
-"""Steps over which it is seen how fast the least determinant rises: where it would not get to zero at that pace in the
-steps that are left, they are not made. Of 620 maps that unfold on five slow pairs 7 do not; a fifth of the time."""
+"""Steps over which the rate of the least determinant is measured; if it would not reach zero at that rate in
+the remaining steps, they are skipped. On five slow pairs this misses 7 of 620 maps that would unfold, and takes
+a fifth of the time.
+"""
 UNTANGLING = Objective(1.0, 1.0)
 
 
 def springs(gradients: Complex, areas: Real) -> Real:
-    """Return (m, 3) weights of the edges opposite the corners of triangles: half the cotangents, floored."""
+    """Return (m, 3) weights of the edges opposite the corners of triangles: half the cotangents, bounded below."""
     a, b = gradients[:, (1, 2, 0)], gradients[:, (2, 0, 1)]
     return np.maximum(-4 * areas[:, None] * (a.real * b.real + a.imag * b.imag), LEAST_WEIGHT)
 
 
 def _pull(pattern: BlockPattern, weights: Real, u: Complex, space: Workspace) -> None:
-    """Fill in the derivatives of the energy ½ Σ w |u_i - u_j|² of springs, weights (m, 3)."""
+    """Fill in the derivatives of the energy ½ Σ w |u_i - u_j|² of springs with weights (m, 3)."""
     tails, heads = pattern.corners[:, (1, 2, 0)].ravel(), pattern.corners[:, (2, 0, 1)].ravel()
     pairs, weights = pattern.slots[:, (4, 2, 1)].ravel(), weights.ravel()
     stiffness = -np.bincount(pairs, weights, pattern.columns.size)
@@ -47,7 +53,7 @@ def _pull(pattern: BlockPattern, weights: Real, u: Complex, space: Workspace) ->
 
 
 def _epsilon(least: float, before: float, shrink: float) -> float:
-    """Return how far below zero the smoothed determinant reaches."""
+    """Return the distance by which the smoothed determinant extends below zero."""
     if least > 0:
         return POLISHED
     epsilon = np.sqrt(1e-6 + DEEP * least * least)
@@ -65,22 +71,22 @@ def untangle(
     steps: int,
     polish: int,
 ) -> float:
-    """Fill in what is not held of u so that no triangle is folded; the least determinant.
+    """Move vertices until no triangle is folded, and return the least determinant.
 
     Args:
         pattern: of the mesh.
         rest: its triangles in the source.
-        u: (n,) images, changed in place but for those that are held.
-        held: (n,) vertices that stay where they are.
-        harmonic: whether the inside begins as the harmonic one instead of as given.
-        steps: the most there may be.
-        polish: how many of them may be made once nothing is folded.
+        u: (n,) images; those that are not held are changed in place.
+        held: (n,) vertices that do not move.
+        harmonic: whether to start from the harmonic map instead of the given images.
+        steps: most steps.
+        polish: how many of the steps may be made after nothing is folded.
     """
     constraints = Constraints.held(u, held)
     system = System.of(pattern, rest.corners, rest, constraints)
 
     def stepped(objective: Objective) -> tuple[int, bool]:
-        """Return a step with the held ones where they are: how many there were, and whether it gained little."""
+        """Make a step with the held vertices fixed; return the number of steps made, and whether it gained little."""
         _, made, slow = descend(system, objective, None, u, np.zeros(constraints.kinds.size), 1, SLOW)
         return made, slow > 0
 
@@ -95,7 +101,7 @@ def untangle(
         highest.append(max([least, *highest[-1:]]))
         if len(highest) > PACE and highest[-1] + left * (highest[-1] - highest[-1 - PACE]) / PACE < 0:
             break
-        if least > best:  # the smoothed energy lets thin triangles fold again
+        if least > best:  # with the smoothed energy, thin triangles can fold again
             best, kept = least, u.copy()
         if least > ENOUGH:
             if polish == 0 or least > POLISHED:

@@ -1,8 +1,8 @@
-"""The cost of turning the picture: a factor on the energy.
+"""The cost of rotating the picture: a factor on the energy.
 
-Its turn is the argument φ of S = ∫ f_z dA: of the mean derivative, and of the rotation closest to it. S is linear in
-the image and the same, conjugated, for the inverse map. A map costs its energy times (1 + w (1 - cos φ)/2)^q: upside
-down 1 + w times as much, at q = 1.
+The rotation is the argument φ of S = ∫ f_z dA, which is that of the mean derivative, and of the rotation
+closest to it. S is linear in the image, and its conjugate is that of the inverse map. A map costs its energy
+times (1 + w (1 - cos φ)/2)^q: upside down it costs 1 + w times as much, at q = 1.
 """
 
 from typing import NamedTuple
@@ -24,11 +24,11 @@ _rotation_derivatives = function(
 
 
 class Upright(NamedTuple):
-    """The cost of a turn.
+    """The cost of a rotation.
 
     Attributes:
-        moments: (n,) complex κ of the vertices, S = Σ κ u.
-        weight: w of the formula; 0 where any turn is as good.
+        moments: (n,) complex κ of the vertices, with S = Σ κ u.
+        weight: w of the formula; 0 if all rotations cost the same.
     """
 
     moments: Complex
@@ -36,7 +36,7 @@ class Upright(NamedTuple):
 
     @classmethod
     def of(cls, rest: RestShapes, count: int, weight: float) -> "Upright":
-        """For `count` vertices of rest triangles."""
+        """Return the cost for rest triangles with `count` vertices."""
         weights, out = (
             np.maximum(rest.weights, 0),
             np.empty(count, np.complex128),
@@ -47,7 +47,7 @@ class Upright(NamedTuple):
         return cls(out, float(weight))
 
     def record(self) -> Record:
-        """For the core."""
+        """Return the record for the core."""
         return UprightRecord(self.moments, self.weight)
 
 
@@ -55,26 +55,27 @@ ANY_ROTATION = Upright(np.empty(0, np.complex128), 0.0)
 
 
 def rotation_cost(weight: float, cosine: float) -> float:
-    """Return what a rotation of this cosine multiplies the energy by, at q = 1."""
+    """Return the factor on the energy for a rotation with this cosine, at q = 1."""
     return 1 + 0.5 * weight * (1 - cosine)
 
 
 def rotation_factor(upright: Upright, u: Complex, q: float) -> float:
-    """Return what the energy of images u (n,) is multiplied by; infinite where they have no rotation."""
+    """Return the factor on the energy of images u (n,); infinite if their rotation is undefined."""
     return float(_rotation_factor(upright.record(), u, q, u.size))
 
 
 def rotation_derivatives(upright: Upright, u: Complex, q: float, turning: Complex) -> tuple[float, float]:
-    """Compute derivatives of the factor's logarithm by the angle, and fill in the angle's gradient.
+    """Compute derivatives of the factor's logarithm with respect to the angle, and fill in the angle's
+    gradient.
 
     Args:
         upright: the cost.
         u: (n,) images.
         q: power.
-        turning: (n,) complex, x + iy, written: the derivative of the angle by each vertex.
+        turning: (n,) complex, x + iy, written: the derivative of the angle with respect to each vertex.
 
     Returns:
-        The first derivative, and the second one where it is positive, else 0.
+        The first derivative, and the second one if it is positive, else 0.
     """
     slopes = np.empty(2)
     _rotation_derivatives(upright.record(), u, q, turning, slopes, u.size)

@@ -1,4 +1,4 @@
-"""Boundaries of maps: vertices that slide on outlines, or are free but for pins."""
+"""Boundaries of maps: vertices that slide on outlines, or that are free except for pins."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -18,15 +18,15 @@ NO_PINS, NO_GOALS = np.empty(0, np.int64), np.empty(0, np.complex128)
 
 
 class Support(NamedTuple):
-    """How constrained vertices are held on the side of a map that moves.
+    """What holds the constrained vertices on the side of a map that moves.
 
     Attributes:
         tau: (c,) arclengths on their rails.
         border: the curves as chains.
         kinds: (c,) HELD, SLIDING or FREE.
-        goals: (c,) where held ones are to be.
-        rails: what they slide on.
-        own: (c,) the rail of each.
+        goals: (c,) goal positions of those that are held.
+        rails: the curves on which vertices slide.
+        own: (c,) the rail of each vertex.
     """
 
     tau: Real
@@ -38,12 +38,13 @@ class Support(NamedTuple):
 
 
 class MeshHoles(NamedTuple):
-    """The holes of a map in the making.
+    """The holes of a discrete map.
 
     Attributes:
-        outlines: those of each hole of the mesh, in the source and in the target.
+        outlines: for each hole of the mesh, its outlines in source and target.
         loops: their vertices.
-        filled: the outlines of holes of the source that have no partner, as inner vertices of the mesh.
+        filled: outlines of holes of the source without a partner, whose vertices are inner vertices of the
+            mesh.
     """
 
     outlines: tuple[tuple[Outline, Outline], ...] = ()
@@ -51,7 +52,7 @@ class MeshHoles(NamedTuple):
     filled: tuple[Loop, ...] = ()
 
     def inverse(self) -> "MeshHoles":
-        """Return those of the inverse map."""
+        """Return the holes of the inverse map."""
         outlines = tuple((b, a) for a, b in self.outlines)
         loops = tuple(loop.inverse() for loop in self.loops)
         return MeshHoles(outlines, loops, tuple(loop.inverse() for loop in self.filled))
@@ -62,10 +63,10 @@ NO_HOLES = MeshHoles()
 
 @dataclass(frozen=True, eq=False)
 class PlainBoundary:
-    """Vertices on outlines whose places on these are not kept.
+    """Vertices on outlines, without their positions on these.
 
     Attributes:
-        size: how many vertices are on the outlines.
+        size: number of vertices on the outlines.
         holes: the holes.
     """
 
@@ -74,22 +75,22 @@ class PlainBoundary:
 
     @property
     def slices(self) -> list[slice]:
-        """The vertices on each outline."""
+        """The range of vertices of each outline."""
         return slices_of(self.size, self.holes.loops)
 
 
 def slices_of(size: int, loops: tuple[Loop, ...]) -> list[slice]:
-    """Return the vertices of each outline, the outer one first, of `size` vertices in all."""
+    """Return the range of vertices of each outline, the outer one first, of `size` vertices in all."""
     return [slice(0, loops[0].first if loops else size), *(loop.vertices for loop in loops)]
 
 
 class MatchedLoop(NamedTuple):
-    """A loop of a map's outline.
+    """One loop of a map's boundary.
 
     Attributes:
-        source: what it is in the source.
-        target: and in the target.
-        vertices: those on it.
+        source: its outline in the source.
+        target: its outline in the target.
+        vertices: its range of vertices.
     """
 
     source: Outline
@@ -98,7 +99,7 @@ class MatchedLoop(NamedTuple):
 
     @property
     def lengths(self) -> tuple[float, float]:
-        """Of both."""
+        """Lengths of both outlines."""
         return self.source.length, self.target.length
 
 
@@ -109,9 +110,10 @@ class MatchedBoundary:
     Attributes:
         source: outline of the source at this level.
         target: outline of the target.
-        pairs: arclengths of the vertices on both, and which are corners.
+        pairs: arclengths of the vertices on both outlines, and which vertices are at corners.
         anchored: (b,) vertices that never move.
-        axis: arclength on the source from which the outline is a mirror axis and has no separate energy.
+        axis: arclength on the source from which the outline is a mirror axis, whose edges have no stiffness;
+            inf if there is no axis.
         holes: the holes.
     """
 
@@ -134,7 +136,7 @@ class MatchedBoundary:
         holes: MeshHoles = NO_HOLES,
         axis: float = np.inf,
     ) -> "MatchedBoundary":
-        """With vertices that stay at anchors of the outer outline."""
+        """Return a boundary whose vertices at the anchors of the outer outline are fixed."""
         anchored = np.zeros(pairs.s.size, bool)
         outer = slice(0, holes.loops[0].first if holes.loops else anchored.size)
         if anchors is not None:
@@ -143,12 +145,12 @@ class MatchedBoundary:
 
     @property
     def size(self) -> int:
-        """How many vertices are on the outlines."""
+        """Number of vertices on the outlines."""
         return self.pairs.s.size
 
     @property
     def slices(self) -> list[slice]:
-        """The vertices on each outline."""
+        """The range of vertices of each outline."""
         return slices_of(self.size, self.holes.loops)
 
     @cached_property
@@ -159,7 +161,7 @@ class MatchedBoundary:
 
     @property
     def following(self) -> Index:
-        """(b,) the next vertex of each one's outline."""
+        """(b,) the next vertex on the same outline."""
         return closed_links([vertices.stop - vertices.start for vertices in self.slices])
 
     @property
@@ -174,28 +176,37 @@ class MatchedBoundary:
         return Match(np.append(s, s[0] + loop.source.length), np.append(tau, tau[0] + loop.target.length))
 
     def inverse(self) -> "MatchedBoundary":
-        """Return that of the inverse map; not where holes are filled."""
+        """Return the boundary of the inverse map; not valid if holes are filled."""
         s, tau, at_source, at_target = self.pairs
         pairs, holes = Pairs(tau, s, at_target, at_source), self.holes.inverse()
         return replace(self, source=self.target, target=self.source, pairs=pairs, holes=holes)
 
     def with_filled(self, loops: tuple[Loop, ...]) -> "MatchedBoundary":
-        """With the outlines of holes without a partner."""
+        """Return the boundary with the outlines of holes without a partner."""
         return replace(self, holes=self.holes._replace(filled=loops))
 
     def images(self) -> Complex:
-        """Return (b,) where the vertices are on the target."""
+        """Return (b,) the positions of the vertices on the target."""
         u = np.zeros(self.size, np.complex128)
         for loop in self.loops:
             u[loop.vertices] = loop.target.curve.at(self.pairs.tau[loop.vertices])
         return u
 
     def area_share(self, forward: bool) -> float:
-        """Half: a map and its inverse have the same energy."""
+        """Return one half, so that a map and its inverse have the same energy."""
         return BOTH_AREAS
 
     def support(self, forward: bool, moving: Complex, corners: bool) -> Support:
-        """Corners of the side that is kept slide; those of the other one hold their vertices."""
+        """Return the constraints on the side that moves.
+
+        Vertices at corners of the moving side are held there. Those at corners of the fixed side slide along
+        the moving side.
+
+        Args:
+            forward: whether the image moves, rather than the source.
+            moving: (b,) positions on the moving side.
+            corners: whether corners of the target hold their vertices.
+        """
         loops, own = self.loops, np.zeros(self.size, np.int64)
         for k, loop in enumerate(loops):
             own[loop.vertices] = k
@@ -204,13 +215,13 @@ class MatchedBoundary:
         return Support(*self._chains(forward), kinds, moving, rails, own)
 
     def _held(self, forward: bool, corners: bool) -> Flags:
-        """Return (b,) vertices that stay."""
+        """Return (b,) the vertices that do not move."""
         if forward and not corners:
             return self.anchored
         return self.anchored | (self.pairs.at_target if forward else self.pairs.at_source)
 
     def _chains(self, forward: bool) -> tuple[Real, Border]:
-        """Arclengths on the side that moves, and the loops as chains."""
+        """Return arclengths on the side that moves, and the loops as chains."""
         moving, kept = (self.pairs.tau, self.pairs.s) if forward else (self.pairs.s, self.pairs.tau)
         spans, laps = np.empty(kept.size), np.zeros(kept.size)
         spans[:-1] = kept[1:] - kept[:-1]
@@ -225,25 +236,27 @@ class MatchedBoundary:
         return moving, Border(self.following, spans, stiffness, laps)
 
     def slid(self, forward: bool, tau: Real, corners: bool) -> "MatchedBoundary":
-        """With vertices at arclengths tau (b,) of one side; corners of the target that have been released."""
+        """Return the boundary with vertices at arclengths tau (b,) on one side, without target corners that
+        were released.
+        """
         if not forward:
             return replace(self, pairs=self.pairs._replace(s=tau))
         at_target = self.pairs.at_target & self._held(True, corners)
         return replace(self, pairs=self.pairs._replace(tau=tau, at_target=at_target))
 
     def with_goals(self, goals: Complex) -> "MatchedBoundary":
-        """Return as it is: pins on outlines are anchored there."""
+        """Return the boundary unchanged: pins on outlines are anchors."""
         return self
 
 
 @dataclass(frozen=True, eq=False)
 class FreeBoundary:
-    """Vertices of which only pins are held.
+    """Boundary vertices that are free, except for pins.
 
     Attributes:
-        sizes: how many vertices are on each of the outlines, the outer one and those of holes.
-        pinned: (p,) those of them that are pins.
-        goals: (p,) where these are to be.
+        sizes: number of vertices on each outline, the outer one and those of holes.
+        pinned: (p,) the vertices that are pins.
+        goals: (p,) their goal positions.
     """
 
     sizes: tuple[int, ...]
@@ -254,25 +267,25 @@ class FreeBoundary:
 
     @property
     def size(self) -> int:
-        """How many vertices are on the outlines."""
+        """Number of vertices on the outlines."""
         return sum(self.sizes)
 
     @property
     def slices(self) -> list[slice]:
-        """The vertices on each outline."""
+        """The range of vertices of each outline."""
         return [slice(start, end) for start, end in pairwise(np.cumsum([0, *self.sizes]).tolist())]
 
     @property
     def following(self) -> Index:
-        """(b,) each vertex itself: the outlines have no separate energy."""
+        """(b,) each vertex itself: edges of the outlines have no stiffness."""
         return np.arange(self.size)
 
     def area_share(self, forward: bool) -> float:
-        """Return the source's area alone counts: else a bar shrinks to 74 % as it bends."""
+        """Return the share with which only the source's area counts; otherwise a bar shrinks to 74 % as it bends."""
         return SOURCE_AREA if forward else IMAGE_AREA
 
     def support(self, forward: bool, moving: Complex, corners: bool) -> Support:
-        """Pins are held; in the source all vertices are."""
+        """Return the constraints on the side that moves: pins are held, and in the source all vertices."""
         those = np.arange(self.size)
         border, goals = Border.still(those), moving.copy()
         kinds = np.full(self.size, FREE if forward else HELD)
@@ -281,11 +294,11 @@ class FreeBoundary:
         return Support(np.zeros(self.size), border, kinds, goals, [NO_RAIL], 0 * those)
 
     def slid(self, forward: bool, tau: Real, corners: bool) -> "FreeBoundary":
-        """Return as it is."""
+        """Return the boundary unchanged: no vertex slides."""
         return self
 
     def with_goals(self, goals: Complex) -> "FreeBoundary":
-        """With other goals (p,)."""
+        """Return the boundary with other goals (p,)."""
         return replace(self, goals=goals)
 
 

@@ -1,6 +1,4 @@
-"""A mesh for what holds a map's boundary and for what is inside: constraints, filled holes, concavities, rigid
-regions.
-"""
+"""Mesh a map's boundary and everything inside: constraints, filled holes, concavities, rigid regions."""
 
 from collections.abc import Sequence
 
@@ -24,23 +22,25 @@ def mesh_boundary(
     bays: Sequence[Complex] = (),
     regions: Sequence[Sequence[Complex]] = (),
 ) -> DiscreteMap:
-    """Make a mesh for a boundary; the image is given there and zero inside.
+    """Triangulate a domain. The image is given on the boundary and zero inside.
 
     Args:
-        boundary: the outlines, whose vertices are those of the mesh on its boundary.
-        sizes: how large triangles may be.
-        inside: constraints, whose vertices are in the mesh, strokes as chains of edges.
-        filled: polygons of holes that are covered; their edges are in the mesh.
+        boundary: the outlines; their vertices are the mesh's boundary vertices.
+        sizes: limits on the triangles' areas.
+        inside: constraints, whose vertices are in the mesh; strokes are chains of edges.
+        filled: polygons of filled holes; their edges are in the mesh.
         bays: polylines across filled concavities, each from the outline to the outline.
         regions: polygons of rigid regions, the outer one first; their edges are in the mesh.
     """
-    # 1. What the mesh must have. Its vertices are numbered in this order: the boundary's, then those inside: of
-    # constraints, filled holes, polylines of concavities without their ends (which are the outline's), and rings of
-    # regions. Chains of edges inside are given by `links`, the next vertex of each on its polyline, -1 at an end.
+    # 1. Vertices and edges that the mesh must have. Its vertices are numbered in this order: the boundary's,
+    # then those inside: of constraints, filled holes, polylines of concavities without their ends (which are
+    # the outline's), and rings of regions. Chains of edges inside are given by `links`, the next vertex of each
+    # on its polyline, -1 at an end.
     pairs = boundary.pairs
     outer, *inner = (loop.source.curve.at(pairs.s[loop.vertices]) for loop in boundary.loops)
-    # `soft` has the links of all but the constraints, counted from its own first vertex. It grows part by part, the
-    # links of each shifted by what is there already, and is shifted by the constraints' vertices at the end.
+    # `soft` has the links of all inner vertices but the constraints', counted from the first of these vertices.
+    # Each part appended is shifted by the size so far; at the end all are shifted by the number of constraints'
+    # vertices.
     around = closed_links([rim.size for rim in filled])
     soft = np.append(around, linked_on([bay.size - 2 for bay in bays], around.size))
     kept, around_kept = kept_by(regions, inside.z)
@@ -52,8 +52,9 @@ def mesh_boundary(
     rays = np.concatenate([inside.rays(outer), bay_rays(bays, mouths, inside.z.size + around.size)])
     z, faces = triangulate(outer, sizes, points, links, inner, rays)
 
-    # 2. The matrix of Newton's method couples vertices that slide to the next one on the same curve (`following`):
-    # those of the boundary and of constraints. All other vertices do not slide, and are their own next ones.
+    # 2. The matrix of Newton's method couples vertices that slide to the next one on the same curve
+    # (`following`): those of the boundary and of constraints. All other vertices do not slide; their next
+    # vertex is themselves.
     given = np.arange(points.size)
     ends = np.where((links >= 0) & (given < inside.z.size), links, given)
     following = np.append(boundary.following, boundary.size + ends)
@@ -61,8 +62,8 @@ def mesh_boundary(
     u[: boundary.size] = boundary.images()
     pattern = system_of(faces, following, z.size)
 
-    # 3. What triangles count: less in filled holes, and in concavities. A concavity lies between its polyline and the
-    # part of the outline between its ends, its mouth.
+    # 3. Weights: triangles in filled holes and in concavities count less. A concavity lies between its polyline
+    # and the part of the outline between its ends, its mouth.
     rings = [np.append(bay, outer[mouth[-2:0:-1]]) for bay, mouth in zip(bays, mouths)]
     weights = weights_of(z, faces, filled, rings) if filled or bays else None
     rigid = regions_of(z[faces].mean(axis=1), regions) if regions else None
@@ -72,8 +73,11 @@ def mesh_boundary(
 
 
 def linked_on(sizes: Sequence[int], first: int) -> Index:
-    """Return (k,) the next vertex on each of several open polylines of given sizes, of which `first` is the first; -1
-    at their ends.
+    """Return (k,) the next vertex on each of several open polylines; -1 at their ends.
+
+    Args:
+        sizes: numbers of vertices of the polylines, which follow each other.
+        first: number of the first vertex.
     """
     links = first + np.arange(1, sum(sizes) + 1)
     links[np.cumsum(sizes, dtype=np.int64) - 1] = -1
@@ -81,14 +85,18 @@ def linked_on(sizes: Sequence[int], first: int) -> Index:
 
 
 def mouth_of(outline: Complex, bay: Complex) -> Index:
-    """Return the vertices of an outline (b,) from the beginning of a concavity's polyline to its end."""
+    """Return the outline's vertices (b,) between the two ends of a concavity's polyline."""
     start, stop = (int(np.abs(outline - end).argmin()) for end in (bay[0], bay[-1]))
     return np.arange(start, stop + 1 if stop > start else stop + 1 + outline.size) % outline.size
 
 
 def bay_rays(bays: Sequence[Complex], mouths: Sequence[Index], first: int) -> Index:
-    """Return (2 k, 2) vertices of the outline at the ends of mouths, and those inside beside them, of which `first` is
-    the first.
+    """Return (2 k, 2) edges from the outline to the polylines of concavities, at the ends of their mouths.
+
+    Args:
+        bays: the polylines, including their ends on the outline.
+        mouths: the outline's vertices of each mouth.
+        first: number of the first inner vertex of the first polyline.
     """
     rays = []
     for bay, mouth in zip(bays, mouths):
@@ -98,7 +106,7 @@ def bay_rays(bays: Sequence[Complex], mouths: Sequence[Index], first: int) -> In
 
 
 def weights_of(z: Complex, faces: Index, filled: Sequence[Complex], bays: Sequence[Complex] = ()) -> Real:
-    """Return (m,) weights of triangles: FILLED in the polygons `filled`, `BAY` in those of concavities, else 1."""
+    """Return (m,) weights of triangles: FILLED inside `filled`, `BAY` inside the concavities `bays`, else 1."""
     middles, weights = z[faces].mean(axis=1), np.ones(len(faces))
     for polygons, weight in ((filled, FILLED), (bays, BAY)):
         weights[inside_any(map(Curve, polygons), middles)] = weight
@@ -106,8 +114,12 @@ def weights_of(z: Complex, faces: Index, filled: Sequence[Complex], bays: Sequen
 
 
 def kept_by(regions: Sequence[Sequence[Complex]], pins: Complex) -> tuple[Complex, Index]:
-    """Return (k,) points that a mesh has for regions: their rings' vertices, and one inside each that holds no pin; and
-    the next on its ring.
+    """Return the vertices that a mesh must have for rigid regions, and their links.
+
+    These are the vertices of the regions' rings, and one inside each region that holds no pin.
+
+    Returns:
+        (k,) points, and (k,) the next vertex on the same ring; -1 for none.
     """
     rings = [ring for region in regions for ring in region]
     pinned = set(regions_of(pins, regions).tolist())
@@ -118,15 +130,19 @@ def kept_by(regions: Sequence[Sequence[Complex]], pins: Complex) -> tuple[Comple
 
 
 def middle_of(region: Sequence[Complex]) -> complex:
-    """Return a point inside a region, outer polygon first: a mesh refines a round one from there, whose vertices alone
-    have one circumcentre.
+    """Return a point inside a region, given as polygons, the outer one first.
+
+    A round region needs a vertex inside: the vertices of its ring have one circumcentre, so that refinement
+    could not begin.
     """
     point = polygon_of(*region).representative_point()
     return complex(point.x, point.y)
 
 
 def regions_of(places: Complex, regions: Sequence[Sequence[Complex]]) -> Index:
-    """Return (p,) the region that each place is in, -1 for none; regions are apart, and may have holes."""
+    """Return (p,) the index of the region that contains each place, -1 for none. Regions are disjoint, and may
+    have holes.
+    """
     found = np.full(places.size, -1)
     for k, (outer, *holes) in enumerate(regions):
         found[Curve(outer).contains(places) & ~inside_any(map(Curve, holes), places)] = k

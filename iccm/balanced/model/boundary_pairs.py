@@ -9,15 +9,16 @@ from ...arrays import Flags, Index, Real
 from ..errors import Stuck
 from .outline import Outline
 
-MERGED_SPACING_SHARE = 0.35  # of both spacings: a source and a target corner closer than this become one pair
-SOURCE, TARGET, BOTH = 1, 2, 3  # whose corner a pair holds
+# Relative to the spacing; corners of source and target closer than this are merged.
+MERGED_SPACING_SHARE = 0.35
+SOURCE, TARGET, BOTH = 1, 2, 3  # the outline whose corner is at a pair
 
 
 class Match(NamedTuple):
-    """A monotone correspondence of two outlines, piecewise linear, once around.
+    """A monotone, piecewise linear correspondence of two closed outlines.
 
     Attributes:
-        s: (k,) ascending arclengths on the source, the last the first plus the length.
+        s: (k,) ascending arclengths on the source; the last is the first plus the length.
         tau: (k,) ascending arclengths on the target, in the same way.
         holes: the correspondences of holes, which run clockwise.
     """
@@ -27,7 +28,7 @@ class Match(NamedTuple):
     holes: "tuple[HoleMatch, ...]" = ()
 
     def at(self, s: Real) -> Real:
-        """τ at any arclengths s."""
+        """Return τ at arclengths s, on any lap."""
         laps = np.floor((s - self.s[0]) / self._length)
         return np.interp(s - laps * self._length, self.s, self.tau) + laps * (self.tau[-1] - self.tau[0])
 
@@ -45,9 +46,9 @@ class HoleMatch(NamedTuple):
     """The correspondence of two holes.
 
     Attributes:
-        source: which hole of the source.
-        target: which hole of the target.
-        match: of their outlines.
+        source: index of the hole of the source.
+        target: index of the hole of the target.
+        match: the correspondence of their outlines.
     """
 
     source: int
@@ -56,13 +57,13 @@ class HoleMatch(NamedTuple):
 
 
 class Loop(NamedTuple):
-    """Where the outline of a hole is in a mesh.
+    """The vertices of a hole's outline in a mesh.
 
     Attributes:
-        source: which hole of the source.
-        target: which hole of the target; -1 where it has no partner and is filled.
-        first: the first of its vertices, which follow each other.
-        after: the one after the last.
+        source: index of the hole of the source.
+        target: index of the hole of the target; -1 if it has no partner and is filled.
+        first: its first vertex; the others follow.
+        after: one past its last vertex.
     """
 
     source: int
@@ -72,28 +73,33 @@ class Loop(NamedTuple):
 
     @property
     def vertices(self) -> slice:
-        """Its vertices."""
+        """The range of its vertices."""
         return slice(self.first, self.after)
 
     def inverse(self) -> "Loop":
-        """Return the same in the inverse map."""
+        """Return the loop in the inverse map."""
         return self._replace(source=self.target, target=self.source)
 
 
 def loops_of(sizes: Sequence[tuple[int, int, int]], first: int) -> tuple[Loop, ...]:
-    """Loops that follow each other from vertex `first` on: (source, target, number of vertices) of each."""
+    """Return loops with consecutive vertices from `first` on.
+
+    Args:
+        sizes: (source, target, number of vertices) of each.
+        first: the first vertex.
+    """
     ends = first + np.cumsum([0, *(size for _, _, size in sizes)])
     return tuple(Loop(i, j, int(a), int(b)) for (i, j, _), a, b in zip(sizes, ends, ends[1:]))
 
 
 class Pairs(NamedTuple):
-    """The boundary of a mesh, in order, loop by loop.
+    """The boundary vertices of a mesh, in order, loop by loop.
 
     Attributes:
         s: (b,) arclengths on the source, ascending.
         tau: (b,) arclengths on the target, ascending.
-        at_source: (b,) pairs on a corner of the source.
-        at_target: (b,) pairs on a corner of the target.
+        at_source: (b,) whether the vertex is at a corner of the source.
+        at_target: (b,) whether the vertex is at a corner of the target.
     """
 
     s: Real
@@ -103,21 +109,22 @@ class Pairs(NamedTuple):
 
     @classmethod
     def joined(cls, loops: "Sequence[Pairs]") -> "Pairs":
-        """Return those of several loops."""
+        """Concatenate the pairs of several loops."""
         return cls(*(np.concatenate(parts) for parts in zip(*loops)))
 
     def of(self, which: "Index | Flags | slice") -> "Pairs":
-        """Return some of them."""
+        """Return a selection of the pairs."""
         return Pairs(self.s[which], self.tau[which], self.at_source[which], self.at_target[which])
 
 
 def through(match: Match, anchors: Match | None, even: float = 0.0) -> Match:
-    """Return the match bent, affinely between neighbours, so that it passes through the anchors.
+    """Return the match changed so that it passes through the anchors, affinely between neighbours.
 
     Args:
         match: a correspondence.
-        anchors: pairs that must correspond, in order, without the lap's end; None for none.
-        even: share of the even correspondence between anchors mixed in, where the match may be steep.
+        anchors: pairs that must correspond, in order, without the end of the lap; None for none.
+        even: share of the linear correspondence between anchors that is mixed in, for matches that may be
+            steep.
     """
     if anchors is None:
         return match
@@ -146,7 +153,8 @@ def limit_slope(match: Match, steepest: float) -> Match:
 def boundary_pairs(
     source: Outline, target: Outline, match: Match, spacing: float, anchors: Match | None = None
 ) -> Pairs:
-    """Corners of both outlines with their partners under the match, and as many pairs between as the spacing asks.
+    """Return the corners of both outlines with their partners, and as many pairs between them as the spacing
+    requires.
 
     Args:
         source: outline of the source.
@@ -154,9 +162,12 @@ def boundary_pairs(
         match: their correspondence, through the anchors.
         spacing: the longest edge allowed on either side.
         anchors: pairs that must correspond; corners of both outlines.
+
+    Raises:
+        Stuck: two corners coincide.
     """
     s, tau, kind = _corner_pairs(source, target, match, anchors)
-    if not s.size:  # discs: any pair does to begin with
+    if not s.size:  # discs have no corners: any pair can be the first
         s, tau, kind = match.s[:1], match.tau[:1], np.zeros(1, int)
     if anchors is None:
         s, tau, kind = _begun_after_widest_gap(s, tau, kind, source.length, target.length)
@@ -175,8 +186,11 @@ def boundary_pairs(
 
 
 def subdivide(gaps: Real, spacing: float) -> tuple[Index, Real]:
-    """Gaps divided into equal parts no longer than the spacing: (k,) the gap of each part, and the share of the gap at
-    which the part begins."""
+    """Divide gaps into equal parts no longer than the spacing.
+
+    Returns:
+        (k,) the gap of each part, and (k,) the share of the gap at which the part begins.
+    """
     parts = np.maximum(1, np.ceil(gaps / spacing - 1e-6)).astype(np.int64)
     own = np.repeat(np.arange(parts.size), parts)
     return own, (np.arange(parts.sum()) - (np.cumsum(parts) - parts)[own]) / parts[own]
@@ -200,23 +214,24 @@ def _corner_pairs(source: Outline, target: Outline, match: Match, anchors: Match
 
 
 def _begun_after_widest_gap(s: Real, tau: Real, kind, length: float, goal: float):
-    """Return the same pairs, the lap's end where no two of them are merged."""
+    """Return the same pairs, starting after the widest gap, so that no pairs are merged across the end of the lap."""
     k = int(np.argmax(_gaps(s, length) / length + _gaps(tau, goal) / goal)) + 1
     later = np.arange(s.size) < k
     return tuple(np.roll(values, -k) for values in (s + length * later, tau + goal * later, kind))
 
 
 def are_distinct(values: Real, others: Real, length: float) -> Flags:
-    """Return which arclengths of a closed curve are none of the others."""
+    """Return which arclengths of a closed curve differ from all of the others."""
     gap = np.mod(values[:, None] - others + 0.5 * length, length) - 0.5 * length
     return np.all(np.abs(gap) > 1e-9 * length, axis=1)
 
 
 def _merge_corners(s: Real, tau: Real, kind, length: float, goal: float, near: float):
-    """Neighbours, one a corner of the source and one of the target, made one pair where both gaps are small.
+    """Merge neighbours, one a corner of the source and one of the target, into one pair where both gaps are
+    small.
 
-    The pair takes its place from each one's own outline, which widens a gap beside it on one side; a merge that would
-    more than double such a gap is not made.
+    The pair takes its place on each outline from that outline's corner, which widens one neighbouring gap on
+    each side. A merge that would more than double such a gap is skipped.
     """
     s, tau, kind = s.copy(), tau.copy(), kind.copy()
     count = s.size

@@ -1,7 +1,7 @@
-"""A map in the making: a mesh of the source, its image, what holds its vertices, and what it stands for in space.
+"""The discrete map that a solve works on: a mesh of the source, its image, constraints, and rest shapes.
 
-Planes, deformations and surfaces differ in what holds the boundary (`boundary`), and in the triangles' shapes in the
-rest shape (`metric`); Newton's method moves either side of the map.
+Maps of planar domains, deformations and maps of surfaces differ in the constraints on the boundary (`boundary`)
+and in the rest shapes of triangles (`metric`). Newton's method moves either side of the map.
 """
 
 from contextlib import suppress
@@ -32,38 +32,46 @@ from .measures import stretches, turn_of
 from .mesh_map import MeshMap
 from .metric import PLANES, Metrics, rest_geometry
 
-SMOOTHED_RINGS, SMOOTHINGS = 4, 20  # of inner vertices beside the outline on a new mesh, and sweeps over them
+SMOOTHED_RINGS, SMOOTHINGS = (
+    4,
+    20,
+)  # on a new mesh: rings of vertices at the outline, and sweeps
 
 
-# Weights of virtual triangles while they are untangled: of triangles in holes without a partner, and in concavities.
+# Weights of virtual triangles during untangling: in holes without a partner, and in concavities.
 FILLED, BAY = 2e-2, 1e-2
-LOCAL = 0.5  # of the inside: unfolding where folds are hardly ever succeeds if more than that must move
-PASSED_OVER = 0.1  # weight of triangles in a hole of a surface that the map does not know of, by hand
-FORWARD = 8  # Newton steps on the map, before those on its inverse
-GOOD_ENOUGH = 5e-4  # relative decrease of a Newton step that counts as none
-SETTLED = 1e-3  # relative decrease of a round of steps that ends them
-BADLY_STRETCHED = 25.0  # on a new mesh; below, q = 1 makes as many bad triangles as it mends
-EASING_STEPS, EASED = 10, 1e-2  # on a new mesh, and the relative decrease that ends them
-ROUNDING = 1e-9  # of the root of the area: vertices this close to their goals are there
+LOCAL = 0.5  # share of the inside; local unfolding hardly ever succeeds if more than this must move
+PASSED_OVER = 0.1  # weight of triangles in a hole of a surface that the map ignores; chosen by hand
+FORWARD = 8  # Newton steps on the map before steps on its inverse
+GOOD_ENOUGH = 5e-4  # a Newton step with a smaller relative decrease is the last
+SETTLED = 1e-3  # a round of steps with a smaller relative decrease is the last
+# Stretch from which a new mesh is relaxed; below, steps at q = 1 make as many bad triangles as they mend.
+BADLY_STRETCHED = 25.0
+EASING_STEPS, EASED = 10, 1e-2  # most steps on a new mesh, and the relative decrease that ends them
+ROUNDING = 1e-9  # relative to the root of the area: vertices this close to their goals have reached them
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class DiscreteMap(MeshMap):
-    """A map that Newton's method moves, vertices of the boundary first.
+    """A map that Newton's method moves; vertices of the boundary come first.
 
     Attributes:
-        boundary: what holds the boundary's vertices.
+        boundary: the constraints on boundary vertices.
         pattern: of the Newton matrices.
-        value: of the energy at the last step, with the outline's term, and more for a rotation.
-        multipliers: (m,) by which triangles count more, for the sake of bounds; None where all count alike.
-        spared: how many of its steps the last descent did without.
-        energy: what steps minimise.
-        ground: the target in space, whose metric changes as vertices move; None for the one that `metrics` has.
-        rigid: (m,) the rigid region that each triangle is in, -1 for none; None where there are none.
-        aims: (k,) complex, the derivative that each region is to have.
+        value: energy after the last step, with the outline's term and the cost of rotation.
+        multipliers: (m,) additional weights of triangles that exceed bounds on the distortion; None if all are
+            1.
+        spared: number of permitted steps that the last descent did not need.
+        energy: the energy that steps minimise.
+        ground: the target in space, whose metric changes as vertices move; None if `metrics` has the target's
+            metric.
+        rigid: (m,) index of the rigid region that each triangle is in, -1 for none; None if there are no
+            regions.
+        aims: (k,) complex, the derivative that each region should have.
         stiffness: weight of the regions' triangles.
-        flat: (n,) where the vertices of regions of a surface lie, each flattened on its own; None in the plane.
-        cores: of each soft pin the vertices at its core, which have places in the pattern.
+        flat: (n,) positions of the vertices of a surface's regions, each region flattened separately; None in
+            the plane.
+        cores: for each soft pin, the vertices at its core, which have entries in the pattern.
     """
 
     boundary: HeldBoundary
@@ -81,7 +89,7 @@ class DiscreteMap(MeshMap):
 
     @property
     def settled(self) -> bool:
-        """Whether the last descent ended before its steps did."""
+        """Whether the last descent converged before its steps were used up."""
         return self.spared > 0
 
     @property
@@ -92,12 +100,12 @@ class DiscreteMap(MeshMap):
 
     @property
     def pairs(self) -> Pairs:
-        """Arclengths of the outlines' vertices."""
+        """Arclengths of the vertices on the outlines."""
         return self.matched.pairs
 
     @property
     def rims(self) -> list[MatchedLoop]:
-        """The loops of the outline."""
+        """The loops of the boundary."""
         return self.matched.loops
 
     @property
@@ -107,30 +115,36 @@ class DiscreteMap(MeshMap):
 
     @property
     def inner(self) -> slice:
-        """The vertices of constraints inside."""
+        """The range of vertices of constraints inside."""
         return slice(self.border, self.border + self.inside.z.size)
 
     @property
     def constrained(self) -> int:
-        """How many vertices are held, or slide on a curve: the outline's, and those inside if they are bound."""
+        """Number of vertices that are held or slide on a curve: those of the outline, and those of constraints
+        in force.
+        """
         return self.inner.stop if self.bound else self.border
 
     @property
     def following(self) -> Index:
-        """(c,) the next vertex on the same loop, stroke or outline of a filled hole, or the vertex itself, for the
-        first c."""
+        """(c,) the next vertex on the same loop, stroke or outline of a filled hole, or the vertex itself.
+
+        It covers the first c vertices, those of the boundary, of constraints and of filled holes.
+        """
         inside = np.append(self.boundary.following, self.border + self.inside.following)
         soft = sum(loop.after - loop.first for loop in self.filled)
         return np.append(inside, inside.size + np.arange(soft))
 
     def with_pattern(self) -> "DiscreteMap":
-        """With the pattern of its triangles, which are new, and of the energy's terms."""
+        """Return the map with the matrix pattern of its (new) triangles and of the energy's terms."""
         stencils = self.energy.stencils(self.faces)
         stencils = [*stencils, *(core[None] for core in self.cores)]
         return replace(self, pattern=system_of(self.faces, self.following, self.z.size, stencils))
 
     def with_cores(self) -> "DiscreteMap":
-        """With places in the pattern for the vertices at the cores of soft pins, which change as vertices move."""
+        """Return the map with entries in the pattern for the vertices at the cores of soft pins, which change
+        as vertices move.
+        """
         pins = self.energy.pins
         if pins is None:
             return self
@@ -141,10 +155,10 @@ class DiscreteMap(MeshMap):
         return replace(self, cores=cores).with_pattern()
 
     def with_energy(self, energy: Energy) -> "DiscreteMap":
-        """With another energy, whose terms have their places in the pattern."""
+        """Return the map with another energy, whose terms have their entries in the pattern."""
         changed = replace(self, energy=energy)
         if energy.terms == self.energy.terms and energy.pin_count == self.energy.pin_count:
-            return changed  # `with_cores` sees to pins that have moved
+            return changed  # `with_cores` handles pins that moved
         return replace(changed, cores=()).with_pattern()
 
     @property
@@ -154,7 +168,7 @@ class DiscreteMap(MeshMap):
 
     @property
     def goals(self) -> Complex:
-        """(k,) where these are to be."""
+        """(k,) their goal positions."""
         return np.append(self.boundary.goals, self.inside.goals)
 
     def with_goals(self, goals: Complex) -> "DiscreteMap":
@@ -164,35 +178,37 @@ class DiscreteMap(MeshMap):
         return replace(self, boundary=self.boundary.with_goals(goals[:p]), inside=inside)
 
     def held(self) -> "DiscreteMap":
-        """Return the map with its constraints in force, asking for no more than is."""
+        """Return the map with its constraints in force, and with the current images as goals."""
         return replace(self.with_goals(self.u[self.aimed]), bound=True)
 
     @property
     def miss(self) -> float:
-        """The largest distance of a constrained vertex from its goal; 0 but for rounding counts as 0."""
+        """The largest distance of a constrained vertex from its goal; 0 if it is within rounding errors."""
         away = float(np.abs(self.u[self.aimed] - self.goals).max(initial=0.0))
         return away if away > ROUNDING else 0.0
 
     @property
     def form(self) -> Complex:
-        """(n,) the vertices as rigid regions are to keep them."""
+        """(n,) the positions whose shape rigid regions preserve."""
         return self.z if self.flat is None else self.flat
 
     @property
     def kept(self) -> Index:
-        """(k,) the vertices of rigid regions that have aims."""
+        """(k,) the vertices of rigid regions with aims."""
         if self.rigid is None or not self.aims.size:
             return np.empty(0, np.int64)
         return np.unique(self.faces[self.rigid >= 0])
 
     @cached_property
     def turn(self) -> float:
-        """Radians by which the picture is turned."""
+        """Mean rotation of the picture in radians."""
         return turn_of(self.z, self.u, self.material, self.metrics)
 
     def swap_sides(self) -> "DiscreteMap":
-        """Return the inverse map with its boundary's places on the outlines, to be moved on; not where holes are
-        filled, whose outlines are held in the source."""
+        """Return the inverse map, whose boundary can be moved by Newton's method.
+
+        It is not valid if holes are filled: their outlines are held in the source.
+        """
         return replace(
             self,
             z=self.u,
@@ -203,9 +219,11 @@ class DiscreteMap(MeshMap):
         )
 
     def moved_to_border(self, u: Complex) -> "DiscreteMap":
-        """With images u, moved so that those of the outline lie where they belong: a harmonic displacement that fades
-        within a few rings of triangles. Without it triangles beside the outline are squeezed, and a Newton step
-        widens one by no more than half.
+        """Return the map with images u (n,), changed so that boundary vertices are where they belong.
+
+        The displacement of the boundary is extended harmonically and fades within a few rings of triangles.
+        Without it, triangles at the outline would be squeezed, and a Newton step widens a triangle by no more
+        than half.
         """
         weights = springs(*geometry(self.z, self.faces)).ravel()
         tails, heads = np.roll(self.faces, -1, axis=1).ravel(), np.roll(self.faces, -2, axis=1).ravel()
@@ -243,17 +261,19 @@ class DiscreteMap(MeshMap):
         thin: float = BARE,
         most: float = LOCAL,
     ) -> "DiscreteMap":
-        """Return the inside moved so that no triangle is folded; bound vertices, and those of `still` (k,), stay where
-        they are. Unless it begins as the `harmonic` one it moves beside folds alone, if that undoes them.
+        """Return the map with inner vertices moved so that no triangle is folded.
+
+        Vertices of constraints in force do not move. Unless it starts from the harmonic map, vertices near
+        folds are moved first, and all of the inside only if that does not suffice.
 
         Args:
-            harmonic: see above.
-            polish: steps of all the inside that may be made once nothing is folded.
-            steps: the most of these there may be.
+            harmonic: whether to start from the harmonic map.
+            polish: most steps on all of the inside after nothing is folded.
+            steps: most steps.
             weighed: whether triangles in holes and concavities count less.
-            still: see above.
-            thin: ratio of areas, of the mean, from which down a triangle counts as folded.
-            most: share of the inside that still counts as what is beside the folds.
+            still: (k,) further vertices that do not move.
+            thin: area relative to the mean below which a triangle counts as folded.
+            most: largest share of the inside that may be moved locally.
 
         Raises:
             Tangled: folds remain.
@@ -279,13 +299,19 @@ class DiscreteMap(MeshMap):
         return replace(self, u=u)
 
     def forward(self, q: float, steps: int, tolerance: float, *, corners: bool = True) -> "DiscreteMap":
-        """Newton steps on the image; target corners keep their vertices if `corners`.
+        """Make Newton steps on the image.
 
-        Bound vertices that are not at their goals go there, as far as no triangle folds.
+        Constrained vertices that are not at their goals move there, as far as no triangle folds.
+
+        Args:
+            q: power of the density.
+            steps: most steps.
+            tolerance: relative decrease below which steps end.
+            corners: whether corners of the target hold their vertices.
         """
         inside, met = self.inside, self.miss == 0
         stay = inside.at_target if corners else inside.stuck
-        if not met:  # strokes slide once they are where they belong
+        if not met:  # strokes do not slide before they have reached their goals
             stay = np.ones(stay.size, bool)
         u, tau, end = self._descended(True, corners, stay, q, steps, tolerance)
         if self.bound and inside.strokes and met:
@@ -294,8 +320,10 @@ class DiscreteMap(MeshMap):
         return replace(self, u=u, boundary=boundary, inside=inside, **end)
 
     def with_firm_regions(self, q: float, strain: float) -> "DiscreteMap":
-        """Return the map with regions so stiff that a descent strains none that keeps to its aim by more than this
-        (root mean square, relative to the aim): that would cost more than all that it can gain elsewhere.
+        """Return the map with rigid regions made so stiff that no descent strains them by more than `strain`.
+
+        The strain is the root mean square deviation of a region's derivative from its aim, relative to the aim.
+        The stiffness is such that more strain would cost more than all energy that could be gained elsewhere.
         """
         assert self.rigid is not None
         rest = self._rest_shapes(True, q)
@@ -309,14 +337,16 @@ class DiscreteMap(MeshMap):
         return replace(self, stiffness=float(gain / (strain**2 * (np.abs(self.aims) ** 2 * areas).min())))
 
     def inside_moved(self, q: float, steps: int, tolerance: float) -> "DiscreteMap":
-        """Newton steps on the image with the outline where it is."""
+        """Make Newton steps on the image with the outline fixed."""
         held = replace(self.matched, anchored=np.ones(self.border, bool))
         moved = replace(self, boundary=held).forward(q, steps, tolerance)
         return replace(moved, boundary=self.boundary)
 
     def relaxed(self) -> "DiscreteMap":
-        """Return a few steps at q = 1 where a triangle is badly stretched, of the inside and then of all: Newton at q
-        widens it slowly.
+        """Make a few steps at q = 1 if a triangle is badly stretched, first on the inside, then on all
+        vertices.
+
+        With higher powers q, Newton's method widens such triangles slowly.
         """
         _, stretch, _ = stretches(self.z, self.u, self.material, self.metrics)
         if stretch.max() < BADLY_STRETCHED:
@@ -324,8 +354,14 @@ class DiscreteMap(MeshMap):
         return self.inside_moved(1.0, EASING_STEPS, EASED).forward(1.0, EASING_STEPS, EASED)
 
     def alternated(self, q: float, rounds: int, backward: int) -> "DiscreteMap":
-        """Newton steps on the map and on its inverse in turn, so that neither shape's corners are privileged."""
-        state, before = self, np.inf  # the energy so far may be another one, of q = 1
+        """Alternate Newton steps on the map and on its inverse, so that neither shape's corners are privileged.
+
+        Args:
+            q: power of the density.
+            rounds: most rounds.
+            backward: most steps on the inverse per round.
+        """
+        state, before = self, np.inf  # `value` may be from another q
         for _ in range(rounds):
             state = state.forward(q, FORWARD, 0.5 * GOOD_ENOUGH)
             state = state.backward(q, backward, 0.5 * GOOD_ENOUGH)
@@ -335,12 +371,12 @@ class DiscreteMap(MeshMap):
         return state
 
     def backward(self, q: float, steps: int, tolerance: float) -> "DiscreteMap":
-        """Newton steps on the source, the images being kept: target corners slide along the source."""
+        """Make Newton steps on the source with the images fixed; target corners slide along the source."""
         inside = self.inside
         z, s, end = self._descended(False, True, inside.at_source, q, steps, tolerance)
         if self.bound and inside.strokes:
             inside = inside._replace(s=s[self.inner], z=z[self.inner].copy())
-        elif not self.bound and inside.z.size:  # they are vertices like any others
+        elif not self.bound and inside.z.size:  # their vertices move freely
             inside = inside._replace(z=z[self.inner].copy())
         return replace(
             self, z=z, boundary=self.boundary.slid(False, s[: self.border], True), inside=inside, **end
@@ -349,8 +385,19 @@ class DiscreteMap(MeshMap):
     def _descended(
         self, forward: bool, corners: bool, stay: Flags, q: float, steps: int, tolerance: float
     ) -> tuple[Complex, Real, dict[str, Any]]:
-        """Newton on the map, or on its inverse: positions, arclengths of the constrained vertices, and how it ended;
-        `stay` (k,) are those inside that do."""
+        """Run Newton's method on the map or on its inverse.
+
+        Args:
+            forward: whether the image moves, rather than the source.
+            corners: whether corners of the target hold their vertices.
+            stay: (k,) vertices of inner constraints that do not move.
+            q: power of the density.
+            steps: most steps.
+            tolerance: relative decrease below which steps end.
+
+        Returns:
+            Positions (n,), arclengths (c,) of the constrained vertices, and the fields to update in the map.
+        """
         self = self.with_cores()
         moving = self.u if forward else self.z
         objective = self.energy.objective(q, self.boundary.area_share(forward), forward=forward)
@@ -359,7 +406,7 @@ class DiscreteMap(MeshMap):
             rest, surface = self._in_space(self.ground)
         u, (tau, constraints) = moving.copy(), self.constraints(forward, corners, stay)
         upright = ANY_ROTATION
-        if surface is None:  # what is moved lies in a plane
+        if surface is None:  # the moving side lies in a plane
             upright = self.energy.rotation_term(self._counted(rest), u.size)
         system = newton.System.of(
             self.pattern, self.faces, rest, constraints, upright, self._terms(forward, q)
@@ -391,20 +438,20 @@ class DiscreteMap(MeshMap):
         return TermsOnMesh([*found.terms, *springs], self.pattern) if springs else found
 
     def _sides(self, forward: bool) -> tuple[Complex, Complex, Metrics]:
-        """Vertices of the side that is kept and of the one that moves, and their metrics, in this order."""
+        """Return the vertices of the fixed side, those of the moving side, and their metrics in this order."""
         if forward:
             return self.z, self.u, self.metrics
         return self.u, self.z, (self.metrics[1], self.metrics[0])
 
     def _rest_shapes(self, forward: bool, q: float) -> RestShapes:
-        """Return the rest triangles on the side that is kept, with what each counts for a power q."""
+        """Return the rest triangles on the fixed side, with their weights for a power q."""
         kept, moving, metrics = self._sides(forward)
         gradients, areas = rest_geometry(kept, moving, self.pattern.corners, metrics)
         areas = self._weighed(areas, q)
         if self.rigid is None or not forward or not self.aims.size:
             return RestShapes.of(self.pattern, gradients, areas)
-        # Triangles of rigid regions follow a similarity instead: of the plane, or of the region flattened, which other
-        # metrics than the plane's know nothing of.
+        # Triangles of rigid regions follow a similarity instead: of the plane or, for surfaces, of the region
+        # flattened separately, for which the metric does not matter.
         inside = self.rigid >= 0
         if self.metrics != PLANES:
             flat_gradients, flat_areas = geometry(self.form, self.pattern.corners)
@@ -414,18 +461,19 @@ class DiscreteMap(MeshMap):
         return RestShapes.of(self.pattern, gradients, areas, np.where(inside, self.aims[self.rigid], 0))
 
     def _weighed(self, areas: Real, q: float) -> Real:
-        """Return areas in the rest shape (m,), each times what the triangle counts.
+        """Return rest areas (m,) times the weights of the triangles.
 
-        What is relative to the density is raised to q where it multiplies distortion, as the density itself is.
+        Weights that are relative to the density are raised to q if they multiply distortion, as the density
+        itself is.
         """
-        if self.multipliers is not None:  # bounds that the triangle is over
+        if self.multipliers is not None:  # triangles that exceed bounds
             areas = areas * self.multipliers
         if self.weights is not None:
-            # Of virtual triangles the area of the image alone counts (a negative weight in the kernels): each point
-            # of the target there has no partner, which costs LOST. Half of it, since the measure counts source and
-            # target half each.
+            # For virtual triangles only the area of the image counts (a negative weight in the kernels): each
+            # point of the target there has no partner, which costs LOST; half of that, since source and target
+            # count half each.
             areas = np.where(self.weights <= FILLED, -0.5 * LOST**q, self.weights) * areas
-        if self.energy.pins is not None:  # what is around soft pins is stiffer
+        if self.energy.pins is not None:  # triangles around soft pins are stiffer
             areas = areas * self.energy.pins.multipliers(self.z, self.u, self.pattern.corners)
         for metric, w in zip(self.metrics, (self.z, self.u)):
             if metric is not None:
@@ -433,13 +481,13 @@ class DiscreteMap(MeshMap):
         return areas
 
     def _counted(self, rest: RestShapes) -> RestShapes:
-        """Return the same with rigid regions weighing no more in the turn than others."""
+        """Return the rest shapes with rigid regions weighing as much as others in the mean rotation."""
         if not rest.aims.size:
             return rest
         return rest._replace(weights=np.where(rest.aims != 0, 1 / self.stiffness, 1.0) * rest.weights)
 
     def _in_space(self, ground: Ground) -> tuple[RestShapes, SurfaceMap]:
-        """Return the rest triangles, each on its own, and what their energy on the ground needs."""
+        """Return the rest triangles with separate vertices, and the data for their energy on the target in space."""
         corners = self.pattern.corners
         gradients, areas = rest_geometry(self.z, self.u, corners, (self.metrics[0], None))
         if self.multipliers is not None:
@@ -456,7 +504,13 @@ class DiscreteMap(MeshMap):
         return separate(gradients, areas), SurfaceMap.of(ground, layout, self.energy.balance, open, turns)
 
     def constraints(self, forward: bool, corners: bool, stay: Flags) -> tuple[Real, Constraints]:
-        """Arclengths of the constrained vertices on the side that moves, and what holds them there."""
+        """Return the arclengths of constrained vertices on the moving side, and their constraints.
+
+        Args:
+            forward: whether the image moves, rather than the source.
+            corners: whether corners of the target hold their vertices.
+            stay: (k,) vertices of inner constraints that do not move.
+        """
         moving = self.u if forward else self.z
         tau, border, kinds, goals, rails, own = self.boundary.support(forward, moving[: self.border], corners)
         closed = len(rails)
@@ -468,7 +522,7 @@ class DiscreteMap(MeshMap):
             goals = np.append(goals, inside.goals if forward else inside.z)
             s, chains = inside.chains(forward, self.border)
             tau, border = np.append(tau, s), border.then(chains)
-        if self.filled and not forward:  # outlines of filled holes stay where they are in the source
+        if self.filled and not forward:  # outlines of filled holes are fixed in the source
             soft = self.constrained + np.arange(sum(loop.after - loop.first for loop in self.filled))
             own, kinds = np.append(own, 0 * soft), np.append(kinds, np.full(soft.size, HELD))
             goals = np.append(goals, moving[soft])
@@ -477,5 +531,5 @@ class DiscreteMap(MeshMap):
 
 
 def folds(faces: Index, u: Complex) -> int:
-    """Return how many triangles have no positive area."""
+    """Return the number of triangles without positive area."""
     return int(np.count_nonzero(~(triangle_areas(u[faces]) > 0)))

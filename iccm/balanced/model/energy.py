@@ -1,8 +1,8 @@
-"""The energy by which balanced maps are found and compared: one value that a solve carries whole.
+"""The energy that balanced maps minimise, and by which they are compared, as one value.
 
-Of a map it is the mean density of angles and areas (`minimise.energy`), times the cost of rotating the picture
-(`minimise.upright`), and further terms if there are any (`minimise.terms`). Settings, problems and maps hold the same
-value, and whatever compares maps asks it.
+It is the mean density of angles and areas (`minimise.energy`), times the cost of rotating the picture
+(`minimise.upright`), plus further terms if there are any (`minimise.terms`). Settings, problems and maps hold
+the same value, and everything that compares maps uses it.
 """
 
 from dataclasses import dataclass, replace
@@ -20,19 +20,20 @@ from ..minimise.upright import ANY_ROTATION, Upright, rotation_cost
 from .measures import turn_of
 from .metric import PLANES, Metrics, rest_geometry
 
-UPRIGHT = 2.0  # a quarter turn doubles the cost, upside down trebles it
+UPRIGHT = 2.0  # a rotation by 90° doubles the cost, by 180° trebles it
 
 
 @dataclass(frozen=True)
 class Energy:
-    """Weights of what a balanced map minimises.
+    """Weights of the energy of a balanced map.
 
     Attributes:
-        balance: θ, the weight of the area part: 0 keeps angles only, 1 is even, more keeps areas.
-        upright: w, the weight of rotations: upside down a map costs 1 + w times as much; 0 where any rotation is as
-            good.
-        terms: that are added to the mean density, before what rotations cost.
-        pins: soft pins, whose springs are added in the same way; None without any.
+        balance: θ, the weight of areas against angles: 0 preserves angles only, 1 weighs both equally, larger
+            values preserve areas.
+        upright: w, the weight of rotations: a map that is upside down costs 1 + w times as much; with 0 all
+            rotations cost the same.
+        terms: further terms, added to the mean density before the factor for rotation.
+        pins: soft pins, whose springs are added in the same way; None if there are none.
     """
 
     balance: float = 1.0
@@ -41,32 +42,32 @@ class Energy:
     pins: SoftPins | None = None
 
     def without_rotation(self) -> "Energy":
-        """Return the energy to which any rotation of the picture is as good."""
+        """Return the energy with which all rotations of the picture cost the same."""
         return replace(self, upright=0.0)
 
     @property
     def pin_count(self) -> int:
-        """How many soft pins there are."""
+        """Number of soft pins."""
         return 0 if self.pins is None else len(self.pins.source)
 
     def without_pins(self) -> "Energy":
-        """Return the energy for other domains than those that the pins are of."""
+        """Return the energy without soft pins, for other domains than those in which they lie."""
         return replace(self, pins=None)
 
     def of_part(self, share: float) -> "Energy":
-        """Return the energy of a part with a share of the domain's area, scaled to area one."""
+        """Return the energy for a part with the given share of the domain's area, scaled to area one."""
         return replace(self, terms=tuple(term.of_part(share) for term in self.terms))
 
     def objective(self, q: float, share: float = BOTH_AREAS, *, forward: bool = True) -> Objective:
-        """Return what Newton's method minimises for a power q; see `minimise.energy.Objective`."""
+        """Return the objective of Newton's method for a power q; see `minimise.energy.Objective`."""
         return Objective.of(self.balance, q, share, forward=forward)
 
     def rotation_term(self, rest: RestShapes, count: int) -> Upright:
-        """Return the cost of rotations for `count` vertices of rest triangles."""
+        """Return the cost of rotations as a term on rest triangles with `count` vertices."""
         return Upright.of(rest, count, self.upright) if self.upright > 0 else ANY_ROTATION
 
     def stencils(self, faces: Index) -> list[Index]:
-        """Return the stencils (k, s) of each further term."""
+        """Return the vertex stencils of the further terms, a (k, s) array for each."""
         return [term.stencils(faces) for term in self.terms]
 
     def inverse(self) -> "Energy":
@@ -74,17 +75,25 @@ class Energy:
         return self if self.pins is None else replace(self, pins=self.pins.inverse())
 
     def terms_on_mesh(self, rest: RestShapes, pattern: BlockPattern | None = None) -> TermsOnMesh:
-        """Return the further terms for rest triangles; derivatives need the Hessian's pattern."""
+        """Return the further terms on rest triangles; derivatives need the Hessian's pattern."""
         return TermsOnMesh([term.on_mesh(rest) for term in self.terms], pattern) if self.terms else NO_TERMS
 
     def rotation_cost(self, angle: float) -> float:
-        """Return the factor by which a map costs more that rotates the picture by an angle in radians."""
+        """Return the factor by which a rotation of the picture, by an angle in radians, raises a map's cost."""
         return rotation_cost(self.upright, np.cos(angle))
 
     def between(self, z: Complex, u: Complex, faces: Index, metrics: Metrics = PLANES) -> float:
-        """Return the energy of a map z -> u (n,) at q = 1, without rotation and the outline's term.
+        """Return the energy of a map z -> u at q = 1, without the costs of rotation and of the outline's
+        parametrization.
 
-        Both areas are taken as one: a similarity has energy 1, and a map has that of its inverse.
+        Both domains are scaled to area one, so that a similarity has energy 1, and a map the same energy as its
+        inverse.
+
+        Args:
+            z: (n,) vertices.
+            u: (n,) their images.
+            faces: (m, 3) triangles.
+            metrics: of the surfaces that both planes stand for.
         """
         if metrics == PLANES and not self.terms and self.pins is None:
             return energy_of(z, u, faces, self.balance)
@@ -109,19 +118,20 @@ class Energy:
         metrics: Metrics = PLANES,
         rotation: float | None = None,
     ) -> float:
-        """Return the cost of a map z -> u (n,), of which a share of the source and of the target is lost.
+        """Return the cost of a map z -> u that covers only a part of the source and of the target.
 
         Args:
-            z: vertices.
-            u: their images.
-            faces: (m, 3) triangles of what is not lost.
-            lost: as of `drawings.cost.price`.
+            z: (n,) vertices.
+            u: (n,) their images.
+            faces: (m, 3) triangles of the covered part.
+            lost: shares of the source and of the target that are not covered; see `drawings.cost.price`.
             metrics: of the surfaces that both planes stand for.
-            rotation: radians by which the picture is rotated beyond what is asked; None for those of z -> u.
+            rotation: radians by which the picture is rotated relative to the requested rotation; None to
+                measure it on z -> u.
         """
         angle = turn_of(z, u, faces, metrics) if rotation is None else rotation
         return price(self.between(z, u, faces, metrics), lost, self.rotation_cost(angle))
 
 
 WITHOUT_ROTATION = Energy(upright=0.0)
-"""Angles and areas alike, whatever the rotation."""
+"""Angles and areas weighed equally, and all rotations at the same cost."""

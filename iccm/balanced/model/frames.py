@@ -1,7 +1,7 @@
-"""Unit coordinates in which a problem looks the same however its shapes were given.
+"""Unit coordinates, in which a problem has the same numbers however its shapes were given.
 
-Translation, scale, first vertex and handedness are removed (rotation too where the turn is left to the shapes), and
-what rounding leaves of them: coordinates are put on a grid of 2⁻³⁶, so that the same problem gives the same bits.
+Translation, scale, first vertex and handedness are removed, and rotation too if it is left to the shapes.
+Coordinates are rounded to a grid of 2⁻³⁶, which also removes rounding errors: equal problems get equal bits.
 """
 
 from collections.abc import Sequence
@@ -14,12 +14,12 @@ from ...plane import Similarity, cross
 
 Holes = tuple[Sequence[Curve], Sequence[Curve]]
 
-GRID = 2.0**-36  # 1.5e-11 of the root of the area: far above rounding, far below every tolerance
-UNDECIDED = 1e-6  # below this a shape's handedness is rounding
+GRID = 2.0**-36  # 1.5e-11 relative to the root of the area: far above rounding, far below every tolerance
+UNDECIDED = 1e-6  # below this, the sign of a shape's handedness is due to rounding
 
 
 def frame_of(curve: Curve, holes: Sequence[Curve] = ()) -> Similarity:
-    """Return the similarity that takes a domain's centroid to 0 and its area to 1, without a rotation.
+    """Return the similarity that moves a domain's centroid to 0 and scales its area to 1, without a rotation.
 
     Args:
         curve: outline of the domain.
@@ -32,24 +32,27 @@ def frame_of(curve: Curve, holes: Sequence[Curve] = ()) -> Similarity:
 
 
 def on_grid(frame: Similarity, z: Complex) -> Complex:
-    """Return points in unit coordinates, rounded to their grid."""
+    """Return points in unit coordinates, rounded to the grid."""
     return np.round(frame(z) / GRID) * GRID
 
 
 def unit_curve(frame: Similarity, curve: Curve) -> Curve:
-    """Return a curve on the grid of unit coordinates, from its farthest vertex on; its direction is kept in a mirror,
-    too."""
+    """Return a curve on the grid of unit coordinates, starting at its farthest vertex. Its orientation is kept
+    even if the frame is mirrored.
+    """
     return Curve(begun_farthest(on_grid(frame, curve.z[::-1] if frame.mirrored else curve.z)))
 
 
 def unit_ring(frame: Similarity, ring: Complex) -> Complex:
-    """Return a polygon in unit coordinates; its direction is kept in a mirror, too."""
+    """Return a polygon in unit coordinates. Its orientation is kept even if the frame is mirrored."""
     w = frame(ring)
     return w[::-1].copy() if frame.mirrored else w
 
 
 def begun_farthest(w: Complex) -> Complex:
-    """Return a polygon's vertices from the one farthest from 0 on; of several the rightmost, and highest."""
+    """Return a polygon's vertices starting at the one farthest from 0; ties go to the rightmost, then the
+    highest vertex.
+    """
     distance = np.round(np.abs(w), 9)
     ties = np.flatnonzero(distance == distance.max())
     first = ties[np.lexsort((w[ties].imag, w[ties].real))[-1]]
@@ -59,8 +62,14 @@ def begun_farthest(w: Complex) -> Complex:
 def frames_of(
     source: Curve, target: Curve, turn: float | None, holes: Holes = ((), ())
 ) -> tuple[Similarity, Similarity]:
-    """Return the frames in which a map without turn is the upright one, or with `turn` None in which both shapes lie in
-    a separate way; `holes` are those of both.
+    """Return the frames of source and target in which the desired map has no rotation.
+
+    Args:
+        source: outline of the source.
+        target: outline of the target.
+        turn: desired rotation in radians. If None, each shape is rotated so that its farthest vertex lies on
+            the positive real axis.
+        holes: of source and target.
     """
     frames = [frame_of(curve, inner) for curve, inner in zip((source, target), holes)]
     if turn is None:
@@ -77,14 +86,16 @@ def frames_of(
 
 
 def _moment(w: Complex) -> complex:
-    """Six times the integral of w over what a closed polyline surrounds."""
+    """Return six times the integral of w over the inside of a closed polyline."""
     ahead = np.roll(w, -1)
     return np.sum(cross(w, ahead) * (w + ahead))
 
 
 def _upside_down(*loops: Complex) -> bool:
-    """Return whether most of closed polylines' weight hangs low: mirrors about different lines differ by half a
-    turn.
+    """Return whether most of the closed polylines' weight lies below the centroid.
+
+    Shapes mirrored about different axes differ by a rotation. Frames are mirrored about one axis, which can
+    leave a rotation by 180°; this detects it.
     """
     middles, weights = _middles(*loops)
     heavy = complex(np.sum(weights * middles * np.abs(middles) ** 2))
@@ -98,8 +109,10 @@ def _farthest_angle(frame: Similarity, curve: Curve) -> float:
 
 
 def handedness(*loops: Complex) -> float:
-    """Return a number of closed polylines about their centroid that changes sign in every mirror and with no
+    """Return a number that changes its sign when closed polylines are mirrored, and is invariant under
     rotation.
+
+    Coordinates have to be relative to the centroid.
     """
     middles, weights = _middles(*loops)
     first = np.sum(weights * middles * np.abs(middles) ** 2)
@@ -109,6 +122,6 @@ def handedness(*loops: Complex) -> float:
 
 
 def _middles(*loops: Complex) -> tuple[Complex, Real]:
-    """Middles of the edges, and their shares of the length."""
+    """Return the midpoints of the edges, and their shares of the total length."""
     w, steps = np.concatenate(loops), np.concatenate([np.roll(z, -1) - z for z in loops])
     return w + 0.5 * steps, np.abs(steps) / np.sum(np.abs(steps))

@@ -1,4 +1,6 @@
-"""Constraints inside the domains as vertices of a mesh: those of strokes, which slide, then pins, which are held."""
+"""Constraints inside the domains as vertices of a mesh: first those of strokes, which slide, then pins, which
+are held.
+"""
 
 from typing import NamedTuple
 
@@ -10,12 +12,12 @@ from .boundary_pairs import Match
 
 
 class Foot(NamedTuple):
-    """Where a stroke meets the outline.
+    """A point where a stroke meets the outline.
 
     Attributes:
-        vertex: its first or last vertex inside, which an edge joins to the outline.
-        place: on the source's outline.
-        stroke: which one.
+        vertex: the stroke's first or last vertex inside, which an edge joins to the outline.
+        place: point on the source's outline.
+        stroke: index of the stroke.
         end: 0 for its beginning, 1 for its end.
     """
 
@@ -26,20 +28,20 @@ class Foot(NamedTuple):
 
 
 class InnerConstraints(NamedTuple):
-    """Constrained vertices inside a mesh, with their places on the strokes.
+    """Constrained vertices inside a mesh, with their positions on the strokes.
 
     Attributes:
-        z: (k,) in the source.
-        goals: (k,) where they are to be in the image.
+        z: (k,) positions in the source.
+        goals: (k,) goal positions in the image.
         s: (k,) arclengths on the source's strokes; 0 for pins.
-        tau: (k,) arclengths on the target's strokes; as above.
-        own: (k,) which stroke; -1 for pins.
-        links: (k,) the next vertex of the same stroke; -1 for none.
-        at_source: (k,) those that stay where they are in the source: pins, corners and ends of its strokes.
-        at_target: (k,) the same in the image: pins, corners, and those ends of strokes that go to ends.
-        stuck: (k,) those of them that stay where corners are released: pins and such ends.
+        tau: (k,) arclengths on the target's strokes; 0 for pins.
+        own: (k,) index of the stroke; -1 for pins.
+        links: (k,) the next vertex on the same stroke; -1 for none.
+        at_source: (k,) vertices that are fixed in the source: pins, corners and ends of the source's strokes.
+        at_target: (k,) the same in the image: pins, corners, and those ends of strokes that are mapped to ends.
+        stuck: (k,) the subset of `at_target` that stays fixed when corners are released: pins and such ends.
         strokes: the rails of each stroke in the source and in the image.
-        feet: where strokes meet the outline; they have no separate vertex there.
+        feet: points where strokes meet the outline; the strokes have no separate vertex there.
     """
 
     z: Complex
@@ -56,7 +58,7 @@ class InnerConstraints(NamedTuple):
 
     @classmethod
     def of_pins(cls, pins: Complex) -> "InnerConstraints":
-        """Pins (k, 2), in the source and in the image."""
+        """Return the constraints of pins (k, 2), given in the source and in the image."""
         k = len(pins)
         none, held = np.full(k, -1), np.ones(k, bool)
         return cls(
@@ -77,7 +79,7 @@ class InnerConstraints(NamedTuple):
         return [self._match(stroke) for stroke in range(len(self.strokes))]
 
     def _match(self, stroke: int) -> Match:
-        """End on the outline, which no vertex inside stands for, included."""
+        """Return the correspondence on a stroke, including ends on the outline, which have no vertex inside."""
         chain = self.own == stroke
         on = {foot.end for foot in self.feet if foot.stroke == stroke}
         s, tau = (
@@ -88,28 +90,37 @@ class InnerConstraints(NamedTuple):
 
     @property
     def following(self) -> Index:
-        """(k,) the next vertex of the same stroke, or the vertex itself."""
+        """(k,) the next vertex on the same stroke, or the vertex itself if there is none."""
         return np.where(self.links >= 0, self.links, np.arange(self.links.size))
 
     @property
     def lines(self) -> Index:
-        """(l, 2) vertices of the edges of strokes."""
+        """(l, 2) vertex pairs of the strokes' edges."""
         first = np.flatnonzero(self.links >= 0)
         return np.column_stack([first, self.links[first]])
 
     def rays(self, outline: Complex) -> Index:
-        """Return (e, 2) vertices (b,) of the outline, and vertices inside, that edges of strokes join."""
+        """Return (e, 2) edges from the outline, with vertices (b,), to inner vertices, where strokes meet the
+        outline.
+        """
         ends = [(int(np.abs(outline - foot.place).argmin()), foot.vertex) for foot in self.feet]
         return np.array(ends, np.int64).reshape(-1, 2)
 
     def lines_with(self, outline: Complex) -> Index:
-        """Return (l, 2) vertices of the edges of strokes, in a mesh that begins with vertices (b,) of the outline."""
+        """Return (l, 2) vertex pairs of the strokes' edges, in a mesh whose first vertices are those (b,) of
+        the outline.
+        """
         rays = self.rays(outline)
         rays[:, 1] += outline.size
         return np.concatenate([outline.size + self.lines, rays])
 
     def inverse(self, outline: Complex, image: Complex) -> "InnerConstraints":
-        """Return those of the inverse map, of a mesh whose outlines have vertices (b,) with these images."""
+        """Return the constraints of the inverse map.
+
+        Args:
+            outline: (b,) vertices of the mesh's outlines.
+            image: (b,) their images.
+        """
         on_outline = self.rays(outline)[:, 0]
         feet = tuple(foot._replace(place=complex(image[k])) for foot, k in zip(self.feet, on_outline))
         return self._replace(
@@ -124,22 +135,31 @@ class InnerConstraints(NamedTuple):
         )
 
     def slid(self, u: Complex, tau: Real, stay: Flags) -> "InnerConstraints":
-        """With goals and arclengths (k,) where vertices on strokes have come to be, but for those that stay."""
+        """Return the constraints after the vertices on strokes moved.
+
+        Args:
+            u: (k,) new positions in the image.
+            tau: (k,) new arclengths on the target's strokes.
+            stay: (k,) vertices that keep their goals.
+        """
         goals = np.where(stay, self.goals, u)
         return self._replace(tau=tau, goals=goals, at_target=self.at_target & stay)
 
     def with_pins_of(self, other: "InnerConstraints") -> "InnerConstraints":
-        """With the goals that the same pins have in another mesh."""
+        """Return the constraints with the goals that the same pins have in another mesh."""
         goals = self.goals.copy()
         goals[self.own < 0] = other.goals[other.own < 0]
         return self._replace(goals=goals)
 
     def chains(self, forward: bool, first: int) -> tuple[Real, Border]:
-        """Return (k,) arclengths on the side that moves, and the strokes as chains of vertices, the first of which is
-        `first`.
+        """Return arclengths (k,) on the side that moves, and the strokes as chains.
 
-        Arclengths of the edges on the side that is kept are scaled to the moving side's, and 1 where there is not an
-        edge.
+        The lengths of edges on the fixed side are scaled to the moving side; they are 1 where a vertex has no
+        next one.
+
+        Args:
+            forward: whether the image moves, rather than the source.
+            first: number of the first inner vertex in the mesh.
         """
         moving, kept = (self.tau, self.s) if forward else (self.s, self.tau)
         spans = np.ones(self.z.size)

@@ -1,4 +1,4 @@
-"""Figures of a piecewise linear map: turn, stretch, dilatation and scale."""
+"""Measure a piecewise linear map: rotation, stretch, dilatation and scale."""
 
 import numpy as np
 
@@ -8,26 +8,42 @@ from ...plane import triangle_areas
 from .metric import PLANES, Metrics, rest_geometry
 
 MOST_DILATED, DILATATION_HALVINGS = 1e6, 30
-"""Where the least dilatation is looked for, on a logarithmic scale."""
+"""Upper end of the search for the least dilatation, and the number of bisections (on a logarithmic scale)."""
 
 
 def derivatives(
     z: Complex, u: Complex, faces: Index, metrics: Metrics = PLANES
 ) -> tuple[Complex, Complex, Real]:
-    """Return (m,) f_z, f_z̄ and areas of the source's triangles, between surfaces where there are metrics."""
+    """Return the derivatives of a piecewise linear map, one value per triangle.
+
+    Args:
+        z: (n,) vertices.
+        u: (n,) their images.
+        faces: (m, 3) triangles.
+        metrics: of source and target, where these stand for surfaces; the derivatives are then those between
+            the surfaces.
+
+    Returns:
+        (m,) f_z, (m,) f_z̄, and the (m,) areas of the source's triangles.
+    """
     gradients, areas = rest_geometry(z, u, faces, metrics)
     values = u[faces]
     return (gradients * values).sum(1), (gradients.conj() * values).sum(1), areas
 
 
 def turn_of(z: Complex, u: Complex, faces: Index, metrics: Metrics = PLANES) -> float:
-    """Radians by which the map turns the picture on average: those of its mean derivative, and of the inverse map's."""
+    """Return the mean rotation of the picture in radians: the argument of the mean f_z.
+
+    The inverse map has the opposite rotation exactly.
+    """
     a, _, areas = derivatives(z, u, faces, metrics)
     return float(np.angle(np.sum(areas * a)))
 
 
 def stretches(z: Complex, u: Complex, faces: Index, metrics: Metrics = PLANES) -> tuple[Real, Real, Real]:
-    """Return (m,) dilatation K = s1/s2, stretch max(s1, 1/s2) and determinant, both domains' areas taken as one."""
+    """Return (m,) dilatation K = s1/s2, stretch max(s1, 1/s2) and determinant, with both domains scaled to area
+    one.
+    """
     a, b, _ = derivatives(z, u, faces, metrics)
     large, small = np.abs(a) + np.abs(b), np.abs(a) - np.abs(b)
     small = np.maximum(small, 1e-300)
@@ -35,9 +51,13 @@ def stretches(z: Complex, u: Complex, faces: Index, metrics: Metrics = PLANES) -
 
 
 def least_dilatations(z: Complex, u: Complex, faces: Index, border: int) -> Real:
-    """Return (m,) the least dilatation that triangles at a vertex of the outline, the first `border` ones, can all
-    have, by the angles inside; 1 elsewhere. With dilatation K a triangle's angle α becomes one between 2 atan(tan(α/2)
-    / K) and 2 atan(K tan(α/2)), and these have to sum up to the angle of the image.
+    """Return lower bounds (m,) on the dilatation that follow from the angles at the outline's vertices; 1
+    inside.
+
+    The triangles around a vertex of the outline (one of the first `border`) have to fill the angle of the image
+    there. With dilatation K, an angle α of a triangle becomes one between 2 atan(tan(α/2) / K) and 2 atan(K
+    tan(α/2)). The bound is the smallest K with which these angles can add up to the image's, found by
+    bisection.
     """
     beside = np.flatnonzero((faces < border).any(axis=1))
     near = faces[beside]
@@ -62,6 +82,6 @@ def least_dilatations(z: Complex, u: Complex, faces: Index, border: int) -> Real
 
 
 def stretch_quantile(z: Complex, u: Complex, faces: Index, share: float) -> float:
-    """Return the stretch that a share of the area keeps to, half the source's and half the target's."""
+    """Return the stretch that is not exceeded on a share of the area, source and target counting half each."""
     _, stretch, determinant = stretches(z, u, faces)
     return weighted_quantile(stretch, triangle_areas(z[faces]) * (1 + determinant), share)

@@ -1,4 +1,4 @@
-"""A piecewise linear map between meshes of two domains: what every stage of a solve has in common."""
+"""A piecewise linear map between meshes of two domains, the form that every stage of a solve uses."""
 
 from dataclasses import dataclass
 
@@ -16,7 +16,7 @@ NONE_INSIDE = InnerConstraints.of_pins(np.empty((0, 2), np.complex128))
 
 @dataclass(frozen=True, eq=False)
 class MeshMap:
-    """A mesh of the source, its image, what both have on their boundaries, and the metrics of both.
+    """A mesh of the source, its image, the constraints on its vertices, and the metrics of both sides.
 
     Vertices of the outlines come first, then those of constraints inside, then those of filled holes.
 
@@ -24,12 +24,12 @@ class MeshMap:
         faces: (m, 3) counter-clockwise triangles.
         z: (n,) vertices in the source.
         u: (n,) their images.
-        boundary: what is known of the vertices on the outlines.
+        boundary: the vertices on the outlines and what constrains them.
         inside: the constraints inside.
-        bound: whether their vertices are held by them; if not, they are like any others.
-        weights: (m,) 1, FILLED and `BAY` for virtual triangles in holes without a partner and in concavities,
-            and PASSED_OVER for those in holes of a surface (`discrete_map`); None where there are none.
-        metrics: of surfaces that the planes of source and target stand for.
+        bound: whether the constraints inside are in force; if not, their vertices move freely.
+        weights: (m,) 1; FILLED and `BAY` for virtual triangles in holes without a partner and in concavities;
+            PASSED_OVER for triangles in holes of a surface (`discrete_map`). None if all are 1.
+        metrics: of the surfaces that the planes of source and target stand for.
     """
 
     faces: Index
@@ -54,15 +54,15 @@ class MeshMap:
         weights: Real | None = None,
         metrics: Metrics = PLANES,
     ) -> "MeshMap":
-        """Return a map without constraints, of whose boundary no more is known than which vertices it has.
+        """Return a map without constraints, whose boundary is only a range of vertices.
 
         Args:
             z: (n,) vertices, those of the outlines first.
             u: (n,) their images.
             faces: (m, 3) triangles.
-            border: how many vertices are on the outlines.
+            border: number of vertices on the outlines.
             loops: outlines of holes.
-            filled: those of holes without a partner.
+            filled: outlines of holes without a partner.
             weights: see the class.
             metrics: see the class.
         """
@@ -71,7 +71,7 @@ class MeshMap:
 
     @property
     def border(self) -> int:
-        """How many vertices are on the outlines, those of holes included."""
+        """Number of vertices on the outlines, including those of holes."""
         return self.boundary.size
 
     @property
@@ -86,29 +86,32 @@ class MeshMap:
 
     @property
     def filled(self) -> tuple[Loop, ...]:
-        """Those of holes without a partner."""
+        """The outlines of holes without a partner."""
         return self.boundary.holes.filled
 
     @property
     def material(self) -> Index:
-        """The triangles that are not in filled holes."""
+        """The triangles that are not virtual."""
         return self.faces if self.weights is None else self.faces[self.weights == 1]
 
     @property
     def first_pin(self) -> int:
-        """The vertex of the first pin inside."""
+        """Index of the first pin inside."""
         return self.border + int(np.count_nonzero(self.inside.own >= 0))
 
     @property
     def lines(self) -> Index:
-        """(l, 2) vertices of the edges of strokes that are met."""
+        """(l, 2) vertex pairs of the edges of strokes, if these are in force."""
         if not self.bound:
             return NO_LINES
         return self.inside.lines_with(self.z[: self.border])
 
     def inverse(self) -> "MeshMap":
-        """Return the inverse map. It is for results and for other meshes: of its boundary no more is known than which
-        vertices it has, since filled holes are held in the source alone."""
+        """Return the inverse map, for results and for other meshes.
+
+        Its boundary is plain: filled holes are held in the source only, so that Newton's method could not
+        continue from here.
+        """
         boundary = PlainBoundary(self.border, self.boundary.holes.inverse()._replace(outlines=()))
         inside = self.inside.inverse(self.z[: self.border], self.u[: self.border])
         metrics = self.metrics[1], self.metrics[0]

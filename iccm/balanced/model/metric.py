@@ -1,9 +1,10 @@
-"""Surfaces as the solver sees them: planes with a metric, one linear map a triangle from the plane to the surface.
+"""Surfaces as planes with a metric: for each triangle, a linear map from the plane to the surface.
 
-A solver's triangle z -> u between two surfaces has the Jacobian B J A⁻¹, where A and B take the planes to the surfaces.
-The kernels know of one linear map alone, that to the rest shape, in whose coordinates the hat functions' gradients are.
-The rest shape by A J⁻¹ B⁻¹ J gives this Jacobian, at the place u at which it is made exactly, and wherever B is a
-similarity; steps of Newton's method begin with it made anew.
+A triangle z -> u of the solver, with Jacobian J, stands for one between two surfaces with the Jacobian B J A⁻¹,
+where A and B take the planes to the surfaces. The kernels use only one linear map, to the rest shape, in whose
+coordinates the gradients of the hat functions are given. The rest shape by A J⁻¹ B⁻¹ J results in this Jacobian
+exactly at the position u for which it is computed, and everywhere if B is a similarity. It is computed anew at
+the beginning of each descent.
 """
 
 from dataclasses import dataclass
@@ -21,32 +22,31 @@ from ...plane import Similarity
 from ..minimise.energy import geometry
 
 MOST_ECCENTRIC, SMALLEST = 0.98, 1e-4
-"""Of |f_z̄|/|f_z| and of areas' ratios: beyond, rounding would be magnified."""
-SIMPLIFIED_SHARE = 1e-3  # of the root of the area: outlines are simplified by less
+"""Largest |f_z̄|/|f_z| and smallest ratio of areas for which Jacobians are inverted; beyond, rounding errors grow."""
+SIMPLIFIED_SHARE = 1e-3  # relative to the root of the area; outlines are simplified by less
 PARTS_OF_SIDE = 3
-"""Parts of a triangle's sides: the metric is averaged over as many points as their square. With 5, the 95th percentile
-of the stretch changed by less than 1 %."""
+"""Parts of each side of a triangle; the metric is averaged over as many points as the square of this. With 5,
+the 95th percentile of the stretch changed by less than 1 %.
+"""
 
 
 IDENTITY = Linear(np.ones(1, np.complex128), np.zeros(1, np.complex128))
 
 
 class Metric(Protocol):
-    """What takes small triangles of a plane to a surface."""
+    """Linear maps from small triangles of a plane to a surface."""
 
     def over(self, z: Complex) -> Linear:
-        """Return the linear maps of triangles z (m, 3)."""
+        """Return the linear maps of triangles z (m, 3) to the surface."""
         ...
 
     def importance(self, z: Complex) -> Real | float:
-        """Return (m,) how much distortion hurts in triangles z (m, 3), by how much it does on average: everywhere
-        alike.
-        """
+        """Return (m,) weights of distortion in triangles z (m, 3), relative to the mean; 1 where all count alike."""
         return 1.0
 
 
 Metrics = tuple[Metric | None, Metric | None]
-"""Of source and target; None where that is the plane itself."""
+"""Metrics of source and target; None for the Euclidean plane."""
 PLANES: Metrics = (None, None)
 
 
@@ -56,10 +56,10 @@ class LaidMetric(Metric):
 
     Attributes:
         locator: finds the surface's triangles.
-        frame: of the unit coordinates in which it is asked.
+        frame: of the unit coordinates in which positions are given.
         stretch: (m,) e, and
-        shear: (m,) g of the surface's triangles, so that the squared length of dz is e |dz|² + 2 Re(g dz²), with the
-            surface's area taken as one.
+        shear: (m,) g of the surface's triangles, with which the squared length of dz is e |dz|² + 2 Re(g dz²).
+            The surface's area is scaled to one.
     """
 
     locator: Locator
@@ -69,7 +69,7 @@ class LaidMetric(Metric):
 
     @classmethod
     def of(cls, layout: Flattening, frame: Similarity) -> "LaidMetric":
-        """Of a layout without folds, in the unit coordinates of a frame."""
+        """Return the metric of a flattening without folds, in the unit coordinates of a frame."""
         space = layout.patch.points[layout.patch.faces]
         to_surface = linear(layout.flat[layout.patch.faces], laid_flat(space))
         area = face_areas(space).sum() * abs(frame.factor) ** 2
@@ -83,9 +83,9 @@ class LaidMetric(Metric):
         )
 
     def over(self, z: Complex) -> Linear:
-        """Return the linear maps of triangles z (m, 3): that of the mean metric, with the mean of the areas' ratios.
+        """Return the linear maps of triangles z (m, 3), which have the mean metric and the mean ratio of areas.
 
-        In holes, where there is no surface, that of the plane.
+        In holes, where there is no surface, the Euclidean metric is used.
         """
         points = self.frame.pull_back(z @ PLACES.T)
         triangle, place = self.locator(points.ravel(), 1)
@@ -105,13 +105,13 @@ class LaidMetric(Metric):
 
 @dataclass(frozen=True, eq=False)
 class FieldMetric(Metric):
-    """A plane whose parts are as large, and count as much, as fields say.
+    """A plane with fields that give the size and the weight of its parts.
 
     Attributes:
-        frame: of the unit coordinates in which it is asked.
-        size: the linear size; None where it is everywhere the same.
-        weight: how much distortion hurts; as above.
-        scale: what brings the area to one.
+        frame: of the unit coordinates in which positions are given.
+        size: the linear size; None if it is 1 everywhere.
+        weight: weight of distortion; None if it is 1 everywhere.
+        scale: factor that makes the total area one.
         middle: the mean weight.
     """
 
@@ -125,30 +125,32 @@ class FieldMetric(Metric):
     def of(
         cls, frame: Similarity, inside: Complex, size: Field | None, weight: Field | None
     ) -> "FieldMetric":
-        """For a domain, of which there are evenly spread points (p,) in the given coordinates."""
+        """Return the metric of a domain, which is represented by evenly spread points (p,) in the given
+        coordinates.
+        """
         scale = 1.0 if size is None else 1 / np.sqrt(np.mean(size(inside) ** 2))
         return cls(
             frame, size, weight, float(scale), 1.0 if weight is None else float(np.mean(weight(inside)))
         )
 
     def over(self, z: Complex) -> Linear:
-        """Return the scalings of triangles z (m, 3), of the mean area."""
+        """Return the scalings of triangles z (m, 3) with the mean area."""
         if self.size is None:
             return IDENTITY
         found = self.scale * np.sqrt((self._at(self.size, z) ** 2).mean(axis=1))
         return Linear(found + 0j, 0j * found)
 
     def importance(self, z: Complex) -> Real | float:
-        """Return the mean weights."""
+        """Return the mean weights of triangles z (m, 3), relative to the mean of the domain."""
         return 1.0 if self.weight is None else self._at(self.weight, z).mean(axis=1) / self.middle
 
     def _at(self, field: Field, z: Complex) -> Real:
-        """Return (m, p) the field at points of triangles z (m, 3)."""
+        """Return (m, p) the field's values at points of triangles z (m, 3)."""
         return field(self.frame.pull_back(z @ PLACES.T))
 
 
 def _places(parts: int) -> Real:
-    """Return (parts², 3) barycentric coordinates of the middles of equal parts of a triangle."""
+    """Return (parts², 3) barycentric coordinates of the centroids of equal parts of a triangle."""
     i, j = np.mgrid[:parts, :parts]
     upright = (i + j < parts).ravel()
     first = np.column_stack([i.ravel() + 1 / 3, j.ravel() + 1 / 3])[upright]
@@ -161,7 +163,7 @@ PLACES = _places(PARTS_OF_SIDE)
 
 
 def _through(jacobian: Linear, metric: Linear) -> Linear:
-    """J⁻¹ B J; where J is nearly singular (slits), the similarity of B's area."""
+    """Return J⁻¹ B J, or where J is nearly singular (at slits) the similarity with B's area."""
     size = np.abs(jacobian.determinant)
     sound = (
         (np.abs(jacobian.b) < MOST_ECCENTRIC * np.abs(jacobian.a)) & (size > SMALLEST) & (size < 1 / SMALLEST)
@@ -173,8 +175,18 @@ def _through(jacobian: Linear, metric: Linear) -> Linear:
 
 
 def rest_geometry(z: Complex, u: Complex, corners: Index, metrics: Metrics) -> tuple[Complex, Real]:
-    """Return (m, 3) gradients of the hat functions on the rest shapes of the triangles of the map z -> u, and (m,)
-    their areas on the source: with metrics, in coordinates in which the map has the Jacobian between the surfaces.
+    """Return the rest shapes of the triangles of a map z -> u.
+
+    With metrics, they are in coordinates in which the map has the Jacobian between the surfaces.
+
+    Args:
+        z: (n,) vertices.
+        u: (n,) their images.
+        corners: (m, 3) triangles.
+        metrics: of source and target.
+
+    Returns:
+        (m, 3) gradients of the hat functions, and (m,) the areas on the source.
     """
     gradients, areas = geometry(z, corners)
     if metrics == PLANES:

@@ -1,4 +1,4 @@
-"""Outlines made ready for one level of the solver: simplified, with corners where vertices belong."""
+"""Prepare outlines for one level of the solver: simplify them, and choose the corners that get vertices."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,14 +10,12 @@ from ...arrays import Index, Real, complex_of
 from ...curve import Curve
 from ..minimise.sliding import Rail
 
-SHARP_CORNER_RADIANS = np.radians(
-    20
-)  # turn from which sliding vertices stop at a corner; smaller corners are passed
+SHARP_CORNER_RADIANS = np.radians(20)  # angle from which sliding vertices stop at a corner
 
 FINENESS_OF_TOLERANCE = (
-    0.2  # of the tolerance: how far the outlines that are solved for may be from those given
+    0.2  # relative to the tolerance: largest distance of simplified outlines from the given ones
 )
-MOST_OUTLINE_VERTICES = 3000  # of an outline; one with more is simplified further
+MOST_OUTLINE_VERTICES = 3000  # outlines with more are simplified further
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,8 +24,8 @@ class Outline:
 
     Attributes:
         curve: the simplified polyline, counter-clockwise.
-        corners: (c,) ascending arclengths of the vertices that every mesh of this level holds.
-        origins: (n + 1,) arclengths of the polyline's knots on the curve that was simplified.
+        corners: (c,) ascending arclengths of the vertices that every mesh of this level has.
+        origins: (n + 1,) arclengths of the polyline's knots on the original curve.
     """
 
     curve: Curve
@@ -43,10 +41,15 @@ class Outline:
         always: tuple[complex, ...] = (),
         spacing: float = np.inf,
     ) -> "Outline":
-        """Simplified to `fineness`, the vertices kept at `corner_fineness` being corners; both shares of the diagonal.
+        """Simplify a curve, and choose its corners by simplifying it further.
 
-        The vertices `always` are kept by both. With a spacing of the mesh's vertices, corners are only those where the
-        outline turns by more than SHARP_CORNER_RADIANS within it.
+        Args:
+            curve: the curve to simplify.
+            fineness: largest distance of the polyline from the curve, relative to the diagonal.
+            corner_fineness: the same for the polyline of the corners alone.
+            always: vertices that are kept, and are corners.
+            spacing: edge length of the mesh. If finite, a vertex is a corner only where the outline bends by
+                more than SHARP_CORNER_RADIANS within this length.
         """
         kept = kept_vertices(curve, fineness, always)
         fine = Curve(curve.z[kept])
@@ -58,22 +61,22 @@ class Outline:
         return cls(fine, fine.knots[corners], origins)
 
     def original(self, s: Real) -> Real:
-        """Arclengths on the curve that was simplified, in proportion between two vertices; laps are kept."""
+        """Return the arclengths on the original curve, linear between two vertices; laps are kept."""
         laps = np.floor(s / self.length)
         return np.interp(s - laps * self.length, self.curve.knots, self.origins) + laps * self._lap
 
     def simplified_from(self, s: Real) -> Real:
-        """Return the inverse of `original`."""
+        """Return the arclengths on the simplified polyline; the inverse of `original`."""
         laps = np.floor((s - self.origins[0]) / self._lap)
         return np.interp(s - laps * self._lap, self.origins, self.curve.knots) + laps * self.length
 
     @property
     def shares(self) -> Real:
-        """(n,) of the vertices, by the length of the curve that was simplified, from 0 to 1."""
+        """(n,) positions of the vertices as shares of the original curve's length, from 0 to 1."""
         return np.mod(self.origins[:-1] / self._lap, 1)
 
     def at_shares(self, shares: Real) -> Real:
-        """Arclengths at shares of the length of the curve that was simplified."""
+        """Return the arclengths at shares of the original curve's length."""
         return self.simplified_from(shares * self._lap)
 
     @property
@@ -81,12 +84,12 @@ class Outline:
         return float(self.origins[-1] - self.origins[0])
 
     def arclengths(self, vertices: tuple[complex, ...]) -> Real:
-        """Arclengths of vertices of the polyline."""
+        """Return the arclengths of the polyline's vertices closest to the given points."""
         return self.curve.knots[[int(np.argmin(np.abs(self.curve.z - v))) for v in vertices]]
 
     @property
     def length(self) -> float:
-        """Arclength all around."""
+        """Total arclength."""
         return self.curve.length
 
     @cached_property
@@ -98,7 +101,9 @@ class Outline:
 
 
 def _turns_within(curve: Curve, spacing: float) -> Real:
-    """Return (n,) radians by which a closed polyline turns within half the spacing before and after each vertex."""
+    """Return (n,) the angles in radians by which a closed polyline bends within half the spacing before and
+    after each vertex.
+    """
     turns = np.angle(curve.edges / np.roll(curve.edges, 1))
     sums = np.append(0, np.cumsum(np.tile(turns, 3)))
     knots = curve.knots[:-1]
@@ -109,14 +114,16 @@ def _turns_within(curve: Curve, spacing: float) -> Real:
 
 
 def simplify(curve: Curve, fineness: float, always: tuple[complex, ...] = ()) -> Curve:
-    """Return the curve with fewer vertices, within `fineness` of its diagonal, still simple, its first vertex kept."""
+    """Return the curve with fewer vertices, within `fineness` relative to its diagonal. It stays simple and
+    keeps its first vertex.
+    """
     kept = kept_vertices(curve, fineness, always)
     return curve if kept.size == curve.z.size else Curve(curve.z[kept])
 
 
 def kept_vertices(curve: Curve, fineness: float, always: tuple[complex, ...] = ()) -> Index:
-    """Return the vertices that Douglas and Peucker (1973) keep, with the topology preserved, and those `always`
-    kept.
+    """Return the indices of the vertices kept by Douglas & Peucker (1973), topology preserved, and of those in
+    `always`.
     """
     ring = curve.polygon.simplify(fineness * curve.diagonal).exterior
     kept = complex_of(shapely.get_coordinates(ring)).tolist()
@@ -125,7 +132,7 @@ def kept_vertices(curve: Curve, fineness: float, always: tuple[complex, ...] = (
 
 
 def manageable(curve: Curve, tolerance: float, always: tuple[complex, ...] = ()) -> Curve:
-    """Return the outline within a share of the tolerance, coarser where it would have too many vertices."""
+    """Return the outline simplified within a share of the tolerance, and further where it has too many vertices."""
     fineness = FINENESS_OF_TOLERANCE * tolerance
     fine = simplify(curve, fineness, always)
     while fine.z.size > MOST_OUTLINE_VERTICES:

@@ -1,9 +1,9 @@
-"""The boundary edges of a map split at the vertices of both outlines that its mesh skips.
+"""Split a map's boundary edges at the vertices of both outlines that its mesh skips.
 
-Where a mesh's boundary holds only the corners of the outlines, its vertices slide past all smaller corners, and the
-correspondence of the outlines is as smooth as the energy makes it. The corners come afterwards: each one of either
-outline gets its partner by linear interpolation in arclength. A vertex of the mesh close by takes its place; else the
-triangle beside the edge is bisected.
+If a mesh's boundary has vertices only at the corners of the outlines, its vertices slide past all smaller
+corners, and the correspondence of the outlines is as smooth as the energy makes it. The smaller corners are
+added afterwards. Each one, on either outline, gets its partner by linear interpolation in arclength. A mesh
+vertex that is close moves there; otherwise the triangle at the edge is bisected.
 """
 
 from dataclasses import replace
@@ -17,9 +17,9 @@ from .boundary_pairs import Match, Pairs, loops_of
 from .discrete_map import DiscreteMap, folds
 from .outline import Outline
 
-SAME_PLACE_SHARE = 1e-7  # of an outline's length: vertices this close are one
+SAME_PLACE_SHARE = 1e-7  # relative to an outline's length: vertices this close are the same
 SNAPPED_EDGE_SHARE = (
-    0.35  # of the shorter edge beside a vertex of the mesh: a corner this close becomes its place
+    0.35  # relative to the shorter edge at a mesh vertex: the vertex moves to a corner this close
 )
 
 
@@ -27,7 +27,7 @@ def split_at_vertices(state: DiscreteMap) -> DiscreteMap:
     """Return the map with a boundary vertex at every vertex of both outlines.
 
     Raises:
-        Stuck: a triangle beside the outline is too flat for a corner of it.
+        Stuck: a triangle at the outline is too flat to contain a corner of the outline.
     """
     boundary, old = _split_boundary(state.matched)
     added = old.size - state.border
@@ -53,7 +53,9 @@ def split_at_vertices(state: DiscreteMap) -> DiscreteMap:
 
 
 def _split_boundary(boundary: MatchedBoundary) -> tuple[MatchedBoundary, Index]:
-    """Return the boundary with all vertices of its outlines, and (b,) which vertex each was, -1 for new ones."""
+    """Return the boundary with all vertices of its outlines, and (b,) the former number of each vertex, -1 for
+    new ones.
+    """
     outer = boundary.match
     matches = [outer, *(hole.match for hole in outer.holes)]
     pairs, old = zip(*(_split_loop(*each, boundary) for each in zip(boundary.loops, matches)))
@@ -81,7 +83,9 @@ def _with_all_corners(outline: Outline) -> Outline:
 
 
 def _split_loop(loop: MatchedLoop, match: Match, boundary: MatchedBoundary) -> tuple[Pairs, Index]:
-    """Return the pairs of a loop with all vertices of its outlines, and (b,) which vertex each was, -1 for new ones."""
+    """Return the pairs of a loop with all vertices of its outlines, and (b,) their former numbers, -1 for new
+    ones.
+    """
     own = boundary.pairs.of(loop.vertices)
     s, at_source = _missing(own.s, loop.source)
     tau, at_target = _missing(own.tau, loop.target)
@@ -100,8 +104,16 @@ def _split_loop(loop: MatchedLoop, match: Match, boundary: MatchedBoundary) -> t
 
 
 def _missing(own: Real, outline: Outline) -> tuple[Real, Flags]:
-    """Arclengths of an outline's vertices, from the first of `own` on, that are not among these; and (b,) which of
-    these are at vertices."""
+    """Return the vertices of an outline that the mesh lacks.
+
+    Args:
+        own: (k,) arclengths of the mesh's vertices.
+        outline: the outline.
+
+    Returns:
+        Arclengths of the outline's vertices that are not among `own`, ascending from its first, and (k,)
+        whether each of `own` is at a vertex of the outline.
+    """
     length = outline.length
     knots = own[0] + np.sort(np.mod(outline.curve.knots[:-1] - own[0], length))
     ends = np.append(own, own[0] + length)
@@ -114,8 +126,9 @@ def _missing(own: Real, outline: Outline) -> tuple[Real, Flags]:
 
 
 def _snap(pairs: Pairs, number: Index, anchored: Flags) -> tuple[Pairs, Index]:
-    """Return the pairs without those of vertices that are not corners where a new one is close by, which they
-    become.
+    """Merge mesh vertices that are not at corners into new vertices that are close.
+
+    The new vertex takes the number of the mesh vertex, whose pair is removed.
     """
     number, kept = number.copy(), np.ones(number.size, bool)
     old = np.flatnonzero(number >= 0)
@@ -131,10 +144,10 @@ def _snap(pairs: Pairs, number: Index, anchored: Flags) -> tuple[Pairs, Index]:
 
 
 def _merge(pairs: Pairs, number: Index, loop: MatchedLoop) -> tuple[Pairs, Index]:
-    """Return the pairs with a vertex of the source and one of the target made one where they coincide.
+    """Merge a vertex of the source and one of the target into one where they coincide.
 
     Raises:
-        Stuck: others coincide.
+        Stuck: other vertices coincide.
     """
     (length, goal), (s, tau, at_source, at_target) = loop.lengths, pairs.of(np.arange(pairs.s.size))
     close = (np.diff(s) < SAME_PLACE_SHARE * length) & (np.diff(tau) < SAME_PLACE_SHARE * goal)
@@ -152,7 +165,16 @@ def _merge(pairs: Pairs, number: Index, loop: MatchedLoop) -> tuple[Pairs, Index
 
 
 def _bisect(faces: Index, loops: list[slice], old: Index) -> tuple[Index, Index]:
-    """Return (m, 3) triangles bisected at the new vertices of the loops, and (m,) of which one each is a part."""
+    """Bisect triangles at the new vertices of the loops.
+
+    Args:
+        faces: (m, 3) triangles.
+        loops: the range of vertices of each loop.
+        old: (b,) former numbers of the loops' vertices, -1 for new ones.
+
+    Returns:
+        (k, 3) triangles, and (k,) the former triangle that contains each.
+    """
     chains: dict[tuple[int, int], range] = {}
     for loop in loops:
         kept = loop.start + np.flatnonzero(old[loop] >= 0)
@@ -176,7 +198,7 @@ def _bisect(faces: Index, loops: list[slice], old: Index) -> tuple[Index, Index]
 
 
 def _triangles_at(faces: Index, edges: list[tuple[int, int]]) -> dict[tuple[int, int], int]:
-    """Return the triangle to the left of each edge."""
+    """Return the triangle to the left of each edge, as a dictionary."""
     count = int(faces.max()) + 1
     keys = (faces * count + np.roll(faces, -1, axis=1)).ravel()
     order = np.argsort(keys)

@@ -1,7 +1,8 @@
-"""A map's triangulation changed where that lowers its energy: edges flipped, vertices and their images as they are.
+"""Change a map's triangulation where that lowers its energy: edges are flipped, vertices and images do not
+move.
 
-Dyn, Levin & Rippa, *Data dependent triangulations for piecewise linear interpolation*, 1990: long triangles along the
-direction in which a map changes least approximate it better than round ones.
+Dyn, Levin & Rippa, *Data dependent triangulations for piecewise linear interpolation*, 1990: long triangles in
+the direction in which a map changes least approximate it better than round ones.
 """
 
 from dataclasses import replace
@@ -22,10 +23,15 @@ _flip_to_lower_energy = function(
 
 
 def flip_edges(state: DiscreteMap, q: float) -> DiscreteMap:
-    """Return the map with edges flipped while that lowers the energy of the two triangles beside them.
+    """Flip edges while that lowers the energy of the two triangles at them.
 
-    Edges of the outlines, of strokes, virtual triangles and rigid regions stay, and none comes to join two vertices
-    of outlines. Maps between surfaces, whose triangles' shapes are those of space, stay as they are.
+    Edges of outlines, strokes, virtual triangles and rigid regions are kept, and no new edge joins two vertices
+    of outlines. Maps between surfaces are returned unchanged, since their triangles have the shapes of those in
+    space.
+
+    Args:
+        state: the map.
+        q: power of the density.
     """
     if state.metrics != PLANES or state.ground is not None or state.multipliers is not None:
         return state
@@ -40,7 +46,9 @@ def flip_edges(state: DiscreteMap, q: float) -> DiscreteMap:
     share = state.boundary.area_share(True)
     links = state.following
     rays = state.inside.rays(state.z[: state.border])
-    links[rays[:, 0]] = state.border + rays[:, 1]  # an edge of an outline has one triangle and stays anyway
+    links[rays[:, 0]] = (
+        state.border + rays[:, 1]
+    )  # replaces links along the outline, whose edges have one triangle and are never flipped
     _flip_to_lower_energy(
         state.z,
         state.u,
@@ -57,7 +65,7 @@ def flip_edges(state: DiscreteMap, q: float) -> DiscreteMap:
         share,
     )
     flipped = replace(state, faces=faces).with_pattern()
-    if state.energy.terms:  # of which flips know nothing
+    if state.energy.terms:  # flips do not take the terms into account
         before, after = (each.energy.between(each.z, each.u, each.material) for each in (state, flipped))
         return flipped if after < before else state
     return flipped

@@ -14,22 +14,22 @@ from .metric import Metric
 
 @dataclass(frozen=True)
 class Settings:
-    """What is asked of a map.
+    """Options of a balanced map.
 
     Attributes:
-        energy: what the map minimises, and is compared by.
-        turn: radians by which the picture should be turned; None leaves it to the shapes.
-        tolerance: two-sided gap from the outlines aimed at, of the diagonal.
-        max_dilatation: the largest K = s1/s2 wished; None for no bound.
-        max_stretch: the largest max(s1, 1/s2) wished, relative to the mean scale; None for no bound.
-        fit: whether both outlines are met whole, or concavities may be filled (`iccm.fits`).
-        keep_holes: whether partial maps pass over no holes.
-        max_left_out: the largest share of the source that may be left out.
-        max_uncovered: the largest share of the target that may stay uncovered.
-        starts: times as many correspondences are tried as usual.
-        triangles: about how many the last mesh has.
-        metric: of the source, in unit coordinates; None for the plane's own.
-        rigid_size: of rigid regions, relative to the mean scale; None where it is free.
+        energy: the energy that the map minimises, and by which maps are compared.
+        turn: desired rotation of the picture in radians; None leaves it to the shapes.
+        tolerance: largest two-sided distance of the outlines, relative to the target's diagonal.
+        max_dilatation: largest K = s1/s2 requested; None for no bound.
+        max_stretch: largest max(s1, 1/s2) requested, relative to the mean scale; None for no bound.
+        fit: whether both outlines are matched entirely, or concavities may be filled (`iccm.fits`).
+        keep_holes: whether partial maps must not ignore holes.
+        max_left_out: largest share of the source that may be hidden.
+        max_uncovered: largest share of the target that may stay bare.
+        starts: multiple of the usual number of correspondences to try.
+        triangles: approximate number of triangles of the final mesh.
+        rigid_size: scale of rigid regions relative to the mean scale; None leaves it free.
+        metric: of the source, in unit coordinates; None for the Euclidean plane.
     """
 
     energy: Energy = field(default_factory=Energy)
@@ -47,13 +47,13 @@ class Settings:
     metric: Metric | None = None
 
     def inverse(self) -> "Settings":
-        """Return what is asked of the inverse map."""
+        """Return the settings of the inverse map."""
         turn, size = self.turn and -self.turn, self.rigid_size and 1 / self.rigid_size
         return replace(self, turn=turn, rigid_size=size)
 
     @property
     def theta(self) -> float:
-        """The balance of angles and areas."""
+        """The energy's balance of angles and areas, θ."""
         return self.energy.balance
 
     @property
@@ -64,24 +64,26 @@ class Settings:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """A map that was found, in the given coordinates, and how the search ended.
+    """A map in the given coordinates, and how the search ended.
 
     Attributes:
-        map: the map, one-to-one on its triangles, which are counter-clockwise in both planes, exactly.
-        energies: at the end of each level.
+        map: the map. It is one-to-one on each triangle, and triangles are counter-clockwise in both planes, in
+            exact arithmetic.
+        energies: energy at the end of each level.
         reached: whether tolerance and bounds are met.
         met: whether all pins and strokes are met.
-        simple: whether the image's outlines overlap neither themselves nor each other; only deformations may.
-        energy: at q = 1, areas taken as one, without the outline's term.
-        turn: radians by which the picture is turned on average.
-        gap: two-sided distance of the image's outline from the target, of its diagonal.
-        source_gap: that of the mesh's outline from the source.
-        notes: sentences on what was decided on the way.
-        lines: (l, 2) vertices of the edges of strokes, which go straight to straight lines.
-        partners: for each loop but the first, which hole of the source and of the target it is; -1 for a slit.
-        holes: numbers of the holes of the source and of the target that the map does not pass over; None for all.
-        filled: where concavities are filled, the outer outline with them in the source and in the image.
-        rigid: outlines of rigid regions and of holes in them.
+        simple: whether the image's outlines overlap neither themselves nor each other; this can be False for
+            deformations only.
+        energy: at q = 1, both areas scaled to one, without the outline's term.
+        turn: mean rotation of the picture in radians.
+        gap: two-sided distance between the image's outline and the target, relative to the target's diagonal.
+        source_gap: the same between the mesh's outline and the source.
+        notes: messages about decisions of the search.
+        lines: (l, 2) vertex pairs of the edges of strokes, which are mapped to straight lines.
+        partners: for each loop but the first, the hole of the source and the hole of the target; -1 for a slit.
+        holes: numbers of the holes of the source and of the target that the map respects; None for all.
+        filled: if concavities are filled, the outer outlines of source and image including them.
+        rigid: outlines of rigid regions, and of holes in them.
         rigid_of_target: whether these are regions of the target.
         soft_pins: (k, 2) pins that need not be met exactly.
         softness: of these, with radii and tolerances.
@@ -107,7 +109,9 @@ class Solution:
     softness: Softness = field(default_factory=lambda: Softness.free(0))
 
     def inverse(self) -> "Solution":
-        """Return the inverse map; rigid regions of one side are regions of the other side of the other."""
+        """Return the solution of the inverse problem; rigid regions of the source become regions of the target,
+        and vice versa.
+        """
         return replace(
             self,
             map=self.map.linear_inverse(),
@@ -123,12 +127,12 @@ class Solution:
 
 @dataclass
 class SolveLog:
-    """What happened on the way: energies at the end of each level, and sentences."""
+    """The energies at the end of each level, and the messages, that a solve collects."""
 
     energies: list[float] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
     def add(self, other: "SolveLog") -> None:
-        """Take over what another one has."""
+        """Append the energies and messages of another log."""
         self.energies += other.energies
         self.notes += other.notes

@@ -1,6 +1,6 @@
-"""Rigid regions: parts of the source that a map moves as wholes.
+"""Rigid regions: parts of the source that are mapped by similarities.
 
-given      regions as given, checked, and what is asked of them
-room       where the target has room for a region
-solve      the map without them made one that keeps them
+given      regions as given, checked, and their requested similarities
+room       room for a region in the target
+solve      the map with rigid regions, starting from the map without them
 """

@@ -1,4 +1,4 @@
-"""Rigid regions as given, made fit for a mesh: joined where they meet, kept off the outlines, simplified."""
+"""Prepare rigid regions for a mesh: join regions that meet, keep them away from the outlines, and simplify them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,15 +12,14 @@ from ...errors import InputError
 from ...plane import Similarity
 from ..constraints.validate import NO_PINS, Pins
 
-# Of the root of the area, of which an edge of the last mesh is 0.02 long.
-OUTLINE_MARGIN = 0.01  # how far regions keep off the outlines, which slide
-REGION_DETAIL = (
-    3e-3  # how far their own outlines may be off those given, and half the gap over which they join
-)
+# Lengths relative to the root of the area; an edge of the final mesh has length 0.02.
+OUTLINE_MARGIN = 0.01  # distance of regions from the outlines, which slide
+REGION_DETAIL = 3e-3  # tolerance of the regions' outlines, and half the gap across which they are joined
 LEAST_REGION_AREA = 1e-5  # area of a region
-LOST_AREA_SHARE = 0.02  # of a region's area: less that is too close to an outline is not worth a word
-SIMILARITY_ERROR_SHARE = 0.01  # of a region's scale: how far pins in it may be off a similarity
-MOST_REGIONS = 200  # regions: what is drawn by hand has fewer, noise in a mask more
+# Relative to the regions' area: if more is too close to an outline, a note reports it.
+LOST_AREA_SHARE = 0.02
+SIMILARITY_ERROR_SHARE = 0.01  # relative to a region's size: largest deviation of its pins from a similarity
+MOST_REGIONS = 200  # most regions: drawings have fewer, noisy masks more
 
 
 Rings = tuple[Complex, ...]
@@ -28,18 +27,18 @@ Rings = tuple[Complex, ...]
 
 @dataclass(frozen=True, eq=False)
 class Regions:
-    """Regions apart from each other and from the outlines.
+    """Regions disjoint from each other and from the outlines.
 
     Attributes:
-        polygons: of each the outer ring, counter-clockwise, and those of holes in it, clockwise.
-        notes: sentences on what became of those given.
+        polygons: for each region, the outer ring, counter-clockwise, and those of holes in it, clockwise.
+        notes: messages about changes to the given regions.
     """
 
     polygons: tuple[Rings, ...]
     notes: tuple[str, ...] = ()
 
     def holding(self, z: Complex) -> np.ndarray:
-        """Return (p,) the region that each point is in; -1 for none."""
+        """Return (p,) the region that contains each point; -1 for none."""
         found = np.full(z.size, -1)
         for k, rings in enumerate(self.polygons):
             found[shapely.contains_xy(_polygon(rings), z.real, z.imag)] = k
@@ -61,12 +60,14 @@ def regions_of(
     Args:
         given: (p,) vertices of simple polygons.
         source: the outline.
-        holes: those of holes.
-        pins: (k, 2) points of the source and where they go; one beside a region's outline is taken into it.
-        strokes: as above.
+        holes: outlines of holes.
+        pins: (k, 2) points of the source and their places; a region is extended around pins close to its
+            outline.
+        strokes: polylines of the source and their images.
 
     Raises:
-        InputError: one is outside the domain, or too thin; too many; a stroke through one.
+        InputError: a region is outside the domain or too thin, there are too many, or a stroke runs through
+            one.
     """
     domain = shapely.Polygon(xy_of(source.z), [xy_of(hole.z) for hole in holes])
     unit = np.sqrt(domain.area)
@@ -115,22 +116,25 @@ def regions_of(
 
 
 def aims_of(regions: Regions, pins: Pins, size: float) -> tuple[Complex, Flags, Complex]:
-    """Return as `aims_by`, of polygons and pins in unit coordinates."""
+    """Return the same as `aims_by`, for polygons and pins in unit coordinates."""
     return aims_by(len(regions.polygons), regions.holding(pins.inner[:, 0]), pins.inner, size)
 
 
 def aims_by(count: int, own: Index, pins: Complex, size: float) -> tuple[Complex, Flags, Complex]:
-    """Return (k,) derivatives that regions are to have, and which ones their pins say; (k, 2) the middles of their pins
-    and where these are to be, NaN where there are none; in unit coordinates.
+    """Return the derivatives that rigid regions should have, as far as pins determine them.
 
     Args:
-        count: how many regions there are.
-        own: (p,) the region that each pin is in, -1 for none.
-        pins: (p, 2) pins and where they are to be.
-        size: what regions have unless pins say it.
+        count: number of regions.
+        own: (p,) the region that contains each pin, -1 for none.
+        pins: (p, 2) pins and their goals, in unit coordinates.
+        size: scale of regions for which pins do not determine it.
+
+    Returns:
+        (k,) derivatives, (k,) whether pins determine them, and (k, 2) the centroids of their pins and of these
+        pins' goals, NaN if there are no pins.
 
     Raises:
-        InputError: the pins in a region are moved by no similarity.
+        InputError: no similarity maps the pins in a region.
     """
     aims, said, held = np.full(count, size, complex), np.zeros(count, bool), np.full((count, 2), np.nan + 0j)
     for k in np.unique(own[own >= 0]):
@@ -154,13 +158,13 @@ def _polygon(rings: Rings) -> shapely.Polygon:
 
 
 def _parts(found: shapely.Geometry) -> list[shapely.Polygon]:
-    """Return the polygons of a geometry, from the top left on."""
+    """Return the polygons of a geometry, sorted from the top left."""
     parts = [part for part in shapely.get_parts(found) if part.geom_type == "Polygon" and not part.is_empty]
     return sorted(parts, key=lambda part: (-part.bounds[3], part.bounds[0]))
 
 
 def _without_small_holes(part: shapely.Polygon, holes: Sequence[Curve]) -> shapely.Polygon:
-    """Return a region without its holes, which move with it, but for those that hold a hole of the domain."""
+    """Return a region without its holes, which then move with it, except those that contain a hole of the domain."""
     kept = [
         ring for ring in part.interiors if any(shapely.Polygon(ring).contains(_inner(hole)) for hole in holes)
     ]

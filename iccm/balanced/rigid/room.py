@@ -1,4 +1,4 @@
-"""Room for rigid regions in a target."""
+"""Find room for rigid regions in a target."""
 
 import numpy as np
 import shapely
@@ -6,20 +6,22 @@ import shapely
 from ...arrays import Complex, complex_of, xy_of
 from ...plane import bounding_box, longer_side
 
-GRID_CELLS_ACROSS = 200  # of the grid along the target's longer side
-CLEARANCE_FACTOR = 1.1  # of a region's size, that has to fit: what surrounds it needs room, too
-SNUG_SIZE_SHARE = 0.97  # of the largest size that fits, where that is less
-SIZE_HALVINGS = 8  # of the interval of sizes
+GRID_CELLS_ACROSS = 200  # along the target's longer side
+CLEARANCE_FACTOR = 1.1  # size that has to fit, relative to a region's: its surroundings need room, too
+SNUG_SIZE_SHARE = 0.97  # relative to the largest size that fits, if that is smaller than the region's
+SIZE_HALVINGS = 8  # bisections of the interval of sizes
 
 
 def room_for(shape: Complex, domain: shapely.Polygon, near: complex) -> tuple[float, complex]:
-    """Return as how much of its size, at most all of it, a shape fits into a domain without being turned, and where it
-    does closest to a place.
+    """Find the largest scale, up to 1, with which a shape fits into a domain without rotation, and where.
 
     Args:
         shape: (n,) a polygon around 0.
         domain: the polygon.
-        near: where 0 should come to be.
+        near: desired position of 0.
+
+    Returns:
+        The scale, and the position closest to `near` at which the shape fits.
     """
     low, high = bounding_box(complex_of(shapely.get_coordinates(domain.exterior)))
     cell = longer_side(low, high) / GRID_CELLS_ACROSS
@@ -31,9 +33,9 @@ def room_for(shape: Complex, domain: shapely.Polygon, near: complex) -> tuple[fl
     waves = np.fft.rfft2(outside)
 
     def where(size: float) -> Complex:
-        """Return the places at which it fits."""
+        """Return the positions at which it fits."""
         reach = int(np.ceil(size * np.abs(shape).max() / cell)) + 1
-        if 2 * reach + 1 > GRID_CELLS_ACROSS:  # it is larger than the domain
+        if 2 * reach + 1 > GRID_CELLS_ACROSS:  # the shape is larger than the domain
             return places[:0, 0]
         steps = cell * np.arange(-reach, reach + 1)
         grown = shapely.Polygon(xy_of(size * shape)).buffer(0.5 * cell)
@@ -52,7 +54,7 @@ def room_for(shape: Complex, domain: shapely.Polygon, near: complex) -> tuple[fl
     share = 1.0 if least == 0 else min(1.0, SNUG_SIZE_SHARE * least)
     found = found[np.argsort(np.abs(found - near), kind="stable")]
     for _ in range(SIZE_HALVINGS):
-        for place in found:  # at the points of the grid it is inside, between them it may not be
+        for place in found:  # it is inside at the points of the grid, but perhaps not between them
             if domain.contains(shapely.Polygon(xy_of(place + share * shape))):
                 return share, complex(place)
         share *= SNUG_SIZE_SHARE

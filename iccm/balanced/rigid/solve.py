@@ -1,17 +1,18 @@
-"""Rigid regions: parts of the source that a map moves as a whole, by a similarity each.
+"""Make regions of a map rigid, so that each is mapped by a similarity.
 
-The triangles of a region follow a similarity c z + t, of which c is given, or what the region has on average, and t is
-free: their density is quadratic (a penalty method: Nocedal and Wright, *Numerical Optimization*, 17.1). Where c is
-what they have it counts more and more, until what is left of their distortion is below what anyone sees; regions that
-are put in their places are rigid from the first, and count so much that no descent of what surrounds them could pay for
-more than that. What surrounds them gives way by the balanced energy, so that nothing folds on the way.
+The triangles of a region follow a similarity c z + t. The derivative c is given, or is the region's mean
+derivative, and t is free: their density is quadratic (a penalty method: Nocedal and Wright, *Numerical
+Optimization*, 17.1). If c is the mean derivative, the weight of regions is raised until their remaining
+distortion is invisible. Regions that are put in their places are rigid from the beginning, with a weight so
+large that no descent of their surroundings could pay for more distortion than that. The surroundings adapt by
+the balanced energy, so that nothing folds on the way.
 
-First the map without regions is carried to a mesh that has the regions' outlines as edges; the regions are put into
-their places, and what surrounds them is unfolded and converges. Where a region has no room for its size, because
-the map takes it into a protrusion, or where folds remain, it is cut out and put where there is: the map of the
-domains with holes, a region's outline going to its image point by point, is found from scratch, and the regions are
-put into it. Where that does not work either they begin small, in the map without them or in one around them, and grow
-as far unchanged.
+First, the map without regions is transferred to a mesh that has the regions' outlines as edges; the regions are
+put into their places, and their surroundings are unfolded and converge. If a region has no room for its size,
+because the map takes it into a protrusion, or if folds remain, it is cut out and put where there is room: the
+map of the domains with holes, with a region's outline mapped to its image point by point, is solved from
+scratch, and the regions are put into it. If that fails, too, they begin small, in the map without them or in
+one around them, and grow as far as they can.
 """
 
 from collections.abc import Callable
@@ -41,36 +42,39 @@ from ..search.levels import FINE_POWER, Level, match_on
 from ..search.unit_problem import UnitProblem
 from .room import room_for
 
-UNSEEN_STRAIN = 5e-3  # strain of a region that no eye sees: a pixel in 200
+UNSEEN_STRAIN = 5e-3  # strain of a region that is invisible: one pixel in 200
 STIFF, STIFFER, SOFTEST = 10.0, 10.0, 1e4
-"""Weights of regions, times the energy without them: the first one, the factor to the next, and the one from which a
-region that gives way no more is stuck."""
-STUCK_STRAIN_RATIO = 0.8  # of the strain, that is left for ten times the weight
-WEIGHT_STEPS, WEIGHT_DECREASE = 12, 1e-3  # of Newton for a weight, and the relative decrease that ends them
-NEXT, LEAST = 1.5, 0.02  # shares of growing: as in `homotopy`
-SMALLEST_SIZE_SHARE = 0.01  # of its size, at which a region begins that has no room anywhere
+"""Weights of regions relative to the energy without them: the first one, the factor to the next, and the one
+from which a region whose strain hardly decreases is stuck.
+"""
+STUCK_STRAIN_RATIO = 0.8  # ratio of strains, after raising the weight by ten, above which a region is stuck
+# Newton steps for each weight, and the relative decrease that ends them.
+WEIGHT_STEPS, WEIGHT_DECREASE = 12, 1e-3
+NEXT, LEAST = 1.5, 0.02  # growth of the step, and the least step, of regions that grow; as in `homotopy`
+SMALLEST_SIZE_SHARE = 0.01  # relative to its size: size at which a region begins that has no room anywhere
 BEGUN = (
     0.0,
     0.5,
     0.25,
     0.125,
-)  # shares of their sizes from which regions grow, in turn; 0 in the map without them
-WEIGHT_ROUNDS = 6  # of steps for what surrounds regions, between which their weight falls with its energy
-LARGE_SIZE_SHARE = 0.98  # of what was asked: a region that large is not sent elsewhere
+)  # shares of their sizes from which regions grow, tried in turn; 0 for the map without them
+# Rounds of steps for the surroundings of regions, after each of which the regions' weight is adapted.
+WEIGHT_ROUNDS = 6
+LARGE_SIZE_SHARE = 0.98  # relative to the requested size: no other place is tried for a region this large
 VARIANTS = ((True, False), (True, True), (False, False))
-"""Whether the outlines' corners come last, and if so, whether before the regions are rigid."""
+"""Whether corners of the outlines are inserted at the end, and if so, whether before the regions become rigid."""
 
 
 @dataclass(frozen=True, eq=False)
 class Rigid:
-    """What is asked of rigid regions, in unit coordinates.
+    """Requested properties of rigid regions, in unit coordinates.
 
     Attributes:
         regions: polygons, the outer one first.
-        aims: (k,) complex, the derivative of each one's similarity, as far as it is known.
-        turns: (k,) whether regions may turn.
-        sizes: (k,) whether they may have any size.
-        held: (k, 2) a point of each one and its image, where pins say; NaN elsewhere.
+        aims: (k,) complex, the derivative of each one's similarity, as far as it is prescribed.
+        turns: (k,) whether the rotation is free.
+        sizes: (k,) whether the scale is free.
+        held: (k, 2) a point of each one and its image, if pins prescribe them; NaN otherwise.
     """
 
     regions: tuple[tuple[Complex, ...], ...]
@@ -80,7 +84,7 @@ class Rigid:
     held: Complex
 
     def aims_beside(self, own: Complex) -> Complex:
-        """Return (k,) the aims, what is free being as regions have it."""
+        """Return (k,) the aims, with free rotations and scales taken from the regions' own derivatives."""
         size = np.where(self.sizes, np.abs(own), np.abs(self.aims))
         turn = np.where(self.turns, own, self.aims)
         return np.asarray(size * turn / np.abs(turn), np.complex128)
@@ -88,7 +92,7 @@ class Rigid:
 
 @dataclass(frozen=True, eq=False)
 class Placing:
-    """Similarities of regions: z goes to image + factor (z - middle); (k,) each."""
+    """Similarities of regions: z is mapped to image + factor (z - middle); (k,) each."""
 
     factors: Complex
     middles: Complex
@@ -98,11 +102,12 @@ class Placing:
 def keep_rigid(
     problem: UnitProblem, start: MeshMap, rigid: Rigid, settings: Settings, journal: SolveLog
 ) -> DiscreteMap:
-    """Return the map continued to from one without regions; its regions may be smaller than asked for, or not quite
-    rigid.
+    """Return the map with rigid regions, starting from one without.
+
+    Its regions may be smaller than requested, or not quite rigid.
 
     Raises:
-        NoMapError: none without folds follows the regions' outlines.
+        NoMapError: no map without folds follows the regions' outlines.
     """
     progress.tell("rigid regions")
     sketch = MeshMap.plain(
@@ -135,22 +140,22 @@ def keep_rigid(
 def kept_by(
     problem: UnitProblem, rigid: Rigid, beginning: "Beginning", settings: Settings, *, again: bool
 ) -> list[DiscreteMap]:
-    """Return the maps with rigid regions that come of a beginning: of the first variant that keeps these, and those
+    """Return the maps with rigid regions from one beginning: of the first variant that keeps them, and of those
     before.
 
     Args:
-        problem: what is solved.
+        problem: the problem.
         rigid: the regions.
-        beginning: of the maps.
-        settings: what is asked for.
-        again: whether the next variant is tried where one is stuck.
+        beginning: makes the map to start from.
+        settings: options of the map.
+        again: whether to try the next variant if one is stuck.
     """
     found: list[DiscreteMap] = []
     for smooth, split in VARIANTS:
         level = final_level(problem._replace(regions=rigid.regions), settings, smooth=smooth)
         try:
             state = beginning.on(level, split=split)
-        except Stuck:  # where regions fold the map without them, corners are not what is in the way
+        except Stuck:  # if regions fold the map without them, corners are not the reason
             if again:
                 continue
             break
@@ -166,8 +171,9 @@ def kept_by(
 
 
 def keep_on_mesh(state: DiscreteMap, rigid: Rigid, settings: Settings) -> DiscreteMap:
-    """Return the map continued to on the mesh that it has, of whose triangles the regions consist; these may be smaller
-    than asked for, or not quite rigid.
+    """Return the map with rigid regions on its own mesh, in which the regions consist of triangles.
+
+    The regions may be smaller than requested, or not quite rigid.
 
     Raises:
         NoMapError: none without folds was found.
@@ -192,7 +198,7 @@ def keep_on_mesh(state: DiscreteMap, rigid: Rigid, settings: Settings) -> Discre
 
 
 class Beginning(Protocol):
-    """What gives a map with rigid regions, not in the rest shape yet, on the mesh of any level."""
+    """Makes a map with rigid regions, not yet converged, on the mesh of any level."""
 
     def on(self, level: Level, *, split: bool) -> DiscreteMap:
         """Return the map; `split` adds the outlines' vertices to the mesh before regions become rigid.
@@ -205,8 +211,10 @@ class Beginning(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class FromMap:
-    """The map without regions, in which they are put in their places; those that may turn, or have any size, become
-    stiff where they are."""
+    """The map without regions, in which they are put into their places.
+
+    Regions with a free rotation or scale become stiff where they are.
+    """
 
     sketch: MeshMap
     rigid: Rigid
@@ -224,10 +232,10 @@ class FromMap:
 
 @dataclass(frozen=True, eq=False)
 class AroundPlaces:
-    """The map around regions, which are cut out and put in their places.
+    """The map of the surroundings of regions, which are cut out and put in their places.
 
     Attributes:
-        around: the map of what is left of the source.
+        around: the map of the source without the regions.
         places: of the regions.
     """
 
@@ -238,10 +246,10 @@ class AroundPlaces:
     def of(
         cls, problem: UnitProblem, sketch: MeshMap, rigid: Rigid, places: Placing, *, patient: bool
     ) -> "AroundPlaces":
-        """Find the map of the domains with the regions cut out; `patient` as of `coarse_to_fine`.
+        """Solve for the map of the domains with the regions cut out; see `coarse_to_fine` for `patient`.
 
         Raises:
-            Stuck: a region has a hole; there are strokes.
+            Stuck: a region has a hole, or there are strokes.
             NoMapError: none was found.
         """
         if problem.strokes or any(len(rings) > 1 for rings in rigid.regions):
@@ -262,7 +270,7 @@ class AroundPlaces:
         )
         used, found = multilevel.coarse_to_fine(with_regions_cut, SolveLog(), patient=patient)
         whole: MeshMap = found.inverse() if used.inverted else found
-        # The regions' outlines come last on its boundary; to the map with regions they are inner vertices.
+        # The regions' outlines come last on its boundary; in the map with regions they are inner vertices.
         kept = tuple(loop for loop in whole.loops if loop.source < first)
         border = whole.loops[len(kept)].first
         return cls(MeshMap.plain(whole.z, whole.u, whole.faces, border, loops=kept), places)
@@ -280,16 +288,18 @@ class AroundPlaces:
 
 @dataclass(frozen=True, eq=False)
 class Growing:
-    """Regions that grow, each where it has room for its size: in the map without them, or around regions that have
-    `begun` with a share of the size that finds room.
+    """Regions that grow, each where there is room for its size.
+
+    They grow in the map without them, or around regions that begin with a share of the size for which there is
+    room.
 
     Attributes:
-        problem: what is solved.
+        problem: the problem.
         sketch: the map without regions.
         rigid: the regions.
-        room: (k,) the share of its size that each one finds room for.
+        room: (k,) the share of its size for which each region has room.
         begun: the share of that with which they begin.
-        around: the map around them then; None where they begin with nothing.
+        around: the map around them then; None if they begin with 0.
     """
 
     problem: UnitProblem
@@ -301,10 +311,10 @@ class Growing:
 
     @classmethod
     def of(cls, problem: UnitProblem, sketch: MeshMap, rigid: Rigid, begun: float) -> "Growing":
-        """With the map around regions as large as they begin.
+        """Return the growing regions, with the map around them if they begin with more than 0.
 
         Raises:
-            Stuck, NoMapError: as of `AroundPlaces.of`.
+            Stuck, NoMapError: as in `AroundPlaces.of`.
         """
         _, _, room = places_of(problem, sketch, rigid)
         growing = cls(problem, sketch, rigid, room, begun)
@@ -314,7 +324,7 @@ class Growing:
         return replace(growing, around=AroundPlaces.of(problem, sketch, rigid, places, patient=False))
 
     def places(self, shares: Real | float) -> Placing:
-        """Return where regions with shares (k,) of the sizes that find room belong."""
+        """Return the places of regions with shares (k,) of the sizes for which there is room."""
         return places_of(self.problem, self.sketch, self.rigid, shares * self.room)[0]
 
     def on(self, level: Level, *, split: bool) -> DiscreteMap:
@@ -327,7 +337,7 @@ class Growing:
 
 
 def carry_over(level: Level, sketch: MeshMap, *, split: bool) -> DiscreteMap:
-    """Return the map without regions, in the rest shape on a mesh that has their outlines as edges; see `Beginning` for
+    """Return the map without regions, converged on a mesh that has their outlines as edges; see `Beginning` for
     `split`.
     """
     state = warm_start.continue_from(level, sketch)
@@ -338,8 +348,12 @@ def carry_over(level: Level, sketch: MeshMap, *, split: bool) -> DiscreteMap:
 def places_of(
     problem: UnitProblem, sketch: MeshMap, rigid: Rigid, sizes: Real | float = 1.0
 ) -> tuple[Placing, bool, Real]:
-    """Return where regions find room for shares (k,) of their sizes, or as much of these as they can have, close to
-    where a map has them; whether that is elsewhere, and how much (k,) of these it is.
+    """Find room for regions with shares (k,) of their sizes, or as much of these as possible, close to where a
+    map has them.
+
+    Returns:
+        The similarities, whether a place is far from the region's image, and (k,) the share of these sizes that
+        fits.
     """
     domain = shapely.Polygon(xy_of(problem.target.z), [xy_of(hole.z) for hole in problem.holes[1]])
     goals = [interpolate(sketch.z, sketch.faces, sketch.u, rings[0]) for rings in rigid.regions]
@@ -380,7 +394,7 @@ def placing_of(state: DiscreteMap, rigid: Rigid) -> Placing:
 
 
 def place_regions(state: DiscreteMap, places: Placing) -> DiscreteMap:
-    """Return the map with regions in their places, what surrounds them unfolded.
+    """Return the map with regions in their places, and with their surroundings unfolded.
 
     Raises:
         Stuck: folds remain.
@@ -399,11 +413,15 @@ def place_regions(state: DiscreteMap, places: Placing) -> DiscreteMap:
 
 
 def grow_regions(state: DiscreteMap, places: Callable[[Real], Placing], begun: float = 0.0) -> DiscreteMap:
-    """Return the map with rigid regions as large as possible, together and then each on its own; `places` says where
-    shares (k,) of their sizes belong, of which they have `begun` with one.
+    """Return the map with rigid regions as large as possible, first growing together, then each separately.
+
+    Args:
+        state: the map.
+        places: returns the similarities of regions with shares (k,) of their sizes.
+        begun: the share with which they have begun.
 
     Raises:
-        Stuck: not even a little.
+        Stuck: a region cannot grow at all.
     """
     assert state.rigid is not None
     count = int(state.rigid.max()) + 1
@@ -423,7 +441,7 @@ def grow_regions(state: DiscreteMap, places: Callable[[Real], Placing], begun: f
 
 
 def relax_regions(state: DiscreteMap) -> DiscreteMap:
-    """Return the converged map with its regions, which are rigid and stay so."""
+    """Return the converged map with its regions, which are rigid and remain so."""
     state = state.with_firm_regions(1.0, UNSEEN_STRAIN).relaxed()
     for _ in range(WEIGHT_ROUNDS):
         state = state.with_firm_regions(FINE_POWER, UNSEEN_STRAIN).forward(
@@ -435,14 +453,14 @@ def relax_regions(state: DiscreteMap) -> DiscreteMap:
 
 
 def shortfall(state: DiscreteMap, sizes: Real) -> float:
-    """Return how much smaller a region is at most than sizes (k,), relative to these; over 1 where one is not rigid."""
+    """Return the largest relative amount by which a region is smaller than sizes (k,); over 1 if one is not rigid."""
     if not is_rigid(state):
         return 1 + float(strains(state).max())
     return float(np.max(1 - np.abs(mean_derivatives(state)) / sizes))
 
 
 def harden(state: DiscreteMap, rigid: Rigid, energy: float) -> DiscreteMap:
-    """Return the map with regions that weigh more and more, until they are rigid or stuck."""
+    """Return the map with regions whose weight is raised until they are rigid or stuck."""
     weight, before = STIFF * energy, np.inf
     while True:
         aims = rigid.aims_beside(mean_derivatives(state))
@@ -454,7 +472,7 @@ def harden(state: DiscreteMap, rigid: Rigid, energy: float) -> DiscreteMap:
 
 
 def settle(state: DiscreteMap, settings: Settings) -> DiscreteMap:
-    """Return the converged map with its regions rigid, and bounds met."""
+    """Return the converged map with its regions rigid, and with bounds met."""
 
     def descent(state: DiscreteMap, q: float) -> DiscreteMap:
         return state.with_firm_regions(q, UNSEEN_STRAIN).forward(q, LAST_STEPS, LAST_DECREASE)
@@ -463,7 +481,7 @@ def settle(state: DiscreteMap, settings: Settings) -> DiscreteMap:
 
 
 def is_rigid(state: DiscreteMap) -> bool:
-    """Return whether all regions keep to their aims."""
+    """Return whether all regions follow their aims."""
     return bool((strains(state) <= UNSEEN_STRAIN).all())
 
 
@@ -474,14 +492,14 @@ def mean_derivatives(state: DiscreteMap) -> Complex:
 
 
 def strains(state: DiscreteMap) -> Real:
-    """Return (k,) root mean square distance of each region's derivatives from its aim, relative to that."""
+    """Return (k,) the root mean square distance of each region's derivatives from its aim, relative to the aim."""
     (a, b, areas), own = _inside(state)
     away = np.abs(a - state.aims[own]) ** 2 + np.abs(b) ** 2
     return np.sqrt(_mean(own, areas, away)) / np.abs(state.aims)
 
 
 def _inside(state: DiscreteMap) -> tuple[tuple[Complex, Complex, Real], np.ndarray]:
-    """f_z, f_z̄ and areas of the regions' triangles, and of which region each is."""
+    """Return f_z, f_z̄ and areas of the regions' triangles, and the region of each."""
     assert state.rigid is not None
     those = state.rigid >= 0
     return derivatives(state.form, state.u, state.faces[those]), state.rigid[those]

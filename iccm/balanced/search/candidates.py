@@ -1,5 +1,8 @@
-"""From many coarse maps to the best one: a few Newton steps, the best continue; corners are released, so that those
-of one outline may pass those of the other, and pinned again on a new mesh."""
+"""Choose the best of many coarse maps.
+
+After a few Newton steps, the best maps continue. Corners are released, so that corners of one outline can pass
+those of the other, and fixed again on a new mesh.
+"""
 
 from contextlib import suppress
 
@@ -12,26 +15,33 @@ from ..model.discrete_map import GOOD_ENOUGH, DiscreteMap
 from .levels import BACKWARD_STEPS, RELEASED_STEPS, Level, refine
 
 SCREENING = ((3, 9), (5, 5))
-"""Newton steps, then how many maps continue: within 2 % of settling all nine on 78 pairs. More steps, (5, 9), (12,
-5), are within 1 %, and turn pictures on: 24 % of 45 pairs by more than 20° instead of 20 %."""
+"""Newton steps, and the number of maps that continue: the result is within 2 % of that of converging all nine,
+on 78 pairs. More steps, (5, 9), (12, 5), are within 1 %, but rotate more pictures: 24 % of 45 pairs by more
+than 20°, instead of 20 %.
+"""
 PROMISING_ENERGY_RATIO = 1.5
-"""Times the least energy, up to which a map does: 0.2 % more energy in the mean of 78 pairs, and a third less time for
-the slowest tenth; with 1.2 it is 0.9 % more."""
+"""Energy relative to the least, up to which maps continue. The mean energy of 78 pairs is 0.2 % larger with
+this limit, and the slowest tenth takes a third less time; with 1.2 the energy is 0.9 % larger.
+"""
 HOPELESS = 5
-"""Times the cost of what a map is compared with: one whose energy is larger after screening is not settled. On 60 pairs
-of frames settling divided the energy by up to 5, where it was that large."""
-ALIKE = 1e-3, np.radians(1.0)  # of the energy, and of the turn: two maps so close end as the same one
+"""Ratio of the energy after screening to the cost of the alternative, above which a map is abandoned. On 60
+pairs of frames, convergence divided such large energies by at most 5.
+"""
+ALIKE = 1e-3, np.radians(1.0)  # relative energy, and rotation: two maps this close converge to the same one
 SETTLING, ROUNDS = 2, 4
-"""Rounds of steps on a new mesh: of all maps, of those that are left. With 1 and 2 worse maps won for 2 of 95 pairs."""
+"""Rounds of steps on a new mesh, for all maps and for the finalists. With 1 and 2, worse maps were chosen for 2
+of 95 pairs.
+"""
 CLOSE, FINALISTS = 1.1, 2
-"""Times the least energy up to which corners are released, and of how many maps at most: on 16 pairs, with all maps
-released to the end, the winner was among these, or another within 0.5 %."""
+"""Energy relative to the least, up to which corners are released, and the largest number of such maps. On 16
+pairs, with corners of all maps released, the best was among these, or better by at most 0.5 %.
+"""
 RELEASE_ROUNDS = 3  # rounds of released corners
-RELEASE_GAIN_SHARE = 3e-3  # of the energy, for which there is another round
+RELEASE_GAIN_SHARE = 3e-3  # relative gain of energy from which there is another round
 
 
 def screen(states: list[DiscreteMap], starts: int) -> list[DiscreteMap]:
-    """Return the best maps after a few steps, best first; `starts` times as many continue."""
+    """Return the best maps after a few steps, best first; `starts` times as many as usual continue."""
     for steps, keep in SCREENING:
         tried = progress.counted(f"coarse maps, {steps} steps", states)
         with suppress(OutOfTime):
@@ -41,7 +51,7 @@ def screen(states: list[DiscreteMap], starts: int) -> list[DiscreteMap]:
 
 
 def without_duplicates(states: list[DiscreteMap]) -> list[DiscreteMap]:
-    """Return the maps, best first, without those that are like a better one."""
+    """Return the maps, best first, without those that are equivalent to a better one."""
     kept: list[DiscreteMap] = []
     for state in states:
         if not any(are_equivalent(state, other) for other in kept):
@@ -50,16 +60,18 @@ def without_duplicates(states: list[DiscreteMap]) -> list[DiscreteMap]:
 
 
 def are_equivalent(one: DiscreteMap, other: DiscreteMap) -> bool:
-    """Return whether two maps have the same energy and turn."""
+    """Return whether two maps have the same energy and rotation."""
     turned = np.angle(np.exp(1j * (one.turn - other.turn)))
     return bool(abs(one.value / other.value - 1) < ALIKE[0] and abs(turned) < ALIKE[1])
 
 
 def best_of(level: Level, states: list[DiscreteMap]) -> DiscreteMap:
-    """Return the best of some maps, best first: all settled on new meshes, then corners released where that may win.
+    """Return the best of some maps, which are given best first.
+
+    All converge on new meshes; then corners of the finalists are released.
 
     Raises:
-        Stuck: none settles.
+        Stuck: none converges.
     """
     settled = []
     for state in progress.counted("coarse maps", without_duplicates(states)):
@@ -77,8 +89,7 @@ def best_of(level: Level, states: list[DiscreteMap]) -> DiscreteMap:
 
 
 def settle(level: Level, state: DiscreteMap, rounds: int) -> DiscreteMap:
-    """Return the converged map on a new mesh; where that folds, on the one that it has, where it may still get
-    somewhere.
+    """Return the converged map on a new mesh, or if it folds there, on its own, where it may still improve.
 
     Raises:
         Stuck: it folds there too.
@@ -92,7 +103,7 @@ def settle(level: Level, state: DiscreteMap, rounds: int) -> DiscreteMap:
 
 
 def release_corners(level: Level, state: DiscreteMap) -> DiscreteMap:
-    """Return the best map of a few rounds: corners released, pinned again on a new mesh, settled."""
+    """Return the best map of a few rounds: release corners, fix them again on a new mesh, converge."""
     best = state
     for _ in range(RELEASE_ROUNDS):
         try:
@@ -114,8 +125,10 @@ def release_corners(level: Level, state: DiscreteMap) -> DiscreteMap:
 
 
 def remesh(level: Level, state: DiscreteMap) -> DiscreteMap:
-    """Return a map on a new mesh for the same match: a new one, or where that folds the same one, at last on triangles
-    that are smaller where it magnifies.
+    """Return a map on a new mesh for the same match.
+
+    It is a new map for the match, or if that folds, the same map transferred, at last to smaller triangles
+    where it magnifies.
     """
     try:
         return level.started(state.match)

@@ -1,10 +1,10 @@
-"""Maps of shapes with several holes by way of a circle domain: a disc with round holes.
+"""Coarse maps of shapes with several holes, composed of maps to a circle domain: a disc with round holes.
 
-Each shape is mapped onto it, its outlines sliding; there, and back by the other's map, is one to one, and the two tell
-how the outlines belong together. On a mesh of the source it is so up to what the triangles resolve; what folds is
-undone from there. Every domain with holes has a map onto a circle domain (Koebe, *Abhandlungen zur Theorie der
-konformen Abbildung*, 1918); this one's circles are where the two shapes' holes are on average, and the maps are
-balanced.
+Each shape is mapped to the circle domain with its outlines sliding. The one map followed by the inverse of the
+other is one-to-one, and gives a correspondence of the outlines. On a mesh of the source this is true up to its
+resolution; remaining folds are removed. Every domain with holes has a map to a circle domain (Koebe,
+*Abhandlungen zur Theorie der konformen Abbildung*, 1918). Here the maps are balanced, and the circles are at
+the mean positions of the two shapes' holes.
 """
 
 from collections import Counter
@@ -32,19 +32,22 @@ from .unit_problem import UnitProblem
 from .via_disc import CORNER_FINENESS, DISC_CORNERS, DISC_STEPS, disc, through
 
 HOLE_RADIUS_FACTOR = (
-    0.4  # radius of the holes of a circle domain, of the disc's and over the root of their number and one
+    # Radius of the holes of a circle domain, relative to the disc's, times the root of (their number + 1).
+    0.4
 )
-LEAST_DISTANCE_RADII = 3.0  # radii from centre to centre of neighbours, and two from the circle outside
+LEAST_DISTANCE_RADII = 3.0  # distance of neighbouring centres in radii; two radii from the outer circle
 PUSH_ROUNDS = 200  # rounds of moving holes apart
 MATCHES_TRIED = 4  # correspondences of the outer outline with the disc
-SMALLER = 1.0, 0.5  # factors of the mesh size, where triangles of the level's own size fold
-PAIRINGS_TRIED = 2  # of holes that are tried
-UNFOLDING_STEPS = 200  # steps for what is composed: 40 leave folds on 3 of 24 pairs
+SMALLER = 1.0, 0.5  # factors of the mesh size that are tried if triangles of the level's size fold
+PAIRINGS_TRIED = 2  # assignments of holes that are tried
+UNFOLDING_STEPS = 200  # steps of unfolding the composed map: 40 leave folds on 3 of 24 pairs
 
 
 def circle_domain(middles: Complex) -> tuple[Curve, tuple[Curve, ...]]:
-    """Return the outlines of a disc with round holes at (n,) places in the unit disc, moved apart if need be; of area
-    one.
+    """Return the outlines of a disc with round holes, scaled to area one.
+
+    Args:
+        middles: (n,) desired centres of the holes in the unit disc; they are moved apart if necessary.
     """
     radius = HOLE_RADIUS_FACTOR / np.sqrt(middles.size + 1)
     centres = _separate(middles, radius)
@@ -57,8 +60,8 @@ def circle_domain(middles: Complex) -> tuple[Curve, tuple[Curve, ...]]:
 
 
 def _separate(centres: Complex, radius: float) -> Complex:
-    """Centres of discs of a radius moved apart, and off the unit circle."""
-    centres = centres + 1e-6 * np.exp(2j * np.arange(centres.size))  # two at one place
+    """Return the centres of discs of equal radius moved apart, and away from the unit circle."""
+    centres = centres + 1e-6 * np.exp(2j * np.arange(centres.size))  # separates coincident centres
     for _ in range(PUSH_ROUNDS):
         away = centres[:, None] - centres
         distance = np.maximum(np.abs(away), 1e-12)
@@ -72,12 +75,12 @@ def _separate(centres: Complex, radius: float) -> Complex:
 
 @dataclass(frozen=True, eq=False)
 class FilledMap:
-    """A shape with its holes filled, mapped onto a disc of area one, as there always is a way.
+    """A shape with its holes filled, mapped to a disc of area one; such a map always exists.
 
     Attributes:
-        state: the map; its filled holes count like the rest.
+        state: the map; its filled holes have the same weight as the rest.
         material: (m, 3) the triangles that are not in holes.
-        turned: a complex number of size one by which the disc is turned afterwards.
+        turned: a complex number of modulus one, by which the disc is rotated.
     """
 
     state: DiscreteMap
@@ -86,7 +89,7 @@ class FilledMap:
 
     @classmethod
     def of(cls, outer: Outline, holes: Sequence[Outline], level: Level) -> "FilledMap":
-        """Return the balanced one.
+        """Return the balanced map.
 
         Raises:
             Stuck: triangles are too thin for double precision.
@@ -105,21 +108,21 @@ class FilledMap:
 
     @property
     def u(self) -> Complex:
-        """(n,) where the vertices are in the disc."""
+        """(n,) the images of the vertices in the disc."""
         return self.turned * self.state.u
 
     @property
     def rims(self) -> list[Complex]:
-        """The outlines there."""
+        """The images of the outlines in the disc."""
         return [self.u[self.state.outer], *(self.u[loop.vertices] for loop in self.state.filled)]
 
     @property
     def middles(self) -> Complex:
-        """Where the holes are, in radii of the disc."""
+        """The centroids of the holes in the disc, relative to its radius."""
         return np.sqrt(np.pi) * np.array([middle_of(Curve(rim)) for rim in self.rims[1:]])
 
     def onto(self, goal: tuple[Curve, tuple[Curve, ...]], level: Level) -> MeshMap:
-        """Return the map onto a circle domain, going on from the disc.
+        """Return the map to a circle domain, starting from the disc.
 
         Raises:
             Stuck: every start folds.
@@ -143,7 +146,7 @@ class FilledMap:
 
 
 def through_circles(level: Level, pairs: Sequence[tuple[int, int]]) -> DiscreteMap:
-    """Return a map without folds that takes hole i of the source to hole j of the target for each of the pairs.
+    """Return a map without folds that maps hole i of the source to hole j of the target for each of the pairs.
 
     Raises:
         Stuck: none was found.
@@ -166,7 +169,7 @@ def through_circles(level: Level, pairs: Sequence[tuple[int, int]]) -> DiscreteM
 
 
 def circle_starts(level: Level, matches: Sequence[Match]) -> list[DiscreteMap]:
-    """Map without folds by way of circle domains, for the pairs of holes that most matches agree on."""
+    """Return maps without folds through circle domains, for the assignments of holes that occur in most matches."""
     if level.pinned or level.anchors:
         return []
     counts = Counter(frozenset((hole.source, hole.target) for hole in match.holes) for match in matches)
@@ -184,7 +187,7 @@ def onto_circles(
     goal: tuple[Curve, tuple[Curve, ...]],
     level: Level,
 ) -> DiscreteMap:
-    """Return the balanced map of a shape onto a circle domain, hole onto hole in order.
+    """Return the balanced map of a shape to a circle domain, holes mapped to holes in order.
 
     Raises:
         Stuck: every start folds.
@@ -206,7 +209,7 @@ def onto_circles(
 
 
 def remesh(level: Level, sketch: MeshMap) -> DiscreteMap:
-    """Return the map on a separate mesh, with smaller triangles where it magnifies if need be.
+    """Return the map on a new mesh, with smaller triangles where it magnifies if necessary.
 
     Raises:
         Stuck: folds remain.
@@ -218,14 +221,14 @@ def remesh(level: Level, sketch: MeshMap) -> DiscreteMap:
 
 
 def _finer(level: Level, z: Complex, u: Complex, faces: Index) -> Iterator[Sizes | None]:
-    """Yield the level's triangles, then smaller ones where z -> u magnifies, then ever more of them."""
+    """Yield None for the level's triangles, then limits with smaller triangles where z -> u magnifies."""
     yield None
     for smaller in SMALLER:
         yield mesh_sizes.graded(z, u, faces, 0.5 * (smaller * level.size) ** 2)
 
 
 def harmonic_map(level: Level) -> DiscreteMap:
-    """Return a map onto a circle domain without folds.
+    """Return a map to a circle domain without folds.
 
     Raises:
         Stuck: every start folds.
@@ -245,7 +248,9 @@ def harmonic_map(level: Level) -> DiscreteMap:
 def _compose(
     level: Level, there: DiscreteMap, back: DiscreteMap, pairs: Sequence[tuple[int, int]]
 ) -> DiscreteMap:
-    """There, and back by the other one; on triangles that are smaller where that magnifies if need be."""
+    """Compose a map to a circle domain with the inverse of another, on smaller triangles where it magnifies if
+    necessary.
+    """
     ways = {hole.target: hole.match for hole in back.match.holes}
     holes = tuple(
         HoleMatch(*pairs[hole.target], through(hole.match, ways[hole.target], 0.0))

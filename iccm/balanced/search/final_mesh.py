@@ -1,4 +1,4 @@
-"""The fine mesh and the last one: a map carried there, and its worst stretch lowered."""
+"""Transfer a map to the fine mesh and to the final one, and lower its worst stretch there."""
 
 from collections.abc import Callable
 from contextlib import suppress
@@ -23,33 +23,37 @@ from . import pin_continuation
 from .levels import FINE_BACKWARD, FINE_POWER, FINE_ROUNDS, Level, refine
 from .unit_problem import UnitProblem
 
-FINE_EXACTNESS = (2e-4, 6e-4)  # with 1e-3 protrusions fold on the last mesh, with 3e-4 no map is better
-STEEPEST_FINE = 20.0  # slope of a match, relative to the mean, that a mesh follows
-TRIANGLES_PER_AREA = 4.6  # number of triangles times h²: measured, outline and grading included
+# With 1e-3, protrusions fold on the final mesh; with 3e-4, maps are not better.
+FINE_EXACTNESS = (2e-4, 6e-4)
+STEEPEST_FINE = 20.0  # largest slope of a match that a mesh follows, relative to the mean
+TRIANGLES_PER_AREA = 4.6  # number of triangles times h², measured, including outline and grading
 FINEST_FOLDS = (
     "The map folds on the finest mesh, so the result uses the next coarser one and follows "
     "the outlines less closely."
 )
-LAST_ROUNDS = 4  # of such steps; later ones where a squeezed triangle widens slowly
+LAST_ROUNDS = 4  # rounds of steps; later ones are needed if a squeezed triangle widens slowly
 UNSETTLED = (
     "The map had not converged on its last mesh: a longer search could stretch the picture less (effort)."
 )
-BOUND_ROUNDS = 40  # of weighing what exceeds bounds
-BOUND_AIM = 0.99  # of a bound, that is aimed at: it is approached from above
+BOUND_ROUNDS = 40  # rounds of raising the weights of triangles that exceed bounds
+BOUND_AIM = 0.99  # relative to a bound: the value aimed at, since bounds are approached from above
 KNOTTED_ENERGY_RATIO = (
-    1.1  # times the energy on the mesh before: a finer one, with all corners, changes a few per cent
+    1.1  # times the energy on the mesh before; a finer mesh with all corners changes it by a few per cent
 )
-LAST_STEPS, LAST_DECREASE = 50, 2e-4  # of Newton on the last mesh, and the relative decrease that ends them
+# Newton steps on the final mesh, and the relative decrease that ends them.
+LAST_STEPS, LAST_DECREASE = 50, 2e-4
 LAST_DECREASE_WITH_PINS = 1e-5
-"""The same with soft pins, whose springs are weak: maps on different meshes then agree better."""
+"""The same with soft pins, whose springs are weak; maps on different meshes then agree better."""
 
 STIFFENINGS, MOST_STIFFENED = 8, 10.0
-"""Rounds of stiffer springs for pins that miss, and the largest factor of a round."""
+"""Rounds of stiffening the springs of pins beyond their limits, and the largest factor of a round."""
 BLOCKED_MISS, BLOCKED_ENERGY = 0.95, 2.0
-"""Of the miss before a round of stiffer springs, and of the energy before all rounds. A pin that stays farther away
-while its spring costs more is held by the outline or by other pins, and stiffer springs would not bring it closer."""
+"""Relative to the distance before a round of stiffening, and to the energy before all rounds. A pin that stays
+farther away while the energy is larger is blocked by the outline or by other pins, and stiffer springs would
+not bring it closer.
+"""
 AIMED_LIMITS = 0.95
-"""Of the limit: how far a soft pin is to miss its place that would miss it by more, so that rounds end."""
+"""Distance aimed at for soft pins beyond their limit, relative to the limit, so that the rounds end."""
 
 
 def meets_constraints(problem: UnitProblem, state: DiscreteMap) -> bool:
@@ -59,14 +63,12 @@ def meets_constraints(problem: UnitProblem, state: DiscreteMap) -> bool:
 
 
 def has_fine_mesh(problem: UnitProblem, size: float) -> bool:
-    """Return whether there is a mesh of this size for `fine_map`, which is known before there is a map to carry to
-    it.
-    """
+    """Return whether there is a mesh of this size for `fine_map`; this is known before there is a map."""
     return not Level.of(problem, size, *FINE_EXACTNESS, STEEPEST_FINE).is_too_long
 
 
 def fine_map(problem: UnitProblem, state: DiscreteMap, size: float, journal: SolveLog) -> DiscreteMap:
-    """Return the map on a finer mesh, its worst stretch lowered."""
+    """Return the map on a finer mesh, with lower worst stretch."""
     progress.tell("fine map")
     check_time()
     level = Level.of(problem, size, *FINE_EXACTNESS, STEEPEST_FINE)
@@ -79,7 +81,7 @@ def fine_map(problem: UnitProblem, state: DiscreteMap, size: float, journal: Sol
 
 
 def on_finer(level: Level, state: MeshMap) -> DiscreteMap:
-    """Return the map on the mesh of a finer level, smaller triangles where it magnifies."""
+    """Return the map on the mesh of a finer level, with smaller triangles where it magnifies."""
     sizes = mesh_sizes.graded(state.z, state.u, state.faces, 0.5 * level.size**2)
     return refine_pinned(level, state, sizes).relaxed()
 
@@ -87,7 +89,7 @@ def on_finer(level: Level, state: MeshMap) -> DiscreteMap:
 def finish(
     problem: UnitProblem, state: MeshMap, settings: Settings, journal: SolveLog, share: float = 1.0
 ) -> MeshMap:
-    """Return the map on the last mesh, or as it is where that folds."""
+    """Return the map on the final mesh; unchanged if it folds there."""
     try:
         return on_final_mesh(problem, state, settings, journal, share)
     except Stuck as error:
@@ -99,9 +101,10 @@ def finish(
 def on_final_mesh(
     problem: UnitProblem, state: MeshMap, settings: Settings, journal: SolveLog, share: float = 1.0
 ) -> DiscreteMap:
-    """Return the map on the mesh that is returned, whose outline holds every vertex of both outlines.
+    """Return the map on the final mesh, whose boundary has every vertex of both outlines.
 
-    These are put in after it has slid to rest; where that folds or knots what is beside them, before.
+    These vertices are inserted after the map has converged. If that folds, or raises the energy too much, the
+    map is solved again with these vertices in the mesh from the beginning.
 
     Raises:
         Stuck: it folds either way.
@@ -127,16 +130,17 @@ def on_final_mesh(
         best, sliding = eased(split_at_vertices(followed)), followed
     if not settings.bounded:
         return best
-    with suppress(Stuck):  # once all vertices are in, the outlines hardly slide
+    with suppress(Stuck):  # with all vertices in the mesh, the outlines hardly slide
         best = flip_edges(split_at_vertices(meet_bounds(sliding, settings, journal)), FINE_POWER)
     return meet_bounds(best, settings, journal)
 
 
 def eased(state: DiscreteMap) -> DiscreteMap:
-    """Return a map with its triangulation fitted to it, above all beside new vertices on its outlines, and a few
-    steps.
+    """Return the map with its triangulation adapted to it, especially at new vertices on its outlines, and a
+    few steps.
     """
-    if state.metrics != PLANES:  # steps begin with the metric of where vertices are: the outline's stay there
+    # Steps use the metric at the vertices' present positions, so the outline is kept there.
+    if state.metrics != PLANES:
         return state.inside_moved(FINE_POWER, EASING_STEPS, EASED)
     state = flip_edges(state, FINE_POWER).forward(FINE_POWER, EASING_STEPS, EASED, corners=True)
     return flip_edges(state, FINE_POWER).backward(FINE_POWER, EASING_STEPS, EASED)
@@ -145,7 +149,7 @@ def eased(state: DiscreteMap) -> DiscreteMap:
 def final_level(
     problem: UnitProblem, settings: Settings, share: float = 1.0, *, smooth: bool = False
 ) -> Level:
-    """Return the outlines with all their vertices, and the size of the last mesh; see `Level.of` for `smooth`."""
+    """Return the level of the final mesh, with all vertices of the outlines; see `Level.of` for `smooth`."""
     size = np.sqrt(TRIANGLES_PER_AREA / (settings.triangles * share))
     return Level.of(problem, size, 0.0, FINE_EXACTNESS[1] * smooth, STEEPEST_FINE, smooth=smooth)
 
@@ -153,8 +157,8 @@ def final_level(
 def meet_bounds(
     state: DiscreteMap, settings: Settings, journal: SolveLog, decrease: float | None = None
 ) -> DiscreteMap:
-    """Return the converged map with its worst stretch lowered, and the bounds asked for met; for `decrease` see
-    `descend`.
+    """Return the converged map with lower worst stretch, and with the requested bounds met; see `descend` for
+    `decrease`.
     """
     return meet_bounds_by(lambda state, q: descend(state, q, journal, decrease), state, settings)
 
@@ -165,11 +169,18 @@ def meet_bounds_by(
     settings: Settings,
     scale: Callable[[DiscreteMap], float] = lambda state: 1.0,
 ) -> DiscreteMap:
-    """Return as `meet_bounds`, by what descends for a power q; lengths relative to a map's scale.
+    """Lower the worst stretch of a map, and meet the bounds on its distortion.
 
-    Triangles over a bound count more, the more they are over it, until they meet it: the weights are what the bounds
-    cost (multipliers, found as by Lawson's algorithm), and elsewhere the map hardly changes. Corners that allow no less
-    are left as they are. Where the bounds cannot be met it is the map of the least excess.
+    Triangles that exceed a bound get larger weights, in proportion to the excess, until they meet it. The
+    weights are multipliers, found as in Lawson's algorithm, and the map hardly changes elsewhere. Corners of
+    the outlines at which the bound is impossible are left as they are. If the bounds cannot be met, the map
+    with the least excess is returned.
+
+    Args:
+        descent: Newton's method for a power q.
+        state: the map to start from.
+        settings: options with the bounds.
+        scale: returns the scale of a map, relative to which lengths are measured.
     """
     state = follow_pins(descent(state, FINE_POWER), lambda state: descent(state, FINE_POWER))
     found, nearest, weights = state, np.inf, np.ones(len(state.faces))
@@ -187,11 +198,11 @@ def meet_bounds_by(
 
 
 def follow_pins(state: DiscreteMap, descent: Callable[[DiscreteMap], DiscreteMap]) -> DiscreteMap:
-    """Return the converged map with stiffer springs for soft pins that miss their places by more than they may.
+    """Return the converged map with stiffer springs for soft pins that are beyond their limits.
 
-    A spring that is pulled by a constant force misses by the force over its stiffness. The force grows as the pin comes
-    closer, and so springs get stiffer by the square of the ratio by which the miss is too large. The rounds end where
-    the worst pin is blocked.
+    A spring pulled by a constant force is extended by the force over its stiffness. Since the force grows as
+    the pin comes closer, stiffness is raised by the square of the ratio by which the distance is too large. The
+    rounds end when the worst pin is blocked.
     """
     before = np.inf
     begun = state.value
@@ -210,15 +221,21 @@ def follow_pins(state: DiscreteMap, descent: Callable[[DiscreteMap], DiscreteMap
 
 
 def last_decrease(energy: Energy) -> float:
-    """Return the relative decrease that ends Newton's method on the last mesh."""
+    """Return the relative decrease that ends Newton's method on the final mesh."""
     return LAST_DECREASE if energy.pins is None else LAST_DECREASE_WITH_PINS
 
 
 def descend(state: DiscreteMap, q: float, journal: SolveLog, decrease: float | None = None) -> DiscreteMap:
-    """Return the map on the last mesh after Newton's steps, until they gain less than `decrease`, by default that of
-    `last_decrease`; a note where they do not settle.
+    """Return the map on the final mesh after Newton steps; a note is added if they do not converge.
 
-    Thin triangles beside the outline are in the way of its sliding past corners: the inside alone widens them.
+    Thin triangles at the outline prevent it from sliding past corners, so that steps alternate with steps on
+    the inside, which widen them.
+
+    Args:
+        state: the map.
+        q: power of the density.
+        journal: collects energies and notes.
+        decrease: relative decrease that ends the steps; that of `last_decrease` by default.
     """
     decrease = last_decrease(state.energy) if decrease is None else decrease
     before = np.inf
@@ -237,14 +254,16 @@ def descend(state: DiscreteMap, q: float, journal: SolveLog, decrease: float | N
 
 
 def refine_pinned(level: Level, state: MeshMap, sizes: Sizes) -> DiscreteMap:
-    """Return the map on a finer mesh, pins as they were."""
+    """Return the map on a finer mesh, with pins as before."""
     if isinstance(state, DiscreteMap):
         return pin_continuation.refine_pinned(level, state, sizes)
     return refine(level, state, sizes)
 
 
 def _excesses_and_least(state: DiscreteMap, settings: Settings, scale: float) -> tuple[Real, Real]:
-    """Return (m,) `excesses`, 0 in virtual triangles, and the least dilatations that the outlines' angles allow."""
+    """Return (m,) `excesses`, 0 in virtual triangles, and the smallest dilatations that the outlines' angles
+    permit.
+    """
     over = excesses(state.z, state.u / scale, state.faces, settings, state.metrics)
     if state.weights is not None:
         over[state.weights != 1] = 0
@@ -254,7 +273,7 @@ def _excesses_and_least(state: DiscreteMap, settings: Settings, scale: float) ->
 
 
 def excesses(z: Complex, u: Complex, faces: Index, settings: Settings, metrics: Metrics = PLANES) -> Real:
-    """Return (m,) how many times the bounds asked for dilatation and stretch are: at most 1 where they are met."""
+    """Return (m,) ratios of dilatation and stretch to their bounds; the bounds are met where these are at most 1."""
     dilatation, stretch, _ = stretches(z, u, faces, metrics)
     bounds = (settings.max_dilatation or np.inf, settings.max_stretch or np.inf)
     return np.maximum(dilatation / bounds[0], stretch / bounds[1])

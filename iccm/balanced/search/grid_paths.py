@@ -1,4 +1,4 @@
-"""Ways from point to point inside a domain, away from its outline and from other points: Dijkstra on a grid."""
+"""Paths inside a domain that avoid its outline and other points: Dijkstra's algorithm on a grid."""
 
 from typing import TYPE_CHECKING
 
@@ -13,21 +13,22 @@ from ...plane import longer_side
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-GRID_CELLS_ACROSS = 160  # of the grid along the longer side
-NARROW_SHARE = 0.04  # of the diagonal: a cell with this clearance costs twice as much as one in the open
-LEAST_CLEARANCE_CELLS = 0.2  # of a cell
+GRID_CELLS_ACROSS = 160  # along the longer side
+# Relative to the diagonal: a cell with this clearance costs twice as much as one far from everything.
+NARROW_SHARE = 0.04
+LEAST_CLEARANCE_CELLS = 0.2  # relative to the cell size
 STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))
 
 
 def route(domain: Curve, here: complex, there: complex, others: Complex) -> Complex:
-    """Return (k,) places on the cheapest way from `here` to `there`, which is the last; cells cost more the narrower
-    they are.
+    """Return (k,) points on the cheapest path from `here` to `there`; cells cost more the smaller their
+    clearance.
 
     Args:
-        domain: what the way stays inside of.
-        here: inside of it.
-        there: as above.
-        others: (p,) points that the way keeps away from, as it does from the outline.
+        domain: the path stays inside this curve.
+        here: start, inside.
+        there: end, inside; the last point returned.
+        others: (p,) points that the path avoids, like the outline.
     """
     from scipy.sparse.csgraph import dijkstra  # slow to import, and seldom needed
 

@@ -1,4 +1,4 @@
-"""Partners of holes and the correspondence of their outlines, chosen with every start."""
+"""Assign holes to holes and match their outlines, for each start."""
 
 from collections.abc import Sequence
 
@@ -11,14 +11,14 @@ from ..model.frames import frame_of
 from ..model.outline import Outline
 from . import initial_matches
 
-# Costs of a pair: the square of the distance of the centroids in radii of gyration is 1 each, the square of the natural
-# logarithm of the ratio of areas SIZE, and a wish outweighs both.
+# Cost of a pair: the squared distance of the centroids in radii of gyration, plus SIZE times the squared
+# natural logarithm of the ratio of areas. A requested pair outweighs both.
 SIZE, WISHED = 0.1, 1e6
-ROTATION_STEP_RADIANS = np.radians(15)  # turns closer than this share the correspondences of holes
+ROTATION_STEP_RADIANS = np.radians(15)  # rotations closer than this share the matches of holes
 
 
 class Partners:
-    """Holes of two domains, ready to be paired at any turn.
+    """Holes of two domains, to be assigned to each other at any rotation.
 
     Args:
         source: outlines of the source, the outer one first.
@@ -42,7 +42,9 @@ class Partners:
         self._matches: dict[tuple[int, int, int], Match] = {}
 
     def assigned(self, turn: float) -> tuple[Index, Index]:
-        """Pairs of holes, as many as there are of the fewer, that cost the least together."""
+        """Return the pairs of holes with the least total cost at a rotation, as many as the smaller side has
+        holes.
+        """
         from scipy.optimize import linear_sum_assignment
 
         here, there = self.middles
@@ -50,7 +52,7 @@ class Partners:
         return linear_sum_assignment(apart + self.cost)
 
     def of(self, match: Match) -> Match:
-        """Return the match of the outer outlines with those of the holes at its turn."""
+        """Return the match of the outer outlines with the matches of holes at its rotation."""
         turn = initial_matches.implied_turn(match, *self.outer)
         holes = (HoleMatch(int(i), int(j), self._match(i, j, turn)) for i, j in zip(*self.assigned(turn)))
         return match._replace(holes=tuple(holes))
@@ -66,18 +68,18 @@ class Partners:
 
 
 def _scale(match: Match, length: float, goal: float) -> Match:
-    """Return the match in arclengths of curves of other lengths."""
+    """Return the match in arclengths of curves with other lengths."""
     laps = match.s[-1] - match.s[0], match.tau[-1] - match.tau[0]
     return Match(match.s * (length / laps[0]), match.tau * (goal / laps[1]))
 
 
 def middle_of(curve: Curve) -> complex:
-    """Return the centroid of what a closed curve surrounds."""
+    """Return the centroid of the inside of a closed curve."""
     return frame_of(curve).centre
 
 
 def gyration(curve: Curve) -> float:
-    """Radius of gyration of an outline about 0."""
+    """Return the radius of gyration of an outline about 0."""
     z: Complex = curve.at(
         curve.length * np.arange(initial_matches.OUTLINE_SAMPLES) / initial_matches.OUTLINE_SAMPLES
     )

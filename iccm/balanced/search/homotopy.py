@@ -1,4 +1,4 @@
-"""Paths of constrained points to their goals where they cannot go straight."""
+"""Move constrained points to their goals along paths, if they cannot go straight."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -9,16 +9,18 @@ from ...arrays import Complex
 from ...plane import Similarity
 from ..model.discrete_map import DiscreteMap
 
-FIRST_SHARE, LEAST_SHARE, STAGE_STEPS = 0.25, 0.02, 15  # of the way in stages; Newton steps in each
-MOVING_STEPS = 40  # of Newton while constrained points move straight (by hand)
-MOVING_DECREASE = 1e-3  # relative, of a step that ends a stage (by hand)
-LEAST_FACTOR = 1e-3  # by which constraints shrink: below, they are taken as moved only
+# First and least share of the path in a stage; Newton steps in each.
+FIRST_SHARE, LEAST_SHARE, STAGE_STEPS = 0.25, 0.02, 15
+MOVING_STEPS = 40  # Newton steps while constrained points move straight (chosen by hand)
+MOVING_DECREASE = 1e-3  # relative decrease of a step that ends a stage (chosen by hand)
+LEAST_FACTOR = 1e-3  # scale of the similarity below which constraints are only translated
 
 
 def path_to(begun: Complex, goals: Complex) -> Callable[[float], Complex]:
-    """Return the way from points (k,) to goals (k,): a similarity turns and grows evenly, the rest goes straight.
+    """Return a path from points (k,) to goals (k,): a similarity that rotates and grows uniformly, and straight
+    lines for the rest.
 
-    It takes a share of the way, 1 for the goals themselves.
+    The path is a function of a share between 0 and 1.
     """
     middle, end = begun.mean(), goals.mean()
     factor = Similarity.fit(begun, goals).factor
@@ -37,7 +39,7 @@ def path_to(begun: Complex, goals: Complex) -> Callable[[float], Complex]:
 def satisfy_constraints(
     state: DiscreteMap, steps: int = MOVING_STEPS, decrease: float = MOVING_DECREASE
 ) -> DiscreteMap:
-    """Return the map with constrained vertices at their goals, straight or in stages; or as close as they got."""
+    """Move constrained vertices to their goals, straight or in stages; return the map as close as it came."""
     straight = move_straight(state, steps, decrease)
     if straight.miss == 0:
         return straight
@@ -47,13 +49,14 @@ def satisfy_constraints(
 def move_straight(
     state: DiscreteMap, steps: int = MOVING_STEPS, decrease: float = MOVING_DECREASE
 ) -> DiscreteMap:
-    """Return the map with constrained vertices moved straight to their goals, as far as they go."""
+    """Move constrained vertices straight to their goals, as far as they can move."""
     return replace(state, bound=True).forward(1.0, steps, decrease)
 
 
 def move_in_stages(state: DiscreteMap) -> DiscreteMap:
-    """Return the map with constrained vertices moved along a path to their goals in stages, smaller where they get
-    stuck; or as far as that goes.
+    """Move constrained vertices along a path to their goals, in stages that become smaller if they get stuck.
+
+    The map is returned as far as that went.
     """
     goals = state.goals
     way = path_to(state.u[state.aimed], goals)

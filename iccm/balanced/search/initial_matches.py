@@ -1,8 +1,8 @@
-"""Correspondences of two outlines to start from: elastic matches and arclength with shifts.
+"""Correspondences of two outlines to start from: elastic matches, and arclength with shifts.
 
-Elastic matching of closed curves by dynamic programming over cyclic shifts (Sebastian, Klein, Kimia, *On aligning
-curves*, 2003): monotone paths with slopes from ¼ to 4 that maximise ∫ √(ds dτ) (cos of the angle between the tangents
-- ½ |difference of the positions|²), positions relative to the radius of gyration.
+Elastic matching of closed curves by dynamic programming over cyclic shifts (Sebastian, Klein, Kimia, *On
+aligning curves*, 2003): monotone paths with slopes from ¼ to 4 that maximise ∫ √(ds dτ) (cos of the angle
+between the tangents - ½ |difference of the positions|²), with positions relative to the radius of gyration.
 """
 
 from collections.abc import Iterator
@@ -15,22 +15,27 @@ from ...curve import Curve
 from ..model.boundary_pairs import Match
 
 OUTLINE_SAMPLES = 64  # of each outline; 120 found the same matches on 15 pairs
-CYCLIC_SHIFTS = 16  # cyclic shifts of the target tried for each turn
+CYCLIC_SHIFTS = 16  # cyclic shifts of the target tried for each rotation
 POSITION_WEIGHT = 0.5  # weight of the difference of positions
-TANGENT_CHORD_SHARE = 0.01  # of the length: the chord beyond a sample's ends over which its tangent is taken
-DIFFERENT_MATCH_DISTANCE = 0.12  # mean distance on the unit circle from which two matches count as two
+# Relative to the length: extension of the chord from which a sample's tangent is computed.
+TANGENT_CHORD_SHARE = 0.01
+# Mean distance on the unit circle above which two matches count as different.
+DIFFERENT_MATCH_DISTANCE = 0.12
 STEPS = np.array([(1, 1), (1, 2), (2, 1), (1, 3), (3, 1), (2, 3), (3, 2), (1, 4), (4, 1), (3, 4), (4, 3)])
-LONGEST = 4  # of their rows or columns
-ARCLENGTH_SHIFTS = 8  # shifts of the arclength correspondence
+LONGEST = 4  # the most rows or columns of a step
+ARCLENGTH_SHIFTS = 8  # number of shifts of the arclength correspondence
 MOST_TURNED = np.radians(100)
-"""Of the similarity that fits a match best: of 16 pairs, no map that turned by more than 60° went on as upright."""
-TURNS = ((0.0, 5), (0.6, 2), (-0.6, 2))  # of elastic starts, and how many of each
+"""Largest rotation of the similarity that fits a match best. On 16 pairs, no match rotated by more than 60° led
+to an upright map.
+"""
+TURNS = ((0.0, 5), (0.6, 2), (-0.6, 2))  # rotations of elastic starts in radians, and the number of each
 ANY_TURN = (0.0, 4), (0.5 * np.pi, 2), (np.pi, 2), (-0.5 * np.pi, 2)
-"""The same where the turn is left to the shapes."""
+"""The same if the rotation is left to the shapes."""
 
 
 def step_gains(score: Real) -> Real:
-    """Return (k, n + 1, 2n) the gain of every step to every pair of samples, those of the other curve twice over.
+    """Return (k, n + 1, 2n) the gain of each step to each pair of samples, with the second curve's samples
+    repeated.
 
     Args:
         score: (n, n) gain of matching sample i of one curve with sample j of the other.
@@ -47,11 +52,13 @@ def step_gains(score: Real) -> Real:
 
 
 def best_scores(gains: Real) -> Real:
-    """Return (n + 1, s, n + 1) the largest scores of monotone paths from (0, 0) to (i, j), for several shifts at once,
-    after LONGEST rows and columns of -inf.
+    """Return the largest scores of monotone paths from (0, 0) to (i, j), for several shifts at once.
 
     Args:
-        gains: (k, n + 1, s, n + 1) of `step_gains`, by step, row, shift, and column beyond the shift.
+        gains: (k, n + 1, s, n + 1) from `step_gains`, by step, row, shift, and column beyond the shift.
+
+    Returns:
+        (LONGEST + n + 1, s, LONGEST + n + 1), of which the first LONGEST rows and columns are -inf.
     """
     _, rows, shifts, _ = gains.shape
     wide = LONGEST + rows
@@ -65,11 +72,11 @@ def best_scores(gains: Real) -> Real:
 
 
 def best_path(best: Real, gains: Real) -> tuple[Index, Index]:
-    """Rows and columns, from 0 to n, of the path to the last of the scores.
+    """Return the rows and columns, from 0 to n, of the best path to the last entry of the scores.
 
     Args:
-        best: (LONGEST + n + 1, LONGEST + n + 1) of `best_scores`, for one shift.
-        gains: (k, n + 1, n + 1) for the same.
+        best: (LONGEST + n + 1, LONGEST + n + 1) from `best_scores`, for one shift.
+        gains: (k, n + 1, n + 1) for the same shift.
     """
     i = j = gains.shape[1] - 1
     path, wide = [(i, j)], len(best)
@@ -83,8 +90,9 @@ def best_path(best: Real, gains: Real) -> tuple[Index, Index]:
 
 
 def _samples(curve: Curve, offset: float = 0.0) -> tuple[Complex, Complex]:
-    """Return (OUTLINE_SAMPLES,) unit tangents and centred middles, in radii of gyration, of equal pieces of a closed
-    curve.
+    """Return (OUTLINE_SAMPLES,) unit tangents and midpoints of equal pieces of a closed curve.
+
+    The curve's centroid should be 0; the midpoints are in units of the radius of gyration.
     """
     s = offset + curve.length * np.arange(OUTLINE_SAMPLES) / OUTLINE_SAMPLES
     start, end = curve.at(s), curve.at(s + curve.length / OUTLINE_SAMPLES)
@@ -95,7 +103,7 @@ def _samples(curve: Curve, offset: float = 0.0) -> tuple[Complex, Complex]:
 
 
 def elastic_matches(source: Curve, target: Curve, turn: float) -> Iterator[Match]:
-    """Elastic matches of the source turned by `turn` radians with the target, best first."""
+    """Yield elastic matches of the source, rotated by `turn` radians, with the target, best first."""
     tangents, middles = (np.exp(1j * turn) * w for w in _samples(source))
     goals, places = _samples(target)
     angles = (tangents[:, None] * goals.conj()).real
@@ -113,14 +121,14 @@ def elastic_matches(source: Curve, target: Curve, turn: float) -> Iterator[Match
 
 
 def arclength_matches(source: Curve, target: Curve, count: int = ARCLENGTH_SHIFTS) -> list[Match]:
-    """Equal shares of the arclength, with evenly spaced shifts."""
+    """Return matches in proportion to arclength, with evenly spaced shifts."""
     shifts = target.length * np.arange(count) / count
     ends = np.array([0.0, 1.0])
     return [Match(ends * source.length, shift + ends * target.length) for shift in shifts]
 
 
 class Different:
-    """A list of matches that refuses one too much like those it has."""
+    """A list of matches that rejects matches similar to those it has."""
 
     def __init__(self, source: Curve, target: Curve):
         self._samples, self._length = source.length * np.arange(64) / 64, target.length
@@ -128,7 +136,7 @@ class Different:
         self.matches: list[Match] = []
 
     def add(self, match: Match) -> bool:
-        """Return whether the match was new."""
+        """Add a match if it is new, and return whether it was."""
         places = np.exp(2j * np.pi / self._length * match.at(self._samples))
         if any(np.mean(np.abs(places - other)) < DIFFERENT_MATCH_DISTANCE for other in self._kept):
             return False
@@ -140,7 +148,7 @@ class Different:
 def candidates(
     source: Curve, target: Curve, turns: tuple[tuple[float, int], ...], times: int = 1
 ) -> list[Match]:
-    """Elastic matches at several turns, and shifts of the arclength; `times` as many as usual."""
+    """Return elastic matches at several rotations, and shifts of the arclength; `times` as many as usual."""
     found = Different(source, target)
     for turn, count in turns:
         first_new(found, elastic_matches(source, target, turn), times * count)
@@ -157,11 +165,11 @@ def first_new(found: Different, matches: Iterator[Match], count: int) -> None:
 
 
 def implied_turn(match: Match, source: Curve, target: Curve) -> float:
-    """Radians of the similarity that fits a match best."""
+    """Return the rotation in radians of the similarity that fits a match best."""
     s = source.length * np.arange(OUTLINE_SAMPLES) / OUTLINE_SAMPLES
     return float(np.angle(np.sum(source.at(s).conj() * target.at(match.at(s)))))
 
 
 def without_upside_down(matches: list[Match], source: Curve, target: Curve) -> list[Match]:
-    """Return the matches that do not turn the picture over."""
+    """Return the matches that do not turn the picture upside down."""
     return [match for match in matches if abs(implied_turn(match, source, target)) < MOST_TURNED]

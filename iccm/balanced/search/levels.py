@@ -1,5 +1,7 @@
-"""One level of outlines and mesh size: maps without folds for correspondences of the outlines, a map carried to the
-mesh of another level."""
+"""One level of the search, with outlines of one fineness and one mesh size.
+
+It makes maps without folds from correspondences of the outlines, and transfers maps from other levels.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -35,30 +37,49 @@ from ..model.mesh_sizes import coarser_in_bays, finer_at_pins
 from ..model.outline import Outline
 from .unit_problem import UnitProblem
 
-SPACING_MESH_SIZES = 0.75  # of the outline's vertices, in mesh sizes
+SPACING_MESH_SIZES = 0.75  # distance of the outline's vertices, in mesh sizes
 BACKWARD_STEPS = 3  # Newton steps on the inverse of a coarse map, after those on the map
-RELEASED_STEPS = 8  # of Newton after each release (by hand)
+RELEASED_STEPS = 8  # Newton steps after each release of corners (chosen by hand)
 FINE_POWER = 3.0
-"""q on fine meshes: at 1 a pin pulls out a spike; largest K of a square, its centre moved, 7.4, at 3 3.4."""
-FINE_ROUNDS, FINE_BACKWARD = 8, 4  # rounds of steps on the map and its inverse; 2 or 3 do for most pairs
-EVENED_SHARE = 0.02  # share of even spacing mixed into closest points, which bunch up at corners
+"""Power q of the density on fine meshes. At q = 1 a pin pulls out a spike: the largest K of a square with its
+centre moved is 7.4, and 3.4 at q = 3.
+"""
+# Rounds of steps on the map, and steps on its inverse; most pairs need 2 or 3 rounds.
+FINE_ROUNDS, FINE_BACKWARD = 8, 4
+EVENED_SHARE = 0.02  # share of even spacing mixed into closest points, which accumulate at corners
 SPREAD_SHARE = (
-    0.02  # share of even spacing mixed in between outline pins, which may squeeze a match to nothing
+    # Share of even spacing mixed in between pins on outlines, which could squeeze a match to zero length.
+    0.02
 )
-MOST_PAIRS = 3000  # of outline vertices: a bar of 4000 : 1 at the fine mesh size
-PATIENT_STEPS = 200  # steps of unfolding, where fewer leave folds: 7 of 10 meshes that 40 leave folded
+MOST_PAIRS = 3000  # vertices of an outline: those of a bar of 4000 : 1 at the fine mesh size
+# Steps of unfolding if fewer leave folds: these unfold 7 of 10 meshes that 40 steps leave folded.
+PATIENT_STEPS = 200
 MOST_START_VERTICES = 12_000
-"""Of the meshes of all starts together. Usual outlines take about 200 vertices a start, and 13 starts; outlines that
-all but touch themselves take 5,000, and the best of three starts differs little from that of nine."""
+"""Vertices of the meshes of all starts together. Usual outlines need about 200 vertices per start, for 13
+starts. Outlines that nearly touch themselves need 5,000, and the best of three starts differs little from the
+best of nine.
+"""
 MOST_TANGLED_AROUND_REGIONS = 5
-"""Starts without a map after which no others are tried around rigid regions that are cut out: where these are in each
-other's way, they are so for every correspondence of the outlines."""
+"""Failed starts after which no others are tried around rigid regions that are cut out: regions that are in each
+other's way are so for every correspondence of the outlines.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class Level:
-    """A problem with its outlines at one fineness and the size h of the triangles; on `smooth` ones vertices slide past
-    all corners but the sharp ones. `bays` are those of the problem, simplified like the outlines."""
+    """A problem with outlines of one fineness, and one size of triangles.
+
+    Attributes:
+        problem: the problem.
+        source: outline of the source.
+        target: outline of the target.
+        size: edge length h of the triangles.
+        anchors: pairs of arclengths on the outer outlines that must correspond; None if there are none.
+        steepest: largest slope of a match, relative to the mean.
+        holes: outlines of holes of the source and of the target.
+        bays: the polylines of the problem's filled concavities, simplified like the outlines.
+        smooth: whether vertices slide past all but sharp corners.
+    """
 
     problem: UnitProblem
     source: Outline
@@ -81,8 +102,15 @@ class Level:
         *,
         smooth: bool = False,
     ) -> "Level":
-        """Return the level of mesh size h; fineness of outlines and corners as shares of their diagonals. With `smooth`
-        ones corners are only where the outlines turn sharply for the mesh size.
+        """Return the level of mesh size h.
+
+        Args:
+            problem: the problem.
+            size: edge length h.
+            fineness: of the outlines, relative to their diagonals.
+            corner_fineness: of the corners, in the same way.
+            steepest: largest slope of a match, relative to the mean.
+            smooth: whether corners are only where the outlines bend sharply for the mesh size.
         """
         spacing = SPACING_MESH_SIZES * size if smooth else np.inf
         (source, *rims), (target, *goals) = (
@@ -92,7 +120,7 @@ class Level:
         anchors = None
         if problem.anchors[0]:
             s, tau = (o.arclengths(a) for o, a in zip((source, target), problem.anchors))
-            order = np.argsort(s)  # pins come in the opposite order in a mirror
+            order = np.argsort(s)  # in a mirrored frame, pins have the opposite order
             s, tau = s[order], tau[order]
             anchors = Match(s, tau[0] + np.mod(tau - tau[0], target.length))
         return cls(
@@ -106,13 +134,19 @@ class Level:
 
     @property
     def is_too_long(self) -> bool:
-        """Whether an outline would have more vertices than a mesh may have on its boundary: there is none then."""
+        """Whether an outline needs more vertices than a mesh may have on its boundary, so that there is no mesh."""
         return max(self.source.length, self.target.length) > MOST_PAIRS * SPACING_MESH_SIZES * self.size
 
     def mapped(
         self, match: Match, sizes: Sizes | None = None, drawn: list[Match] | None = None
     ) -> DiscreteMap:
-        """Return a mesh for a match of the outlines, and of each stroke, without an inside yet."""
+        """Mesh the source for a match of the outlines; images are given on the boundary only.
+
+        Args:
+            match: the correspondence of the outlines.
+            sizes: limits on the triangles' areas; by default those of the level's mesh size.
+            drawn: the correspondence of each stroke; by default proportional to arclength.
+        """
         boundary, spacing, problem = self.boundary(match), SPACING_MESH_SIZES * self.size, self.problem
         sizes = sizes or Sizes.even(0.5 * self.size**2)
         if self.bays:
@@ -122,7 +156,7 @@ class Level:
             sizes = finer_at_pins(sizes, self.source.curve.z, pins.pairs[:, 0], pins.radii)
         drawn = drawn or [stroke.even for stroke in problem.strokes]
         kept = inside(problem.strokes, drawn, spacing, problem.pins)
-        alone = self.alone(match.holes)  # whose outlines do not slide
+        alone = self.alone(match.holes)  # holes whose outlines do not slide
         filled = [space_out(self.holes[0][k], spacing, kinks=self.smooth) for k in alone]
         sizes_of_filled = [(k, -1, rim.size) for k, rim in zip(alone, filled)]
         sizes_of_filled += [(-1, -1, bay.size - 2) for bay in self.bays]
@@ -158,11 +192,11 @@ class Level:
         return found
 
     def keeps(self, hole: int) -> bool:
-        """Return whether a hole of the source is one of those that are cut out."""
+        """Return whether a hole of the source is one that is cut out (around a rigid region)."""
         return hole >= len(self.holes[0]) - self.problem.cut_out
 
     def with_cut_out(self, match: Match) -> Match:
-        """Return a match with holes that are cut out going to their partners by shares of the length."""
+        """Return the match with the cut-out holes mapped to their partners by shares of the length."""
         holes = []
         for hole in match.holes:
             pair = self.holes[0][hole.source], self.holes[1][hole.target]
@@ -177,7 +211,7 @@ class Level:
         return source, [self.target, *(self.holes[1][loop.target] for loop in loops)]
 
     def inverse(self) -> "Level":
-        """Return that of the inverse map."""
+        """Return the level of the inverse map."""
         return replace(
             self,
             problem=self.problem.inverse(),
@@ -188,8 +222,9 @@ class Level:
         )
 
     def started(self, match: Match) -> DiscreteMap:
-        """Return a map without folds for a match. Where the harmonic one folds beyond repair (with holes more often
-        than not), its inverse may not.
+        """Return a map without folds for a match.
+
+        If the harmonic map cannot be unfolded, which is frequent with holes, the inverse is tried.
 
         Raises:
             Stuck: none was found, or the time is over.
@@ -208,12 +243,12 @@ class Level:
         return self.inverse().mapped(match.inverse()).unfolded().swap_sides()
 
     def alone(self, partnered: Sequence[HoleMatch | Loop]) -> list[int]:
-        """Return the holes of the source that are none of those with a partner."""
+        """Return the holes of the source without a partner."""
         return sorted(set(range(len(self.holes[0]))) - {hole.source for hole in partnered})
 
     @property
     def domains(self) -> tuple[tuple[Outline, ...], tuple[Outline, ...]]:
-        """The outlines of the source and of the target, the outer one of each first."""
+        """The outlines of the source and of the target, the outer one first."""
         return (self.source, *self.holes[0]), (self.target, *self.holes[1])
 
     @property
@@ -223,7 +258,7 @@ class Level:
 
 
 def subdivide_rings(regions: Sequence[Sequence[Complex]], spacing: float) -> list[list[Complex]]:
-    """Regions with edges no longer than the spacing."""
+    """Return the rings of regions with edges no longer than the spacing."""
 
     def ring(z: Complex) -> Complex:
         own, share = subdivide(Curve(z).lengths, spacing)
@@ -235,8 +270,8 @@ def subdivide_rings(regions: Sequence[Sequence[Complex]], spacing: float) -> lis
 def initial_maps(level: Level, matches: list[Match]) -> list[DiscreteMap]:
     """Return maps without folds for those matches that have one.
 
-    Fewer matches are tried where the outlines take very large meshes, and, around rigid regions that are cut out, where
-    the first of them have none.
+    Fewer matches are tried if the outlines need very large meshes, and, around rigid regions that are cut out,
+    if the first matches have none.
     """
     states: list[DiscreteMap] = []
     vertices = tangled = 0
@@ -257,7 +292,7 @@ def initial_maps(level: Level, matches: list[Match]) -> list[DiscreteMap]:
 
 
 def project(curve: Curve, points: Complex) -> Real:
-    """Arclengths of the closest points of a curve, made monotone, for points in order along it."""
+    """Return arclengths of the closest points of a curve, made monotone, for points in order along it."""
     s = np.mod(curve.closest(points), curve.length)
     steps = np.mod(np.diff(s) + 0.5 * curve.length, curve.length) - 0.5 * curve.length
     s = s[0] + np.append(0, np.cumsum(steps))
@@ -270,8 +305,9 @@ def project(curve: Curve, points: Complex) -> Real:
 
 
 def match_on(level: Level, state: MeshMap) -> Match:
-    """Return the match of a map's outlines, carried to the outlines of another level: in proportion where their
-    vertices have places on the outlines that were given, else by closest points.
+    """Return the match of a map's outlines on the outlines of another level.
+
+    Vertices with known arclengths on the given outlines are transferred linearly, others by closest points.
     """
     sources, targets = level.outlines(state.loops)
     vertices = [state.outer, *(loop.vertices for loop in state.loops)]
@@ -296,7 +332,13 @@ def _closed(source: Outline, target: Outline, s: Real, tau: Real) -> Match:
 
 
 def refine(level: Level, state: MeshMap, sizes: Sizes | None = None, *, only: int = 0) -> DiscreteMap:
-    """Return the map carried to a finer level, without folds, in `only` so many steps if that is given.
+    """Return the map on the mesh of another level, without folds.
+
+    Args:
+        level: the other level.
+        state: the map.
+        sizes: limits on the triangles' areas; by default those of the level.
+        only: if not 0, the only attempt is local unfolding in this many steps.
 
     Raises:
         Stuck: folds remain.
@@ -317,5 +359,6 @@ def interpolate_on(level: Level, state: MeshMap, sizes: Sizes | None = None) -> 
     """Return the map interpolated on the mesh of another level; it may fold."""
     fine = level.mapped(match_on(level, state), sizes, state.inside.matches)
     if state.bound:
-        fine = replace(fine, bound=True, inside=fine.inside.with_pins_of(state.inside))  # those not met stay
+        # Unmet goals are kept.
+        fine = replace(fine, bound=True, inside=fine.inside.with_pins_of(state.inside))
     return fine.moved_to_border(interpolate(state.z, state.faces, state.u, fine.z))

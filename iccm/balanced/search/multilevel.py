@@ -1,4 +1,4 @@
-"""The stages of a solve, from two outlines in unit coordinates to a map on the last mesh."""
+"""The stages of a solve, from two outlines in unit coordinates to a map on the final mesh."""
 
 from contextlib import suppress
 from dataclasses import replace
@@ -46,18 +46,23 @@ from .unit_problem import Numbers, UnitProblem
 from .via_disc import through_disc
 
 COARSE_MESH_SIZE, FINE_MESH_SIZE, FINER_MESH_SIZE = 0.1, 0.05, 0.04
-"""Mesh sizes h, of domains of area one; .08 and .03 found maps within 1 % of .1 and .04. Plain shapes do with
-FINE_MESH_SIZE; a surface's metric, which triangles average, holes and pins get FINER_MESH_SIZE."""
+"""Mesh sizes h for domains of area one; 0.08 and 0.03 resulted in maps within 1 % of those with 0.1 and 0.04.
+FINE_MESH_SIZE suffices for simple shapes; holes, pins, and a surface's metric, which is averaged over
+triangles, need FINER_MESH_SIZE.
+"""
 COARSE_SIZE_BY_LENGTH = 0.55
-"""Over the outline's length, of area one: the coarse h of shapes with protrusions, at least 0.6 of COARSE_MESH_SIZE."""
-SMALLER = (1.0, 0.5)  # factors of the mesh sizes, where larger ones fail
-COARSE_EXACTNESS = (5e-4, 6e-3)  # fineness of the outlines and of the corners, of the diagonal
-STEEPEST = 8.0  # slope of a match, relative to the mean, that a coarse mesh follows
-SYMMETRIC_ENOUGH = 0.1  # of the tolerance: asymmetry that may be dropped
-SYMMETRY_WORTH = 1.03  # times the cost of the best map, up to which one that is its own mirror image is taken
+"""Coarse h of shapes with protrusions times the length of the outline, for area one; h is at least 0.6
+COARSE_MESH_SIZE.
+"""
+SMALLER = (1.0, 0.5)  # factors of the mesh sizes; smaller sizes are tried if larger ones fail
+COARSE_EXACTNESS = (5e-4, 6e-3)  # fineness of the outlines and of the corners, relative to the diagonal
+STEEPEST = 8.0  # largest slope of a match that a coarse mesh follows, relative to the mean
+SYMMETRIC_ENOUGH = 0.1  # relative to the tolerance: asymmetry that may be ignored
+SYMMETRY_WORTH = 1.03  # cost relative to the best map, up to which a symmetric map is preferred
 USELESS_ENERGY = HOPELESS * LOST
-"""Of a coarse map with pins, from which it is of no use: on average lengths change 50 times as much one way as the
-other."""
+"""Energy from which a coarse map with pins is useless: on average, lengths change 50 times as much in one
+direction as in the other.
+"""
 NO_MAP = "no map without folds was found: the shapes are too thin or too intricate for the mesh sizes tried"
 SIMILAR = "The shapes are similar: the map is the similarity."
 ASKEW = "The shapes are symmetric, the map is not: no symmetric one without folds costs as little energy."
@@ -76,8 +81,17 @@ def constrained_map(
     *,
     moved: bool = False,
 ) -> tuple[MeshMap, bool]:
-    """Return the map in unit coordinates that meets pins, and whether it does; continued to from an earlier one if
-    given, on a new mesh if `moved`.
+    """Return the map in unit coordinates that meets pins and strokes, and whether it does.
+
+    Args:
+        source: outline of the source.
+        target: outline of the target.
+        holes: of both.
+        pins: pins and strokes.
+        settings: options of the map.
+        journal: collects energies and notes.
+        start: an earlier map to start from.
+        moved: whether to solve on a new mesh in any case.
 
     Raises:
         NoMapError: none without folds was found.
@@ -92,9 +106,12 @@ def constrained_map(
         source, target, holes, pins = rounded_with_pins(source, target, holes, pins)
     problem = problem_of(source, target, holes, pins, settings, None if moved else start)
     slides = moved and settings.metric is not None
-    if start is not None and len(problem.holes[0]) < len(problem.holes[1]):  # it is they that are filled
+    # The target's holes are filled, in the inverse problem.
+    if start is not None and len(problem.holes[0]) < len(problem.holes[1]):
         back, met = solve_from(problem.inverse(), start.inverse(), settings, journal, slides=slides)
-        if met:  # else from scratch: what fills the holes is not in the earlier map, and may be in the way
+        # Else solve from scratch: the triangles that fill holes are not in the earlier map, and may be in the
+        # way.
+        if met:
             return back.inverse(), met
     elif start is not None:
         return solve_from(problem, start, settings, journal, slides=slides)
@@ -113,8 +130,10 @@ def constrained_map(
 def problem_of(
     source: Curve, target: Curve, holes: Holes, pins: Pins, settings: Settings, start: MeshMap | None = None
 ) -> UnitProblem:
-    """Return the problem in unit coordinates, with vertices at the pins of its outlines; these are those of an earlier
-    map where that follows them. Turning the picture costs nothing where pins say how it is turned.
+    """Return the problem in unit coordinates, with vertices at the pins on its outlines.
+
+    The outlines are those of the earlier map `start` if it follows the given ones. Rotations cost nothing if
+    pins determine the rotation.
     """
     own = None
     if start is not None:
@@ -146,7 +165,7 @@ def problem_of(
 
 
 def energy_of(settings: Settings, pins: Pins) -> Energy:
-    """Return the energy, in which a rotation costs nothing where it is left to the shapes, or pins say how much."""
+    """Return the energy, without the cost of rotation if rotation is left to the shapes or determined by pins."""
     free = settings.turn is None or pins.count + settings.energy.pin_count > 1 or bool(pins.strokes)
     return settings.energy.without_rotation() if free else settings.energy
 
@@ -154,11 +173,12 @@ def energy_of(settings: Settings, pins: Pins) -> Energy:
 def solve_from(
     problem: UnitProblem, start: MeshMap, settings: Settings, journal: SolveLog, *, slides: bool = False
 ) -> tuple[DiscreteMap, bool]:
-    """Return the map that continues from an earlier one, and whether it meets all constraints; where other sizes are
-    asked for, material is to get past corners, and the outline `slides`.
+    """Return the map that starts from an earlier one, and whether it meets all constraints.
+
+    With `slides`, which is for other sizes, the outlines slide first, since material has to move past corners.
 
     Raises:
-        NoMapError: the earlier one cannot be carried to these outlines without folds.
+        NoMapError: the earlier map cannot be transferred to these outlines without folds.
     """
     with suppress(Stuck):
         if slides:
@@ -166,7 +186,7 @@ def solve_from(
             return meet_bounds(state, settings, journal), meets_constraints(problem, state)
     level = final_level(problem, settings)
     kept = warm_start.met_on_its_mesh(level, start)
-    # where other sizes are asked for, or pins may have moved, it has to move
+    # with other sizes, or pins that may have moved, the map has to change
     resting = kept is not None and settings.metric is None and settings.energy.pins is None
     decrease = warm_start.AT_REST_DECREASE if resting else None
     try:
@@ -179,7 +199,7 @@ def solve_from(
 def free_map(
     source: Curve, target: Curve, holes: Holes, settings: Settings, journal: SolveLog
 ) -> tuple[MeshMap, Numbers]:
-    """Return the map in unit coordinates, and the numbers of the holes that it does not pass over.
+    """Return the map in unit coordinates, and the numbers of the holes that it respects.
 
     Raises:
         NoMapError: none without folds was found.
@@ -196,7 +216,7 @@ def free_map(
         journal.notes.append(SIMILAR)
         return similarity_map(problem, same, settings), problem.numbers
     given = [[c.z for c in side] for side in ((source, *holes.source), (target, *holes.target))]
-    if not settings.bounded:  # else what is put back might exceed bounds again
+    if not settings.bounded:  # restored outlines might exceed bounds again
         source, target, holes = rounded(source, target, holes)
     problem = problem_of(source, target, holes, UNPINNED, settings)
     whole = settings.turn != 0 or problem.holed or settings.metric is not None or settings.energy.pins
@@ -216,7 +236,9 @@ def free_map(
 
 
 def whole_map(used: UnitProblem, fine_map: MeshMap, settings: Settings, journal: SolveLog) -> MeshMap:
-    """Return the map on the final mesh, of what `coarse_to_fine` gives."""
+    """Return the map on the final mesh, from the result of `coarse_to_fine`, in the direction of the given
+    problem.
+    """
     state = finish(used, fine_map, settings, journal)
     return state.inverse() if used.inverted else state
 
@@ -224,7 +246,7 @@ def whole_map(used: UnitProblem, fine_map: MeshMap, settings: Settings, journal:
 def solve_symmetric(
     problem: UnitProblem, halves: tuple[Half, Half], settings: Settings, journal: SolveLog
 ) -> MeshMap:
-    """Return the map of two symmetric shapes, its own mirror image where that costs little.
+    """Return the map of two symmetric shapes; it is symmetric if that costs little.
 
     Raises:
         NoMapError: none without folds was found.
@@ -234,7 +256,7 @@ def solve_symmetric(
     with suppress(NoMapError):
         half = coarse_to_fine(half_problem(problem, halves, settings), half_log, share=0.5)
     most = np.inf if half is None else cost(*half) / SYMMETRY_WORTH
-    # No map has an energy below 1, and one that no fine mesh takes over is not better than one of halves that has one.
+    # No map has an energy below 1. A map without a fine mesh is not better than a map of halves with one.
     only_half = half is not None and not any(
         has_fine_mesh(used, fine_size(used)) for used in directions(problem)
     )
@@ -260,14 +282,14 @@ def solve_symmetric(
 
 
 def cheapest_map(problem: UnitProblem, settings: Settings, journal: SolveLog) -> Found:
-    """Return the map that costs the least, before its last mesh: the whole one, or a partial one.
+    """Return the map with the least cost before the final mesh: the whole one, or a partial one.
 
     Raises:
         NoMapError: there is none.
     """
     whole = None
     with suppress(NoMapError):
-        # a point without a partner costs LOST, and so a partial map is cheaper than one of a larger energy
+        # a point without a partner costs LOST, so that a partial map is cheaper than a map with a larger energy
         whole = coarse_to_fine(problem, journal, patient=False, most=HOPELESS * LOST)
     try:
         return partial_map(problem, whole, settings, journal)
@@ -282,8 +304,16 @@ def partial_map(
     journal: SolveLog,
     share: float = 1.0,
 ) -> Found:
-    """Return the map that costs the least of the whole one, if there is one, and those with concavities filled or holes
-    ignored, before its last mesh. For `share` see `coarse_to_fine`.
+    """Return the map with the least cost before the final mesh, among the whole map and partial ones.
+
+    Partial maps have filled concavities or ignore holes.
+
+    Args:
+        problem: the problem.
+        whole: the whole map; None if there is none.
+        settings: options of the map.
+        journal: collects energies and notes.
+        share: see `coarse_to_fine`.
 
     Raises:
         NoMapError: there is none.
@@ -328,21 +358,22 @@ def coarse_to_fine(
     patient: bool = True,
     most: float = np.inf,
 ) -> Found:
-    """Return all stages but the last, of the problem or of its inverse; and which of the two.
+    """Solve a problem or its inverse up to the fine mesh, and return which of both with the map.
 
-    Maps that no finer mesh takes over (spirals onto stars) are left on a coarse one with all corners; those that pins
-    stretch beyond use, on the one that they have: smaller triangles would take long, and mostly fail, too.
+    Maps that cannot be transferred to a finer mesh (spirals to stars) stay on a coarse mesh with all corners.
+    Maps that pins stretch too much stay on the mesh that they have: smaller triangles would take long, and
+    mostly fail, too.
 
     Args:
-        problem: `share` of what was given (a half, or all of it).
-        journal: of what happens.
-        share: see above.
-        patient: whether smaller triangles are tried where the usual ones fail.
-        most: the energy that a coarse map may have after a few steps.
+        problem: the problem.
+        journal: collects energies and notes.
+        share: share of the given domain that the problem is: one half, or all.
+        patient: whether to try smaller triangles if the usual ones fail.
+        most: largest energy of a coarse map after a few steps.
 
     Raises:
-        NoMapError: none without folds was found, or the energy of all is above `most`.
-        OutOfTime: nor was one until the time was over.
+        NoMapError: none without folds was found, or all energies are above `most`.
+        OutOfTime: the time was over before one was found.
     """
     closest = None
     for smaller in SMALLER if patient else SMALLER[:1]:
@@ -378,7 +409,7 @@ def coarse_to_fine(
 
 
 def coarse_size(problem: UnitProblem) -> float:
-    """Return the coarse mesh size: smaller where an outline is long for its area."""
+    """Return the coarse mesh size, which is smaller if an outline is long relative to its area."""
     length = max(problem.source.length, problem.target.length)
     return COARSE_MESH_SIZE * float(np.clip(COARSE_SIZE_BY_LENGTH / (COARSE_MESH_SIZE * length), 0.6, 1.0))
 
@@ -390,11 +421,12 @@ def fine_size(problem: UnitProblem) -> float:
 
 
 def directions(problem: UnitProblem) -> tuple[UnitProblem, ...]:
-    """Return the problem and its inverse in the order in which they are tried; one of them where it has more holes to
-    fill.
+    """Return the problem and its inverse in the order in which they are tried, or only one of them if holes are
+    filled.
 
-    Without constraints and holes the one with the longer outline is meshed first: triangles that fit its protrusions
-    can be spread over a block, those of a block hardly fit into protrusions (energy -8 % on 20 hard pairs).
+    Without constraints and holes, the one with the longer outline is meshed first: triangles that fit its
+    protrusions can be spread over a block, but those of a block hardly fit into protrusions (8 % less energy on
+    20 hard pairs).
     """
     if problem.bays:
         return (problem,)
@@ -407,7 +439,7 @@ def directions(problem: UnitProblem) -> tuple[UnitProblem, ...]:
 
 
 def half_problem(problem: UnitProblem, halves: tuple[Half, Half], settings: Settings) -> UnitProblem:
-    """Return that of the right halves, of area one, the ends of their axes pinned."""
+    """Return the problem of the right halves, of area one, with the ends of their axes pinned."""
     curves = [Curve(half.curve.z / np.sqrt(half.curve.area)) for half in halves]
     anchors = [(complex(c.z[0]), complex(c.z[half.top])) for c, half in zip(curves, halves)]
     simple, goal = (manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors))
@@ -425,10 +457,11 @@ def mirrored_half_map(
     *,
     unfinished: bool = False,
 ) -> MeshMap:
-    """Return the map of the right halves, mirrored; carried to the outlines given where those are not quite symmetric.
+    """Return the map of the right halves, mirrored, and transferred to the given outlines if these are not
+    quite symmetric.
 
     Raises:
-        Stuck: it folds on the final mesh, and is not taken as it is then (`unfinished`).
+        Stuck: it folds on the final mesh, unless `unfinished`, in which case it is returned on the mesh before.
     """
     exact = max(side.asymmetry for side in halves) < SYMMETRIC_ENOUGH * settings.tolerance
     if exact:
@@ -465,12 +498,19 @@ def coarse_map(
     elastic: bool = False,
     most: float = np.inf,
 ) -> DiscreteMap:
-    """Return the best map of all starts on coarse meshes, for outlines and corners of a certain fineness; of elastic
-    matches alone if asked for.
+    """Return the best map of all starts on coarse meshes.
+
+    Args:
+        problem: the problem.
+        size: edge length of the mesh.
+        journal: collects energies and notes.
+        exactness: fineness of the outlines and of the corners, relative to the diagonal.
+        elastic: whether to start from elastic matches only.
+        most: give up if the energy of all maps is above this after a few steps.
 
     Raises:
-        Stuck: none is without folds.
-        NoMapError: the energy of all after a few steps is above `most`.
+        Stuck: every start folds.
+        NoMapError: all energies are above `most`.
     """
     check_time()
     level = Level.of(problem, size, *exactness, STEEPEST)
@@ -500,7 +540,7 @@ def correspondences(level: Level, *, elastic: bool = False) -> list[Match]:
     matches = initial_matches.candidates(*curves, turns, problem.starts)
     if problem.holed:
         return with_partners(level, matches)
-    if problem.halved:  # whose ends leave arclengths no shift
+    if problem.halved:  # arclength cannot be shifted, since the ends are pinned
         return matches[: 1 - problem.starts * initial_matches.ARCLENGTH_SHIFTS]
     if elastic:
         matches = matches[: -problem.starts * initial_matches.ARCLENGTH_SHIFTS]
@@ -510,13 +550,13 @@ def correspondences(level: Level, *, elastic: bool = False) -> list[Match]:
 
 
 def with_partners(level: Level, matches: list[Match]) -> list[Match]:
-    """Return the matches with those of holes."""
+    """Return the matches with matches of holes."""
     partners = Partners(*level.domains, level.problem.partners)
     return [level.with_cut_out(partners.of(match)) for match in matches]
 
 
 def similarity_map(problem: UnitProblem, match: Match, settings: Settings) -> MeshMap:
-    """Return the similarity on a mesh."""
+    """Return the similarity as a map on the final mesh."""
     size = np.sqrt(TRIANGLES_PER_AREA / settings.triangles)
     state = Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE).mapped(match)
     turn = rotation(state.z[: state.border], state.u[: state.border])

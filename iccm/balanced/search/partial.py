@@ -1,8 +1,8 @@
-"""Partial maps: of the whole map, and those with concavities filled or holes ignored, the cheapest of these.
+"""Partial maps: the cheapest of the whole map and of maps with filled concavities or ignored holes.
 
-With the source's concavities filled all of it is shown, and the target stays uncovered where they open (contain).
-With the target's filled all of it is covered, and parts of the source are left out (cover). A point without a partner
-costs as much as `drawings.cost` says.
+If the source's concavities are filled, all of the source is shown, and the target stays bare where they open
+(contain). If the target's are filled, all of the target is covered, and parts of the source are hidden (cover).
+A point without a partner costs LOST (`drawings.cost`).
 """
 
 import numpy as np
@@ -19,16 +19,19 @@ from ..model.settings import Settings
 from .hole_partners import Partners
 from .unit_problem import Numbers, UnitProblem
 
-GOOD_STRETCH = 2.2  # stretch on 95 % of the area up to which a map of the whole outlines does,
-GOOD_ROTATION_RADIANS = np.radians(20)  # and its turn
+GOOD_STRETCH = 2.2  # a whole map is accepted with at most this stretch on 95 % of the area,
+GOOD_ROTATION_RADIANS = np.radians(20)  # and at most this rotation
 LARGEST_FILLED_AREA = 16.0
-"""Area, of the shape's own, up to which it is filled: an arrowhead of wire would be meshed with 500 times as many
-triangles as it has itself, and leave nearly all of the target bare."""
+"""Largest area with filled concavities, relative to the shape's. An arrowhead of wire, for example, would need
+500 times as many triangles as without, and leave nearly all of the target bare.
+"""
 
 
 def hole_choices(problem: UnitProblem) -> list[UnitProblem]:
-    """Return the problem with all its holes, with those that have partners, and with none but those whose partners are
-    wished; the map ignores the others.
+    """Return the problem with all of its holes, with those that have partners, and with those of requested
+    pairs only.
+
+    The map ignores the other holes.
     """
     counts = tuple(map(len, problem.holes))
     choices: list[Numbers] = [problem.numbers]
@@ -44,15 +47,16 @@ def hole_choices(problem: UnitProblem) -> list[UnitProblem]:
 
 
 def with_holes_of(problem: UnitProblem, numbers: Numbers) -> UnitProblem:
-    """Return the problem with those of its holes alone that have these numbers."""
+    """Return the problem with only those of its holes that have the given numbers."""
     given = Holes(*problem.holes, problem.partners)
     kept, passed = given.only(numbers), given.others(numbers)
     return problem._replace(holes=kept.sides, partners=kept.partners, passed=passed, numbers=numbers)
 
 
 def bay_choices(problem: UnitProblem, settings: Settings) -> list[UnitProblem]:
-    """Return the problem with the concavities of one side filled, for each side that may have them filled; the inverse
-    problem for those of the target.
+    """Return the problem with the concavities of one side filled, for each side that may have them filled.
+
+    For the target's concavities this is the inverse problem.
     """
     found: list[UnitProblem] = []
     for side in FITS[settings.fit].fills:
@@ -63,8 +67,8 @@ def bay_choices(problem: UnitProblem, settings: Settings) -> list[UnitProblem]:
 
 
 def with_bays_like(problem: UnitProblem, other: UnitProblem) -> UnitProblem | None:
-    """Return the problem with the concavities of that side filled whose concavities are filled in another one; None
-    where that cannot be.
+    """Return the problem with concavities filled on the same side as in another problem; None if that is
+    impossible.
     """
     if not other.bays:
         return problem
@@ -78,7 +82,7 @@ def can_fill(problem: UnitProblem) -> bool:
 
 
 def with_bays(problem: UnitProblem) -> UnitProblem:
-    """Return the problem with the concavities of its source filled, but for those where the outline is pinned."""
+    """Return the problem with the concavities of its source filled, except where the outline is pinned."""
     if not problem.halved:
         filled = fill_hull(problem.source, problem.anchors[0])
         return problem._replace(source=filled.outline, bays=filled.bays)
@@ -90,8 +94,10 @@ def with_bays(problem: UnitProblem) -> UnitProblem:
 
 
 def lost_shares(problem: UnitProblem, state: DiscreteMap) -> tuple[float, float]:
-    """Return the share of the source's area that is left out, and of the target's that stays uncovered, by a map of the
-    problem, or of its inverse: virtual triangles, and holes that are ignored.
+    """Return the share of the source's area that is hidden, and of the target's that is bare.
+
+    These are virtual triangles, and holes that are ignored. The map may be of the problem or of its inverse;
+    the shares are always of the given source and target.
     """
     void = np.zeros(len(state.faces), bool) if state.weights is None else state.weights != 1
     source, target = (
@@ -106,20 +112,22 @@ def lost_shares(problem: UnitProblem, state: DiscreteMap) -> tuple[float, float]
 
 
 def is_good(problem: UnitProblem, state: DiscreteMap) -> bool:
-    """Return whether a map of the whole outlines does: one that is stretched little, and as upright as is asked."""
+    """Return whether a whole map is accepted without trying partial ones: it has little stretch, and is as
+    upright as requested.
+    """
     upright = problem.energy.upright == 0 or abs(state.turn) <= GOOD_ROTATION_RADIANS
     return upright and stretch_quantile(state.z, state.u, state.material, 0.95) <= GOOD_STRETCH
 
 
 def cost(problem: UnitProblem, state: DiscreteMap) -> float:
-    """Return the mean energy at q = 1 over source and target, without the outline's term, made larger the more the
-    picture is turned.
+    """Return the mean energy at q = 1 over source and target, without the outline's term, with the cost of
+    rotation and of uncovered parts.
     """
     lost = lost_shares(problem, state)
     return problem.energy.cost(state.z, state.u, state.material, lost, state.metrics, state.turn)
 
 
 def is_within(problem: UnitProblem, state: DiscreteMap, settings: Settings) -> bool:
-    """Return whether no more is left out, or stays uncovered, than is allowed."""
+    """Return whether no more of the source is hidden, and no more of the target bare, than allowed."""
     left_out, uncovered = lost_shares(problem, state)
     return left_out <= settings.max_left_out and uncovered <= settings.max_uncovered

@@ -1,4 +1,4 @@
-"""Bringing pins to their goals: among the starts, and on the meshes that follow."""
+"""Move pins to their goals, among the starts and on the meshes that follow."""
 
 from contextlib import suppress
 from dataclasses import replace
@@ -27,29 +27,30 @@ from .levels import (
     refine,
 )
 
-FIRST_STEPS = 3  # of Newton before pins are moved; as for starts without pins
-BROUGHT = 6  # starts, best without pins, that are tried harder where none met its pins
-LED = 2  # of these, whose pins are led around each other where none met them still
-HELD_STEPS = 10  # of unfolding around held pins; where it works, it mostly does in so many
-FEW_FOLDS = 20  # up to which it is tried: with more it failed on 33 of 34 meshes
-RELAXING_STEPS = 20  # of Newton without pins, where a map with them folds on another mesh
-REMESHES = 2  # on the way from one place to the next
-KEPT = 3  # starts, best with pins met, that are settled
-TURNED_STARTS = 3  # elastic ones, at the turn that fits the pins best
-BESIDE = 0.5  # share of even goals in those of strokes whose ends slide
-STRONG = 3.0  # times the energy without pins from which they force strong stretch
+FIRST_STEPS = 3  # Newton steps before pins are moved; as for starts without pins
+BROUGHT = 6  # starts, best without pins, that are moved in stages if none met its pins
+LED = 2  # starts, of these, whose pins are led around each other if still none met them
+HELD_STEPS = 10  # steps of unfolding around held pins; if it succeeds, then mostly within these
+FEW_FOLDS = 20  # most folds with which that is tried: with more it failed on 33 of 34 meshes
+RELAXING_STEPS = 20  # Newton steps without pins, if a map with pins folds on a new mesh
+REMESHES = 2  # new meshes per straight piece of a pin's path
+KEPT = 3  # starts, best with pins met, that are converged
+TURNED_STARTS = 3  # elastic matches at the rotation that fits the pins best
+BESIDE = 0.5  # share of evenly spaced goals mixed into the closest points, on strokes whose ends slide
+STRONG = 3.0  # times the energy without pins, from which a note reports strong stretch
 STRETCHED = "The pins stretch the picture strongly: the energy is more than three times that without pins."
-RELEASES = 2  # rounds of released corners with pins held
+RELEASES = 2  # rounds of releasing corners with pins held
 
 
 def aim_feet(pairs: tuple[StrokePair, ...], state: DiscreteMap, even: float) -> DiscreteMap:
-    """Return the map with strokes whose ends slide aimed at places beside where they are."""
+    """Return the map with the goals of strokes whose ends slide moved close to their present images."""
     return replace(state, inside=strokes.aim_feet(state.inside, pairs, state.u[state.inner], even))
 
 
 def lead_one_by_one(level: Level, state: DiscreteMap) -> DiscreteMap:
-    """Return the map with its pins led to their goals one after the other, the nearest first, along ways around the
-    others and the outline; or as far as that goes.
+    """Lead pins to their goals one after the other, the nearest first, around the other pins and the outline.
+
+    If a pin gets stuck, the map is returned as far as that went.
     """
     goals = state.inside.goals
     state = state.held()
@@ -65,7 +66,7 @@ def lead_one_by_one(level: Level, state: DiscreteMap) -> DiscreteMap:
 
 
 def move_on_new_meshes(level: Level, state: DiscreteMap, aims: Complex) -> DiscreteMap:
-    """Return the map with its pins moved straight, on new meshes where they get stuck; or as close as they got."""
+    """Move pins straight, on new meshes if they get stuck; return the map as close to the goals as it came."""
     for attempt in range(1 + REMESHES):
         tried = move_straight(state.with_goals(aims))
         if tried.miss == 0 or attempt == REMESHES:
@@ -80,7 +81,7 @@ def move_on_new_meshes(level: Level, state: DiscreteMap, aims: Complex) -> Discr
 
 
 def pin_aligned_matches(level: Level, pins: Complex) -> list[Match]:
-    """Elastic matches at the turn that fits the pins (k, 2) best; none for fewer than two pins."""
+    """Return elastic matches at the rotation that fits the pins (k, 2) best; none for fewer than two pins."""
     if len(pins) < 2:
         return []
     a, b = pins.T - pins.T.mean(axis=1, keepdims=True)
@@ -93,12 +94,17 @@ def pin_aligned_matches(level: Level, pins: Complex) -> list[Match]:
 
 
 def rank(state: DiscreteMap) -> tuple[float, float]:
-    """Map that meet their constraints first, by energy; then the others by what they miss."""
+    """Return a sort key: maps that meet their constraints come first, by energy; the others by their distance
+    to the goals.
+    """
     return state.miss, state.value
 
 
 def screen(level: Level, matches: list[Match]) -> tuple[list[DiscreteMap], float]:
-    """Return the best maps with pins moved, best first, and the least energy without pins."""
+    """Return the best maps with pins moved, best first, and the least energy without pins.
+
+    Pins are moved straight; if no map meets its pins, in stages; and if still none does, around each other.
+    """
     states = []
     for match in progress.counted("starts", matches):
         with suppress(Stuck):
@@ -119,7 +125,7 @@ def screen(level: Level, matches: list[Match]) -> tuple[list[DiscreteMap], float
 
 
 def settle_pinned(level: Level, state: DiscreteMap) -> DiscreteMap:
-    """Return the best of a few rounds with pins held: corners released, a new mesh, settled."""
+    """Return the best map of a few rounds with pins held: release corners, make a new mesh, converge."""
     try:
         best = state = state.alternated(1.0, 4, BACKWARD_STEPS)
     except OutOfTime:
@@ -137,10 +143,10 @@ def settle_pinned(level: Level, state: DiscreteMap) -> DiscreteMap:
 
 
 def refine_pinned(level: Level, state: DiscreteMap, sizes: Sizes | None = None) -> DiscreteMap:
-    """Return the map carried to another mesh with pins held; where that folds, with them free and then moved again.
+    """Return the map on a new mesh with pins held; if that folds, pins are released and moved again.
 
     Raises:
-        Stuck: no map without folds, or pins no longer met.
+        Stuck: the map folds, or its pins are no longer met.
     """
     if not (state.bound and state.inside.z.size):
         return refine(level, state, sizes)
@@ -164,7 +170,7 @@ def unfold_pinned(fine: DiscreteMap) -> DiscreteMap:
     """Return the map unfolded with its constraints held.
 
     Raises:
-        Stuck: that would take long, or does not work.
+        Stuck: that would take long, or fails.
     """
     if folds(fine.faces, fine.u) > FEW_FOLDS:
         raise Stuck("too many folds next to the constraints")
@@ -172,8 +178,8 @@ def unfold_pinned(fine: DiscreteMap) -> DiscreteMap:
 
 
 def again(level: Level, state: DiscreteMap) -> DiscreteMap:
-    """Return the map with pins met that coarser meshes left on their way; as it is where they are not met on this
-    one.
+    """Return the map with pins met that were not reached on coarser meshes; unchanged if they are not met on
+    this mesh.
     """
     if level.problem.strokes:
         return state
@@ -184,10 +190,10 @@ def again(level: Level, state: DiscreteMap) -> DiscreteMap:
 
 
 def coarse(level: Level, matches: list[Match], journal: SolveLog) -> DiscreteMap:
-    """Return the best map of all starts on coarse meshes, pins met or as close as they got.
+    """Return the best map of all starts on coarse meshes, with pins met or as close as they came.
 
     Raises:
-        Stuck: no start without folds.
+        Stuck: every start folds.
     """
     matches = matches + pin_aligned_matches(level, level.problem.all_pins)
     states, free = screen(level, matches)
@@ -200,7 +206,7 @@ def coarse(level: Level, matches: list[Match], journal: SolveLog) -> DiscreteMap
         best = settle_pinned(level, replace(states[0], bound=False))
     else:
         best = settle_pinned(level, states[0].held())
-    earlier = [note for note in journal.notes if note != STRETCHED]  # an attempt given up may have noted it
+    earlier = [note for note in journal.notes if note != STRETCHED]  # an abandoned attempt may have noted it
     journal.notes = [*earlier, STRETCHED] if best.value > STRONG * free else earlier
     journal.energies.append(best.value)
     return best

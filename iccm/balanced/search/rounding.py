@@ -1,5 +1,9 @@
-"""Outlines rounded to a grid before a map is looked for, so that noise far below it chooses nothing: neither vertices,
-nor triangles, nor between maps that are about as good. In the end what was rounded is put back where it was given."""
+"""Round outlines to a grid before the search, so that noise far below the grid spacing does not change any
+decision.
+
+Decisions are the choice of vertices, of triangles, and between maps that are about equally good. At the end,
+rounded points are restored to the given ones.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -16,12 +20,14 @@ from ..model.discrete_map import folds
 from ..model.frames import begun_farthest
 from ..model.mesh_map import MeshMap
 
-GRID_SPACING = 2.0**-13  # of the root of the area: 1.2e-4, less than the outlines may be off
-ON_GRID_SHARE = 1e-9  # of the root of the area: vertices this close to the grid were put there
+GRID_SPACING = 2.0**-13  # relative to the root of the area: 1.2e-4, less than the tolerance of outlines
+ON_GRID_SHARE = 1e-9  # relative to the root of the area: vertices this close to the grid were rounded to it
 
 
 def rounded(source: Curve, target: Curve, holes: Holes) -> tuple[Curve, Curve, Holes]:
-    """Domains in unit coordinates with their outlines on the grid; as they are where these would touch."""
+    """Return domains in unit coordinates with their outlines on the grid; unchanged if rounded outlines would
+    touch.
+    """
     loops = [
         [_loop_on_grid(c.z) for c in (outer, *inner)] for outer, inner in zip((source, target), holes.sides)
     ]
@@ -35,8 +41,9 @@ def rounded(source: Curve, target: Curve, holes: Holes) -> tuple[Curve, Curve, H
 def rounded_with_pins(
     source: Curve, target: Curve, holes: Holes, pins: Pins
 ) -> tuple[Curve, Curve, Holes, Pins]:
-    """Return the same with pins, those on the outlines being vertices of these; all as they are where one would leave
-    its domain, or meet another.
+    """Return rounded domains and pins; pins on the outlines are vertices of these.
+
+    All are unchanged if a pin would leave its domain or meet another, or if there are strokes.
     """
     given = source, target, holes, pins
     source, target, holes = rounded(source, target, holes)
@@ -61,8 +68,16 @@ def _loop_on_grid(z: Complex) -> Complex:
 
 
 def restore_outline(state: MeshMap, source: Sequence[Complex], target: Sequence[Complex]) -> MeshMap:
-    """Return the map with the vertices of both outlines where they were given, others of its boundary moved along;
-    those of the boundary on whose account a triangle would fold, and all where that is not enough, stay where they are.
+    """Return the map with the vertices of both outlines at the given positions, and other boundary vertices
+    moved along.
+
+    Boundary vertices that would fold a triangle are not moved. If triangles fold all the same, the map is
+    returned unchanged.
+
+    Args:
+        state: the map.
+        source: (n,) given points of each outline of the source, and pins.
+        target: those of the target.
     """
     loops = [state.outer, *(loop.vertices for loop in (*state.loops, *state.filled))]
     moved = []
@@ -83,8 +98,10 @@ def restore_outline(state: MeshMap, source: Sequence[Complex], target: Sequence[
 
 
 def _without_folds(z: Complex, shift: Complex, faces: Index, rims: Index) -> Complex:
-    """Vertices (n,) moved by their shifts; those of outlines (b,) in triangles that would fold stay where they are:
-    pins get to where they belong whatever an outline is like."""
+    """Return vertices (n,) moved by their shifts, except those of outlines (b,) in triangles that would fold.
+
+    Pins are always moved, since they have to be exact.
+    """
     loose = np.zeros(z.size, bool)
     loose[rims] = True
     while True:
@@ -97,7 +114,7 @@ def _without_folds(z: Complex, shift: Complex, faces: Index, rims: Index) -> Com
 
 
 def _between(z: Complex, shift: Complex, known: Flags) -> Complex:
-    """Return the shifts of a closed polyline's vertices, those that are not known interpolated in its length."""
+    """Return the shifts of a closed polyline's vertices, with unknown ones interpolated linearly in arclength."""
     if not known.any():
         return shift
     lengths = np.abs(np.diff(z, append=z[0]))

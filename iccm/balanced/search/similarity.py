@@ -1,4 +1,4 @@
-"""Shapes that are similar: the similarity is the map, no energy is lower."""
+"""Similar shapes, for which the similarity is the map: no energy is lower."""
 
 import numpy as np
 
@@ -7,17 +7,23 @@ from ...plane import rotation
 from ..model.boundary_pairs import HoleMatch, Match
 from .unit_problem import UnitProblem
 
-SAME_OUTLINE_SHARE = 1e-9  # of the root of the area: outlines this close are the same
-OUTLINE_SAMPLES = 256  # of each outline, compared one by one
-AS_FAR_SHARE = 1e-7  # vertices this close to the farthest from the centroid may be it
-MOST_STARTS = 64  # tried; a regular polygon has as many as vertices (by hand)
+SAME_OUTLINE_SHARE = 1e-9  # relative to the root of the area: outlines this close are the same
+OUTLINE_SAMPLES = 256  # points of each outline that are compared
+# Relative to the root of the area: vertices this close to the largest distance from the centroid may be the
+# farthest.
+AS_FAR_SHARE = 1e-7
+MOST_STARTS = 64  # positions tried; a regular polygon has as many as vertices (chosen by hand)
 
 
 def similarity(source: Curve, target: Curve, *, turns: bool) -> Match | None:
-    """Return the correspondence under which the target is the source, turned if `turns`; None where they are not
-    similar.
+    """Return the correspondence of two similar outlines; None if they are not similar.
 
-    Of several the one with the least turn. Both curves have area one and centroid 0.
+    If there are several, it is the one with the least rotation.
+
+    Args:
+        source: outline with area one and centroid 0.
+        target: the same.
+        turns: whether the target may be a rotated source.
     """
     if abs(source.length - target.length) > SAME_OUTLINE_SHARE * source.length:
         return None
@@ -36,13 +42,15 @@ def similarity(source: Curve, target: Curve, *, turns: bool) -> Match | None:
 
 
 def _far_vertices(curve: Curve, radius: float) -> np.ndarray:
-    """Arclengths of the vertices where the source's first one, its farthest, may go."""
+    """Return the arclengths of the vertices to which the source's first vertex, its farthest, may be mapped."""
     return curve.knots[:-1][np.abs(np.abs(curve.z) - radius) < AS_FAR_SHARE][:MOST_STARTS]
 
 
 def similar_with_holes(problem: UnitProblem, match: Match) -> Match | None:
-    """Return the match of similar outlines with those of holes; None unless these are similar in the same way, and the
-    partners those that are wished.
+    """Return the match of similar outlines with the matches of holes.
+
+    Returns:
+        The match; None unless the holes are similar in the same way, and their partners are those requested.
     """
     if len(problem.holes[0]) != len(problem.holes[1]):
         return None
@@ -57,7 +65,7 @@ def similar_with_holes(problem: UnitProblem, match: Match) -> Match | None:
 
 
 def _same(hole: Curve, others: tuple[Curve, ...], turn: complex) -> tuple[int, Match] | None:
-    """Return which of other curves is this one turned, and how they correspond."""
+    """Return which of the other curves is this one rotated, and their correspondence."""
     ends = np.array([0.0, 1.0])
     w = turn * hole.at(hole.length * np.arange(OUTLINE_SAMPLES) / OUTLINE_SAMPLES)
     for number, other in enumerate(others):

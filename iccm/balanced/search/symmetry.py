@@ -1,4 +1,4 @@
-"""Pairs of shapes that are both their own mirror images about a vertical line: solve one half, mirror it."""
+"""Pairs of mirror-symmetric shapes with a vertical axis: solve one half and mirror it."""
 
 from dataclasses import dataclass
 
@@ -10,8 +10,10 @@ from ...curve import Curve
 from ..model.mesh_map import MeshMap
 
 MOST_ASYMMETRY_SHARE = 5e-3
-"""Of the diagonal: how far a mirrored outline may lie from the outline; 115 of 250 icons are closer."""
-ASYMMETRY_SAMPLES = 1000  # of an outline, at which that is measured
+"""Largest distance of a mirrored outline from the outline, relative to the diagonal; 115 of 250 icons are
+within it.
+"""
+ASYMMETRY_SAMPLES = 1000  # points of an outline at which that is measured
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,8 +23,8 @@ class Half:
     Attributes:
         curve: its boundary, counter-clockwise from the lower end of the axis, up the outline and down the axis.
         top: vertex of the upper end of the axis.
-        axis: real part of the axis in the domain's coordinates; 0 in the half's.
-        asymmetry: how far the mirrored outline lies from the outline, of the diagonal.
+        axis: real part of the axis in the domain's coordinates; in those of the half it is 0.
+        asymmetry: largest distance of the mirrored outline from the outline, relative to the diagonal.
     """
 
     curve: Curve
@@ -32,7 +34,9 @@ class Half:
 
 
 def half_of(curve: Curve) -> Half | None:
-    """Return the right half of a domain; None if it is not symmetric or its axis leaves it."""
+    """Return the right half of a domain; None if the domain is not symmetric, or its axis crosses the outline
+    more than twice.
+    """
     low, high = curve.box
     middle = 0.5 * (low.real + high.real)
     axis = min((middle, 0.0), key=lambda x: asymmetry(curve, x))  # the centroid is at 0
@@ -60,23 +64,25 @@ def _begun_at_axis(ring: Complex, axis: float, worst: float) -> Half | None:
 
 
 def asymmetry(curve: Curve, axis: float) -> float:
-    """Return the largest distance of the outline, mirrored at the vertical line, from itself, of the diagonal."""
+    """Return the largest distance of the outline, mirrored about a vertical line, from itself, relative to the
+    diagonal.
+    """
     z = curve.at(curve.length * np.arange(ASYMMETRY_SAMPLES) / ASYMMETRY_SAMPLES)
     mirrored = 2 * axis - z.conj()
     return float(curve.distances(mirrored).max()) / curve.diagonal
 
 
 def mirror(half: MeshMap, outline: int) -> MeshMap:
-    """Return the map of the right half glued to its mirror image along the axis.
+    """Return the map of the right half joined to its mirror image along the axis.
 
     Args:
         half: the map, whose boundary begins at the lower end of the axis.
-        outline: how many vertices of that come before the axis, both of its ends among them.
+        outline: number of boundary vertices from there to the upper end of the axis, both ends included.
     """
     n = half.z.size
     on_axis = np.zeros(n, bool)
     on_axis[[0, *range(outline - 1, half.border)]] = True
-    # Vertices on the axis are their own partners; those of the others come after all of the half.
+    # Vertices on the axis are their own partners; partners of the others come after all vertices of the half.
     partner = np.where(on_axis, np.arange(n), n + np.cumsum(~on_axis) - 1)
     z, u = (np.concatenate([w, -w[~on_axis].conj()]) for w in (half.z, half.u))
     faces = np.concatenate([half.faces, partner[half.faces][:, ::-1]])

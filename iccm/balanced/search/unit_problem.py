@@ -1,4 +1,4 @@
-"""The problem in unit coordinates: what all levels of the search solve."""
+"""The problem in unit coordinates, which all levels of the search solve."""
 
 from typing import NamedTuple
 
@@ -11,33 +11,33 @@ from ..constraints.validate import NO_PINS
 from ..model.energy import Energy
 from ..model.metric import PLANES, Metrics
 
-STROKE_SAMPLES = 8  # points of each stroke by which starts are compared (by hand)
+STROKE_SAMPLES = 8  # points of each stroke that align starts (chosen by hand)
 
 Numbers = tuple[tuple[int, ...], tuple[int, ...]]  # of holes of the source and of the target
 
 
 class UnitProblem(NamedTuple):
-    """What is solved, in unit coordinates.
+    """A problem in unit coordinates.
 
     Attributes:
         source: boundary of the source, of area one.
         target: boundary of the target, of area one.
-        energy: what maps minimise, and are compared by.
+        energy: the energy that maps minimise, and by which they are compared.
         anchors: vertices of the source and of the target, in order, that must correspond.
-        halved: whether these are half shapes, with a mirror axis between the two anchors.
+        halved: whether these are halves of symmetric shapes, with the mirror axis between the two anchors.
         pins: (k, 2) points inside the source and the target that must correspond.
-        strokes: polylines inside that must.
+        strokes: polylines inside that must correspond.
         holes: outlines of holes of the source and of the target, clockwise.
-        partners: (i, j) that hole i of the source is to go to hole j of the target.
-        passed: the outlines of holes of the source, and of the target, that the map ignores.
-        numbers: which of the given holes `holes` are.
+        partners: (i, j) if hole i of the source is to be mapped to hole j of the target.
+        passed: outlines of holes of the source, and of the target, that the map ignores.
+        numbers: for each of `holes`, its number among the given ones.
         metrics: of the surfaces that the two planes stand for.
-        bays: of the source, as of `holes.bays.Filled`.
-        starts: times as many correspondences are tried as usual.
-        inverted: whether this is the inverse of what was given, so that the target's area is that of `source`.
-        regions: of the source that are to be rigid, polygons each, the outer one first.
-        cut_out: how many of the last holes are similar to their partners and keep to that: each point of their outlines
-            goes to the one at the same share of the length.
+        bays: polylines of filled concavities of the source, as in `holes.bays.Filled`.
+        starts: multiple of the usual number of correspondences to try.
+        inverted: whether this is the inverse of the given problem, so that `source` is the given target.
+        regions: rigid regions of the source, as polygons, the outer one first.
+        cut_out: number of the last holes that are similar to their partners and keep that similarity: points of
+            their outlines correspond at equal shares of the length.
     """
 
     source: Curve
@@ -85,7 +85,7 @@ class UnitProblem(NamedTuple):
 
     @property
     def kept(self) -> tuple[tuple[complex, ...], tuple[complex, ...]]:
-        """The vertices of both outlines that every level keeps."""
+        """The vertices of both outlines that are in every level."""
         ends = dict.fromkeys(complex(end) for bay in self.bays for end in (bay[0], bay[-1]))
         return (*self.anchors[0], *ends), self.anchors[1]
 

@@ -1,10 +1,9 @@
-"""Maps by way of a disc, for outlines between which the harmonic map folds beyond repair (spirals, shapes with many
-teeth).
+"""Coarse maps composed of maps to a disc, for outlines whose harmonic map cannot be unfolded, such as spirals.
 
-Onto a disc every shape has a map without folds, the harmonic one with positive weights (Tutte, *How to draw a graph*,
-1963; Floater 2003), whatever goes where on the circle. It is balanced; then there, the disc turned, and back by the
-other shape's is one to one. On a mesh of the source it is so up to what the triangles resolve; what folds is undone
-from there.
+Every shape has a map to a disc without folds, the harmonic map with positive weights (Tutte, *How to draw a
+graph*, 1963; Floater 2003), for any correspondence of the outline with the circle. This map is balanced. Then
+the map of the source to the disc, a rotation, and the inverse of the target's map are composed. The result is
+one-to-one up to the resolution of the source's mesh; remaining folds are removed.
 """
 
 from contextlib import suppress
@@ -21,9 +20,9 @@ from .levels import Level
 from .unit_problem import UnitProblem
 
 DISC_CORNERS = 96  # of the disc's outline
-DISC_ROTATIONS = 8  # of the disc that are tried
+DISC_ROTATIONS = 8  # rotations of the disc that are tried
 CORNER_FINENESS = 6e-3  # relative to the diagonal, as for other coarse meshes
-DISC_STEPS = 40  # of Newton on the way to it
+DISC_STEPS = 40  # Newton steps for the map to the disc
 
 
 def disc() -> Curve:
@@ -33,7 +32,7 @@ def disc() -> Curve:
 
 
 def onto_disc(curve: Curve, level: Level) -> DiscreteMap:
-    """Return the balanced map of a shape onto a disc.
+    """Return the balanced map of a shape to a disc.
 
     Raises:
         Stuck: its triangles are too thin for double precision.
@@ -45,8 +44,9 @@ def onto_disc(curve: Curve, level: Level) -> DiscreteMap:
 
 
 def through_disc(level: Level) -> list[DiscreteMap]:
-    """Map without folds between outlines without pairs of holes, pins and strokes; those turns of the disc that give
-    one.
+    """Return maps without folds through a disc, for those of its rotations that give one.
+
+    There are none if the level has pairs of holes, pins or strokes.
     """
     if level.pinned or level.anchors or all(level.holes):
         return []
@@ -62,13 +62,15 @@ def through_disc(level: Level) -> list[DiscreteMap]:
 
 
 def through(there: Match, back: Match, lap: float) -> Match:
-    """Return the match to a curve, on by a share of its length, and from there back by the other one."""
+    """Return a match to a curve, shifted by a share `lap` of the curve's length, composed with the inverse of
+    another match.
+    """
     way = there.tau + lap * (there.tau[-1] - there.tau[0])
     return Match(there.s, back.inverse().at(way))
 
 
 def _compose(level: Level, there: DiscreteMap, back: DiscreteMap, lap: float) -> DiscreteMap:
-    """There, on by a share of a lap, and back."""
+    """Compose a map to the disc, a rotation by a share of a full turn, and the inverse of another map."""
     new = level.mapped(through(there.match, back.match, lap))
     middle = interpolate(there.z, there.faces, there.u, new.z) * np.exp(2j * np.pi * lap)
     u = interpolate(back.u, back.faces, back.z, middle)

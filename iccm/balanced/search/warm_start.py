@@ -1,4 +1,4 @@
-"""Going on from an earlier map: on its own mesh where the pins are its vertices, else on a new one."""
+"""Start from an earlier map: on its own mesh if the pins are among its vertices, else on a new one."""
 
 from dataclasses import replace
 from itertools import permutations
@@ -32,20 +32,23 @@ from .levels import (
 )
 from .pin_continuation import aim_feet, lead_one_by_one
 
-SAME_PLACE_SHARE = 1e-8  # of the root of the area: a vertex this close to a pin, or to an outline, is on it
+# Relative to the root of the area: a vertex this close to a pin or an outline is on it.
+SAME_PLACE_SHARE = 1e-8
 CLOSE_TOLERANCES = (
-    0.5  # of the tolerance: an earlier map's outlines that are so close to those given are continued
+    0.5  # relative to the tolerance: outlines of an earlier map this close to the given ones are kept
 )
 AT_REST_DECREASE = 1e-3
-"""Relative decrease of a Newton step below which a map that meets its constraints has converged while these are
-dragged, and when it is continued from: it stays where it was seen."""
+"""Relative decrease of a Newton step below which a map that meets its constraints counts as converged while
+these are dragged, and when a solve starts from it, so that it does not change visibly.
+"""
 LEAST_TRIANGLE_SHARE = (
-    0.5  # of the triangles that the last mesh is to have: an earlier map's mesh with fewer is made anew
+    0.5  # relative to the triangles of the final mesh: an earlier map with fewer gets a new mesh
 )
 
 
 def continue_from(level: Level, start: MeshMap) -> DiscreteMap:
-    """Return the earlier map with the problem's constraints met, or as close as they got; itself where it meets them.
+    """Return the earlier map with the problem's constraints met, or as close as it came; unchanged if it meets
+    them.
 
     Raises:
         Stuck: no map without folds follows these outlines.
@@ -60,15 +63,16 @@ def continue_from(level: Level, start: MeshMap) -> DiscreteMap:
 
 
 def met_on_its_mesh(level: Level, start: MeshMap) -> DiscreteMap | None:
-    """Return the earlier map itself, if it meets the level's constraints as `on_its_mesh`."""
+    """Return the earlier map unchanged if it meets the level's constraints on its own mesh; None if not."""
     state = on_its_mesh(level, start)
     return state if state is not None and state.miss == 0 else None
 
 
 def slide_anew(level: Level, start: MeshMap) -> DiscreteMap:
-    """Return the earlier map with its outline slid to rest, on a level with smooth outlines. Corners hold their
-    vertices, in both shapes where two of them meet, and nothing gets past until they are released and pinned again on a
-    new mesh.
+    """Return the earlier map with its outlines converged again, on a level with smooth outlines.
+
+    Corners of both shapes hold their vertices, and no vertex passes them before they are released, and fixed
+    again on a new mesh.
 
     Raises:
         Stuck: it folds.
@@ -83,7 +87,7 @@ def _constrained(level: Level, state: DiscreteMap) -> DiscreteMap:
     strokes = level.problem.strokes
     if not state.inside.z.size:
         return state
-    if strokes:  # corners of theirs get vertices where the earlier map has them
+    if strokes:  # vertices for the strokes' corners, at their places in the earlier map
         state = refine(level, aim_feet(strokes, state, EVENED_SHARE))
     new = satisfy_constraints(replace(state, bound=False))
     new = new if new.miss == 0 or strokes else lead_one_by_one(level, new)
@@ -95,8 +99,10 @@ def _constrained(level: Level, state: DiscreteMap) -> DiscreteMap:
 def outlines_followed(
     start: MeshMap, source: Curve, target: Curve, holes: Holes, tolerance: float
 ) -> tuple[Curve, Curve, Holes] | None:
-    """Return the outlines as an earlier map follows them; None where it does not. Simplified anew they would have other
-    corners, at which its mesh has no vertices.
+    """Return the outlines as an earlier map follows them; None if it does not follow the given ones.
+
+    If the given outlines were simplified again, they would have other corners, at which the map's mesh has no
+    vertices.
     """
     sides = (start.z, source, holes.source), (start.u, target, holes.target)
     found: list[list[Curve]] = []
@@ -116,7 +122,7 @@ def outlines_followed(
 
 
 def _followed(rim: Complex, given: Curve, near: float) -> Curve | None:
-    """Return the polygon of vertices on an outline; None where it is not close to the one given."""
+    """Return the polygon of an outline's vertices; None if it is not close to the given one."""
     curve = Curve(rim)
     curve = simplify(curve, SAME_PLACE_SHARE / curve.diagonal)
     away = max(one.distances(other.z).max() for one, other in permutations((curve, given)))
@@ -124,13 +130,16 @@ def _followed(rim: Complex, given: Curve, near: float) -> Curve | None:
 
 
 def on_its_mesh(level: Level, start: MeshMap) -> DiscreteMap | None:
-    """Return the earlier map itself, if its outlines are the level's, all pins are among its vertices, and it has
-    enough triangles; None if not.
+    """Return the earlier map on its own mesh.
+
+    Returns:
+        The map; None unless its outlines are the level's, all pins are among its vertices, and it has enough
+        triangles.
     """
     problem = level.problem
     if len(start.faces) < LEAST_TRIANGLE_SHARE * TRIANGLES_PER_AREA / level.size**2:
         return None
-    if folds(start.faces, start.u) or folds(start.faces, start.z):  # as outlines that move may leave it
+    if folds(start.faces, start.u) or folds(start.faces, start.z):  # possible if outlines moved
         return None
     if problem.strokes or problem.regions or len(start.loops) < len(level.holes[1]):
         return None
@@ -179,7 +188,7 @@ def on_its_mesh(level: Level, start: MeshMap) -> DiscreteMap | None:
 
 
 def _pairs_on(source: Outline, target: Outline, z: Complex, u: Complex) -> Pairs | None:
-    """Vertices of an outline as pairs; None if they are not on it, or miss a corner."""
+    """Return the vertices of an outline as pairs; None if they are not on it, or a corner has no vertex."""
     s, tau = _along(source.curve, z), _along(target.curve, u)
     if s is None or tau is None:
         return None
@@ -189,8 +198,10 @@ def _pairs_on(source: Outline, target: Outline, z: Complex, u: Complex) -> Pairs
 
 
 def _kept_first(start: MeshMap, pins: Complex, filled: list[Index]) -> Index | None:
-    """Return an order of the vertices with those of pins, then those of filled holes, right after the outline's; None
-    if a pin has none.
+    """Return an order of the vertices in which those of pins and of filled holes follow the outlines' vertices.
+
+    Returns:
+        (n,) vertices; None if a pin has none.
     """
     away = np.abs(start.z[start.border :] - pins[:, None])
     kept = np.concatenate([start.border + away.argmin(axis=1), *filled])
@@ -201,7 +212,7 @@ def _kept_first(start: MeshMap, pins: Complex, filled: list[Index]) -> Index | N
 
 
 def _vertices_on(outline: Outline, z: Complex) -> Index | None:
-    """Return those on a closed outline, in its order; None if they miss a corner."""
+    """Return the vertices on a closed outline, in its order; None if a corner has none."""
     s = outline.curve.closest(z)
     on = np.flatnonzero(np.abs(outline.curve.at(s) - z) <= SAME_PLACE_SHARE)
     on = on[np.argsort(s[on])]
@@ -209,7 +220,9 @@ def _vertices_on(outline: Outline, z: Complex) -> Index | None:
 
 
 def _along(curve: Curve, w: Complex) -> Real | None:
-    """Ascending arclengths of points in order on a closed curve; None if they are not on it, or not in order."""
+    """Return ascending arclengths of points in order on a closed curve; None if they are not on it, or not in
+    order.
+    """
     s = curve.closest(w)
     if np.abs(curve.at(s) - w).max() > SAME_PLACE_SHARE:
         return None
