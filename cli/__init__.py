@@ -16,8 +16,10 @@ completion  `iccm completion`
 plugins   `iccm plugins`
 help      `iccm help`
 settings  limits from the environment and from a configuration file
-options   click's arguments and options, made from `iccm.io.options` logs      messages on stderr; failures as one line
-and an exit code status    the status line process   standard streams; stopping within two seconds of a signal
+options   click's arguments and options, made from `iccm.io.options`
+logs      messages on stderr; failures as one line and an exit code
+status    the status line
+process   standard streams; stopping within two seconds of a signal
 """
 
 from __future__ import annotations

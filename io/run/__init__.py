@@ -4,14 +4,27 @@
 
 Names are imported when first used, so that reading a job costs no numerics.
 
-job            `Job`: the validated description of one run earlier        outputs of earlier runs, which the same
-command may replace execute        `run`: inputs, map, outputs, report inputs         the input files of a job resolve
-values of a job that are filled in from its files constraints pins and strokes in the core plane parts `--parts all`
-by_position    pins between two meshes in the same place state a job under way phases progress and times of the phases
-of a job framing        what pictures show, how large, and what the texture covers texture        the texture: a file,
-or what the source itself shows blank_picture  detection of blank pictures outputs/ what a run writes plots
-what `--plot` draws report the report morph          `iccm morph` between intermediate drawings of a morph flatten
-`iccm flatten` flat_files     a flattening as a file relayout `iccm relayout`
+job            `Job`: the validated description of one run
+earlier        outputs of earlier runs, which the same command may replace
+execute        `run`: inputs, map, outputs, report
+inputs         the input files of a job
+resolve        values of a job that are filled in from its files
+constraints    pins and strokes in the core plane
+parts          `--parts all`
+by_position    pins between two meshes in the same place
+state          the state of a running job
+phases         progress and times of the phases of a job
+framing        the area and size of pictures, and the area of the texture
+texture        the texture: a file, or what the source itself shows
+blank_picture  detection of blank pictures
+outputs/       the outputs of a run
+plots          figures for `--plot`
+report         the report
+morph          `iccm morph`
+between        intermediate drawings of a morph
+flatten        `iccm flatten`
+flat_files     a flattening as a file
+relayout       `iccm relayout`
 """
 
 from importlib import import_module

@@ -1,9 +1,15 @@
 """The outputs of a run, with a module for each kind that is imported only when needed.
 
-output         the interface of all kinds of output checks         checks shared by several kinds picture        the
-texture on the target's canvas artwork        the drawing as SVG textured_mesh  the mesh with new texture coordinates
-new_uvs        these coordinates baked          the texture in the mesh's own layout stmap          the map as a picture
-saved_map      the map itself, exactly plot the figure
+output         the interface of all kinds of output
+checks         checks shared by several kinds
+picture        the texture on the target's canvas
+artwork        the drawing as SVG
+textured_mesh  the mesh with new texture coordinates
+new_uvs        computing these coordinates
+baked          the texture in the mesh's own layout
+stmap          the map as a picture
+saved_map      the map itself, without loss
+plot           the figure
 """
 
 from copy import copy
