@@ -25,7 +25,8 @@ def command(threads: int | None, **given: Any) -> int:
     iccm relayout old.obj new.obj --texture albedo.png -o new-albedo.png
     iccm relayout old.glb new.glb --texture albedo.png -o 'new/{stem}.png'
 
-    Exit code: 0 done, 1 a part of NEW is farther from OLD than the limit, or its layout is empty, 2 wrong input.
+    Exit code: 0 done, 1 a part of NEW is farther from OLD than the limit, or its layout is empty or overlaps itself, 2
+    wrong input.
     """
     from ..io.run import relayout
     from ..io.run.job import RelayoutJob, described

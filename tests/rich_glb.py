@@ -179,3 +179,7 @@ def picture(file, texture):
 
 def read(path):
     return gl.GLTF2().load_binary(str(path))
+
+
+def read_bytes(content):
+    return gl.GLTF2().load_from_bytes(content)

@@ -7,6 +7,7 @@ finds colours there.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,12 +36,23 @@ class Ownership:
     Attributes:
         owner: (h, w) int32 triangle of each texel, NONE where there is none.
         centre: (h, w) whether the texel's centre lies in that triangle, not only a part of its square.
-        overlaps: number of texels whose centre lies in more than one triangle.
+        last: (h, w) int32 the last triangle that holds the texel's centre, NONE where none does. The owner is the
+            first one, so they differ where several triangles hold it.
     """
 
     owner: NDArray[np.int32]
     centre: NDArray[np.bool_]
-    overlaps: int
+    last: NDArray[np.int32]
+
+    @cached_property
+    def shared(self) -> NDArray[np.bool_]:
+        """(h, w) texels whose centre lies in more than one triangle."""
+        return self.centre & (self.last != self.owner)
+
+    @property
+    def overlaps(self) -> int:
+        """Number of texels whose centre lies in more than one triangle."""
+        return int(np.count_nonzero(self.shared))
 
 
 def rasterise(
@@ -63,17 +75,16 @@ def rasterise(
     """
     owner = np.full((height, width), NONE, np.int32)
     corners = np.ascontiguousarray(corners, dtype=np.float64)
-    overlaps = 0
-    if _filled(corners, owner, wrap, threads):
-        last = np.full_like(owner, NONE)
-        _filled(np.ascontiguousarray(corners[::-1]), last, wrap, threads)
-        overlaps = int(np.count_nonzero((owner >= 0) & (last != len(corners) - 1 - owner)))
-    centre = owner >= 0
+    again = _filled(corners, owner, wrap, threads)
+    centre, last = owner >= 0, owner.copy()
+    if again:
+        _filled(np.ascontiguousarray(corners[::-1]), last := np.full_like(owner, NONE), wrap, threads)
+        last[centre] = len(corners) - 1 - last[centre]
     if border is not None and border.any():
         nearest = np.full((height, width), np.inf, np.float32)
         chosen = np.flatnonzero(border)
         _touch(corners, chosen, chosen.size, owner, centre, nearest, height, width, wrap)
-    return Ownership(owner, centre, overlaps)
+    return Ownership(owner, centre, last)
 
 
 def _filled(corners: Real, owner: NDArray[np.int32], wrap: bool, threads: int | None) -> int:

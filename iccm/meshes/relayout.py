@@ -5,6 +5,7 @@ Triangles with the same corners in both meshes go to each other; what has no par
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,22 +24,38 @@ from .mesh import face_areas
 from .surface import texels
 
 SAME = 1e-6  # of the diagonal: corners this close are the same
+SAME_PLACE = 2e-3
+"""Difference of texture coordinates below which two triangles show the same place: two texels of 1024 (by hand)."""
 SEARCHED = 5_000  # points that are looked for at a time: 0.8 s on a busy machine, 82k triangles (measured)
+TILE_GRID_CELLS = 1024  # across a grid on which overlaps of tiles are looked for (by hand)
 PROBED = 128  # texels across a layout by which the size of pictures is chosen (by hand)
 COLOURS = 1024
 """Texels across a picture of charts of less than two texels, which say nothing of its size (by hand)."""
 MOST_TEXELS_ACROSS = 1e60
 """Texels that are counted across a layout, whose square stays finite; far fewer are ever made (LARGEST)."""
 LARGEST = 4096  # texels across that are made unasked, but where the old texture has more
-MAGNIFIED = 64
-"""Times as wide as the old texture that pictures are made unasked, at most, if that is more than COLOURS: room for 64
-repetitions of all of it (by hand)."""
+MOST_MAGNIFIED = 2
+"""Times as wide as the old texture, with all of its repetitions, that pictures are made unasked, at most (by hand)."""
+LOST_UNSEEN = 1.1
+"""Texels of the old texture across one of a new picture up to which no loss of detail is visible (by hand)."""
 TEXELS_PER_REPETITION = 8
 """Texels of a new picture across one repetition of the old texture below which it is hardly recognizable (by hand)."""
 MEAN_COLOURS = 256
 """Texels across a picture that shows hardly more than mean colours of a texture, each of which takes long: its
 footprint in the texture is large (by hand)."""
 ROWS = 64  # of the layout that are filtered at a time (by hand)
+
+
+class Conflicts(NamedTuple):
+    """Texels of a new layout of which no picture can be right.
+
+    Attributes:
+        texels: how many lie in several triangles that show different places of the old texture.
+        wrapped: how many of these only because what lies beyond 0..1 comes in on the other side.
+    """
+
+    texels: int
+    wrapped: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,6 +131,47 @@ class Origin:
         areas = face_areas(self.new.points[self.new.faces])
         flat = triangle_areas(complex_of(self.new.uv[self.new.uv_faces])) == 0
         return float(areas[flat].sum()), float(areas.sum())
+
+    def conflicts(self, textures: Index | None = None) -> "Conflicts":
+        """Find texels that lie in several triangles of the new layout which show different places of the old texture.
+
+        Stacked charts that show the same place are fine: the picture is right for all of them.
+
+        Args:
+            textures: (n,) number of the texture that each old triangle shows; None: all show the same one.
+        """
+        rows, columns = np.nonzero(self.grid.owners.shared)
+        if not rows.size:
+            return Conflicts(0, 0)
+        first, last = self.grid.owners.owner[rows, columns], self.grid.owners.last[rows, columns]
+        (one, at), (other, there) = (self._old_places(own, rows, columns) for own in (first, last))
+        apart = at - there
+        differ = (np.abs(apart - np.rint(apart)) > SAME_PLACE).any(axis=1)
+        if textures is not None:
+            differ |= textures[one] != textures[other]
+        tiles = np.floor(self.new.uv[self.new.uv_faces].mean(axis=1))
+        wrapped = differ & (tiles[first] != tiles[last]).any(axis=1) & self.wraps
+        return Conflicts(int(differ.sum()), int(wrapped.sum()))
+
+    def _old_places(self, own: NDArray, rows: Index, columns: Index) -> tuple[Index, Real]:
+        """Return (p,) old triangles and (p, 2) old texture coordinates of texels as triangles of the new layout that
+        hold them show them.
+        """
+        weights = _barycentric(self.grid.corners[own], columns, rows, self.grid.shape, self.wraps)
+        triangle = self.partner[own].copy()
+        there = np.take_along_axis(weights, self.order[own], axis=1)
+        lonely = triangle < 0
+        points = _at(self.new.points[self.new.faces[own[lonely]]], weights[lonely])
+        triangle[lonely], there[lonely], _ = nearest(self.old, points)
+        return triangle, _at(self.old.uv[self.old.uv_faces[triangle]], there)
+
+    @property
+    def repeating_triangles(self) -> int:
+        """Number of triangles of the new layout that are larger than the picture, so that they would repeat it."""
+        corners = self.new.uv[self.new.uv_faces]
+        spans = corners.max(axis=1) - corners.min(axis=1)
+        flat = triangle_areas(complex_of(corners)) == 0
+        return int(((spans > 1 + SAME).any(axis=1) & ~flat).sum()) if self.wraps else 0
 
     def over(self, old: Charted) -> "Origin":
         """Return the same places for other texture coordinates of the old mesh."""
@@ -206,35 +264,80 @@ def texels_across(
     return int(np.ceil(np.sqrt(mean) - 1e-6))
 
 
-def limited(across: int, size: tuple[int, int]) -> int:
-    """So many texels across, or as many as are made unasked of a texture of this size.
+@dataclass(frozen=True)
+class TextureUse:
+    """How an old layout uses a texture.
 
-    A texture that repeats so often that none of its repetitions could be recognized gets a small picture.
+    Attributes:
+        size: of the texture, width and height.
+        repetitions: how often the layout repeats it in one direction: the root of the triangles' area in pictures.
+        spots: whether some charts are smaller than two texels, as those of palettes are.
     """
-    largest = most_texels_across(size)
-    if across * TEXELS_PER_REPETITION > largest * max(size):
+
+    size: tuple[int, int]
+    repetitions: float = 1.0
+    spots: bool = False
+
+    @classmethod
+    def measure(
+        cls, old: Charted, triangles: Flags | Index, size: tuple[int, int], tiles: Box | None = None
+    ) -> "TextureUse":
+        """Measure some triangles of an old layout; `tiles` as for `Origin.places`."""
+        extent = 1 + 1j if tiles is None else tiles[1] - tiles[0]
+        areas = np.abs(triangle_areas(complex_of(old.uv[old.uv_faces[triangles]])))
+        repetitions = float(np.sqrt(areas.sum() / (extent.real * extent.imag)))
+        spots = (_extents(old)[triangles] * size < (2 * extent.real, 2 * extent.imag)).all(axis=1)
+        return cls(size, max(repetitions, 1.0), bool(spots.any()))
+
+    @property
+    def most_texels_across(self) -> int:
+        """How wide pictures of it are made at most, if no size is asked for."""
+        doubled = 2 ** int(np.log2(MOST_MAGNIFIED * max(self.size) * self.repetitions))
+        largest = max(doubled, COLOURS) if self.spots else doubled
+        return max(min(LARGEST, largest), _power_of_two(max(self.size)))
+
+
+def limited(across: int, use: TextureUse) -> int:
+    """Return the width of a picture that is to be so many texels wide, as it is made if no size is asked for.
+
+    That is a power of two, since game engines and graphics hardware prefer them, and at most `most_texels_across`. A
+    texture that repeats so often that none of its repetitions could be recognized gets a small picture.
+
+    Args:
+        across: texels that would show all detail; 0 where the texture is not shown.
+        use: how the old layout uses the texture.
+    """
+    if across <= 0:
+        return 0
+    largest = use.most_texels_across
+    if across * TEXELS_PER_REPETITION > largest * max(use.size):
         return min(MEAN_COLOURS, largest)
-    return min(across, largest)
+    return min(_power_of_two(across / LOST_UNSEEN), largest)
 
 
-def most_texels_across(size: tuple[int, int]) -> int:
-    """Return how many texels across pictures of a texture of this size have at most, if no size is asked for."""
-    return max(min(LARGEST, max(MAGNIFIED * max(size), COLOURS)), *size)
+def loses_detail(across: int, made: int) -> bool:
+    """Return whether a picture is visibly narrower than one that shows all detail."""
+    return across > LOST_UNSEEN * made
 
 
-def too_small(across: int, made: int, size: tuple[int, int]) -> str:
+def _power_of_two(least: float) -> int:
+    """Return the smallest power of two that is not less."""
+    return 2 ** int(np.ceil(np.log2(max(least, 1.0)) - 1e-9))
+
+
+def too_small(across: int, made: int, use: TextureUse) -> str:
     """Return a note for pictures that are not as many texels wide as `texels_across` returns.
 
     Args:
         across: texels that would show all detail.
         made: texels that the pictures have.
-        size: of the texture, width and height.
+        use: how the old layout uses the texture.
     """
-    repetitions = across // max(size)
-    if across * TEXELS_PER_REPETITION > most_texels_across(size) * max(size):
+    width, height = use.size
+    if across * TEXELS_PER_REPETITION > use.most_texels_across * max(use.size):
         return (
-            f"a texture of {size[0]}×{size[1]} texels repeats about {repetitions:.6g} times across the new layout; "
-            f"pictures {made} texels wide show only its mean colors"
+            f"a texture of {width}×{height} texels repeats about {across // max(use.size):.6g} times across the new "
+            f"layout; pictures {made} texels wide show only its mean colors"
         )
     return (
         f"pictures {made} texels wide lose detail of the old textures; use --size {across} to keep all of it"
@@ -339,6 +442,18 @@ def partners(old: Charted, new: Charted) -> tuple[Index, Index]:
     order = np.empty_like(rank)
     np.put_along_axis(order, rank_old[partner], rank, axis=1)
     return partner, order
+
+
+def overlap_in_one_picture(sheet: Charted, tiles: Index) -> bool:
+    """Return whether triangles of different tiles overlap where all tiles are shown by one picture.
+
+    Args:
+        sheet: the triangles.
+        tiles: (m,) number of each triangle's tile.
+    """
+    size = TILE_GRID_CELLS
+    owners = layout(sheet.name, sheet.uv, sheet.uv_faces, sheet.twin, size, size).owners
+    return bool((tiles[owners.owner[owners.shared]] != tiles[owners.last[owners.shared]]).any())
 
 
 def nearest(old: Charted, points: Real) -> tuple[Index, Real, Real]:

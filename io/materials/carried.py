@@ -1,6 +1,6 @@
 """The pictures of a material set carried to new coordinates: each in a separate picture for each material there."""
 
-from collections.abc import Container
+from collections.abc import Container, Hashable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -14,8 +14,10 @@ from ...meshes.relayout import (
     COLOURS,
     PROBED,
     Origin,
+    TextureUse,
     carry,
     limited,
+    loses_detail,
     paint,
     spread,
     texels_across,
@@ -27,6 +29,7 @@ from ...pixels.texture import check_kind
 from .. import formats, limits
 from ..meshes.gltf_materials import BASE, CUTOFF, DIFFUSE, kind_of
 from ..pictures.image import Image, prepare
+from ..pictures.image_files import as_png
 from .material_set import Material, MaterialMap, MaterialSet
 
 Pictures = dict[str, Image]  # by slot
@@ -79,6 +82,7 @@ class MaterialBaker:
         self.origins: dict[tuple[int, int], Origin] = {}
         self._sides: dict[int, int] = {}
         self._images: dict[tuple[Path | bytes, bool], Image] = {}
+        self._pictures: dict[Hashable, Image] = {}
         self.notes: list[str] = []
 
     @cached_property
@@ -118,7 +122,22 @@ class MaterialBaker:
         return {slot: each.kind for material in materials for slot, each in material.maps.items()}
 
     def image(self, slot: str) -> Image:
-        """Return the picture for a slot."""
+        """Return the picture for a slot; slots that show the same share one, such as occlusion and roughness."""
+        key = self._content_of(slot)
+        if key not in self._pictures:
+            self._pictures[key] = self._bake(slot)
+        return self._pictures[key]
+
+    def _content_of(self, slot: str) -> Hashable:
+        """Return what decides the content of a slot's picture."""
+        materials = [self.material_set.materials[k] for k in self.materials]
+        maps = [material.maps.get(slot) for material in materials]
+        shown = [each and (each.picture, each.kind, each.wrap, each.opaque, id(each.uv)) for each in maps]
+        factors = [material.factors.get(slot) for material in materials] if slot in self.multiplied else []
+        # The alpha of masks is changed in the slots of colors only.
+        return kind_of(slot), tuple(shown), tuple(factors), slot if slot in (BASE, DIFFUSE) else None
+
+    def _bake(self, slot: str) -> Image:
         maps = [self.material_set.materials[k].maps.get(slot) for k in self.materials]
         origin = self.origin(self._size(*self.materials, slots=[slot]))
         if len(maps) > 1:
@@ -174,9 +193,11 @@ class MaterialBaker:
             )
             size = self._read(map).pixels.shape[1::-1] if shown.any() else (1, 1)
             wanted = texels_across(self._shown(probe, map), shown, size, wrap=map.wrap)
-            self._sides[id(map)] = limited(wanted, size)
-            if wanted > self._sides[id(map)]:
-                self.notes.append(too_small(wanted, self._sides[id(map)], size))
+            triangles = np.unique(probe.triangles[shown])
+            use = TextureUse.measure(self.material_set.shown_by(map), triangles, size)
+            made = self._sides[id(map)] = limited(wanted, use)
+            if loses_detail(wanted, made):
+                self.notes.append(too_small(wanted, made, use))
         return self._sides[id(map)]
 
     def _read(self, map: MaterialMap) -> Image:
@@ -245,6 +266,13 @@ class MaterialBaker:
             by = factor[3] if len(factor) > 3 else 1.0
             seen = by * image.pixels[own, image.alpha] >= source.get("alphaCutoff", CUTOFF) * top
             image.pixels[own, image.alpha] = np.where(seen, top, 0)
+
+
+def as_png_files(pictures: Mapping[str, Image]) -> dict[str, bytes]:
+    """Return pictures by slot as PNG files; a picture that several slots share is compressed once."""
+    distinct = {id(image): image for image in pictures.values()}
+    contents = {key: as_png(image) for key, image in distinct.items()}
+    return {slot: contents[id(image)] for slot, image in pictures.items()}
 
 
 def without_profile(image: Image) -> Image:

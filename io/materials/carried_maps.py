@@ -14,9 +14,8 @@ from .. import formats
 from ..meshes import gltf_materials, material_library, mesh_files
 from ..meshes.gltf_format import primitives_of
 from ..meshes.mesh_format import MeshFile, NewCoordinates
-from ..pictures.image_files import as_png
 from . import of_gltf, of_mtl
-from .carried import BakeSettings, MaterialBaker
+from .carried import BakeSettings, MaterialBaker, as_png_files
 from .material_set import MaterialSet, part
 
 TEXTURE_SLOTS = (gltf_materials.BASE, gltf_materials.DIFFUSE, "map_kd")  # where a texture that is mapped goes
@@ -110,7 +109,7 @@ class CarriedMaps:
             same = own, np.tile(np.arange(3), (own.size, 1))
             baker = MaterialBaker(material_set, part(sheet, own), same, BakeSettings(threads=threads))
             slots = [slot for slot in material.maps if own.size and not (shown and slot in TEXTURE_SLOTS)]
-            made[material.key] = {slot: as_png(baker.image(slot)) for slot in slots}
+            made[material.key] = as_png_files({slot: baker.image(slot) for slot in slots})
             notes += [note for note in baker.notes if note not in notes]
         return CarriedPictures(made, notes)
 

@@ -10,7 +10,7 @@ import numpy as np
 from ...arrays import Index
 from ...errors import InputError
 from ...meshes.charted import Charted
-from ...meshes.relayout import Origin, nearest, partners
+from ...meshes.relayout import Conflicts, Origin, nearest, overlap_in_one_picture, partners
 from ...surfaces.matching import matched
 from .. import formats
 from ..meshes import gltf_materials, mesh_files
@@ -128,9 +128,11 @@ class Relaid:
 
         OBJ: its own. There transparency is a separate picture.
         """
-        own = self.after.owner
+        if self.dialect == "mtl":
+            return self.after.owner
+        own = self._owner_by_tile
         names, kind = np.unique(self.before.kinds, return_inverse=True)
-        if self.dialect == "mtl" or names.size == 1:
+        if names.size == 1:
             return own
         sheet, old, _ = self._pairs
         alone = np.flatnonzero(old < 0)
@@ -139,13 +141,28 @@ class Relaid:
         return np.unique(names.size * own + kind[self.before.owner[old]], return_inverse=True)[1]
 
     @cached_property
+    def _owner_by_tile(self) -> Index:
+        """(m,) the new mesh's materials, split by tiles (UDIM) where charts of several would overlap in one picture."""
+        sheet, owner = self.after.sheet, self.after.owner
+        parted = owner
+        tiles = np.unique(np.floor(sheet.uv[sheet.uv_faces].mean(axis=1)), axis=0, return_inverse=True)[1]
+        for k in np.unique(owner):
+            own = np.flatnonzero(owner == k)
+            if np.unique(tiles[own]).size > 1 and overlap_in_one_picture(part(sheet, own), tiles[own]):
+                parted = np.where(owner == k, (int(parted.max()) + 1) + tiles, parted)
+                self.told(
+                    [f"gets a material for each of {np.unique(tiles[own]).size} tiles (UDIM) of its layout"]
+                )
+        return parted if parted is owner else np.unique(parted, return_inverse=True)[1]
+
+    @cached_property
     def bakers(self) -> list[MaterialBaker]:
         """What makes the pictures of each material of the new mesh; of those that show nothing of the old one none."""
         sheet, first, order = self._pairs
         found, count = [], len(self.after.materials)
         if self.owner is not self.after.owner:
             count = int(self.owner.max(initial=-1)) + 1
-            if count > np.unique(self.after.owner).size:
+            if count > np.unique(self._owner_by_tile).size:
                 kinds = "transparency, sides, scales of normals or extensions"
                 self.told(
                     [f"has {count} materials, because those of {self.before.sheet.name} differ in {kinds}"]
@@ -157,6 +174,11 @@ class Relaid:
                 baker.settings = replace(self.settings, size=baker.size, settled=self.dialect == "mtl")
             found.append(baker)
         return found
+
+    @property
+    def conflicts(self) -> list[Conflicts]:
+        """Of each material's largest picture, texels of which it cannot be right."""
+        return [baker.origin(baker.size).conflicts(self.before.owner) for baker in self.bakers]
 
     @property
     def origins(self) -> list[Origin]:

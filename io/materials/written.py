@@ -5,13 +5,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from .. import files
-from ..meshes import gltf, gltf_write, material_library, obj_materials, obj_write
+from ..meshes import gltf, gltf_materials, gltf_write, material_library, obj_materials, obj_write
 from ..meshes.gltf_format import primitives_of
 from ..meshes.material_library import Library
 from ..meshes.obj_format import obj_content
 from ..pictures.image_files import as_png
 from . import gltf_assignment, of_gltf, translate
-from .carried import MaterialBaker, Pictures, without_profile
+from .carried import MaterialBaker, Pictures, as_png_files, without_profile
 from .gltf_assignment import MaterialAssignment
 from .relaid import Relaid
 
@@ -68,8 +68,9 @@ def _assignment(
     else:
         images, material, notes = translate.to_gltf(_without_profiles(images), baker.kinds, source_material)
         relaid.told(notes)
-    contents = {slot: as_png(image) for slot, image in images.items()}
-    return MaterialAssignment(group, material, contents, samplers, of_gltf.layout_of(group[0]))
+    if baker.origin(baker.size).grid.report["outside_triangles"]:
+        samplers = {slot: sampler | gltf_materials.REPEATING for slot, sampler in samplers.items()}
+    return MaterialAssignment(group, material, as_png_files(images), samplers, of_gltf.layout_of(group[0]))
 
 
 def _obj(relaid: Relaid, out: Path, force: bool) -> list[str]:
@@ -87,8 +88,11 @@ def _obj(relaid: Relaid, out: Path, force: bool) -> list[str]:
         if baker.material is None:
             continue
         images, lines = _statements(relaid, baker, images)
-        paths = {word: _picture(relaid, old.name, word) for word in images}
-        contents |= {paths[word]: as_png(image) for word, image in images.items()}
+        first_word: dict[int, str] = {}  # statements with the same picture share its file
+        for word, image in images.items():
+            first_word.setdefault(id(image), word)
+        paths = {word: _picture(relaid, old.name, first_word[id(image)]) for word, image in images.items()}
+        contents |= {paths[word]: as_png(images[word]) for word in first_word.values()}
         names = {word: material_library.name_of(path, library.parent) for word, path in paths.items()}
         own = rename[old.name if old.name in rename else None]  # a name may be empty
         body = [f"newmtl {own}", *(line for line in lines if _stays(line, set(images)))]
@@ -129,4 +133,5 @@ def _picture(relaid: Relaid, material: str, word: str) -> Path:
 
 
 def _without_profiles(images: Pictures) -> Pictures:
-    return {slot: without_profile(image) for slot, image in images.items()}
+    plain = {id(image): without_profile(image) for image in images.values()}
+    return {slot: plain[id(image)] for slot, image in images.items()}

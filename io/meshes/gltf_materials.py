@@ -8,6 +8,7 @@ NORMALS = "normalTexture"
 DIFFUSE = "extensions/KHR_materials_pbrSpecularGlossiness/diffuseTexture"  # what programs show that know it
 CUTOFF = 0.5  # of a mask that names none (Khronos, *glTF 2.0*, §3.9.4)
 NEW = {"name": "iccm", "pbrMetallicRoughness": {"metallicFactor": 0.0}}
+REPEATING = {"wrapS": 10497, "wrapT": 10497}  # a sampler that shows the texture again beyond its edges
 COLOURS = ("basecolor", "diffuse", "emissive", "sheencolor", "specularcolor")
 
 

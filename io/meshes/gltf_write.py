@@ -4,6 +4,8 @@ The tree and the bytes are edited, not made anew: nodes, skins, animations, othe
 even looked at. Numbers of accessors, views, textures and materials never change; new ones come last.
 """
 
+import json
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
 from typing import Any
@@ -33,6 +35,8 @@ class GltfEditor:
     def __init__(self, source: Gltf) -> None:
         self.source, self.tree, self.views = source, deepcopy(source.tree), list(source.views)
         self._made: dict[tuple[bytes, int | None], int] = {}
+        self._new_textures: dict[tuple[bytes, str], int] = {}
+        self._new_images: dict[bytes, int] = {}
 
     def view(self, data: bytes, **said: Any) -> int:
         """Return the number of a buffer view with these bytes."""
@@ -58,16 +62,17 @@ class GltfEditor:
         accessors[instead]["bufferView"] = self.view(data.tobytes(), target=target, **stride)
         return instead
 
-    def texture(self, content: bytes, like: int | None) -> int:
-        """Return the number of a texture that shows a PNG or JPEG file with the sampler of another, whose place it
-        takes.
+    def texture(self, content: bytes, like: int | None, uses: int = 1) -> int:
+        """Return the number of a texture that shows a PNG or JPEG file with the sampler of another.
+
+        It takes the place of that one if nothing else shows it than the slots that get this file, which are `uses`.
         """
         made = self._made.get((content, like))
         if made is not None:
             return made
         textures, images = (self.tree.setdefault(key, []) for key in ("textures", "images"))
         old = {} if like is None else textures[like]
-        alone = like is not None and list(_textures_named(self.tree)).count(like) == 1
+        alone = like is not None and list(_textures_named(self.tree)).count(like) == uses
         number = like if like is not None and alone else len(textures)
         before = self.source.source_of(like) if like is not None and alone else None
         textures[number : number + 1] = [{k: old[k] for k in ("name", "sampler", "extras") if k in old}]
@@ -79,13 +84,20 @@ class GltfEditor:
 
     def new_texture(self, content: bytes, sampler: dict[str, Any] | None, name: str) -> int:
         """Return the number of a texture that shows a PNG or JPEG file, if possible in the place of one no more
-        shown.
+        shown; slots with the same file and sampler share it, and textures with the same file share its image.
         """
+        key = content, json.dumps(sampler, sort_keys=True)
+        if key in self._new_textures:
+            return self._new_textures[key]
         textures, images = (self.tree.setdefault(key, []) for key in ("textures", "images"))
         free = set(_textures_named(self.source.tree)) - set(_textures_named(self.tree))
         number = min(free, default=len(textures))
         textures[number : number + 1] = [{} if sampler is None else {"sampler": self._sampler(sampler)}]
-        place = min(self._free_images(), default=len(images))
+        self._new_textures[key] = number
+        if content in self._new_images:
+            textures[number]["source"] = self._new_images[content]
+            return number
+        place = self._new_images[content] = min(self._free_images(), default=len(images))
         return self._put(number, place, content, {"name": name})
 
     def _put(self, texture: int, image: int, content: bytes, said: dict[str, Any]) -> int:
@@ -411,9 +423,13 @@ def _rebind(editor: GltfEditor, primitive: dict, pictures: Mapping[str, bytes], 
         material = editor.tree["materials"][holder["material"]]
         new = pictures if holder is primitive else {}
         slots = _shown(material, set(new))
-        for slot in sorted(slots):
-            old = dict(gltf_materials.slots(material)).get(slot, {}).get("index")
-            texture = editor.texture(new.get(slot, new.get(gltf_materials.BASE, b"")), old)
+        before = {slot: info["index"] for slot, info in gltf_materials.slots(material)}
+        wanted = {
+            slot: (new.get(slot, new.get(gltf_materials.BASE, b"")), before.get(slot)) for slot in slots
+        }
+        uses = Counter(wanted.values())
+        for slot, (content, old) in sorted(wanted.items()):
+            texture = editor.texture(content, old, uses[content, old])
             gltf_materials.shown_picture(material, slot, texture)
         if kept is not None and (holder is primitive or own is not None):
             gltf_materials.move_maps(material, kept, slots)

@@ -18,9 +18,12 @@ from ...meshes.relayout import (
     COLOURS,
     PROBED,
     SAME,
+    Conflicts,
     Origin,
+    TextureUse,
     carry,
     limited,
+    loses_detail,
     partners,
     texels_across,
     too_small,
@@ -43,6 +46,8 @@ from .job import STEM, Outcome, RelayoutJob, name_each
 SCHEMA = "iccm.relayout/1"
 SEEN_BLACK = 0.01
 """Share of a picture: less black outside the charts is not reported."""
+CONFLICTING_SHARE = 1e-3
+"""Share of the covered texels: fewer conflicting ones are at most seams of rounded coordinates (by hand)."""
 # figures of a layout that are counted separately for each tile
 TEXELS = ("overlapping_texels", "covered_texels")
 _Read = list[MeshFile]  # all geometries of a file
@@ -128,6 +133,11 @@ class _Mesh:
         """Notes on both files, and on what the new file cannot hold."""
         return self.relaid.notes
 
+    @property
+    def conflicts(self) -> list[Conflicts]:
+        """Texels of each material's largest picture of which it cannot be right."""
+        return self.relaid.conflicts
+
     def write(self, stack: ExitStack) -> tuple[list[str], list[Origin]]:
         """Write the mesh and its files; return their names, and the origins of the texels."""
         path = stack.enter_context(files.writing(self.name, force=self.force))
@@ -159,6 +169,7 @@ class _Pictures:
         self.files = [_outputs(each.output, self.after, force) for each in wanted]
         self.tiles = list(dict.fromkeys(tile for names in self.files for tile in names))
         self.cut = list[str]()
+        self.conflicts = list[Conflicts]()
         self.size = settings.size or self._square()
         width, height = self.size
         for each, (image, _) in zip(wanted, self.read):
@@ -173,9 +184,11 @@ class _Pictures:
             for image, box in self.read:
                 size = image.pixels.shape[1::-1]
                 wanted = texels_across(probe, shown, size, box)
-                sides.append(limited(wanted, size))
-                if wanted > sides[-1]:
-                    self.cut.append(too_small(wanted, sides[-1], size))
+                triangles = np.unique(probe.triangles[shown])
+                use = TextureUse.measure(self.before, triangles, size, box)
+                sides.append(limited(wanted, use))
+                if loses_detail(wanted, sides[-1]):
+                    self.cut.append(too_small(wanted, sides[-1], use))
         return (max(sides) or COLOURS,) * 2
 
     def _origin(self, width: int, height: int, tile: complex | None) -> Origin:
@@ -193,6 +206,7 @@ class _Pictures:
     def write(self, stack: ExitStack) -> tuple[list[str], list[Origin]]:
         """Write the pictures; return their names, and the origins of the texels."""
         settings, origins = self.settings, {tile: self._origin(*self.size, tile) for tile in self.tiles}
+        self.conflicts = [origin.conflicts() for origin in origins.values()]
         for each, (image, box), names in zip(self.wanted, self.read, self.files):
             sampler = Sampler(
                 image.texture((0j, 1 + 1j), each.kind), settings.filter, each.kind, threads=settings.threads
@@ -269,7 +283,9 @@ def write_all(job: RelayoutJob, wanted: Plan, threads: int | None, stack: ExitSt
         made, where = each.write(stack)
         names, origins, notes = names + made, origins + where, notes + each.notes
     _demand_partners(origins, job.old, job.new, settings)
-    figures = _figures(origins, job.limit, diagonal, expand_tiles(job.inputs))
+    conflicts = [conflict for each in work for conflict in each.conflicts]
+    _demand_one_tile(origins, conflicts, job.new)
+    figures = _figures(origins, conflicts, job.limit, diagonal, expand_tiles(job.inputs))
     notes += _blank(origins, job.new)
     return figures | {"notes": list(dict.fromkeys(notes)), "written": names}
 
@@ -283,6 +299,12 @@ def _doubt(found: dict[str, Any], job: RelayoutJob) -> str | None:
         )
     if found["status"] == "empty":
         return "its texture coordinates cover no texel; unwrap the mesh, or use a larger --size"
+    if found["status"] == "overlapping":
+        share = found["layout"]["conflicting_texels"] / found["layout"]["covered_texels"]
+        return (
+            f"{job.new}: its layout overlaps itself, and on {share:.1%} of it the overlapping triangles show different "
+            "parts of the old texture, so that some of them look wrong; unwrap the mesh without stacked charts"
+        )
     return None
 
 
@@ -298,6 +320,25 @@ def _demand_partners(origins: Sequence[Origin], old: str, new: str, settings: Ba
         tried["position"] = "by position, with and without a similarity"
         tried["auto"] = "by position, by index, by topology, and by position after a similarity"
         raise InputError(f"{new}: no part of it matches {old}; tried {tried[settings.match]}")
+
+
+def _demand_one_tile(origins: Sequence[Origin], conflicts: Sequence[Conflicts], new: str) -> None:
+    """Refuse a layout that repeats the picture, or whose charts in other tiles would come to lie on each other.
+
+    Raises:
+        InputError: saying how to write a picture for each tile.
+    """
+    cure = (
+        "move it into u and v from 0 to 1, or write one picture for each tile "
+        "(-o 'name.<UDIM>.png'), or a material for each tile (-o name.glb)"
+    )
+    if repeating := sum(origin.repeating_triangles for origin in origins):
+        raise InputError(
+            f"{new}: {repeating} triangles of its layout are larger than the picture, which they would repeat; {cure}"
+        )
+    covered = sum(origin.grid.report["covered_texels"] for origin in origins)
+    if sum(conflict.wrapped for conflict in conflicts) > CONFLICTING_SHARE * covered:
+        raise InputError(f"{new}: its layout lies in several tiles, whose charts would overlap; {cure}")
 
 
 def _blank(origins: Sequence[Origin], new: str) -> list[str]:
@@ -343,18 +384,22 @@ def _with_path(path: str, note: str) -> str:
 
 
 def _figures(
-    origins: Sequence[Origin], limit: float, diagonal: float, inputs: Sequence[str]
+    origins: Sequence[Origin],
+    conflicts: Sequence[Conflicts],
+    limit: float,
+    diagonal: float,
+    inputs: Sequence[str],
 ) -> dict[str, Any]:
     """Return the report; the origins are of one layout, or of several parts of it."""
     partner = np.concatenate(list({id(origin.partner): origin.partner for origin in origins}.values()))
     distance = np.concatenate([origin.distance for origin in origins])
     far = sum(int(origin.far(limit * diagonal).sum()) for origin in origins)
-    layout = _layout(origins)
+    layout = _layout(origins) | {"conflicting_texels": sum(conflict.texels for conflict in conflicts)}
     return report.as_json(
         {
             "schema": SCHEMA,
             "version": __version__,
-            "status": "far" if far else "done" if layout["covered_texels"] else "empty",
+            "status": _status(far, layout),
             "size": max((origin.grid.shape[::-1] for origin in origins), key=lambda size: size[0] * size[1]),
             "triangles": partner.size,
             "same_triangles": int((partner >= 0).sum()),
@@ -369,6 +414,16 @@ def _figures(
             "inputs": [{"path": name, "sha256": files.sha256(name)} for name in inputs],
         }
     )
+
+
+def _status(far: int, layout: dict[str, int]) -> str:
+    """Return how the run ended; the worst of several faults."""
+    if not layout["covered_texels"]:
+        return "empty"
+    if far:
+        return "far"
+    conflicting = layout["conflicting_texels"] > CONFLICTING_SHARE * layout["covered_texels"]
+    return "overlapping" if conflicting else "done"
 
 
 def _layout(origins: Sequence[Origin]) -> dict[str, int]:
@@ -388,8 +443,12 @@ def remarks(figures: dict[str, Any]) -> list[str]:
         worst = f"{figures['distance']['max']:.2g} of the diagonal"
         found.append(f"{nearest} texels are taken from the nearest point, at most {worst} away")
     if overlaps:
-        found.append(
-            f"{overlaps} texels lie in several triangles of the new layout, which overlaps; they "
-            "show the first triangle"
+        conflicting = figures["layout"]["conflicting_texels"]
+        text = f"{overlaps} texels lie in several triangles of the new layout, which overlaps"
+        shown = (
+            f"{conflicting} of them show the first of these" if conflicting else "all of these show the same"
         )
+        found.append(f"{text}; {shown}")
+    if mirrored := figures["layout"]["mirrored_triangles"]:
+        found.append(f"{mirrored} triangles are mirrored in the new layout")
     return found

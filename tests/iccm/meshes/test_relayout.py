@@ -174,7 +174,8 @@ def test_normals_turn_with_the_tangents(there, iccm, kind, mirrored):
     stored = np.tile((128 + 127 * n * [1, up, 1]).round().astype(np.uint8), (N, N, 1))
     image_files.write("n.png", image_files.Image(stored))
     assert iccm("relayout", "flat.obj", "new.obj", f"--{kind}", "n.png", "-o", "o.png").code == 0
-    made = (image_files.read("o.png").pixels[N // 2, N // 2].astype(float) - 128) / 127 * [1, up, 1]
+    pixels = image_files.read("o.png").pixels
+    made = (pixels[len(pixels) // 2, len(pixels) // 2].astype(float) - 128) / 127 * [1, up, 1]
     # a direction of the surface shows in the new picture turned by the angle, and mirrored if the picture is
     seen = (n[0] + 1j * n[1]) * np.exp(1j * angle)
     seen = -seen.conj() if mirrored else seen
@@ -210,7 +211,10 @@ def test_what_lies_too_far_from_the_old_surface_is_empty_and_told(there, iccm):
         (upright, N, N // 4, N),  # square
         (lambda x, y: upright(x, y) / 2, N, N, 2 * N),
         (lambda x, y: upright(y, x) * (1, 0.5), N, N, 2 * N),
-        (lambda x, y: 3 * upright(x, y), N, N, N / 3),  # over nine tiles, each shown again and again
+        (lambda x, y: upright(x, y) / 1.5, N, N, 2 * N),  # the next power of two
+        (lambda x, y: upright(x, y) / 1.05, N, N, N),  # nearly that power of two
+        (upright, 3 * N // 2, N, 2 * N),
+        (lambda x, y: 0.45 * upright(x, y), N, N, 2 * N),  # at most twice the old texture
     ],
 )
 def test_pictures_are_as_dense_on_the_surface_as_the_old_ones(there, iccm, layout, width, height, side):
@@ -220,7 +224,7 @@ def test_pictures_are_as_dense_on_the_surface_as_the_old_ones(there, iccm, layou
     words = ("--texture", "t.png", "-o", "o.png", "--report", "r.json")
     assert iccm("relayout", "old.obj", "new.obj", *words).code == 0
     made = image_files.read("o.png").pixels.shape
-    assert made[:2] == (np.ceil(side), np.ceil(side))
+    assert made[:2] == (side, side)
     assert json.loads((there / "r.json").read_text())["size"] == [made[1], made[0]]
 
 
