@@ -21,7 +21,7 @@ UNREPORTED_SHARE = 0.01  # of a chart's area: smaller overlaps with other charts
 SLIP_AREA_SHARE = (
     1e-5  # of a chart's area: a smaller part that folds back is a slip, and is flipped (by hand)
 )
-MOST_SLIPS, SLIP_ROUNDS = 1000, 100  # most triangles that are flipped, and most passes over them (by hand)
+MOST_SLIPS, SLIP_ROUNDS = 1000, 100  # most triangles that are flipped, and most sweeps through them (by hand)
 SLIP_HEIGHT_SHARE = 1e-5  # of the layout's diagonal: height that flipped triangles get
 MOST_MOVED_SHARE = (
     1e-3  # of the layout's diagonal: most that a vertex moves for it, a texel of a 1024 texture (by hand)

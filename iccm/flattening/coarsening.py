@@ -158,10 +158,10 @@ def by_coarser(
 
 
 def coarser_layout(layout: Flattening, large: int) -> tuple[Flattening, Index] | None:
-    """Return a layout without folds on a coarser triangulation, and (k,) the patch's vertex behind each of its own.
+    """Return a layout without folds on a coarser triangulation, with the numbers (k,) of its vertices.
 
-    The coarser triangulation is a separate mesh. Returns None where the surface has fewer vertices than `large`, or
-    cannot be coarsened enough.
+    It is a separate mesh; the numbers are those of the patch's vertices behind its own. Returns None where the surface
+    has fewer vertices than `large`, or cannot be coarsened enough.
     """
     patch = layout.patch
     small = _much_coarser(patch.points, patch.faces, layout.flat, large, NONE)

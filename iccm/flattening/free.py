@@ -102,7 +102,7 @@ def _objective(theta: float) -> Objective:
 
 
 def surface(points: Real, faces: Index) -> Elastic:
-    """Return the triangles (m, 3) of a surface in space at rest, scaled to a total area of one."""
+    """Return the triangles (m, 3) of a surface with their shapes in space as rest shapes, scaled to area one."""
     rest = laid_flat(points[faces])
     areas = triangle_areas(rest)
     return Elastic.of(faces, rest / np.sqrt(areas.sum()))

@@ -122,6 +122,6 @@ def _parts_left_out(choice: Choice) -> list[str]:
 
 
 def without_outline_losses(fit: Fit) -> list[str]:
-    """Return a map's notes without those on the losses of outlines, since drawings have losses of their own."""
+    """Return a map's notes without those on the losses of outlines, since drawings have other losses."""
     lost = set(coverage_notes(fit))
     return [note for note in fit.notes if note not in lost]

@@ -284,7 +284,7 @@ def _unfold(map: DiscreteMap, *, harmonic: bool) -> DiscreteMap:
 
 
 def _relax_slivers(map: DiscreteMap) -> DiscreteMap:
-    """Return the map with triangles in holes, which are still slivers, at rest in the shape that the map gives them."""
+    """Use the shapes that triangles in holes have in the image as their rest shapes: in the source they are slivers."""
     metric = map.metrics[0]
     assert isinstance(metric, OwnMetric)
     if metric.material.all():
@@ -348,7 +348,7 @@ def _with_boundary(
 def _to_surface(mesh: RefinedSurface, side: Side, material: Flags, z: Complex, *, mirrored: bool) -> Linear:
     """Return the linear maps from triangles z (m, 3) to the surface.
 
-    Triangles in holes have no surface; they are at rest as they are in the user's plane.
+    Triangles in holes are not on the surface; their rest shapes are those in the user's plane.
     """
     space, flat = mesh.carried(side.given.patch.points), mesh.carried(side.given.flat)
     rest = flat[mesh.faces]

@@ -1,4 +1,4 @@
-"""Pictures as mesh files hold them: the content of PNG and JPEG files."""
+"""Pictures as mesh files store them: the content of PNG and JPEG files."""
 
 from pathlib import Path
 
@@ -7,13 +7,13 @@ from .. import files, formats, limits
 
 
 def picture_file(texture: Path | bytes) -> bytes:
-    """Return the content of a PNG or JPEG file, or another picture as PNG.
+    """Return the content of a PNG or JPEG file; other pictures are converted to PNG.
 
     Args:
         texture: a file, or the content of one.
 
     Raises:
-        InputError: it cannot be read, or holds floats.
+        InputError: it cannot be read, or has floating-point pixels.
     """
     content = texture if isinstance(texture, bytes) else files.open_input(texture).read_bytes()
     if formats.suffix_of_content(content) in (".png", ".jpg"):

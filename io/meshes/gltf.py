@@ -1,7 +1,7 @@
-"""glTF files as they are: the tree, the bytes under its buffer views, what accessors hold; and back as GLB.
+"""Read glTF files without loss: the JSON, the bytes of buffer views, the values of accessors; and write them as GLB.
 
-Khronos, *glTF 2.0 Specification*, 2021: §3.6 is on accessors, §4.4 on GLB. trimesh reads such files, too, but knows
-neither sparse nor normalised accessors, and what it has no use for could not be written back.
+Khronos, *glTF 2.0 Specification*, 2021: §3.6 describes accessors, §4.4 GLB. trimesh also reads such files, but does not
+support sparse or normalized accessors, and drops the data that it does not use, so that they could not be written back.
 """
 
 import base64
@@ -30,9 +30,9 @@ from .odd_forms import strip
 LINES, STRIP, FAN = 1, 5, 6
 WRAPS = {33071: "clamp", 33648: "mirror"}
 SAME_PLACE_SHARE = (
-    1e-4  # of the largest number of some transforms: those closer than that are equal but for rounding
+    1e-4  # of the largest number in several transforms: numbers closer than this are equal up to rounding
 )
-ALIGNED = 8  # bytes that views begin at a multiple of: what the most exacting extension asks for
+ALIGNED = 8  # bytes to which views are aligned, as required by the strictest extension
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +50,7 @@ class Gltf:
     views: list[bytes]
 
     def values(self, accessor: int) -> NDArray:
-        """Return (n, k) the items of an accessor, as they are stored."""
+        """Return (n, k) the elements of an accessor, as they are stored."""
         said = self.tree["accessors"][accessor]
         dtype, width, count = np.dtype(DTYPES[said["componentType"]]), COMPONENTS[said["type"]], said["count"]
         if "bufferView" in said:
@@ -74,29 +74,29 @@ class Gltf:
         return values
 
     def floats(self, accessor: int) -> Real:
-        """Return (n, k) the items of an accessor as numbers; integers that stand for 0 … 1 or -1 … 1 as these."""
+        """Return (n, k) the elements of an accessor as floats; normalized integers become 0 … 1 or -1 … 1."""
         values = self.values(accessor)
         if not self.tree["accessors"][accessor].get("normalized") or values.dtype.kind == "f":
             return values.astype(float)
         return np.maximum(values / np.iinfo(values.dtype).max, -1.0)
 
     def source_of(self, texture: int) -> int | None:
-        """Return the number of a texture's image, of that of an extension where it has no other; None without."""
+        """Return the index of a texture's image, if necessary that of an extension; None without any."""
         said = self.tree["textures"][texture]
         return said.get("source", next(_sources(said), None))
 
     def wrap_of(self, texture: int) -> Wrap:
-        """Return what lies beside a texture's image, and what above and below."""
+        """Return a texture's horizontal and vertical wrap mode."""
         sampler = self.tree["textures"][texture].get("sampler")
         said = {} if sampler is None else self.tree["samplers"][sampler]
         across, down = (WRAPS.get(said.get(name, 0), "repeat") for name in ("wrapS", "wrapT"))
         return across, down
 
     def image(self, number: int) -> bytes | None:
-        """Return the picture file that an image is; None where it names none.
+        """Return the content of an image file; None if the image has no source.
 
         Raises:
-            InputError: it names a file that is missing or in another place.
+            InputError: it refers to a file that is missing or in another folder.
         """
         said = self.tree["images"][number]
         if "bufferView" in said:
@@ -105,10 +105,10 @@ class Gltf:
 
     @cached_property
     def nodes(self) -> dict[int, Real]:
-        """(4, 4) where each node of the scene is, by its number, in the order of the scene.
+        """(4, 4) world transform of each node of the scene, by its index, in the order of the scene.
 
         Raises:
-            ValueError: places within places come to numbers that are not finite, or too large.
+            ValueError: composed transforms have numbers that are not finite, or too large.
         """
         nodes, scenes = self.tree.get("nodes", []), self.tree.get("scenes", [])
         roots = scenes[self.tree.get("scene", 0)].get("nodes", []) if scenes else range(len(nodes))
@@ -124,7 +124,7 @@ class Gltf:
         return found
 
     def pose(self, skin: int) -> Real:
-        """Return (j, 4, 4) how the joints of a skin move the vertices that are bound to them."""
+        """Return (j, 4, 4) the transforms by which a skin's joints move the vertices bound to them."""
         said = self.tree["skins"][skin]
         joints = np.array([self.nodes.get(joint, np.eye(4)) for joint in said["joints"]])
         if "inverseBindMatrices" not in said:
@@ -138,8 +138,8 @@ class Primitive:
 
     Attributes:
         document: the file.
-        mesh: number of the mesh.
-        number: of the primitive in it.
+        mesh: index of the mesh.
+        number: index of the primitive in the mesh.
     """
 
     document: Gltf
@@ -153,7 +153,7 @@ class Primitive:
 
     @property
     def attributes(self) -> dict[str, int]:
-        """The accessor of each attribute."""
+        """The accessor index of each attribute."""
         return self.tree["attributes"]
 
     @property
@@ -164,7 +164,7 @@ class Primitive:
 
     @property
     def key(self) -> str:
-        """The number of its material, or nothing."""
+        """The index of its material as text; empty without one."""
         return str(self.tree.get("material", ""))
 
     @property
@@ -183,10 +183,10 @@ class Primitive:
 
     @cached_property
     def placed(self) -> Real:
-        """(4, 4), or (n, 4, 4) of its vertices where joints move them, where one of the nodes that show it puts it.
+        """World transform (4, 4), or (n, 4, 4) for skinned vertices, by one of the nodes that show the primitive.
 
-        Of several it is the one farthest in -x, then -y, then -z: programs that write a file again order nodes anew.
-        Khronos, *glTF 2.0*, §3.7.3.3: of a node with a skin its own place does not count.
+        If several nodes do, it is the one with the least x, then y, then z: other programs may reorder nodes when they
+        rewrite a file. The node's own transform is ignored if it has a skin (Khronos, *glTF 2.0*, §3.7.3.3).
         """
         document = self.document
         nodes = document.tree.get("nodes", [])
@@ -209,17 +209,17 @@ class Primitive:
 
     @property
     def points(self) -> Real:
-        """(n, 3) its vertices in the scene."""
+        """(n, 3) its vertices in scene coordinates."""
         return self._turned(self.placed, "POSITION") + self.placed[..., :3, 3]
 
     @property
     def normals(self) -> Real | None:
-        """(n, 3) unit normals of its vertices in the scene, or None."""
+        """(n, 3) unit normals of its vertices in scene coordinates, or None."""
         return _unit(self._turned(_cofactors(self.placed), "NORMAL")) if "NORMAL" in self.attributes else None
 
     @property
     def tangents(self) -> Real | None:
-        """(n, 4) tangents of its vertices in the scene, and the side of bitangents; or None."""
+        """(n, 4) tangents of its vertices in scene coordinates with the sign of the bitangents, or None."""
         if "TANGENT" not in self.attributes:
             return None
         side = self.document.floats(self.attributes["TANGENT"])[:, 3]
@@ -227,12 +227,12 @@ class Primitive:
         return np.column_stack([_unit(self._turned(self.placed, "TANGENT")), side * mirrored])
 
     def _turned(self, matrices: Real, name: str) -> Real:
-        """Return (n, 3) vectors of an attribute by matrices (…, 3, 3), or the like parts of larger ones."""
+        """Return (n, 3) vectors of an attribute multiplied by matrices (…, 3, 3), or the same part of larger ones."""
         vectors = self.document.floats(self.attributes[name])[:, :3]
         return np.einsum("...ij,...j->...i", matrices[..., :3, :3], vectors)
 
     def uv(self, info: dict[str, Any]) -> Real | None:
-        """Return (n, 2) texture coordinates, v up, of what a `textureInfo` shows, its transform made; or None."""
+        """Return (n, 2) texture coordinates for a `textureInfo`, v up, with its transform applied; or None."""
         name = f"TEXCOORD_{set_of(info)}"
         if name not in self.attributes:
             return None
@@ -245,19 +245,19 @@ class Primitive:
 
     @property
     def picture(self) -> bytes | None:
-        """The picture file of its material's colours."""
+        """Content of the picture of its material's base colour, or None."""
         shown = base(self.material)
         source = self.document.source_of(shown["index"]) if shown else None
         return None if source is None else self.document.image(source)
 
     @property
     def wrap(self) -> Wrap:
-        """What lies beyond that picture."""
+        """Wrap mode of that picture."""
         shown = base(self.material)
         return self.document.wrap_of(shown["index"]) if shown else REPEAT
 
     def triangles(self) -> Mesh:
-        """Its triangles, with the coordinates that its material's colours are shown by."""
+        """Return its triangles, with the texture coordinates of its material's base colour."""
         path, faces = self.document.path, self.faces.ravel()
         uv, normals = self.uv(base(self.material)), self.normals
         return Mesh(
@@ -273,11 +273,11 @@ class Primitive:
 
 
 def read(path: Path) -> Gltf:
-    """Return a .glb or .gltf file, and the buffers that it names beside it.
+    """Read a .glb or .gltf file, and the buffers that it refers to.
 
     Raises:
-        InputError: a buffer that is missing or in another place, or compressed data.
-        ValueError, LookupError, TypeError, struct.error: not a file of this format.
+        InputError: a buffer is missing or in another folder, or data is compressed.
+        ValueError, LookupError, TypeError, struct.error: the file does not have this format.
     """
     data = files.read_bytes(path, max_bytes=limits.MESH_BYTES)
     text, held = _chunks(data) if data[:4] == b"glTF" else (data, b"")
@@ -292,7 +292,7 @@ def read(path: Path) -> Gltf:
 
 
 def primitives(document: Gltf) -> dict[str, Primitive]:
-    """Return the primitives that have triangles by the names of their meshes; further ones are `name_1`, …"""
+    """Return the primitives with triangles by the names of their meshes; further ones are called `name_1`, …"""
     found: dict[str, Primitive | None] = {}
     for k, mesh in enumerate(document.tree.get("meshes", [])):
         for number, primitive in enumerate(mesh["primitives"]):
@@ -306,7 +306,7 @@ def primitives(document: Gltf) -> dict[str, Primitive]:
 
 
 def glb(tree: dict[str, Any], views: list[bytes]) -> bytes:
-    """Return a GLB file of a tree and the bytes of its buffer views, which get one buffer."""
+    """Return a GLB file of JSON and the bytes of its buffer views, which are put into one buffer."""
     tree, offset, held = dict(tree), 0, list[bytes]()
     places = []
     for view, data in zip(tree.get("bufferViews", []), views):
@@ -326,7 +326,7 @@ def glb(tree: dict[str, Any], views: list[bytes]) -> bytes:
 
 
 def _unique(name: str, taken: dict) -> str:
-    """Return the name, or `name_1`, `name_2`, … (as trimesh has it)."""
+    """Return the name, or else the first of `name_1`, `name_2`, … that is not taken (like trimesh)."""
     number, wanted = 0, name
     while wanted in taken:
         number += 1
@@ -356,7 +356,7 @@ def _view(buffers: list[bytes], view: dict) -> bytes:
 
 
 def _content(path: Path, uri: str) -> bytes:
-    """Return what a URI stands for: data in it, or a file; see `references`."""
+    """Return the data that a URI contains, or the content of the file that it names; see `references`."""
     if uri.startswith("data:"):
         return base64.b64decode(uri.partition(",")[2])
     name = path.parent / unquote(uri)
@@ -366,7 +366,7 @@ def _content(path: Path, uri: str) -> bytes:
 
 
 def _sources(texture: dict) -> Iterator[int]:
-    """Pictures that extensions name."""
+    """Return the image indices that a texture's extensions name."""
     return (said["source"] for said in texture.get("extensions", {}).values() if "source" in said)
 
 
@@ -388,15 +388,16 @@ def _matrix(node: dict) -> Real:
 
 
 def _cofactors(matrices: Real) -> Real:
-    """Return (…, 3, 3) what normals are multiplied by: the inverse transposed, up to a positive factor."""
+    """Return (…, 3, 3) the matrices that transform normals: the inverse transposes, up to a positive factor."""
     a, b, c = np.moveaxis(matrices[..., :3, :3], -1, 0)
     made = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=-1)
     return made * np.where(np.linalg.det(matrices[..., :3, :3]) < 0, -1.0, 1.0)[..., None, None]
 
 
 def _least(places: Sequence[Real]) -> int:
-    """Return the number of the first of some transforms (4, 4) in the order of their translations, then of the rest of
-    them, but for rounding.
+    """Return the index of the least of some transforms (4, 4), ordered by translation, then by the other entries.
+
+    Differences by rounding are ignored.
     """
     rows = np.array([np.append(matrix[:3, 3], matrix[:3, :3]) for matrix in places])
     sizes = np.append(np.full(3, np.abs(rows[:, :3]).max()), np.full(9, np.abs(rows[:, 3:]).max()))

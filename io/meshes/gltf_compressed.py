@@ -1,8 +1,8 @@
-"""glTF files that are compressed by Draco or meshopt, as plain ones.
+"""Decompress glTF files that are compressed by Draco or meshopt.
 
-Khronos, *KHR_draco_mesh_compression*, 2018: a primitive names a buffer view, and for each attribute its number there.
-*EXT_meshopt_compression*, 2020, and *KHR_meshopt_compression*, 2025: a buffer view names bytes of a buffer, and how
-many items of how many bytes they stand for.
+Khronos, *KHR_draco_mesh_compression*, 2018: a primitive refers to a buffer view, and lists the id of each attribute
+there. *EXT_meshopt_compression*, 2020, and *KHR_meshopt_compression*, 2025: a buffer view refers to bytes of a buffer,
+and gives the number and size of the elements that they encode.
 """
 
 from collections.abc import Collection
@@ -22,12 +22,11 @@ NEEDS = "{}: is compressed ({}); run pip install 'iccm[{}]' to read it, or save 
 
 
 def meshopt_views(path: Path, tree: dict[str, Any], buffers: list[bytes]) -> dict[int, bytes]:
-    """Return the bytes of buffer views that must be decoded, by their numbers; the JSON names no such compression any
-    more.
+    """Decode buffer views compressed by meshopt; return their bytes by index, and remove the extension from the JSON.
 
     Raises:
         InputError: meshopt is not installed.
-        ValueError: what is compressed is not what the file says.
+        ValueError: the compressed data do not match the JSON.
     """
     needed, found = set(MESHOPT) & set(tree.get("extensionsRequired", [])), dict[int, bytes]()
     for number, view in enumerate(tree.get("bufferViews", [])):
@@ -36,7 +35,7 @@ def meshopt_views(path: Path, tree: dict[str, Any], buffers: list[bytes]) -> dic
             found[number] = _decoded(path, name, f"bufferViews/{number}", said[name], buffers)
             if len(found[number]) != view["byteLength"]:
                 raise ValueError(f"bufferViews/{number}: does not have {view['byteLength']} bytes")
-    for buffer in tree.get("buffers", []):  # what holds nothing but room for what is decoded
+    for buffer in tree.get("buffers", []):  # placeholders for decoded data
         if set(MESHOPT) & set(buffer.get("extensions", {})):
             del buffer["extensions"]
     _forget(tree, MESHOPT)
@@ -54,13 +53,13 @@ def _decoded(path: Path, name: str, place: str, said: dict[str, Any], buffers: l
         raise ValueError(f"{place}: {count} items of {stride} bytes")
     try:
         rows = meshopt.decode_gltf_buffer(data, count, stride, said["mode"], said.get("filter"))
-    except Exception as error:  # meshopt's own, which have no separate base
+    except Exception as error:  # meshopt's exceptions have no common base class
         raise ValueError(f"{place}: {error}") from None
     return rows.tobytes()
 
 
 def _forget(tree: dict[str, Any], names: Collection[str]) -> None:
-    """Take extensions out of the lists of those that a file has."""
+    """Remove extensions from the lists `extensionsUsed` and `extensionsRequired`."""
     for key in ("extensionsUsed", "extensionsRequired"):
         if set(names) & set(tree.get(key, [])):
             tree[key] = [name for name in tree[key] if name not in names]
@@ -69,12 +68,13 @@ def _forget(tree: dict[str, Any], names: Collection[str]) -> None:
 
 
 def without_draco(path: Path, tree: dict[str, Any], views: list[bytes]) -> tuple[dict[str, Any], list[bytes]]:
-    """Return a file's JSON and the bytes of its buffer views, primitives by Draco made plain ones; the same without
-    any.
+    """Return a file's JSON and the bytes of its buffer views with Draco primitives decompressed.
+
+    Files without any are returned as they are.
 
     Raises:
         InputError: DracoPy is not installed.
-        ValueError: what is compressed is not what the file says.
+        ValueError: the compressed data do not match the JSON.
     """
     if not any(DRACO in primitive.get("extensions", {}) for primitive in _primitives(tree)):
         return tree, views
@@ -86,7 +86,7 @@ def without_draco(path: Path, tree: dict[str, Any], views: list[bytes]) -> tuple
     decoded = dict[int, Any]()
 
     def put(accessor: int, values: np.ndarray) -> None:
-        """Store what an accessor holds in a separate view."""
+        """Store the values of an accessor in a new view."""
         said = tree["accessors"][accessor]
         values = np.ascontiguousarray(values, DTYPES[said["componentType"]])
         if len(values) != said["count"]:
@@ -98,7 +98,7 @@ def without_draco(path: Path, tree: dict[str, Any], views: list[bytes]) -> tuple
         for name, extreme in (
             ("min", np.min),
             ("max", np.max),
-        ):  # those before compression differ by its rounding
+        ):  # the values before compression differ by its rounding
             if name in said:
                 said[name] = extreme(values, axis=0).tolist()
 
@@ -110,7 +110,7 @@ def without_draco(path: Path, tree: dict[str, Any], views: list[bytes]) -> tuple
         if at not in decoded:
             try:
                 decoded[at] = DracoPy.decode(views[at])
-            except Exception as error:  # DracoPy's own, which have no separate base
+            except Exception as error:  # DracoPy's exceptions have no common base class
                 raise ValueError(f"bufferViews/{at}: {error}") from None
         found = decoded[at]
         if "indices" not in primitive or not hasattr(found, "faces"):

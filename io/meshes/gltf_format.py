@@ -1,4 +1,4 @@
-"""The glTF formats: .glb, and .gltf with its buffers and pictures beside it, which is read alone."""
+"""The glTF formats: .glb, and .gltf with separate buffers and pictures, which is only read."""
 
 import json
 import struct
@@ -24,10 +24,10 @@ from .mesh_format import MeshContent, MeshFile, MeshFormat, NewCoordinates, Pict
 
 @dataclass(frozen=True, eq=False)
 class GltfContent(MeshContent):
-    """Primitives of a glTF file, which they keep.
+    """Primitives of a glTF file, with everything that belongs to them.
 
     Attributes:
-        primitives: the parts of its meshes that are mapped; `polygons` are their triangles, one after the other.
+        primitives: the parts of its meshes that are mapped; `polygons` holds their triangles, one after the other.
     """
 
     primitives: tuple[Primitive, ...]
@@ -35,7 +35,7 @@ class GltfContent(MeshContent):
 
     @classmethod
     def of(cls, primitives: Sequence[Primitive]) -> "GltfContent":
-        """Keep primitives of one file."""
+        """Create the content of some primitives of one file."""
         meshes = [part.triangles() for part in primitives]
         mesh = meshes[0] if len(meshes) == 1 else merge(meshes, str(primitives[0].document.path))
         return cls(mesh, tuple(primitives))
@@ -47,11 +47,11 @@ class GltfContent(MeshContent):
         return cls(mesh, tuple(part for content in contents for part in content.primitives))
 
     def subdivide(self, plan: Subdivision) -> "GltfContent":
-        """Put smaller triangles in the place of some, with all that their vertices have."""
+        """Replace some triangles by smaller ones, and interpolate all attributes of their vertices."""
         return GltfContent.of(gltf_write.subdivided(self.primitives, plan))
 
     def faces_called(self, name: str) -> Flags:
-        """Mark the triangles (f,) of a geometry or material."""
+        """Mark the triangles (f,) of the geometry or material of this name."""
         own = {(part.mesh, part.number) for part in self.primitives}
         names = [
             {called, part.material.get("name", called)}
@@ -65,12 +65,12 @@ class GltfContent(MeshContent):
         return np.repeat([name in each for each in names], counts)
 
     def wrap(self, faces: Flags) -> Wrap:
-        """Tell what lies beyond the picture of the first primitive."""
+        """Return the wrap mode of the first primitive's picture."""
         return self.primitives[0].wrap
 
 
 def primitives_of(file: MeshFile) -> tuple[Primitive, ...]:
-    """Return the primitives that a mesh is of; none where it is of another format."""
+    """Return the primitives of a mesh; none if it comes from another format."""
     return file.content.primitives if isinstance(file.content, GltfContent) else ()
 
 
@@ -81,10 +81,10 @@ class GltfFormat(MeshFormat):
     shows_normals = True
 
     def count_faces(self, most: int) -> int:
-        """Count the triangles of all primitives; 0 where the JSON makes no sense, which `read` will say.
+        """Count the triangles of all primitives; 0 where the JSON is invalid, which `read` reports.
 
         Raises:
-            InputError: an accessor claims more than the file has data for: readers take the memory before they look.
+            InputError: an accessor has more elements than the file has data, for which readers would allocate memory.
         """
         try:
             scene: Any = json.loads(_json_of(self.path))
@@ -99,7 +99,7 @@ class GltfFormat(MeshFormat):
         return count
 
     def files_named(self) -> list[str]:
-        """List the buffers and pictures beside a .gltf file."""
+        """List the buffers and pictures that a .gltf file refers to."""
         if formats.suffix_of(self.path) != ".gltf" or self.path.stat().st_size > limits.SCENE_BYTES:
             return []
         try:
@@ -120,7 +120,7 @@ class GltfFormat(MeshFormat):
         }
 
     def same_mesh(self, file: MeshFile) -> list[str]:
-        """Return the names of the primitives of a mesh, which has one for each material."""
+        """Return the names of all primitives of the mesh to which a primitive belongs, one per material."""
         own = primitives_of(file)[0]
         return [name for name, part in gltf.primitives(own.document).items() if part.mesh == own.mesh]
 
@@ -128,7 +128,7 @@ class GltfFormat(MeshFormat):
     def write(
         cls, file: MeshFile, new: NewCoordinates, shown: ShownPictures, out: Path, name: Path, *, force: bool
     ) -> Written:
-        """Write the glTF file that it was, or another mesh as one, with other texture coordinates, as GLB."""
+        """Write a mesh with other texture coordinates as GLB; if it was read from a glTF file, all else is kept."""
         given = {gltf_materials.BASE: shown.texture, gltf_materials.NORMALS: shown.normals}
         held = {slot: picture_file(picture) for slot, picture in given.items() if picture is not None}
         keys = {part.key for part in primitives_of(file)} or {""}
@@ -151,12 +151,12 @@ class GltfFormat(MeshFormat):
 
     @classmethod
     def split_uv(cls, path: Path) -> tuple[Real, Any]:
-        """Return what the accessors of texture coordinates alone hold, and the tree and the other bytes."""
+        """Return the values of accessors of texture coordinates, and separately the JSON and all other bytes."""
         try:
             file = gltf.read(path)
         except InputError:
             raise
-        except Exception as error:  # whatever a parser stumbles over: the file is at fault
+        except Exception as error:  # whatever exception a parser raises, the file is at fault
             raise InputError(f"{path}: cannot read this GLB file: {error}") from None
         named = [p["attributes"] for mesh in file.tree.get("meshes", []) for p in mesh["primitives"]]
         found = {at for each in named for name, at in each.items() if name.startswith("TEXCOORD_")}
@@ -186,7 +186,7 @@ def _with_coordinates(file: MeshFile, new: NewCoordinates, pictures: Pictures) -
 
 
 def _json_of(path: Path) -> bytes:
-    """Return the JSON of a glTF file, on its own or in a GLB."""
+    """Return the JSON of a glTF file, either separate or in a GLB."""
     with files.opened(path) as file:
         if formats.suffix_of(path) == ".gltf":
             return file.read(limits.SCENE_BYTES)
@@ -197,7 +197,7 @@ def _json_of(path: Path) -> bytes:
 
 
 def _unbacked(scene: Any, most: int) -> Iterator[tuple[int, int]]:
-    """Yield number and count of each accessor that claims more items than it has data for."""
+    """Yield index and count of each accessor that has more elements than data."""
     views = scene.get("bufferViews", [])
     for number, accessor in enumerate(scene.get("accessors", [])):
         count, view = accessor.get("count", 0), accessor.get("bufferView")

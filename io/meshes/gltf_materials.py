@@ -1,23 +1,24 @@
-"""The textures of a glTF material: where they stand in its tree, and which coordinates and pictures they take."""
+"""The textures of a glTF material: their slots in the JSON, their coordinates and their pictures."""
 
 from collections.abc import Iterator
 from typing import Any
 
 BASE = "pbrMetallicRoughness/baseColorTexture"
 NORMALS = "normalTexture"
-DIFFUSE = "extensions/KHR_materials_pbrSpecularGlossiness/diffuseTexture"  # what programs show that know it
-CUTOFF = 0.5  # of a mask that names none (Khronos, *glTF 2.0*, §3.9.4)
+DIFFUSE = "extensions/KHR_materials_pbrSpecularGlossiness/diffuseTexture"  # shown by programs that support it
+CUTOFF = 0.5  # default of a mask (Khronos, *glTF 2.0*, §3.9.4)
 NEW = {"name": "iccm", "pbrMetallicRoughness": {"metallicFactor": 0.0}}
 REPEATING = {"wrapS": 10497, "wrapT": 10497}  # a sampler that shows the texture again beyond its edges
 COLOURS = ("basecolor", "diffuse", "emissive", "sheencolor", "specularcolor")
 
 
 def slots(tree: dict[str, Any], above: str = "") -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield the path, `normalTexture` or `pbrMetallicRoughness/baseColorTexture`, and the `textureInfo` of each
-    texture.
+    """Yield the path and the `textureInfo` of each texture.
+
+    Paths look like `normalTexture` or `pbrMetallicRoughness/baseColorTexture`.
     """
     for key, value in tree.items():
-        # glTF has no such name, and paths are cut there
+        # glTF has no names with a slash, which separates paths
         if not isinstance(value, dict) or key == "extras" or "/" in key:
             continue
         if key.endswith("Texture") and "index" in value:
@@ -27,18 +28,18 @@ def slots(tree: dict[str, Any], above: str = "") -> Iterator[tuple[str, dict[str
 
 
 def base(material: dict[str, Any]) -> dict[str, Any]:
-    """Return the `textureInfo` of a material's colours; empty without one."""
+    """Return the `textureInfo` of a material's base colour; empty without one."""
     found = dict(slots(material))
     return found.get(BASE, found.get(DIFFUSE, {}))
 
 
 def variants(primitive: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return the materials that a primitive may have instead (KHR_materials_variants)."""
+    """Return the alternative materials of a primitive (KHR_materials_variants)."""
     return primitive.get("extensions", {}).get("KHR_materials_variants", {}).get("mappings", [])
 
 
 def kind_of(slot: str) -> str:
-    """Return what the channels of a slot's picture are (see `pixels.sampler.KINDS`)."""
+    """Return the kind of data in a slot's picture (see `pixels.sampler.KINDS`)."""
     name = slot.rpartition("/")[2].removesuffix("Texture").lower()
     if name.endswith("normal"):
         return "normal"
@@ -46,18 +47,18 @@ def kind_of(slot: str) -> str:
 
 
 def name_slots(slots: list[str]) -> str:
-    """Slots for messages."""
+    """Return the names of slots for messages."""
     return ", ".join(dict.fromkeys(slot.rpartition("/")[2] for slot in slots))
 
 
 def set_of(info: dict[str, Any]) -> int:
-    """Return which set of texture coordinates a `textureInfo` reads."""
+    """Return which set of texture coordinates a `textureInfo` uses."""
     transform = info.get("extensions", {}).get("KHR_texture_transform", {})
     return transform.get("texCoord", info.get("texCoord", 0))
 
 
 def move_maps(material: dict[str, Any], to: int, but: set[str]) -> None:
-    """Have all that reads the first set of coordinates read another one, but for some slots."""
+    """Make all slots that use the first set of coordinates use another one, except the slots in `but`."""
     for slot, info in slots(material):
         if slot not in but and set_of(info) == 0:
             info["texCoord"] = to
@@ -67,7 +68,7 @@ def move_maps(material: dict[str, Any], to: int, but: set[str]) -> None:
 
 
 def bare(material: dict[str, Any], but: set[str]) -> None:
-    """Take the textures out of all slots but some, whose old numbers are to be replaced."""
+    """Remove the textures from all slots except those in `but`, whose texture indices will be replaced."""
     for slot, _ in list(slots(material)):
         *above, key = slot.split("/")
         holder = material
@@ -80,7 +81,7 @@ def bare(material: dict[str, Any], but: set[str]) -> None:
 
 
 def shown_picture(material: dict[str, Any], slot: str, texture: int, coordinates: int = 0) -> None:
-    """Have a slot show a texture by a set of coordinates; scale and strength stay."""
+    """Make a slot show a texture by a set of coordinates; scale and strength are kept."""
     *above, key = slot.split("/")
     for word in above:
         material = material.setdefault(word, {})

@@ -1,6 +1,6 @@
-"""The schema that readers of glTF materials rely on: types, lengths of lists, and numbers of what there is.
+"""Validate the parts of glTF files on which readers rely: types, lengths of lists, and indices.
 
-Khronos, *glTF 2.0 Specification*, 2021, §5. What a file holds beside this is not looked at.
+Khronos, *glTF 2.0 Specification*, 2021, §5. Other content is not checked.
 """
 
 import math
@@ -79,15 +79,15 @@ TREE = {
     "buffers": [{"byteLength": int, "uri": str}],
 }
 ITEMS = {"POSITION": "VEC3", "NORMAL": "VEC3", "TANGENT": "VEC4", "TEXCOORD": "VEC2"}
-"""Element types of the attributes of a primitive."""
+"""Element types of a primitive's attributes."""
 WORDS = {int: "a whole number", float: "a number", str: "text", dict: "an object", list: "a list"}
 
 
 def check(tree: dict[str, Any]) -> None:
-    """Refuse a file that readers would stumble over.
+    """Refuse a file whose structure readers cannot handle.
 
     Raises:
-        ValueError: naming the first place at fault.
+        ValueError: naming the first invalid place.
     """
     _check(tree, tree, TREE, "")
     for k, mesh in enumerate(tree.get("meshes", [])):

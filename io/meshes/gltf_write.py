@@ -1,7 +1,7 @@
-"""New texture coordinates, and pictures, for a glTF file that stays as it is everywhere else.
+"""Write new texture coordinates and pictures to a glTF file that is otherwise unchanged.
 
-The tree and the bytes are edited, not made anew: nodes, skins, animations, other meshes, extensions and extras are not
-even looked at. Numbers of accessors, views, textures and materials never change; new ones come last.
+The JSON and the bytes are edited instead of written anew: nodes, skins, animations, other meshes, extensions and extras
+are not touched. Indices of accessors, views, textures and materials never change; new ones are added at the end.
 """
 
 import json
@@ -22,15 +22,15 @@ from .gltf import TRIANGLES, Gltf, Primitive, glb
 from .gltf_materials import set_of
 from .splitting import Split, with_triangles
 
-ATTRIBUTE, INDEX = 34962, 34963  # what a buffer view is for
+ATTRIBUTE, INDEX = 34962, 34963  # targets of buffer views
 COORDINATES = {"componentType": 5126, "type": "VEC2"}
 POINTS = {"componentType": 5126, "type": "VEC3"}
 TANGENTS = {"componentType": 5126, "type": "VEC4"}
-PLACED = ("values", "arrayOffsets", "stringOffsets")  # keys of EXT_structural_metadata that name views
+PLACED = ("values", "arrayOffsets", "stringOffsets")  # keys of EXT_structural_metadata that refer to views
 
 
 class GltfEditor:
-    """A copy of a file that is being changed; views that nothing names any more are used again."""
+    """An editable copy of a file; views that are no longer referred to are reused."""
 
     def __init__(self, source: Gltf) -> None:
         self.source, self.tree, self.views = source, deepcopy(source.tree), list(source.views)
@@ -39,7 +39,7 @@ class GltfEditor:
         self._new_images: dict[bytes, int] = {}
 
     def view(self, data: bytes, **said: Any) -> int:
-        """Return the number of a buffer view with these bytes."""
+        """Add a buffer view with these bytes; return its index."""
         views = self.tree.setdefault("bufferViews", [])
         free = set(range(len(views))) - set(_named(self.tree, "bufferView", *PLACED))
         number = min(free, default=len(views))
@@ -48,7 +48,7 @@ class GltfEditor:
         return number
 
     def accessor(self, values: NDArray, said: dict, target: int, instead: int | None = None) -> int:
-        """Return the number of an accessor of values (n, k): `instead`, if only one thing names that, or a new one."""
+        """Add an accessor of values (n, k), or overwrite `instead` if it has a single user; return its index."""
         accessors = self.tree.setdefault("accessors", [])
         if instead is None or list(_accessors_named(self.tree)).count(instead) > 1:
             instead = len(accessors)
@@ -63,9 +63,9 @@ class GltfEditor:
         return instead
 
     def texture(self, content: bytes, like: int | None, uses: int = 1) -> int:
-        """Return the number of a texture that shows a PNG or JPEG file with the sampler of another.
+        """Return the index of a texture that shows a PNG or JPEG file, with the sampler of the texture `like`.
 
-        It takes the place of that one if nothing else shows it than the slots that get this file, which are `uses`.
+        It replaces that texture if all slots that show it, `uses` in number, get the new file.
         """
         made = self._made.get((content, like))
         if made is not None:
@@ -83,8 +83,9 @@ class GltfEditor:
         return self._put(number, place, content, name)
 
     def new_texture(self, content: bytes, sampler: dict[str, Any] | None, name: str) -> int:
-        """Return the number of a texture that shows a PNG or JPEG file, if possible in the place of one no more
-        shown; slots with the same file and sampler share it, and textures with the same file share its image.
+        """Return the index of a texture that shows a PNG or JPEG file, reusing an unused one if possible.
+
+        Slots with the same file and sampler share a texture; textures with the same file share an image.
         """
         key = content, json.dumps(sampler, sort_keys=True)
         if key in self._new_textures:
@@ -101,7 +102,7 @@ class GltfEditor:
         return self._put(number, place, content, {"name": name})
 
     def _put(self, texture: int, image: int, content: bytes, said: dict[str, Any]) -> int:
-        """Have a texture show a PNG or JPEG file as an image of this number; the texture's number."""
+        """Make a texture show a PNG or JPEG file as the image of this index; return the texture's index."""
         self.tree["images"][image : image + 1] = [{**said, "mimeType": _type_of(content)}]
         self.tree["images"][image]["bufferView"] = self.view(content)
         self.tree["textures"][texture]["source"] = image
@@ -114,14 +115,14 @@ class GltfEditor:
         return samplers.index(said)
 
     def _free_images(self) -> set[int]:
-        """Return images that textures had, and have no more."""
+        """Return the images that textures used in the original file, and no longer use."""
         before, now = (
             set(_named(tree.get("textures", []), "source")) for tree in (self.source.tree, self.tree)
         )
         return before - now
 
     def forget(self) -> None:
-        """Remove the last textures, images and views that nothing names any more, so that no number changes."""
+        """Remove unused textures, images and views at the end of their lists, so that no index changes."""
         textures, images = (self.tree.get(key, []) for key in ("textures", "images"))
         free = set(_textures_named(self.source.tree)) - set(_textures_named(self.tree))
         while len(textures) - 1 in free:
@@ -138,7 +139,7 @@ class GltfEditor:
                 del self.tree[key]
 
     def bytes(self) -> bytes:
-        """Return the file, as GLB; pictures beside a .gltf go into it.
+        """Return the file as GLB; pictures beside a .gltf are included.
 
         Raises:
             InputError: one of these is missing.
@@ -162,14 +163,15 @@ def with_coordinates(
 ) -> tuple[bytes, list[str]]:
     """Return the file with new first texture coordinates for some triangles of primitives.
 
-    What reads the old ones continues doing so: they are kept as another set then. Where new ones part, vertices are
-    split with all that they have. Where only some triangles of a primitive change, these become a separate primitive.
+    Textures that use the old coordinates continue to do so: the old ones are kept as another set. Vertices are split
+    with all their attributes where new coordinates differ. Where only some triangles of a primitive change, these
+    become a separate primitive.
 
     Args:
         parts: the primitives, of one file.
-        faces: (m,) the triangles that change, of all primitives one after the other.
+        faces: (m,) marks the triangles that change, of all primitives one after the other.
         uv: (t, 2) coordinates, v up.
-        uv_corners: (c,) coordinate of each of their corners.
+        uv_corners: (c,) index into `uv` for each corner of the marked triangles.
         pictures: PNG or JPEG files for the new coordinates, by material (`Primitive.key`) and slot (see
             `gltf_materials.slots`).
 
@@ -193,7 +195,7 @@ def _change(
     uv_corners: Index,
     pictures: Mapping[str, bytes],
 ) -> list[str]:
-    """Give triangles (m,) of a primitive new coordinates; the notes. Arguments as for `with_coordinates`."""
+    """Give triangles (m,) of a primitive new coordinates; return notes. Arguments as for `with_coordinates`."""
     primitive = _alone(editor, part, faces)
     attributes, before = primitive["attributes"], dict(part.attributes)
     count = editor.tree["accessors"][attributes["POSITION"]]["count"]
@@ -215,9 +217,10 @@ def _change(
 
 
 def parted(parts: Sequence[Primitive], owner: Index) -> tuple[Gltf, list[list[Primitive]]]:
-    """Return the primitives, of one file, by the number of their triangles (m,), of all of them one after the other.
+    """Partition primitives of one file by the owner (m,) of each triangle, counted over all primitives.
 
-    A primitive whose triangles have several numbers becomes as many, which have its vertices in common.
+    A primitive whose triangles have several owners is divided; the parts share its vertices. Returns the edited file,
+    and for each owner its primitives.
     """
     editor = GltfEditor(parts[0].document)
     places: list[list[tuple[int, int]]] = [[] for _ in range(int(owner.max()) + 1)]
@@ -240,9 +243,7 @@ def parted(parts: Sequence[Primitive], owner: Index) -> tuple[Gltf, list[list[Pr
 
 
 def subdivided(parts: Sequence[Primitive], plan: Subdivision) -> tuple[Primitive, ...]:
-    """Return the primitives, of one file, with smaller triangles in the place of some, of all of them one after the
-    other.
-    """
+    """Replace some triangles of primitives of one file, counted over all of them, by smaller ones."""
     source = parts[0].document
     editor = GltfEditor(source)
     first = 0
@@ -273,8 +274,9 @@ def _subdivide(editor: GltfEditor, part: Primitive, plan: Subdivision) -> None:
 def _mixed(
     source: Gltf, attributes: Mapping[str, int], name: str, mixed: Mixtures, *, target: bool
 ) -> NDArray:
-    """Return (n, k) an attribute of new vertices, as it is stored: numbers of things are those of the nearest old
-    vertex.
+    """Interpolate an attribute at new vertices; return (n, k) values as stored.
+
+    Feature ids are taken from the nearest old vertex.
     """
     kind, _, number = name.partition("_")
     if kind in ("JOINTS", "WEIGHTS"):
@@ -292,13 +294,13 @@ def _mixed(
 
 
 def _bound(source: Gltf, attributes: Mapping[str, int], number: str, mixed: Mixtures) -> dict[str, NDArray]:
-    """Joints and weights of new vertices: the strongest of all that the old ones have."""
+    """Return joints and weights of new vertices: the strongest among those of the old vertices."""
     joints, weights = (source.values(attributes[f"{kind}_{number}"]) for kind in ("JOINTS", "WEIGHTS"))
     own = mixed.weights[:, :, None] * weights[mixed.parents]
     names, own = (each.reshape(len(own), -1) for each in (joints[mixed.parents], own))
     alike = names[:, :, None] == names[:, None, :]
     total = np.einsum("nij,nj->ni", alike, own)
-    total[np.tril(alike, -1).any(axis=2)] = 0.0  # each joint once
+    total[np.tril(alike, -1).any(axis=2)] = 0.0  # count each joint once
     order = np.argsort(-total, axis=1, kind="stable")[:, : joints.shape[1]]
     names, total = np.take_along_axis(names, order, 1), np.take_along_axis(total, order, 1)
     whole = own.sum(axis=1, keepdims=True)
@@ -309,7 +311,7 @@ def _bound(source: Gltf, attributes: Mapping[str, int], number: str, mixed: Mixt
 
 
 Cornerwise = tuple[Real, Index]
-"""Values (n, k), and those of the corners of triangles (m, 3)."""
+"""Values (n, k), and the indices of values at the corners of triangles (m, 3)."""
 
 
 def plain(
@@ -319,14 +321,14 @@ def plain(
     uv: Cornerwise | None = None,
     owner: Index | None = None,
 ) -> Gltf:
-    """Return a file with one mesh, whose vertices are the different corners of triangles.
+    """Return a file with one mesh whose vertices are the distinct corners of triangles.
 
     Args:
         name: of the mesh and its node.
         points: positions.
         normals: unit normals, or None.
-        uv: texture coordinates, v up, or None: to be given some.
-        owner: (m,) which primitive each triangle is of, one by default.
+        uv: texture coordinates, v up; None if they will be added later.
+        owner: (m,) index of each triangle's primitive; one primitive by default.
     """
     given = [each for each in (points, uv, normals) if each is not None]
     first, number = distinct_rows(np.stack([at.ravel() for _, at in given], axis=1))
@@ -350,14 +352,14 @@ def plain(
     made: list[dict[str, Any]] = []
     for k in range(int(owner.max()) + 1):
         made.append({"attributes": dict(attributes), "mode": TRIANGLES})
-        primitives["primitives"] = [*made, {"attributes": attributes}]  # so that nothing is taken for unused
+        primitives["primitives"] = [*made, {"attributes": attributes}]  # so that they count as used
         _index(editor, made[-1], faces[owner == k].ravel(), None, len(at))
     primitives["primitives"] = made
     return Gltf(None, tree, editor.views)  # type: ignore[arg-type]
 
 
 def _alone(editor: GltfEditor, part: Primitive, faces: Flags) -> dict[str, Any]:
-    """Return the primitive of the triangles that change; others stay in the one that there was."""
+    """Return a primitive with only the triangles that change; the others stay in the original primitive."""
     inside = editor.tree["meshes"][part.mesh]["primitives"]
     old = inside[part.number]
     if faces.all():
@@ -372,7 +374,7 @@ def _alone(editor: GltfEditor, part: Primitive, faces: Flags) -> dict[str, Any]:
 
 
 def _index(editor: GltfEditor, primitive: dict, vertices: Index, instead: int | None, count: int) -> None:
-    """Give a primitive triangles."""
+    """Give a primitive its triangles as a list of vertex indices."""
     kind = next(k for k, most in ((5121, 255), (5123, 65535), (5125, 2**32 - 1)) if count <= most)
     kind = max(kind, editor.tree["accessors"][instead]["componentType"] if instead is not None else 5123)
     values = vertices.astype({5121: "<u1", 5123: "<u2", 5125: "<u4"}[kind])[:, None]
@@ -383,7 +385,7 @@ def _index(editor: GltfEditor, primitive: dict, vertices: Index, instead: int | 
 
 
 def _copy(editor: GltfEditor, primitive: dict, split: Split, but: set[str]) -> None:
-    """Copy every attribute of the vertices that are split, those of morph targets included."""
+    """Copy all attributes of vertices that are split, including those of morph targets."""
     if not split.copies.size:
         return
     for held in (primitive["attributes"], *primitive.get("targets", [])):
@@ -395,7 +397,7 @@ def _copy(editor: GltfEditor, primitive: dict, split: Split, but: set[str]) -> N
 
 
 def _staying(editor: GltfEditor, primitive: dict, pictures: set[str]) -> list[str]:
-    """Return the slots that continue reading the old coordinates, of the material and of its variants."""
+    """Return the slots of the material and its variants that keep using the old coordinates."""
     own = primitive.get("material")
     found = list[str]()
     for number in [own, *(mapping["material"] for mapping in gltf_materials.variants(primitive))]:
@@ -408,13 +410,13 @@ def _staying(editor: GltfEditor, primitive: dict, pictures: set[str]) -> list[st
 
 
 def _shown(material: dict, pictures: set[str]) -> set[str]:
-    """Return the slots that new pictures go into: that of colours may be there twice."""
+    """Return the slots that new pictures go into; the base colour may have two."""
     twice = gltf_materials.BASE in pictures and gltf_materials.DIFFUSE in dict(gltf_materials.slots(material))
     return pictures | ({gltf_materials.DIFFUSE} if twice else set())
 
 
 def _rebind(editor: GltfEditor, primitive: dict, pictures: Mapping[str, bytes], kept: int | None) -> None:
-    """Separate materials for the primitive, if they change: new pictures, others on the coordinates that are kept."""
+    """Give the primitive its own materials if they change: new pictures, or other slots on the kept coordinates."""
     if not pictures and kept is None:
         return
     own = primitive.get("material")
@@ -436,7 +438,7 @@ def _rebind(editor: GltfEditor, primitive: dict, pictures: Mapping[str, bytes], 
 
 
 def _own_material(editor: GltfEditor, number: int | None) -> int:
-    """Return the number of a material that only one thing names."""
+    """Return the index of a material with a single user, copied if necessary."""
     materials = editor.tree.setdefault("materials", [])
     if number is not None and list(_named(editor.tree["meshes"], "material")).count(number) == 1:
         return number
@@ -447,7 +449,7 @@ def _own_material(editor: GltfEditor, number: int | None) -> int:
 def _with_tangents(
     editor, primitive: dict, part: Primitive, split: Split, uv, uv_corners, faces: Flags
 ) -> None:
-    """Tangents for the new coordinates."""
+    """Recompute tangents for the new coordinates."""
     document, attributes = part.document, primitive["attributes"]
     corners = part.faces[faces]
     points = document.floats(part.attributes["POSITION"])
@@ -475,7 +477,7 @@ def _type_of(content: bytes) -> str:
 
 
 def _named(tree: Any, *keys: str) -> Iterator[int]:
-    """Yield the numbers that stand under some keys, anywhere."""
+    """Yield the integers stored under some keys, anywhere in a tree."""
     if isinstance(tree, list):
         for value in tree:
             yield from _named(value, *keys)

@@ -1,4 +1,4 @@
-"""OBJ material libraries that keep their statements: only pictures change, and file names when the library moves."""
+"""OBJ material libraries with all their statements: only pictures change, and file names when the library moves."""
 
 import os
 import re
@@ -13,9 +13,9 @@ from .. import limits, references
 ONE = ("-blendu", "-blendv", "-cc", "-clamp", "-texres", "-imfchan", "-type", "-bm", "-boost")
 ARGUMENTS = dict.fromkeys(ONE, 1) | {"-mm": 2}
 UP_TO_THREE = ("-o", "-s", "-t")
-PLACING = (*UP_TO_THREE, "-clamp")  # options of where a picture lies
+PLACING = (*UP_TO_THREE, "-clamp")  # options that place a picture
 SPELT = {"map_kd": "map_Kd", "map_ke": "map_Ke", "map_pr": "map_Pr", "map_pm": "map_Pm", "map_ks": "map_Ks"}
-SPELT |= dict.fromkeys(("bump", "map_bump"), "map_Bump -bm 1")  # without: of strength 0 in Blender
+SPELT |= dict.fromkeys(("bump", "map_bump"), "map_Bump -bm 1")  # Blender takes a missing -bm for strength 0
 MAPS = ("map_", "bump", "disp", "decal", "refl", "norm")
 MAP = re.compile(r"map_\w+|bump|disp|decal|refl|norm", re.IGNORECASE)
 NUMBERS = {"ka", "kd", "ks", "ke", "ns", "ni", "d", "tr", "tf", "illum", "sharpness"}
@@ -25,13 +25,13 @@ PLAIN = ["Ka 1 1 1", "Kd 1 1 1", "Ks 0 0 0", "illum 1"]
 
 @dataclass(frozen=True)
 class Library:
-    """The material libraries of an OBJ file, in one.
+    """The material libraries of an OBJ file, concatenated.
 
     Attributes:
         lines: their statements.
-        folder: what file names are relative to.
-        missing: a note for each library that is not there.
-        outside: and for each file that is left out because it is not in the folder.
+        folder: folder that file names are relative to.
+        missing: a note for each library that does not exist.
+        outside: a note for each file that is ignored because it is not in the folder.
     """
 
     lines: tuple[str, ...]
@@ -40,7 +40,7 @@ class Library:
     outside: tuple[str, ...] = ()
 
     def materials(self) -> dict[str, list[str]]:
-        """Return the lines of each material by name, the `newmtl` line first."""
+        """Return the lines of each material by name, starting with the `newmtl` line."""
         found: dict[str, list[str]] = {}
         current: list[str] = []
         for line in self.lines:
@@ -51,23 +51,23 @@ class Library:
         return found
 
     def texture(self, material: str) -> tuple[Path, Wrap] | None:
-        """Return the file of a material's `map_Kd`, and what lies beyond it."""
+        """Return the file of a material's `map_Kd`, and its wrap mode; None without one."""
         for line in self.materials().get(material, []):
             if split(line)[0].lower() == "map_kd" and (name := picture_named(line)):
                 return self.folder / name, wrap(split(line)[1])
         return None
 
     def maps(self, material: str) -> list[str]:
-        """Return the statements of a material that name pictures, `map_Kd` and others."""
+        """Return the keywords of a material's statements that refer to pictures, `map_Kd` and others."""
         words = [split(line)[0] for line in self.materials().get(material, [])]
         return [word for word in words if word.lower().startswith(MAPS)]
 
 
 def read(folder: Path, names: list[str]) -> Library:
-    """Return the libraries that `mtllib` lines name.
+    """Read the libraries that `mtllib` lines name.
 
-    A line may name a file with spaces or several files: the first that exists is meant. Of a library that is taken by
-    mistake nothing may show in what is written: lines that are not statements are left out.
+    A line may contain the name of one file with spaces, or the names of several files; existing files are preferred. So
+    that nothing from an unrelated file gets into the output, lines that are not statements are dropped.
     """
     lines: list[str] = []
     missing, outside = [], []
@@ -96,7 +96,7 @@ def read(folder: Path, names: list[str]) -> Library:
 
 
 def _is_statement(line: str) -> bool:
-    """Return whether a line is empty or a statement of the format, as far as that is visible."""
+    """Return whether a line is empty or looks like a statement of the format."""
     word, rest = split(line)
     if word.lower() in NUMBERS:
         return all(is_number(each) or each in ("-halo", "xyz") for each in rest.split())
@@ -104,31 +104,29 @@ def _is_statement(line: str) -> bool:
 
 
 def picture_named(line: str) -> str:
-    """Return the file that a statement names as the picture it shows, with forward slashes; nothing where it names
-    none.
-    """
+    """Return the picture file that a statement refers to, with forward slashes; empty if there is none."""
     word, rest = split(line)
     return file_name(rest).replace("\\", "/") if MAP.fullmatch(word) else ""
 
 
 Names = Mapping[str | None, Mapping[str, str]]
-"""Names of pictures by material (None: no material) and statement, in lower case."""
+"""Names of pictures by material (None: no material) and lower-case statement."""
 
 
 def bind(library: Library, rename: dict[str | None, str], plain: str, shown: Names, out: Path) -> str:
-    """Return the text of a library for the file `out` in which the renamed materials show other pictures.
+    """Return the text of a library for the file `out`, with renamed materials that show other pictures.
 
     Args:
         library: as read.
-        rename: new material name by old; None stands for "no material".
-        plain: a material for faces that had none, if that is needed.
-        shown: the names of the pictures, see `name_of`, by old name.
-        out: the library's own path: file names become relative to its folder.
+        rename: new material name by old one; None stands for "no material".
+        plain: name of a material for faces that had none, if needed.
+        shown: names of the pictures, see `name_of`, by old material name.
+        out: path of the library; file names become relative to its folder.
     """
     moved = [_move(line, library.folder, out.parent) for line in library.lines]
     found = Library(tuple(moved), out.parent).materials()
     text: list[str] = []
-    for line in moved:  # what stands before the first material
+    for line in moved:  # lines before the first material
         if split(line)[0] == "newmtl":
             break
         text.append(line)
@@ -144,10 +142,10 @@ def bind(library: Library, rename: dict[str | None, str], plain: str, shown: Nam
 
 
 def name_of(texture: Path, folder: Path) -> str:
-    """Return a picture's name in a material library of the folder.
+    """Return the name of a picture in a material library in the folder.
 
     Raises:
-        InputError: it cannot stand in one.
+        InputError: the format cannot represent the name.
     """
     name = relative(texture, folder)
     if name != name.strip() or "\n" in name or "\r" in name or name.startswith("-"):
@@ -156,13 +154,13 @@ def name_of(texture: Path, folder: Path) -> str:
 
 
 def picture_of(mesh: Path, material: str | None, word: str) -> Path:
-    """Return the file, beside a mesh, of what a statement of a material shows; None: of the only material."""
+    """Return the path beside a mesh for a picture of a material's statement; None stands for the only material."""
     parts = [mesh.stem, *([] if material is None else [re.sub(r"[^\w.-]", "_", material) or "plain"]), word]
     return mesh.with_name("-".join(parts).replace("map_", "") + ".png")
 
 
 def relative(file: Path, folder: Path) -> str:
-    """Return the file's name as seen from a folder, with forward slashes."""
+    """Return the path of a file relative to a folder, with forward slashes."""
     try:
         return Path(os.path.relpath(file, folder)).as_posix()
     except ValueError:  # another drive
@@ -170,14 +168,12 @@ def relative(file: Path, folder: Path) -> str:
 
 
 def file_name(rest: str) -> str:
-    """Return what a map statement names after its options; it may contain spaces."""
+    """Return the file name after the options of a map statement; it may contain spaces."""
     return _options(rest)[1]
 
 
 def with_maps(lines: list[str], names: Mapping[str, str]) -> list[str]:
-    """Return a material's lines with other pictures: what places these belongs to the old coordinates, and is left
-    out.
-    """
+    """Return a material's lines with other pictures, without options that place the old pictures."""
     own = {split(line)[0].lower(): line for line in lines}
     kept = [line for line in lines if split(line)[0].lower() not in names]
     last = max((k for k, line in enumerate(kept) if line.strip()), default=-1)
@@ -186,14 +182,14 @@ def with_maps(lines: list[str], names: Mapping[str, str]) -> list[str]:
 
 
 def _naming(line: str, name: str) -> str:
-    """Return a statement, or its keyword, that names another picture; of its options those stay that place nothing."""
+    """Return a statement or keyword with another picture; its options are kept unless they place the picture."""
     word, rest = split(line)
     kept = [each for option in _options(rest)[0] if option[0].lower() not in PLACING for each in option]
     return " ".join([word, *kept, name])
 
 
 def placing(rest: str) -> tuple[tuple[float, float], tuple[float, float]]:
-    """By what a map statement multiplies texture coordinates, and what it adds: its `-s` and `-o`."""
+    """Return the scale and offset of texture coordinates in a map statement: its `-s` and `-o`."""
     said = _said(rest)
     scale, offset = [1.0, 1.0], [0.0, 0.0]
     for found, name in ((scale, "-s"), (offset, "-o")):
@@ -203,18 +199,18 @@ def placing(rest: str) -> tuple[tuple[float, float], tuple[float, float]]:
 
 
 def wrap(rest: str) -> Wrap:
-    """Return what lies beyond the picture of a map statement: its edge, with `-clamp on`."""
+    """Return the wrap mode of a map statement: clamp with `-clamp on`, else repeat."""
     clamped = [word.lower() for word in _said(rest).get("-clamp", [])] == ["on"]
     return ("clamp", "clamp") if clamped else REPEAT
 
 
 def _said(rest: str) -> dict[str, list[str]]:
-    """Return the words of each option of a map statement, by its name in lower case."""
+    """Return the arguments of each option of a map statement, by its lower-case name."""
     return {option.lower(): words for option, *words in _options(rest)[0]}
 
 
 def _options(rest: str) -> tuple[list[list[str]], str]:
-    """Return the options of a map statement, each with its words, and the name after them."""
+    """Return the options of a map statement, each with its arguments, and the file name after them."""
     found, places, k = list[list[str]](), list(re.finditer(r"\S+", rest)), 0
     words = [place[0] for place in places]
     while k < len(words) and words[k].lower() in (*ARGUMENTS, *UP_TO_THREE):
@@ -227,7 +223,7 @@ def _options(rest: str) -> tuple[list[list[str]], str]:
 
 
 def _move(line: str, old: Path, new: Path) -> str:
-    """Return a line whose file name is relative to the new folder."""
+    """Return a line with its file name made relative to the new folder."""
     word, rest = split(line)
     if old.resolve() == new.resolve() or not word.lower().startswith(MAPS):
         return line
@@ -245,7 +241,7 @@ def split(line: str) -> tuple[str, str]:
 
 
 def numbers(lines: Iterable[str]) -> dict[str, list[float]]:
-    """Return what statements of nothing but numbers say, by their keywords in lower case."""
+    """Return the values of all purely numeric statements, by lower-case keyword."""
     said = ((word.lower(), rest.split()) for word, rest in map(split, lines))
     return {word: list(map(float, rest)) for word, rest in said if rest and all(map(is_number, rest))}
 

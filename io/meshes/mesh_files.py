@@ -1,7 +1,7 @@
-"""Meshes from files of every format, and back with new texture coordinates.
+"""Read meshes from files of any format, and write them with new texture coordinates.
 
-Each format is a class (`mesh_format.MeshFormat`), which the table of `io.formats` names by suffix; here is what is the
-same for all of them.
+Each format is a class (`mesh_format.MeshFormat`), found by suffix in the table of `io.formats`. This module has the
+parts that are common to all formats.
 """
 
 import re
@@ -24,7 +24,7 @@ def format_of(name: str | Path) -> type[MeshFormat]:
     """Return the class of a mesh format by the suffix of a file.
 
     Raises:
-        InputError: no mesh has this suffix.
+        InputError: no mesh format has this suffix.
     """
     if not (place := formats.of(name).mesh):
         suffix, known = formats.suffix_of(name), ", ".join(formats.holding("mesh"))
@@ -34,25 +34,25 @@ def format_of(name: str | Path) -> type[MeshFormat]:
 
 
 def suffixes_with_materials(dialect: str = "") -> list[str]:
-    """List the suffixes of meshes that are written with materials, or with those of one dialect."""
+    """List the suffixes of formats that store materials, or only those of one dialect."""
     found = {suffix: format_of(f"mesh{suffix}").dialect for suffix in formats.holding("uv")}
     return [suffix for suffix, own in found.items() if own and own == (dialect or own)]
 
 
 def open_mesh(path: Path, max_faces: int = -1) -> MeshFormat:
-    """Open a mesh file for all that is to be asked of it; `max_faces` of them are going to be read, if it is known.
+    """Return a mesh file for queries, without reading it; meshes of more than `max_faces` will not be read.
 
     Raises:
-        InputError: it has the suffix of no mesh; whether it exists is not asked.
+        InputError: no mesh format has this suffix. Whether the file exists is not checked.
     """
     return format_of(path)(path, max_faces)
 
 
 def check_size(path: Path, max_faces: int) -> None:
-    """Refuse a mesh of too many faces; a file of another kind is left to what reads it.
+    """Refuse a mesh with too many faces; for other files only check that they can be opened.
 
     Raises:
-        InputError: it declares more than `max_faces`, or cannot be opened.
+        InputError: it has more than `max_faces`, or cannot be opened.
     """
     if formats.of(path).mesh:
         open_mesh(path).check_size(max_faces)
@@ -61,17 +61,17 @@ def check_size(path: Path, max_faces: int) -> None:
 
 
 def read(text: str, opened: MeshFormat | None = None, *, united: bool = False) -> MeshFile:
-    """Read the mesh that `file`, `file#part`, `file#loop` or `file#part#loop` names.
+    """Read the mesh that `file`, `file#part`, `file#loop` or `file#part#loop` specifies.
 
-    A part is an OBJ object, group or material, a GLB geometry, `piece-2`, the second largest of the pieces that
-    nothing connects, or `uv-2`, the second largest chart of the texture coordinates (`uv`: the largest); a loop is a
-    number, 1 for the longest boundary. Of a GLB it is one primitive, or, `united`, all of the glTF mesh that it is of,
-    as that has one for each material.
+    A part is an OBJ object, group or material; a GLB geometry; `piece-2`, the second largest connected component; or
+    `uv-2`, the second largest chart of the texture coordinates (`uv`: the largest). A loop is a number, 1 for the
+    longest boundary. For a GLB, one primitive is read; if `united`, all primitives of its glTF mesh, which has one for
+    each material.
 
     Args:
         text: the file and part.
-        opened: the file, if it was opened already.
-        united: whether all geometries of one mesh are meant.
+        opened: the file, if it was opened before.
+        united: whether to read all geometries of the mesh.
 
     Raises:
         InputError: the file cannot be read, or has no such part.
@@ -82,14 +82,14 @@ def read(text: str, opened: MeshFormat | None = None, *, united: bool = False) -
 
 
 def _unite(found: MeshFile, opened: MeshFormat) -> MeshFile:
-    """Return all geometries of the mesh that one of them is of."""
+    """Return all geometries of the mesh to which one of them belongs."""
     names = opened.same_mesh(found)
     if len(names) < 2:
         return found
     parts = [opened.pick(name) for name in names]
     content = type(found.content).join([part.content for part in parts], str(found.path))
     whole = MeshFile.whole(found.path, content)
-    notes = [*parts[0].notes[:-1]]  # without that on the other geometries
+    notes = [*parts[0].notes[:-1]]  # without the note on other geometries
     if left := len(opened.names) - len(parts):
         notes.append(f"ignored {left} geometr{'ies' if left > 1 else 'y'} of other meshes")
     if len({part.picture for part in parts}) > 1:
@@ -105,7 +105,7 @@ def _unite(found: MeshFile, opened: MeshFormat) -> MeshFile:
 
 
 def read_all(text: str, opened: MeshFormat | None = None) -> list[MeshFile]:
-    """Read as `read` does; but of a file of several geometries of which none is named each, as parts of one mesh.
+    """Read as `read` does, but if a file has several geometries and none is named, return each as a part of one mesh.
 
     Raises:
         InputError: as `read`.
@@ -133,7 +133,7 @@ def read_all(text: str, opened: MeshFormat | None = None) -> list[MeshFile]:
 
 
 def _pick(text: str, opened: MeshFormat) -> MeshFile:
-    """Return the part of an opened file that a spec names."""
+    """Return the part of an opened file that a specification names."""
     names = opened.names
     spec = Spec.of(text).among(names)
     rest, _, last = (spec.part or "").rpartition("#")
@@ -152,14 +152,14 @@ def _pick(text: str, opened: MeshFormat) -> MeshFile:
 
 
 def _view(view: re.Match | None) -> tuple[int, int]:
-    """Numbers of the piece and of the chart that `piece-2`, `uv` or `uv-2` names, 0 where it names none."""
+    """Return the numbers of the piece and chart that `piece-2`, `uv` or `uv-2` names; 0 for none."""
     if view is None:
         return 0, 0
     return (int(view["piece"]), 0) if view["piece"] else (0, int(view["chart"] or 1))
 
 
 def names_layout(text: str) -> bool:
-    """Return whether a spec names a chart by its form, whatever the file's parts are called."""
+    """Return whether a specification has the form of a chart's name, whatever the file's parts are called."""
     part = Spec.of(text).part
     found = VIEW.fullmatch((part or "").rpartition("#")[2])
     return found is not None and found["piece"] is None
@@ -171,12 +171,12 @@ def write(
     """Write a mesh with new texture coordinates in the format of its name; see `MeshFormat.write`.
 
     Raises:
-        InputError: the format holds no texture coordinates, or cannot hold the mesh or a picture.
+        InputError: the format has no texture coordinates, or cannot store the mesh or a picture.
     """
     formats.check(name, "uv", "cannot hold texture coordinates")
     return format_of(name).write(file, new, shown, out, name, force=force)
 
 
 def as_written(uv: Real, name: str | Path) -> Real:
-    """Texture coordinates as the file of this name holds them, rounded as its format rounds."""
+    """Return texture coordinates (t, 2) rounded as in a file of this name."""
     return format_of(name).round_uv(uv)

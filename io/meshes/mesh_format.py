@@ -1,6 +1,6 @@
-"""Mesh formats: `MeshFormat`, of which each format is a subclass, and the values that it reads and writes.
+"""The interface of mesh formats, `MeshFormat`, and the data that formats read and write.
 
-The table of `io.formats` names the class of each suffix; `mesh_files` finds it there.
+Subclasses are found by suffix in the table of `io.formats`; see `mesh_files`.
 """
 
 from __future__ import annotations
@@ -24,37 +24,34 @@ from .. import files, limits
 from . import splitting
 
 Pictures = Mapping[str, Mapping[str, bytes]]
-"""Picture files by material and slot: its name and MTL's statements in lower case, or its number and glTF's slots."""
-REASON_LENGTH = 120  # characters of a parser's message: it must fit a line
+"""Picture files by material and slot: material name and MTL statement in lower case, or material index and slot."""
+REASON_LENGTH = 120  # characters of a parser's message, so that it fits in a line
 
 
 @dataclass(frozen=True, eq=False)
 class MeshContent:
-    """All that a mesh file holds: the polygons that are mapped, and the rest.
+    """Everything in a mesh file: the polygons that are mapped, and the rest.
 
-    A format that writes files back as they were has a subclass, which keeps names, materials and bytes. This class
-    keeps polygons alone.
+    Formats that preserve files have subclasses, which keep names, materials and bytes. This class keeps only polygons.
 
     Attributes:
-        polygons: all polygons, which `MeshFile.faces` are flags of.
+        polygons: all polygons; `MeshFile.faces` marks some of them.
     """
 
     polygons: Mesh
-    dialect: ClassVar[str] = (
-        ""  # how its materials name their pictures: "gltf", "mtl", or "" without materials
-    )
+    dialect: ClassVar[str] = ""  # how materials refer to pictures: "gltf", "mtl", or "" without materials
 
     @classmethod
     def join(cls, contents: Sequence[Any], name: str) -> MeshContent:
-        """Join the contents of several geometries of one file, their polygons one after the other."""
+        """Join the contents of several geometries of one file, with their polygons one after the other."""
         return cls(merge([content.polygons for content in contents], name))
 
     def part(self, faces: Flags, name: str) -> Mesh:
-        """Return the polygons marked in (f,) as a mesh of this name."""
+        """Return the polygons marked in `faces` (f,) as a mesh of this name."""
         return self.polygons.part(faces, name)
 
     def subdivide(self, plan: Subdivision) -> MeshContent:
-        """Put triangles in the place of some polygons, and interpolate what vertices and corners have.
+        """Replace some polygons by triangles, interpolating the attributes of vertices and corners.
 
         Raises:
             InputError: the file has vertices that cannot be split.
@@ -62,10 +59,10 @@ class MeshContent:
         return MeshContent(splitting.subdivided(self.polygons, plan))
 
     def faces_called(self, name: str) -> Flags:
-        """Mark the polygons (f,) of an object, group, geometry or material.
+        """Mark the polygons (f,) of the object, group, geometry or material of this name.
 
         Raises:
-            InputError: nothing has this name, or the format has no names.
+            InputError: there is none, or the format has no names.
         """
         path = self.polygons.name
         raise InputError(f"names a part of an OBJ or a material of a GLB, and {path} has neither; use a mask")
@@ -75,32 +72,32 @@ class MeshContent:
         return set()
 
     def textures(self, faces: Flags) -> dict[Path, Wrap]:
-        """List the picture files that the materials of polygons (f,) name, in order, each with what lies beyond it."""
+        """List the picture files of the materials of polygons (f,) in order, each with its wrap mode."""
         return {}
 
     def wrap(self, faces: Flags) -> Wrap:
-        """Tell what lies beyond the first picture that polygons (f,) show."""
+        """Return the wrap mode of the first picture on polygons (f,)."""
         return next(iter(self.textures(faces).values()), REPEAT)
 
 
 @dataclass(frozen=True, eq=False)
 class MeshFile:
-    """A mesh as a file holds it, or a part of one.
+    """A mesh from a file, or a part of one.
 
     Attributes:
         path: the file.
-        mesh: its polygons, or those of the part picked.
-        faces: (f,) which of all polygons of `content` these are.
-        content: all that the file holds.
-        picture: the texture inside the file, as the PNG or JPEG file that it is there, when it has one.
-        loop: number of the boundary loop picked, 1 being the longest.
-        piece: number of the piece picked among those that no edge connects, 1 being the largest; 0: none was named.
-        chart: number of the chart picked in its own texture coordinates, 1 being the largest; 0: none was named.
-        part: the part picked, without piece, chart and loop.
-        numbered: whether a piece, a chart or a loop was named by its number.
-        total: faces of all that the file holds, 0 where these are all that `faces` are of.
-        names: of the parts that `#` picks.
-        notes: what was left out.
+        mesh: its polygons, or those of the selected part.
+        faces: (f,) marks these among all polygons of `content`.
+        content: everything in the file.
+        picture: the texture inside the file, as the content of a PNG or JPEG file, if it has one.
+        loop: number of the selected boundary loop, 1 being the longest.
+        piece: number of the selected connected component, 1 being the largest; 0 if none is named.
+        chart: number of the selected chart of the mesh's texture coordinates, 1 being the largest; 0 if none is named.
+        part: name of the selected part, without piece, chart and loop.
+        numbered: whether a piece, chart or loop was selected by its number.
+        total: number of faces in the whole file; 0 if `content` has all of them.
+        names: names of the parts that can be selected by `#`.
+        notes: what was ignored.
     """
 
     path: Path
@@ -119,40 +116,40 @@ class MeshFile:
 
     @classmethod
     def whole(cls, path: Path, content: MeshContent, picture: bytes | None = None, *notes: str) -> MeshFile:
-        """Make a mesh of all polygons of a content."""
+        """Create a mesh with all polygons of a content."""
         mesh = content.polygons
         return cls(path, mesh, np.ones(mesh.sizes.size, bool), content, picture, notes=notes)
 
     def faces_called(self, name: str) -> Flags:
-        """Mark the polygons (f,) of the mesh that belong to an object, group, geometry or material of this name.
+        """Mark the polygons (f,) of the mesh in the object, group, geometry or material of this name.
 
         Raises:
-            InputError: nothing has this name, or the format has no names.
+            InputError: there is none, or the format has no names.
         """
         return self.content.faces_called(name)[self.faces]
 
     def textures(self) -> list[Path]:
-        """List the different picture files that its materials name, in the order of the faces."""
+        """List the distinct picture files of its materials, in the order of the faces."""
         return list(self.content.textures(self.faces))
 
     @property
     def wrap(self) -> Wrap:
-        """What lies beyond the first picture that it shows."""
+        """Wrap mode of the first picture that it shows."""
         return self.content.wrap(self.faces)
 
     def part_of(self, content: MeshContent, faces: Flags) -> MeshFile:
-        """Return the same part after its file's content was changed: the polygons marked in (f,)."""
+        """Return the same part, given by the polygons marked in `faces` (f,), of changed content."""
         return replace(self, mesh=content.part(faces, self.mesh.name), faces=faces, content=content)
 
 
 @dataclass(frozen=True, eq=False)
 class NewCoordinates:
-    """Texture coordinates for a mesh that is to be written.
+    """Texture coordinates for a mesh to be written.
 
     Attributes:
         uv: (t, 2) coordinates, v up.
-        corners: (c,) coordinate of each corner of the mesh's polygons.
-        triangles: (m, 3) corners of its triangles, for formats of triangles.
+        corners: (c,) index into `uv` for each corner of the mesh's polygons.
+        triangles: (m, 3) corners of its triangles, for formats that store only triangles.
     """
 
     uv: Real
@@ -162,12 +159,12 @@ class NewCoordinates:
 
 @dataclass(frozen=True, eq=False)
 class ShownPictures:
-    """What a mesh that is to be written shows.
+    """Pictures for a mesh to be written.
 
     Attributes:
-        texture: a picture of colours, or its content; None to leave materials alone.
+        texture: file or content of a colour texture; None to leave materials unchanged.
         normals: a normal map, y up.
-        pictures: further ones, PNG or JPEG files by material and slot.
+        pictures: further PNG or JPEG files, by material and slot.
     """
 
     texture: Path | bytes | None = None
@@ -177,10 +174,10 @@ class ShownPictures:
 
 @dataclass(frozen=True)
 class Written:
-    """What came of writing a mesh.
+    """Results of writing a mesh.
 
     Attributes:
-        files: names of the other files that were written.
+        files: names of further files that were written.
         notes: what could not be kept.
     """
 
@@ -189,34 +186,34 @@ class Written:
 
 
 class MeshFormat(ABC):
-    """A mesh format: an instance is a file that is read, class methods write one.
+    """A mesh format: an instance is a file to be read, class methods write files.
 
-    To add a format, make a subclass in a module of this folder, and name it in the table of `io.formats`. `read` and
-    `count_faces` read it; `write` and `round_uv` write texture coordinates, where the table says `uv`. The other
-    methods have answers that fit a format without names, materials and files beside it.
+    To add a format, write a subclass in a module of this folder, and add it to the table of `io.formats`. `read` and
+    `count_faces` read it; `write` and `round_uv` write texture coordinates, if the table lists `uv`. The defaults of
+    the other methods fit a format without names, materials and companion files.
 
     Attributes:
         path: the file.
-        dialect: how the materials that it is written with name their pictures: "gltf", "mtl", or "" without materials.
-        shows_normals: whether a normal map can be written with it.
+        dialect: how materials that it writes refer to pictures: "gltf", "mtl", or "" without materials.
+        shows_normals: whether a normal map can be written.
     """
 
     dialect: ClassVar[str] = ""
     shows_normals: ClassVar[bool] = False
 
     def __init__(self, path: Path, keep: int = -1) -> None:
-        """Nothing is opened yet; `keep` is the most faces of a mesh that is going to be read, -1 if that is unknown."""
+        """Do not open the file yet; meshes of more than `keep` faces will not be read, -1 if the limit is unknown."""
         self.path, self._keep = path, keep
 
     @abstractmethod
     def count_faces(self, most: int) -> int:
-        """Count the faces that the file declares, before memory is taken for them; 0 where it makes no sense.
+        """Count the faces that the file declares, before memory is allocated; 0 if the file is invalid.
 
         Args:
-            most: faces that are allowed; what claims more memory than so many take can be refused here.
+            most: largest number of faces; a file that claims more memory than these need may be refused.
 
         Raises:
-            InputError: the file cannot be opened, or claims more than it holds.
+            InputError: the file cannot be opened, or claims more than it contains.
         """
 
     @abstractmethod
@@ -224,11 +221,11 @@ class MeshFormat(ABC):
         """Read the geometries of the file by name.
 
         Raises:
-            Exception: of any kind, if the file is at fault; `pick` makes one line of it.
+            Exception: any exception if the file is invalid; `pick` converts it to a one-line message.
         """
 
     def check_size(self, most: int) -> None:
-        """Refuse a mesh of too many faces.
+        """Refuse a mesh with too many faces.
 
         Raises:
             InputError: the file declares more than `most`, or cannot be opened.
@@ -239,21 +236,21 @@ class MeshFormat(ABC):
             )
 
     def is_mesh(self, *, gets_uv: bool = False) -> bool:
-        """Return whether the file is a mesh, and not an outline; `gets_uv`: it is to be given texture coordinates."""
+        """Return whether the file is a mesh and not an outline; `gets_uv` if it will be given texture coordinates."""
         return True
 
     def files_named(self) -> list[str]:
-        """List the files that this one names: material libraries, pictures, buffers; whether they exist or not."""
+        """List the files that this one refers to (material libraries, pictures, buffers), existing or not."""
         return []
 
     @property
     def sha256(self) -> str:
-        """The hash of the content as it was read."""
+        """SHA-256 of the content as it was read."""
         return files.sha256(self.path)
 
     @property
     def names(self) -> list[str]:
-        """Of the parts that `#` picks.
+        """Names of the parts that can be selected by `#`.
 
         Raises:
             InputError: the file cannot be read.
@@ -262,15 +259,15 @@ class MeshFormat(ABC):
 
     @property
     def geometries(self) -> list[str]:
-        """The names of parts that have no polygon in common, if the file has several such parts."""
+        """Names of parts that share no polygon, if the file has several such parts."""
         return self.names if len(self.names) > 1 else []
 
     def same_mesh(self, file: MeshFile) -> list[str]:
-        """Return the names of the geometries that are one mesh together with the one that was picked."""
+        """Return the names of the geometries that form one mesh with the selected one."""
         return []
 
     def pick(self, part: str | None = None) -> MeshFile:
-        """Return a part of the file; without a name the largest, or all of it.
+        """Return a part of the file; without a name, the largest geometry or the whole file.
 
         Raises:
             InputError: the file cannot be read, or has no such part.
@@ -295,16 +292,14 @@ class MeshFormat(ABC):
 
     @cached_property
     def _geometries(self) -> dict[str, MeshFile]:
-        """As `read`, any error in one line."""
+        """Read as `read` does, with any error as a one-line message."""
         files.open_input(self.path, max_bytes=limits.MESH_BYTES)
         try:
-            with np.errstate(
-                all="ignore"
-            ):  # what numbers of a broken file come to is reported by what checks them
+            with np.errstate(all="ignore"):  # invalid numbers of a broken file are reported by later checks
                 return self.read()
         except InputError:
             raise
-        except Exception as error:  # whatever a parser stumbles over: the file is at fault
+        except Exception as error:  # whatever exception a parser raises, the file is at fault
             reason = " ".join(str(error).split())[:REASON_LENGTH] or type(error).__name__
             kind = self.path.suffix[1:].upper()
             raise InputError(f"{self.path}: cannot read this {kind} file: {reason}") from error
@@ -322,41 +317,41 @@ class MeshFormat(ABC):
         """Write a mesh, of any format, with new texture coordinates.
 
         Args:
-            file: the mesh; what was read from the same format stays as it is in all else.
+            file: the mesh; if it was read from the same format, everything else is kept.
             new: its coordinates.
             shown: the pictures that it shows by them.
-            out: where to write now, a temporary file beside `name`.
-            name: what it will be called.
-            force: whether its `companions` may be replaced.
+            out: where to write, a temporary file beside `name`.
+            name: the final path.
+            force: whether its `companions` may be overwritten.
 
         Raises:
-            InputError: the format cannot hold the mesh or a picture.
+            InputError: the format cannot store the mesh or a picture.
         """
         raise NotImplementedError(cls.__name__)
 
     @classmethod
     def round_uv(cls, uv: Real) -> Real:
-        """Round texture coordinates (t, 2) as a file of the format holds them."""
+        """Round texture coordinates (t, 2) as a file of the format stores them."""
         return uv
 
     @classmethod  # noqa: B027
     def check_texture(cls, name: Path, texture: Path | bytes | None) -> None:
-        """Refuse a texture, a file or its content, that the mesh to be written cannot show.
+        """Refuse a texture, given as a file or its content, that the mesh to be written cannot show.
 
         Raises:
-            InputError: it cannot be embedded, or named.
+            InputError: it cannot be embedded, or its name cannot be stored.
         """
 
     @classmethod
     def companions(cls, name: Path, shown: ShownPictures) -> list[str]:
-        """List the files that `write` puts beside a mesh, but for those of `shown.pictures`."""
+        """List the files that `write` creates beside a mesh, except those of `shown.pictures`."""
         return []
 
     @classmethod
     def split_uv(cls, path: Path) -> tuple[Real, Any] | None:
-        """Read the texture coordinates (t, 2) of a written file, and all else that it holds, to be compared apart.
+        """Read the texture coordinates (t, 2) of a written file and all its other content, to compare them separately.
 
-        None: they are not distinguished.
+        Returns None if the format does not support this.
 
         Raises:
             InputError: it cannot be read.
@@ -365,7 +360,7 @@ class MeshFormat(ABC):
 
 
 def _area(mesh: Mesh) -> float:
-    """Return the area of the triangles whose vertices are there."""
+    """Return the total area of the triangles with valid vertices."""
     corners = mesh.corners[mesh.starts[:-1][mesh.sizes == 3, None] + np.arange(3)]
     corners = corners[((corners >= 0) & (corners < len(mesh.points))).all(axis=1)]
     return float(np.nan_to_num(face_areas(mesh.points[corners])).sum())

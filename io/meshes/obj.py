@@ -1,8 +1,8 @@
-"""OBJ files that keep their bytes: what is not changed is written back as it was read.
+"""Read OBJ files without loss, so that everything that is not changed can be written back byte by byte.
 
-Vertex and face order, polygons, groups, smoothing, materials, comments, spacing, line ends and negative indices all
-stay. New texture coordinates change the `vt` lines and the texture indices of `f` lines, a texture also `mtllib` and
-`usemtl`.
+Vertex and face order, polygons, groups, smoothing, materials, comments, spacing, line ends and negative indices are
+kept. New texture coordinates change only `vt` lines and the texture indices of `f` lines; a texture also changes
+`mtllib` and `usemtl`.
 """
 
 from dataclasses import dataclass, replace
@@ -19,7 +19,7 @@ from .. import files, limits
 from . import obj_scan
 from .obj_scan import Elements
 
-NUMBER_WIDTH = 32  # bytes of a number that numpy may convert many at a time
+NUMBER_WIDTH = 32  # longest number, in bytes, that is converted by numpy together with others
 WRONG = {
     1: "a face needs at least 3 corners; is the file truncated?",
     2: "a corner must have the form v, v/vt, v//vn or v/vt/vn with whole numbers other than 0",
@@ -29,7 +29,7 @@ WRONG = {
 
 @dataclass(frozen=True)
 class Statement:
-    """An `o`, `g`, `usemtl` or `mtllib` line: its first byte, its end with the line's end, keyword and the rest."""
+    """An `o`, `g`, `usemtl` or `mtllib` line: first byte, end including the line end, keyword, and the rest."""
 
     at: int
     end: int
@@ -39,7 +39,7 @@ class Statement:
 
 @dataclass(frozen=True, eq=False)
 class Obj(Elements):
-    """The bytes of an OBJ file and what they say.
+    """The bytes of an OBJ file and their content.
 
     Attributes:
         path: the file.
@@ -53,20 +53,20 @@ class Obj(Elements):
 
     @cached_property
     def line_ends(self) -> Index:
-        """Bytes of the file's line ends, to turn a byte into a line number."""
+        """Positions of line ends, used to convert a byte position into a line number."""
         return line_ends(self.data)
 
     def mesh(self, part: str | None = None) -> Mesh:
-        """Return the polygons, or those of the object, group or material called `part`.
+        """Return all polygons, or those of the object, group or material called `part`.
 
         Raises:
-            InputError: nothing is called so; the message lists what there is.
+            InputError: there is no such part; the message lists the parts.
         """
         faces = np.ones(len(self.face_at), bool) if part is None else self.faces_of(part)
         return self.mesh_of(faces, str(self.path) + ("" if part is None else f"#{part}"))
 
     def mesh_of(self, faces: NDArray[np.bool_], name: str) -> Mesh:
-        """Return the polygons marked in (f,)."""
+        """Return the polygons marked in `faces` (f,) as a mesh; it has normals only if all of its corners do."""
         lines = np.searchsorted(self.line_ends, self.face_at) + 1
         has_uv = bool(len(self.vt)) and bool((self.corners[:, 1] >= 0).any())
         uv, uv_corners = (self.vt, self.corners[:, 1]) if has_uv else (None, None)
@@ -78,23 +78,23 @@ class Obj(Elements):
 
     @cached_property
     def _unit_normals(self) -> Real:
-        """(k, 3) normals of length 1; NaN where there is no direction."""
+        """(k, 3) unit normals; NaN for zero vectors."""
         size = np.linalg.norm(self.vn, axis=1, keepdims=True)
         with np.errstate(invalid="ignore", divide="ignore"):
             return self.vn / size
 
     def _has_normals(self, corners: Index | None) -> bool:
-        """Return whether all corners (c,) have a normal that is a direction."""
+        """Return whether all corners (c,) have a valid normal."""
         if corners is None or not len(self.vn):
             return False
         inside = (corners >= 0) & (corners < len(self.vn))
         return bool(inside.all() and np.isfinite(self._unit_normals[corners]).all())
 
     def faces_of(self, part: str) -> NDArray[np.bool_]:
-        """Return (f,) whether each face belongs to the object, group or material called `part`.
+        """Mark the faces (f,) of the object, group or material called `part`.
 
         Raises:
-            InputError: nothing with a face is called so.
+            InputError: there is no such part with faces.
         """
         for keyword in ("o", "g", "usemtl"):
             marked = self._marked(keyword, part)
@@ -105,7 +105,7 @@ class Obj(Elements):
         )
 
     def parts(self) -> list[str]:
-        """Return names of the objects, groups and materials that have faces, in file order."""
+        """Return the names of objects, groups and materials with faces, in file order."""
         used: set[tuple[str, str]] = set()
         for keyword in ("o", "g", "usemtl"):
             said = [s for s in self.statements if s.keyword == keyword]
@@ -115,7 +115,7 @@ class Obj(Elements):
         return list(dict.fromkeys(name for keyword, name in named if (keyword, name) in used))
 
     def names_at(self, faces: Index) -> set[str]:
-        """Return the objects, groups and materials that faces (k,) belong to."""
+        """Return the names of objects, groups and materials that faces (k,) belong to."""
         found: set[str] = set()
         for keyword in ("o", "g", "usemtl"):
             which, said = self.current(keyword)
@@ -123,7 +123,7 @@ class Obj(Elements):
         return found
 
     def current(self, keyword: str) -> tuple[Index, list[Statement]]:
-        """Return (f,) which `keyword` statement is in force at each face, -1 before the first; and those statements."""
+        """Return (f,) the index of the `keyword` statement in force at each face, -1 before the first; and these."""
         said = [s for s in self.statements if s.keyword == keyword]
         return np.searchsorted([s.at for s in said], self.face_at) - 1, said
 
@@ -144,13 +144,13 @@ class Obj(Elements):
 
 
 def _names_of(statement: Statement) -> list[str]:
-    """Return what a statement calls the faces after it: a group may have several names."""
+    """Return the names that a statement gives to the following faces; a group may have several."""
     names = statement.text.split() if statement.keyword == "g" else [statement.text]
     return [name for name in names if name]
 
 
 def line_ends(data: bytes) -> Index:
-    """Bytes at which lines end: \\n, or \\r in a file that has no \\n."""
+    """Return positions of line ends: \\n, or \\r in a file without \\n."""
     raw = np.frombuffer(data, np.uint8)
     ends = np.flatnonzero(raw == 10)
     return ends if ends.size else np.flatnonzero(raw == 13)
@@ -160,13 +160,13 @@ def read(path: str | Path) -> Obj:
     """Read an OBJ file.
 
     Raises:
-        InputError: naming file, line and fault: a number or an index that is none, a face with fewer than 3 corners.
+        InputError: an invalid number or index, or a face with fewer than 3 corners; the message has file and line.
     """
     return parse(files.read_bytes(path, max_bytes=limits.MESH_BYTES), Path(path))
 
 
 def parse(data: bytes, path: Path) -> Obj:
-    """Return what the bytes of an OBJ file say; `path` is for messages.
+    """Parse the bytes of an OBJ file; `path` is used in messages.
 
     Raises:
         InputError: as `read`.
@@ -183,7 +183,7 @@ def parse(data: bytes, path: Path) -> Obj:
 
 
 def _convert_normals(data: bytes, path: Path, vn: Real, listed: Index) -> None:
-    """Convert their numbers; where one is none, no normal is known: they are not needed."""
+    """Convert the numbers of normals; if one is invalid all become 0, since normals are optional."""
     try:
         _convert(data, path, vn, listed)
     except InputError:
@@ -191,7 +191,7 @@ def _convert_normals(data: bytes, path: Path, vn: Real, listed: Index) -> None:
 
 
 def _convert(data: bytes, path: Path, values: Real, listed: Index) -> None:
-    """Convert the numbers the scanner left: values.flat[listed[:, 0]] stands at byte listed[:, 1]."""
+    """Convert the numbers that the scanner left: values.flat[listed[:, 0]] is at byte listed[:, 1]."""
     if not len(listed):
         return
     raw = np.frombuffer(data + b" " * NUMBER_WIDTH, np.uint8)
@@ -203,7 +203,7 @@ def _convert(data: bytes, path: Path, values: Real, listed: Index) -> None:
         if not over[:, -1].all():
             raise ValueError("a number is too long")
         values.ravel()[listed[:, 0]] = strings.astype(np.float64)
-    except ValueError:  # find the one at fault, or convert the overlong ones
+    except ValueError:  # find the invalid number, or convert those that are too long
         for place, at in listed:
             values.ravel()[place] = _one_number(data, path, int(at))
 

@@ -24,18 +24,18 @@ from .mesh_format import MeshContent, MeshFile, MeshFormat, NewCoordinates, Show
 from .obj import Obj
 
 BLOCK_BYTES = 1 << 20
-LONGEST_LINE = 1 << 16  # bytes of a line that are looked at, so that a file without line ends takes no memory
+LONGEST_LINE = 1 << 16  # bytes of a line that are examined, so that a file without line ends needs no memory
 _INDENTED_FACE = re.compile(rb"^[ \t]+f[ \t]", re.MULTILINE)
 _LIBRARY = re.compile(rb"^[ \t]*mtllib[ \t]+([^\r\n]+)", re.MULTILINE)
 
 
 @dataclass(frozen=True, eq=False)
 class ObjContent(MeshContent):
-    """An OBJ file: its objects, groups and materials overlap, so that parts of it are flags of its faces.
+    """An OBJ file. Its objects, groups and materials overlap, so parts are given by marking faces.
 
     Attributes:
-        obj: its bytes, and what they say.
-        library: the material libraries that it names.
+        obj: its bytes and their content.
+        library: the material libraries that it refers to.
     """
 
     obj: Obj
@@ -44,19 +44,19 @@ class ObjContent(MeshContent):
 
     @classmethod
     def of(cls, whole: Obj, library: Library | None = None) -> "ObjContent":
-        """Keep a file; its libraries are read, unless they are given."""
+        """Create the content of a file; its libraries are read unless they are given."""
         return cls(whole.mesh(), whole, library or obj_materials.library_of(whole))
 
     def part(self, faces: Flags, name: str) -> Mesh:
-        """Return the polygons marked in (f,) as a mesh of this name, with normals if all of these have some."""
+        """Return the polygons marked in `faces` (f,) as a mesh of this name, with normals if all of these have some."""
         return self.obj.mesh_of(faces, name)
 
     def subdivide(self, plan: Subdivision) -> "ObjContent":
-        """Put triangles in the place of some faces; every other line stays."""
+        """Replace some faces by triangles; every other line is kept."""
         return ObjContent.of(obj.parse(obj_write.subdivided(self.obj, plan), self.obj.path), self.library)
 
     def faces_called(self, name: str) -> Flags:
-        """Mark the faces (f,) of an object, group or material."""
+        """Mark the faces (f,) of the object, group or material of this name."""
         return self.obj.faces_of(name)
 
     def names_at(self, faces: Index) -> set[str]:
@@ -64,19 +64,19 @@ class ObjContent(MeshContent):
         return self.obj.names_at(faces)
 
     def textures(self, faces: Flags) -> dict[Path, Wrap]:
-        """List the pictures of colours that the materials of faces (f,) name, each with what lies beyond it."""
+        """List the colour textures of the materials of faces (f,), each with its wrap mode."""
         return obj_materials.textures_of(self.obj, self.library, faces)
 
 
 def obj_content(file: MeshFile) -> ObjContent | None:
-    """Return the OBJ file that a mesh is of, with its materials; None where it is of another format."""
+    """Return the OBJ content of a mesh; None if it comes from another format."""
     return file.content if isinstance(file.content, ObjContent) else None
 
 
 class ObjFormat(MeshFormat):
-    """Wavefront OBJ; its size, whether it is a mesh, what it names and its hash all come from opening it once.
+    """Wavefront OBJ; size, kind, referenced files and hash are all found by scanning the file once.
 
-    A file of one face, or of lines alone, is an outline: that is how drawing programs write one.
+    A file with a single face, or only lines, is an outline, as drawing programs write them.
     """
 
     dialect = "mtl"
@@ -87,11 +87,11 @@ class ObjFormat(MeshFormat):
         return self._scan.faces
 
     def is_mesh(self, *, gets_uv: bool = False) -> bool:
-        """Return whether it has several faces, or one that is to be given texture coordinates."""
+        """Return whether it has several faces, or one that will be given texture coordinates."""
         return self._scan.faces > (0 if gets_uv else 1)
 
     def files_named(self) -> list[str]:
-        """List its material libraries that may be read, and the pictures that these name."""
+        """List the material libraries that may be read, and the pictures that these refer to."""
         folder = self.path.parent
         named = list[str]()
         for line in self._scan.libraries:
@@ -102,22 +102,22 @@ class ObjFormat(MeshFormat):
 
     @cached_property
     def sha256(self) -> str:
-        """The hash of the content as it was read."""
+        """SHA-256 of the content as it was read."""
         content = self._scan.content
         return files.sha256(self.path) if content is None else hashlib.sha256(content).hexdigest()
 
     def read(self) -> dict[str, MeshFile]:
-        """Read all of the file."""
+        """Read the whole file."""
         return {self.path.name: self.pick()}
 
     @property
     def names(self) -> list[str]:
-        """Of objects, groups and materials, in the order of the file."""
+        """Names of objects, groups and materials, in file order."""
         return self.content.obj.parts()
 
     @property
     def geometries(self) -> list[str]:
-        """None: parts have faces in common."""
+        """Always empty, since parts of an OBJ may share faces."""
         return []
 
     def pick(self, part: str | None = None) -> MeshFile:
@@ -129,10 +129,10 @@ class ObjFormat(MeshFormat):
 
     @cached_property
     def content(self) -> ObjContent:
-        """All that the file says.
+        """The parsed content.
 
         Raises:
-            InputError: it is empty, or as `obj.parse`.
+            InputError: the file is empty, or as `obj.parse`.
         """
         if self._keep < 0:
             return ObjContent.of(obj.read(self.path))
@@ -148,7 +148,7 @@ class ObjFormat(MeshFormat):
     def write(
         cls, file: MeshFile, new: NewCoordinates, shown: ShownPictures, out: Path, name: Path, *, force: bool
     ) -> Written:
-        """Write the OBJ file that it was, or another mesh as one, with other texture coordinates."""
+        """Write a mesh with other texture coordinates; if it was read from an OBJ file, all other lines are kept."""
         content, faces = obj_content(file), file.faces
         if content is None:
             content = ObjContent.of(obj.parse(_as_obj(file.mesh), name))
@@ -164,7 +164,7 @@ class ObjFormat(MeshFormat):
 
     @classmethod
     def check_texture(cls, name: Path, texture: Path | bytes | None) -> None:
-        """Refuse a file that a material library cannot name."""
+        """Refuse a file whose name a material library cannot represent."""
         if isinstance(texture, Path):
             material_library.name_of(texture, name.parent)
 
@@ -185,12 +185,12 @@ class ObjFormat(MeshFormat):
 
 
 class _Scan(NamedTuple):
-    """What is known of a file after one pass.
+    """Results of scanning a file.
 
     Attributes:
-        faces: how many it has.
-        libraries: what its `mtllib` lines name.
-        content: its bytes, if it has no more faces than are kept.
+        faces: number of faces.
+        libraries: arguments of its `mtllib` lines.
+        content: its bytes, if it has few enough faces to be read.
     """
 
     faces: int
@@ -199,7 +199,7 @@ class _Scan(NamedTuple):
 
 
 def _scan(path: Path, keep: int) -> _Scan:
-    """Look through a file, and keep its content if it has at most `keep` faces.
+    """Scan a file, and keep its content if it has at most `keep` faces.
 
     Raises:
         InputError: it is missing or cannot be read.
@@ -211,10 +211,10 @@ def _scan(path: Path, keep: int) -> _Scan:
 
 
 def _scan_lines(file: BufferedReader) -> tuple[int, list[bytes]]:
-    """Count the faces and list the libraries, a block of whole lines at a time."""
+    """Count faces and list libraries, one block of whole lines at a time."""
     faces, libraries, rest = 0, list[bytes](), b"\n"
     while block := file.read(BLOCK_BYTES):
-        block = rest + block.replace(b"\r", b"\n")  # old files end lines so
+        block = rest + block.replace(b"\r", b"\n")  # line ends of old files
         end = block.rfind(b"\n")
         lines, rest = block[:end], block[end:][:LONGEST_LINE]
         faces += _count_faces(lines)
@@ -223,7 +223,7 @@ def _scan_lines(file: BufferedReader) -> tuple[int, list[bytes]]:
 
 
 def _count_faces(lines: bytes) -> int:
-    """Return how many lines are faces, where each begins with a line end; the search for those with blanks is slow."""
+    """Count `f` lines, each preceded by a line end; the slow search for indented ones runs only if needed."""
     found = lines.count(b"\nf ") + lines.count(b"\nf\t")
     return found + len(_INDENTED_FACE.findall(lines)) if b"\n " in lines or b"\n\t" in lines else found
 
@@ -233,7 +233,7 @@ def _libraries(lines: bytes) -> list[bytes]:
 
 
 def _pictures_named(library: Path) -> list[str]:
-    """Return the pictures that a material library names."""
+    """Return the pictures that a material library refers to."""
     if not os.path.isfile(library) or library.stat().st_size > limits.LIBRARY_BYTES:
         return []
     lines = library.read_bytes().decode("utf-8", "surrogateescape").splitlines()

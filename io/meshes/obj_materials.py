@@ -1,4 +1,4 @@
-"""The materials of OBJ files: which of them faces have, the libraries they stand in, names for new ones."""
+"""The materials of OBJ files: materials of faces, their libraries, and names for new ones."""
 
 from collections.abc import Container
 from pathlib import Path
@@ -13,14 +13,12 @@ from .material_library import Library
 from .mesh_format import NewCoordinates, ShownPictures, Written
 from .obj import Obj
 
-NEW = "iccm"  # a material of ours
+NEW = "iccm"  # name of new materials
 NORMALS = "norm"  # the statement that shows a normal map
 
 
 def textures_of(whole: Obj, library: Library, faces: Flags) -> dict[Path, Wrap]:
-    """Return the different picture files that the materials of an OBJ's faces name, in the order of the faces, and what
-    lies beyond each.
-    """
+    """Return the distinct colour textures of the materials of faces (f,), in face order, with their wrap modes."""
     which, uses = whole.current("usemtl")
     used = dict.fromkeys(which[np.flatnonzero(faces)].tolist())
     found = dict[Path, Wrap]()
@@ -31,7 +29,7 @@ def textures_of(whole: Obj, library: Library, faces: Flags) -> dict[Path, Wrap]:
 
 
 def staying(whole: Obj, library: Library, faces: Flags, name: Path, but: Container[str]) -> list[str]:
-    """Return a note on the pictures of materials that are shown by new coordinates, but were made for the old ones."""
+    """Return a note on pictures that will be shown by new coordinates, but were made for the old ones."""
     which, uses = whole.current("usemtl")
     used = [uses[k].text for k in np.unique(which[faces]) if k >= 0]
     maps = dict.fromkeys(
@@ -48,18 +46,22 @@ def staying(whole: Obj, library: Library, faces: Flags, name: Path, but: Contain
 
 
 def library_of(whole: Obj) -> Library:
-    """Read the libraries that a file names."""
+    """Read the libraries that a file refers to."""
     names = [said.text for said in whole.statements if said.keyword == "mtllib"]
     return material_library.read(whole.path.parent, names)
 
 
 def rename(whole: Obj, faces: Flags) -> tuple[dict[str | None, str], str]:
-    """Return new material names of the faces that change: their own where no other face uses it. And one for faces
-    without.
+    """Choose material names for the faces (f,) that change.
+
+    A material keeps its name if no other face uses it. Returns new names by old ones, and a name for the other faces
+    without a material, empty if there are none.
     """
     which, uses = whole.current("usemtl")
     names: list[str | None] = [s.text for s in uses] + [None]
-    inside = dict.fromkeys(names[k] for k in np.unique(which[faces]))  # in this order they are written
+    inside = dict.fromkeys(
+        names[k] for k in np.unique(which[faces])
+    )  # in the order in which they are written
     outside = {names[k] for k in np.unique(which[~faces])}
     taken = {n for n in names if n}
 
@@ -74,7 +76,7 @@ def rename(whole: Obj, faces: Flags) -> tuple[dict[str | None, str], str]:
 
 
 def companions(name: Path, shown: ShownPictures) -> list[str]:
-    """List the files that `write` puts beside an OBJ: its material library, and a picture that is not a file yet."""
+    """List the files that `write` creates beside an OBJ: its material library, and a picture that is not a file yet."""
     if shown.texture is None and shown.normals is None:
         return []
     library = str(name.with_suffix(".mtl"))
@@ -84,7 +86,7 @@ def companions(name: Path, shown: ShownPictures) -> list[str]:
 
 
 def _embedded_name(name: Path, picture: bytes) -> Path:
-    """Return the file of a picture that was inside another mesh."""
+    """Return the path for a picture that was inside another mesh file."""
     suffix = ".jpg" if formats.suffix_of_content(picture) == ".jpg" else ".png"
     return name.with_name(f"{name.stem}-texture{suffix}")
 

@@ -1,7 +1,7 @@
-"""The compiled loops under `obj`: a pass that counts an OBJ file's lines, one that fills arrays, one that rewrites.
+"""The compiled loops behind `obj`: one counts the lines of an OBJ file, one fills arrays, one rewrites indices.
 
-They walk the bytes of the file, so a half-million faces take a fraction of a second. Numbers of up to 15 digits are
-converted exactly there (Clinger's fast path); the others are only listed.
+They process half a million faces in a fraction of a second. Numbers of up to 15 digits are converted exactly (Clinger's
+fast path); other numbers are only listed.
 """
 
 from dataclasses import dataclass, fields
@@ -16,7 +16,7 @@ from ...native import function
 OTHER, VERTEX, TEXTURE, NORMAL, FACE, STATEMENT = range(6)
 FEW_CORNERS, BAD_INDEX, FEW_NUMBERS = 1, 2, 3
 ABSENT = -1
-OUTSIDE = -2  # an index that reaches before the first vertex
+OUTSIDE = -2  # a relative index that reaches before the first vertex
 Bytes = NDArray[np.uint8]
 
 _count = function("int64_t iccm_meshes_count_obj(const uint8_t *data, int64_t size, int64_t *lines)")
@@ -35,7 +35,7 @@ _rewrite = function(
 
 @dataclass(frozen=True, eq=False)
 class Elements:
-    """The numbers of an OBJ file, and where they are in it. Indices are zero-based; -1 means absent.
+    """The numbers of an OBJ file, and their positions in it. Indices are zero-based; -1 means absent.
 
     Attributes:
         v: (n, 3) positions.
@@ -63,15 +63,15 @@ class Elements:
 
 
 class Scan(NamedTuple):
-    """What a pass over an OBJ file finds.
+    """Results of parsing an OBJ file.
 
     Attributes:
         elements: its numbers.
         statement_at: first byte of each `o`, `g`, `usemtl` and `mtllib` line.
-        unconverted: (k, 2) of v, vt and vn each: the numbers that are left to convert, by their place among all and
+        unconverted: for each of v, vt and vn, (k, 2) the numbers that are still to be converted: their flat index and
             their first byte.
-        fault: 0, or what is wrong with a line, which ends the pass.
-        fault_at: the byte at which that begins.
+        fault: 0, or the code of the first error, at which parsing stopped.
+        fault_at: first byte of the invalid text.
     """
 
     elements: Elements
@@ -82,14 +82,14 @@ class Scan(NamedTuple):
 
 
 def count(data: Bytes) -> tuple[Index, int]:
-    """Numbers of other lines, v, vt, vn and f lines and of statements (o, g, usemtl, mtllib), and of face corners."""
+    """Return the numbers of other, v, vt, vn, f and statement lines (6,), and the number of face corners."""
     lines = np.empty(6, np.int64)
     corners = _count(data, data.size, lines)
     return lines, corners
 
 
 def scan(data: Bytes) -> Scan:
-    """Read the numbers of an OBJ file."""
+    """Parse the numbers of an OBJ file."""
     lines, corner_count = count(data)
     vertices, coordinates, normals = (int(lines[kind]) for kind in (VERTEX, TEXTURE, NORMAL))
     faces = int(lines[FACE])
@@ -116,14 +116,14 @@ def scan(data: Bytes) -> Scan:
 
 
 def rewrite(data: Bytes, start: int, stop: int, corner_at: Index, new_vt: Index, out: Bytes) -> int:
-    """Copy data[start:stop] to `out` with the texture index of the corners at bytes `corner_at` replaced.
+    """Copy data[start:stop] to `out`, replacing the texture indices of the corners at bytes `corner_at`.
 
     Args:
-        data: of the file.
-        start, stop: what is copied.
-        corner_at: increasing bytes in [start, stop).
+        data: the file's bytes.
+        start, stop: the range to copy.
+        corner_at: first bytes of corners in this range, increasing.
         new_vt: their new zero-based texture indices.
-        out: written; has room for 20 bytes more for each corner.
+        out: written; must have room for 20 more bytes per corner.
 
     Returns:
         Number of bytes written.

@@ -1,4 +1,4 @@
-"""New texture coordinates, and a texture, for an OBJ file that stays as it is everywhere else."""
+"""Write new texture coordinates, and a texture, to an OBJ file that is otherwise unchanged."""
 
 from dataclasses import dataclass
 
@@ -20,12 +20,12 @@ ELEMENTS = (b"f", b"l", b"p")
 
 @dataclass(frozen=True)
 class Binding:
-    """How faces come by their texture.
+    """How faces are bound to their texture.
 
     Attributes:
         library: file name for the `mtllib` line.
-        rename: new material name by old one, for the faces that change; None is "no material".
-        plain: the material of the other faces that had none.
+        rename: new material name by old one, for the faces that change; None means "no material".
+        plain: material of the other faces that had none.
     """
 
     library: str
@@ -40,9 +40,9 @@ def retexture(
 
     Args:
         obj: the file.
-        faces: (f,) the faces that change.
+        faces: (f,) marks the faces that change.
         uv: (t, 2) their texture coordinates, v up.
-        uv_corners: (c,) coordinate of each of their corners, in file order.
+        uv_corners: (c,) index into `uv` for each of their corners, in file order.
         binding: the texture, if there is one.
     """
     corner_changes = np.repeat(faces, np.diff(obj.starts))
@@ -58,7 +58,7 @@ def retexture(
 
 
 def rebind(obj: Obj, faces: NDArray[np.bool_], binding: Binding) -> bytes:
-    """Return the file's bytes with other materials for some faces; arguments as for `retextured`."""
+    """Return the file's bytes with other materials for some faces; arguments as for `retexture`."""
     nothing = np.zeros(0, np.int64)
     return _apply(obj, _binding_edits(obj, faces, binding, _newline(obj)), nothing, nothing)
 
@@ -69,13 +69,13 @@ def _newline(obj: Obj) -> bytes:
 
 
 def _line_of_first_change(obj: Obj, faces: NDArray[np.bool_], keep_old: bool) -> int:
-    """Return where the new vt lines go: where the old ones began, but before the first face that needs them."""
+    """Return the position of the new vt lines: that of the old ones, but before the first face that needs them."""
     first = int(obj.face_at[np.flatnonzero(faces)[0]])
     return min(first, int(obj.vt_at[0])) if len(obj.vt_at) and not keep_old else first
 
 
 def _runs_of_lines(obj: Obj) -> list[Edit]:
-    """Return deletions of all vt lines, neighbouring lines in one piece."""
+    """Return edits that delete all vt lines, merging consecutive lines."""
     if not len(obj.vt_at):
         return []
     ends = np.append(obj.line_ends, len(obj.data) - 1)
@@ -95,13 +95,14 @@ def _continues(data: bytes, stop: Index) -> NDArray[np.bool_]:
 
 
 def vt_text(uv: Real, newline: str) -> str:
-    """Return the lines of texture coordinates (t, 2)."""
+    """Return the `vt` lines of texture coordinates (t, 2)."""
     return (("vt %.10g %.10g" + newline) * len(uv)) % tuple(uv.ravel().tolist())
 
 
 def _new_indices(obj, corner_changes, uv_corners, added: int, at: int, keep_old: bool) -> tuple[Index, Index]:
-    """Return (corners whose text changes, their new texture index): the part's own, and others the new lines
-    displace.
+    """Return the corners whose texture index changes, and their new indices.
+
+    These are the corners with new coordinates, and those whose coordinates are renumbered because of the new lines.
     """
     old = obj.corners[:, 1]
     index = old.copy()
@@ -119,14 +120,14 @@ def _new_indices(obj, corner_changes, uv_corners, added: int, at: int, keep_old:
 
 
 def _binding_edits(obj: Obj, faces: NDArray[np.bool_], binding: Binding, newline: bytes) -> list[Edit]:
-    """mtllib in place of the first one, or at the head; usemtl around the runs of faces that change material."""
+    """Return edits that replace `mtllib` lines, and insert `usemtl` lines around faces that change material."""
     line = f"mtllib {binding.library}".encode("utf-8", "surrogateescape") + newline
     said = [s for s in obj.statements if s.keyword == "mtllib"]
     edits: list[Edit] = [(s.at, s.end, line if k == 0 else b"") for k, s in enumerate(said)]
     if not said:
         edits.append((0, 0, line))
     which, uses = obj.current("usemtl")
-    names: list[str | None] = [s.text for s in uses] + [None]  # -1 is before the first
+    names: list[str | None] = [s.text for s in uses] + [None]  # index -1 is before the first
     breaks = np.append(True, (which[1:] != which[:-1]) | (faces[1:] != faces[:-1]))
     begins = np.flatnonzero(breaks)
     previous: str | None = None
@@ -144,7 +145,7 @@ def _binding_edits(obj: Obj, faces: NDArray[np.bool_], binding: Binding, newline
 
 
 def _apply(obj: Obj, edits: list[Edit], changed: Index, index: Index) -> bytes:
-    """Return the bytes with corner indices rewritten and the edits made; edits at one byte keep their order."""
+    """Apply edits and rewrite corner indices; edits at the same byte keep their order."""
     raw = np.frombuffer(obj.data, np.uint8)
     places = obj.corner_at[changed]
     out = np.empty(len(obj.data) + 20 * changed.size, np.uint8)
@@ -158,17 +159,17 @@ def _apply(obj: Obj, edits: list[Edit], changed: Index, index: Index) -> bytes:
 
 
 def subdivided(obj: Obj, plan: Subdivision) -> bytes:
-    """Return the file's bytes with triangles in the place of some faces.
+    """Return the file's bytes with some faces replaced by triangles.
 
-    New vertices stand before the first of these, with colours where the old ones have some; every other line stays, but
-    that numbers after the new ones grow and relative ones become absolute.
+    New vertices are inserted before the first of these, with colours if the old ones have them. Every other line is
+    kept, except that indices past the new elements are increased, and relative ones become absolute.
     """
     counts = [len(obj.v), len(obj.vt), len(obj.vn)]
     items = [*obj.corners.T, obj.normals]
     mixed = [plan.mixtures(own, count) for own, count in zip(items, counts)]
     gone, newline = replaced(plan, len(obj.face_at)), _newline(obj)
     seen, found, faces = [0, 0, 0], list[list[list[float]]]([[], [], []]), 0
-    lines = list[tuple[bytes, bytes, list[int]]]()  # first word, line, and what came before it
+    lines = list[tuple[bytes, bytes, list[int]]]()  # first word, line, and counts of elements before it
     places = list[int]()
     for line in obj.data.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ").split(newline):
         word = line.split(None, 1)[:1]
@@ -201,8 +202,9 @@ def subdivided(obj: Obj, plan: Subdivision) -> bytes:
 
 
 def _moved(number: Index, before: int, count: int, added: int) -> Index:
-    """Return the numbers in the new file, from 1, of old items and new ones, which stand after `before` old ones; 0:
-    none.
+    """Return indices in the new file, from 1, of old and new items; the new ones come after `before` old ones.
+
+    0 stands for none.
     """
     old = np.where(number >= before, number + added, number)
     return np.where(number < 0, -1, np.where(number >= count, number - count + before, old)) + 1
@@ -223,7 +225,7 @@ def _new_lines(obj: Obj, mixed: list[Mixtures], found: list[list[list[float]]]) 
 
 
 def _face(corners: list[Index]) -> bytes:
-    """Return the line of a triangle: vertices, coordinates, normals (3,), 0 where there is none."""
+    """Return the line of a triangle, given indices (3,) of vertices, coordinates and normals, 0 for none."""
     words = []
     for v, vt, vn in zip(*(each.tolist() for each in corners)):
         text = b"%d" % v + (b"/%d" % vt if vt else b"/" if vn else b"") + (b"/%d" % vn if vn else b"")
@@ -232,14 +234,14 @@ def _face(corners: list[Index]) -> bytes:
 
 
 def _renumbered(line: bytes, held: list[int], before: list[int], added: list[int], *, after: bool) -> bytes:
-    """Return the line of an element with the numbers that its items have now; as it is if these are the same.
+    """Return the line of an element with its indices in the new file; unchanged if they are the same.
 
     Args:
         line: the line.
-        held: how many vertices, coordinates and normals there are before it.
-        before: and before the new ones.
-        added: how many of these there are.
-        after: whether the line stands after these.
+        held: numbers of vertices, coordinates and normals before it.
+        before: the same before the new ones.
+        added: numbers of new vertices, coordinates and normals.
+        after: whether the line is after these.
     """
     word, *corners = line.split(b"#")[0].split()
     out = []

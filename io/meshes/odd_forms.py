@@ -1,4 +1,4 @@
-"""Faces as some files have them: triangle strips, OFF files whose numbers ignore lines, and binary ones."""
+"""Less common encodings of faces: triangle strips, OFF files that ignore line breaks, and binary OFF and STL."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from ...arrays import Index, Real
 
 
 def strip(vertices: Index) -> Index:
-    """Return (m, 3) triangles of strips (k,), where -1 begins another; every second triangle is turned."""
+    """Return the triangles (m, 3) of strips (k,) separated by -1; every second triangle is reversed."""
     found = [np.zeros((0, 3), np.int64)]
     for part in np.split(vertices, np.flatnonzero(vertices < 0)):
         part = part[part >= 0]
@@ -18,11 +18,10 @@ def strip(vertices: Index) -> Index:
 
 
 def free_off(text: str) -> tuple[Real, Index, Index] | None:
-    """Return points (n, 3), corners (c,) and starts (f + 1,) of an OFF file read number by number; None if they don't
-    add up.
+    """Parse an OFF file number by number; return points (n, 3), corners (c,) and starts (f + 1,).
 
-    Geomview's format says that numbers may stand on any lines. Colours could not be
-    distinguished from faces then, so there are none.
+    Geomview's format allows line breaks anywhere. Colours could not be distinguished from faces then, so they are not
+    supported. Returns None if the counts do not match.
     """
     words = " ".join(line.split("#")[0] for line in text.splitlines()).split()
     try:
@@ -37,17 +36,18 @@ def free_off(text: str) -> tuple[Real, Index, Index] | None:
 
 
 def is_binary_off(data: bytes) -> bool:
-    """Return whether this is an OFF file whose numbers are binary."""
+    """Return whether this is an OFF file with binary numbers."""
     return data[:80].split(b"\n")[0].split() == [b"OFF", b"BINARY"]
 
 
 def binary_off(data: bytes) -> tuple[Real, Index, Index]:
-    """Return points (n, 3), corners (c,) and starts (f + 1,) of a binary OFF file: integers and floats of 32 bits,
-    big-endian with the number of a colour's components, and these, after each face's corners (Geomview's manual), or
-    little-endian without (as PMP writes them).
+    """Parse a binary OFF file; return points (n, 3), corners (c,) and starts (f + 1,).
+
+    Integers and floats have 32 bits. They are big-endian, with the number of color components and these after each
+    face's corners (Geomview's manual), or little-endian without colors (as PMP writes them).
 
     Raises:
-        ValueError: the numbers don't add up.
+        ValueError: the counts do not match.
     """
     rest = data.partition(b"\n")[2]
     for order, coloured in ((">", True), ("<", False)):
@@ -64,8 +64,10 @@ def binary_off(data: bytes) -> tuple[Real, Index, Index]:
 
 
 def _faces(numbers: Index, count: int, *, coloured: bool) -> tuple[Index, Index] | None:
-    """Corners and starts of faces that stand one after the other, each its size, corners and, if `coloured`, number of
-    colour components and these; None if they don't add up."""
+    """Return corners and starts of consecutive faces, or None if the counts do not match.
+
+    Each face is stored as its size and corners and, if `coloured`, the number of color components and these.
+    """
     at, sizes, corners = 0, [0], []
     for _ in range(count):
         if at >= numbers.size or numbers[at] < 0:
@@ -83,5 +85,5 @@ def _faces(numbers: Index, count: int, *, coloured: bool) -> tuple[Index, Index]
 
 
 def is_binary_stl(data: bytes) -> bool:
-    """Return whether this is an STL file whose length is as its number of faces says."""
+    """Return whether this is an STL file whose length matches its binary face count."""
     return len(data) >= 84 and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little")

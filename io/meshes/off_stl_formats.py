@@ -1,4 +1,4 @@
-"""The OFF and STL formats, which hold no texture coordinates: read by trimesh, and by `odd_forms` where it fails."""
+"""The OFF and STL formats, which store no texture coordinates: read by trimesh, or by `odd_forms` where that fails."""
 
 import logging
 import re
@@ -12,23 +12,23 @@ from .. import files, limits
 from . import odd_forms
 from .mesh_format import MeshContent, MeshFile, MeshFormat
 
-HEAD_BYTES = 1 << 16  # in which the header of an OFF file ends, comments included
+HEAD_BYTES = 1 << 16  # limit on the header of an OFF file, including comments
 STL_HEAD, STL_FACE = 84, 50
-"""Bytes of a binary STL file before its faces, a count of these at the end, and of each face; text takes more."""
+"""Bytes of a binary STL file before its faces, ending with their count, and bytes of each face; text needs more."""
 
 
 class OffFormat(MeshFormat):
     """Geomview OFF, as text or binary."""
 
     def count_faces(self, most: int) -> int:
-        """Read the number of faces in the header."""
+        """Read the number of faces from the header."""
         with files.opened(self.path) as file:
             text = re.sub(rb"#[^\n]*", b"", file.read(HEAD_BYTES))
         found = re.match(rb"\s*[A-Za-z]*\s*\d+\s+(\d{1,18})\s", text)
         return int(found[1]) if found else 0
 
     def read(self) -> dict[str, MeshFile]:
-        """Read the file; one whose numbers ignore lines is read number by number."""
+        """Read the file; if line breaks do not separate its elements, it is read number by number."""
         data = files.read_bytes(self.path, max_bytes=limits.MESH_BYTES)
         if odd_forms.is_binary_off(data):
             return _one(Mesh(str(self.path), *odd_forms.binary_off(data)), self.path)
@@ -48,7 +48,7 @@ class StlFormat(MeshFormat):
     """STL, as text or binary."""
 
     def count_faces(self, most: int) -> int:
-        """Read the count of a binary file; as text every face has its own `facet`, of at least as many bytes."""
+        """Read the count of a binary file, or estimate it from the size of a text file, whose faces need more bytes."""
         with files.opened(self.path) as file:
             head = file.read(STL_HEAD)
         size = self.path.stat().st_size
@@ -66,7 +66,7 @@ class StlFormat(MeshFormat):
 
 
 def _as_utf8(data: bytes) -> bytes:
-    """Text with odd bytes replaced: trimesh would need a further package to guess what they are."""
+    """Replace invalid bytes of text, for which trimesh would need another package to guess the encoding."""
     return data.decode("utf-8", "replace").encode()
 
 
@@ -76,7 +76,7 @@ def _by_trimesh(path: Path, data: bytes) -> dict[str, MeshFile]:
 
     logging.getLogger("trimesh").addHandler(logging.NullHandler())
     with warnings.catch_warnings():
-        # what numbers of a broken file come to is reported by what checks them
+        # invalid numbers of a broken file are reported by later checks
         warnings.simplefilter("ignore")
         scene = trimesh.load_scene(BytesIO(data), file_type=path.suffix[1:].lower(), process=False)
     found = dict[str, MeshFile]()

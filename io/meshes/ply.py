@@ -1,7 +1,7 @@
-"""PLY files that keep what they hold: every property of every element, comments, their order, ASCII or binary.
+"""Read PLY files without loss: every property of every element, comments and their order, ASCII or binary.
 
-Turk, *The PLY Polygon File Format*, 1994. (trimesh takes no binary file whose faces have different numbers of
-corners, cuts polygons into triangles, and could write nothing back.)
+Turk, *The PLY Polygon File Format*, 1994. trimesh does not read binary files whose faces have different numbers of
+corners, triangulates polygons, and cannot write everything back.
 """
 
 from collections.abc import Callable
@@ -24,14 +24,14 @@ TYPES = {
 }
 FORMATS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 INDICES = ("vertex_indices", "vertex_index")
-COORDINATES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"))  # as programs call them
-CORNERWISE = "texcoord"  # coordinates of a face's corners, in a list
-TEXTURE = "texturefile"  # in a comment, before the name of a picture
+COORDINATES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"))  # names used by various programs
+CORNERWISE = "texcoord"  # list property with the coordinates of a face's corners
+TEXTURE = "texturefile"  # in a comment, before the file name of a picture
 
 
 @dataclass(frozen=True)
 class Property:
-    """A property: its name, type, and for a list the type of its count, as numpy has them."""
+    """A property: its name, and numpy's codes of its type and, for a list, of the type of its count."""
 
     name: str
     dtype: str
@@ -45,8 +45,8 @@ class Table:
     Attributes:
         name: of the element.
         properties: in order.
-        cells: (k,) all of its rows.
-        starts: (n, p + 1) the first cell of each property of each row, and the end of the row.
+        cells: (k,) cells of all rows.
+        starts: (n, p + 1) first cell of each property of each row, and the end of the row.
     """
 
     name: str
@@ -63,14 +63,12 @@ class Table:
         return self.cells.dtype.kind == "S"
 
     def column(self, name: str) -> NDArray:
-        """Return (n,) a property of one value."""
+        """Return (n,) the values of a scalar property."""
         k, said = self._place(name)
         return _values(self.cells, self.starts[:-1, k], said.dtype)
 
     def lists(self, name: str) -> tuple[NDArray, Index, Index]:
-        """Return values (c,) of a list property, where they are in the cells (c,), and where each row's begin (n +
-        1,).
-        """
+        """Return a list property: values (c,), their positions in the cells (c,), and where rows begin (n + 1,)."""
         k, said = self._place(name)
         at = self.starts[:-1, k]
         size = _values(self.cells, at, said.count).astype(np.int64)
@@ -90,8 +88,8 @@ class Ply:
 
     Attributes:
         path: the file.
-        header: its lines up to `end_header`.
-        newline: how they end.
+        header: its lines before `end_header`.
+        newline: its line end.
         tables: its elements, in order.
     """
 
@@ -102,7 +100,7 @@ class Ply:
 
     @cached_property
     def polygons(self) -> tuple[Index, Index]:
-        """(c,) vertices of all faces' corners and (f + 1,) where each begins; strips as triangles."""
+        """(c,) vertices of all faces' corners, and (f + 1,) where each face begins; strips become triangles."""
         for name in ("face", "faces"):
             if name in self.tables and len(self.tables[name].starts) > 1:
                 said = next(p for p in INDICES if p in self.tables[name])
@@ -122,12 +120,12 @@ class Ply:
         return self.tables.get("face", self.tables.get("faces"))
 
     def named(self, *sets: tuple[str, ...]) -> tuple[str, ...] | None:
-        """Return the first of some sets of properties that vertices have."""
+        """Return the first of several sets of property names that vertices have; None if there is none."""
         table = self.tables["vertex"]
         return next((names for names in sets if all(name in table for name in names)), None)
 
     def vertices(self, names: tuple[str, ...]) -> Real:
-        """Return (n, k) properties of the vertices."""
+        """Return (n, k) values of the named properties of the vertices."""
         return np.column_stack([self.tables["vertex"].column(name).astype(float) for name in names])
 
     @property
@@ -159,7 +157,7 @@ class Ply:
 
     @property
     def texture(self) -> Path | None:
-        """The picture that a comment names, if it is there."""
+        """The picture that a comment names, if it exists."""
         for line in self.header:
             _, found, name = line.lower().partition(TEXTURE)
             path = self.path.parent / line[len(line) - len(name) :].strip()
@@ -169,19 +167,19 @@ class Ply:
 
 
 def read(path: Path) -> Ply:
-    """Return a .ply file.
+    """Read a .ply file.
 
     Raises:
-        ValueError, IndexError, KeyError: it is none.
+        ValueError, IndexError, KeyError: the file does not have this format.
     """
     return parse(files.read_bytes(path, max_bytes=limits.MESH_BYTES), path)
 
 
 def parse(data: bytes, path: Path) -> Ply:
-    """Return what the bytes of a PLY file say.
+    """Parse the bytes of a PLY file.
 
     Raises:
-        ValueError, IndexError, KeyError: they are none.
+        ValueError, IndexError, KeyError: they do not have this format.
     """
     end = data.index(b"end_header")
     newline = "\r\n" if b"\r\n" in data[:end] else "\n" if b"\n" in data[:end] else "\r"
@@ -216,10 +214,10 @@ def _elements(words: list[list[str]], order: str) -> list[tuple[str, int, tuple[
 
 
 def _rows(cells: NDArray, count: int, properties: tuple[Property, ...]) -> Index:
-    """Return (n + 1, p + 1) the first cell of each property of each row; the last row is where the next would begin.
+    """Return (n + 1, p + 1) the first cell of each property of each row, and of a row after the last.
 
     Raises:
-        ValueError: there are fewer cells than that takes.
+        ValueError: there are fewer cells than needed.
     """
     text = cells.dtype.kind == "S"
     sizes = [0 if p.count else 1 if text else np.dtype(p.dtype).itemsize for p in properties]
@@ -236,13 +234,13 @@ def _rows(cells: NDArray, count: int, properties: tuple[Property, ...]) -> Index
 
 
 def _alike(cells: NDArray, at: Index, said: Property) -> bool:
-    """Return whether all lists are as long as the first."""
+    """Return whether all lists have the same length."""
     counts = _values(cells, at, said.count)
     return bool((counts == counts[:1]).all())
 
 
 def _walk(cells: NDArray, count: int, properties, sizes: list[int], heads: list[int]) -> Index:
-    """Return as `_rows`, row by row, where lists have different lengths."""
+    """Compute the result of `_rows` row by row, for lists of different lengths."""
     wide = [1 if cells.dtype.kind == "S" else np.dtype(p.dtype).itemsize for p in properties]
     counted = [_counter(cells, p) if p.count else None for p in properties]
     starts, at = np.empty((count + 1, len(properties) + 1), np.int64), 0
@@ -259,7 +257,7 @@ def _walk(cells: NDArray, count: int, properties, sizes: list[int], heads: list[
 
 
 def _counter(cells: NDArray, said: Property) -> Callable[[int], int]:
-    """Return the count of the list that begins at a cell."""
+    """Return a function from a cell to the length of the list that begins there."""
 
     def counts(at: int) -> int:
         found = int(_values(cells, np.array([at]), said.count)[0])
@@ -273,7 +271,7 @@ def _counter(cells: NDArray, said: Property) -> Callable[[int], int]:
 
 
 def _values(cells: NDArray, at: Index, dtype: str) -> NDArray:
-    """Return (n,) values that begin at cells (n,); whole numbers of ASCII files, too, are floats."""
+    """Return (n,) values at cells (n,); in ASCII files integers are read as floats, too."""
     if cells.dtype.kind == "S":
         return cells[at].astype(float)
     if not at.size:

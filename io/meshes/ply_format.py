@@ -1,4 +1,4 @@
-"""The PLY format: files that keep every property of every element, and name one picture."""
+"""The PLY format: files that keep every property of every element, and may name one picture."""
 
 import re
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from . import material_library, ply, ply_write
 from .mesh_format import MeshContent, MeshFile, MeshFormat, NewCoordinates, ShownPictures, Written
 from .ply import Ply
 
-HEAD_BYTES = 1 << 16  # in which the header of a file ends
+HEAD_BYTES = 1 << 16  # limit on the header of a file
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +27,7 @@ class PlyContent(MeshContent):
     ply: Ply
 
     def subdivide(self, plan: Subdivision) -> "PlyContent":
-        """Put triangles in the place of some faces, which get what these have."""
+        """Replace some faces by triangles, which inherit their properties."""
         made = ply_write.subdivided(self.ply, plan)
         return PlyContent(made.mesh, made)
 
@@ -36,7 +36,7 @@ class PlyFormat(MeshFormat):
     """Stanford PLY, ASCII or binary."""
 
     def count_faces(self, most: int) -> int:
-        """Read the number of faces in the header."""
+        """Read the number of faces from the header."""
         with files.opened(self.path) as file:
             found = re.search(rb"element[ \t]+face[ \t]+(\d{1,18})", file.read(HEAD_BYTES))
         return int(found[1]) if found else 0
@@ -59,7 +59,7 @@ class PlyFormat(MeshFormat):
     def write(
         cls, file: MeshFile, new: NewCoordinates, shown: ShownPictures, out: Path, name: Path, *, force: bool
     ) -> Written:
-        """Write the PLY file that it was, or another mesh as one, with other texture coordinates."""
+        """Write a mesh with other texture coordinates; if it was read from a PLY file, all else is kept."""
         kept = file.content.ply if isinstance(file.content, PlyContent) else None
         whole = kept or ply_write.plain(file.mesh, name)
         faces = file.faces if kept else np.ones(file.mesh.sizes.size, bool)

@@ -1,4 +1,4 @@
-"""New texture coordinates for a PLY file that stays as it is everywhere else."""
+"""Write new texture coordinates to a PLY file that is otherwise unchanged."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -19,7 +19,7 @@ NUMBER = "%.9g"  # single precision, as text
 
 @dataclass(eq=False)
 class Changes:
-    """What becomes of a file: lines of its header, and bytes of its elements."""
+    """The new header lines, and the new bytes of each element."""
 
     header: list[str]
     bodies: dict[str, bytes]
@@ -30,21 +30,21 @@ def with_coordinates(
 ) -> tuple[bytes, list[str]]:
     """Return the file with new texture coordinates for some faces.
 
-    They go where it has them, to the corners of faces (`texcoord`) or to vertices (`s` and `t`, `u` and `v`, …), else
-    to vertices as `s` and `t`. Vertices whose corners have several are split, copies of them come last.
+    They replace existing ones at corners of faces (`texcoord`) or at vertices (`s` and `t`, `u` and `v`, …), or are
+    added to vertices as `s` and `t`. Vertices with several coordinates are split; the copies come last.
 
     Args:
         ply: the file.
-        faces: (f,) the faces that change.
+        faces: (f,) marks the faces that change.
         uv: (t, 2) coordinates, v up.
-        uv_corners: (c,) coordinate of each of their corners.
-        texture: name of the picture to show, from the folder that the file will be in.
+        uv_corners: (c,) index into `uv` for each of their corners.
+        texture: name of the picture to show, relative to the folder of the new file.
 
     Returns:
         Its bytes, and notes.
 
     Raises:
-        InputError: vertices with lists, of which there is no other way to write them.
+        InputError: vertices have list properties, and cannot be written any other way.
     """
     corners, starts = ply.polygons
     changed = np.repeat(faces, np.diff(starts))
@@ -60,7 +60,7 @@ def with_coordinates(
         notes.append("its lists of texture coordinates do not cover all corners and are kept unchanged")
     names = ply.named(*COORDINATES)
     old = np.zeros((len(ply.tables["vertex"].starts) - 1, 2)) if names is None else ply.vertices(names)
-    index = len(uv) + corners  # what faces that stay show: the old coordinates
+    index = len(uv) + corners  # unchanged faces keep the old coordinates
     index[changed] = uv_corners
     split = Split.of(corners, index, len(old))
     values = split.values(np.concatenate([uv, old]), old)
@@ -71,10 +71,10 @@ def with_coordinates(
 
 
 def subdivided(ply: Ply, plan: Subdivision) -> Ply:
-    """Return the file with triangles in the place of some faces; what faces have goes to all that stand in their place.
+    """Return the file with some faces replaced by triangles, which inherit the properties of their face.
 
     Raises:
-        InputError: vertices with lists, of which there is no other way to write them.
+        InputError: vertices have list properties, and cannot be split.
     """
     corners, starts = ply.polygons
     vertices = ply.tables["vertex"]
@@ -104,7 +104,7 @@ def subdivided(ply: Ply, plan: Subdivision) -> Ply:
 
 
 def _faces(table: Table, corners: Index, plan: Subdivision, numbers: Index, begins: Index) -> bytes:
-    """Rows of faces with these vertices (c,), each with what the face has in whose place it stands."""
+    """Return rows of faces with vertices (c,), each with the other properties of the face that it replaces."""
     times = plan.sizes(np.zeros(len(table.starts) - 1, np.int64))
     own = np.repeat(np.arange(times.size), times)
     new = np.flatnonzero(np.repeat(replaced(plan, times.size), times))
@@ -134,7 +134,7 @@ def _cells(cells: NDArray) -> bytes:
 
 
 def _list(values: NDArray, said: Property, text: bool) -> bytes:
-    """Return a list as the file holds it."""
+    """Return a list property as bytes of the file."""
     if not text:
         return np.array([len(values)], said.count).tobytes() + values.astype(said.dtype).tobytes()
     cells = np.zeros(len(values), "S24")
@@ -143,13 +143,13 @@ def _list(values: NDArray, said: Property, text: bool) -> bytes:
 
 
 def _count(made: Changes, name: str, count: int) -> None:
-    """Say in the header how many rows an element has."""
+    """Set the number of rows of an element in the header."""
     at = next(k for k, line in enumerate(made.header) if line.split()[:2] == ["element", name])
     made.header[at] = f"element {name} {count}"
 
 
 def plain(mesh: Mesh, name: Path) -> Ply:
-    """Return a binary file of a mesh from another format, to be given coordinates."""
+    """Return a mesh of another format as a binary file, still without texture coordinates."""
     used, corners = np.unique(mesh.corners, return_inverse=True)
     properties = "".join(f"property float {axis}\n" for axis in "xyz")
     size = "uchar" if mesh.sizes.max(initial=0) < 256 else "int"
@@ -168,7 +168,7 @@ def plain(mesh: Mesh, name: Path) -> Ply:
 
 
 def _put(cells: NDArray, at: Index, values: NDArray, dtype: str) -> None:
-    """Write values (n,) to where they begin in cells."""
+    """Write values (n,) to the cells at which they begin."""
     if cells.dtype.kind == "S":
         whole = np.dtype(dtype).kind in "iu"
         cells[at] = [b"%d" % v if whole else (NUMBER % v).encode() for v in values.tolist()]
@@ -178,7 +178,7 @@ def _put(cells: NDArray, at: Index, values: NDArray, dtype: str) -> None:
 
 
 def _room(cells: NDArray) -> NDArray:
-    """Return a copy; text with room for any number."""
+    """Return a copy of the cells; text cells get room for any number."""
     return cells.astype(f"S{max(cells.itemsize, 24)}") if cells.dtype.kind == "S" else cells.copy()
 
 
@@ -191,7 +191,7 @@ def _bytes(cells: NDArray, starts: Index) -> bytes:
 
 
 def _cornerwise(made: Changes, table: Table, places: Index, values: Real) -> None:
-    """Coordinates (c, 2) of corners, in place."""
+    """Set the texture coordinates (c, 2) of corners."""
     cells = _room(table.cells)
     said = next(p for p in table.properties if p.name == CORNERWISE)
     _put(cells, places.ravel(), values.ravel(), said.dtype)
@@ -227,7 +227,7 @@ def _vertices(ply: Ply, made: Changes, names: tuple[str, ...] | None, order: Ind
 
 
 def _corners(ply: Ply, made: Changes, vertices: Index) -> None:
-    """Other vertices (c,) for the faces' corners; strips become faces."""
+    """Set the vertices (c,) of the faces' corners; strips become faces."""
     table = ply.faces
     if table is not None:
         name = next(p for p in INDICES if p in table)

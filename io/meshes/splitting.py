@@ -1,5 +1,5 @@
-"""More vertices: those that formats of one texture coordinate a vertex need where coordinates part, and those of
-triangles that stand in the place of polygons."""
+"""Add vertices to meshes: copies at seams, for formats with one texture coordinate per vertex, and new vertices of
+triangles that replace polygons."""
 
 from dataclasses import dataclass, replace
 
@@ -12,12 +12,12 @@ from ...surfaces.subdivided import Subdivision
 
 @dataclass(frozen=True, eq=False)
 class Split:
-    """The vertices of a file, and after them copies of those whose corners have several coordinates.
+    """The vertices of a file, followed by copies of those whose corners have several texture coordinates.
 
     Attributes:
-        count: how many the file has.
-        order: (n,) which of them each is.
-        coordinate: (n,) the coordinate of each, -1 where no corner says any.
+        count: number of vertices in the file.
+        order: (n,) the file's vertex behind each.
+        coordinate: (n,) the coordinate of each, -1 if no corner gives one.
         number: (c,) the vertex of each corner.
     """
 
@@ -28,7 +28,7 @@ class Split:
 
     @classmethod
     def of(cls, vertices: Index, coordinates: Index, count: int) -> "Split":
-        """From the vertex and the coordinate (c,) of each corner; every vertex keeps its number once."""
+        """Split vertices, given the vertex and coordinate (c,) of each corner; existing vertices keep their indices."""
         pairs = np.stack([vertices, coordinates], axis=1)
         first, place = distinct_rows(pairs)
         pairs = pairs[first]
@@ -41,21 +41,27 @@ class Split:
 
     @property
     def copies(self) -> Index:
-        """(k,) what those that are added are copies of."""
+        """(k,) the file's vertices behind the added copies."""
         return self.order[self.count :]
 
     def values(self, new: Real, old: Real) -> Real:
-        """Return (n, 2) coordinates: the new ones (t, 2), and the old ones of the file's vertices where no corner says
-        any.
-        """
+        """Return (n, 2) coordinates: new ones (t, 2), or the file's old ones for vertices without a corner."""
         return np.where((self.coordinate >= 0)[:, None], new[self.coordinate], old[self.order])
 
 
 def with_triangles(
     starts: Index, values: np.ndarray, plan: Subdivision, new: np.ndarray
 ) -> tuple[np.ndarray, Index]:
-    """Return values (c,) of the corners of polygons that begin at starts (f + 1,), those of triangles (k, 3) in the
-    place of some; and where these polygons begin.
+    """Replace polygons by triangles in a per-corner array.
+
+    Args:
+        starts: (f + 1,) where polygons begin.
+        values: (c,) values at their corners.
+        plan: the triangles.
+        new: (k, 3) values at the triangles' corners.
+
+    Returns:
+        The new values, and where the new polygons begin.
     """
     sizes, times = np.diff(starts), plan.sizes(np.diff(starts))
     kept = ~replaced(plan, sizes.size)
@@ -68,22 +74,21 @@ def with_triangles(
 
 
 def replaced(plan: Subdivision, count: int) -> Flags:
-    """Return (f,) which of so many polygons triangles stand in the place of."""
+    """Mark (count,) the polygons that triangles replace."""
     found = np.zeros(count, bool)
     found[plan.faces] = True
     return found
 
 
 def subdivided(mesh: Mesh, plan: Subdivision) -> Mesh:
-    """Put triangles in the place of some polygons of a mesh; positions, texture coordinates and normals of new
-    vertices are interpolated."""
+    """Replace some polygons of a mesh by triangles; positions, texture coordinates and normals are interpolated."""
     points, corners, starts = _subdivided(mesh, plan, mesh.points, mesh.corners)
     uv, uv_corners, normals, normal_corners = mesh.uv, mesh.uv_corners, mesh.normals, mesh.normal_corners
     if uv is not None and uv_corners is not None:
         uv, uv_corners, _ = _subdivided(mesh, plan, uv, uv_corners)
     if normals is not None and normal_corners is not None:
         normals, normal_corners, _ = _subdivided(mesh, plan, normals, normal_corners)
-        with np.errstate(invalid="ignore", divide="ignore"):  # one that is 0 stays no direction
+        with np.errstate(invalid="ignore", divide="ignore"):  # zero vectors become NaN
             normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
     return replace(
         mesh,
@@ -99,7 +104,7 @@ def subdivided(mesh: Mesh, plan: Subdivision) -> Mesh:
 
 
 def _subdivided(mesh: Mesh, plan: Subdivision, values: Real, at: Index) -> tuple[Real, Index, Index]:
-    """Return values (n, k) with those of new vertices after them, which each corner has, and where polygons begin."""
+    """Append interpolated values to `values` (n, k); return also corner indices and polygon starts."""
     mixed = plan.mixtures(at, len(values))
     corners, starts = with_triangles(mesh.starts, at, plan, mixed.number)
     return np.concatenate([values, mixed.of(values)]), corners, starts

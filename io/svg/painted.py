@@ -13,7 +13,7 @@ from .strokes import Fills, Seen, areas, width_of
 from .tree import Node
 
 LINE_WIDTH_SHARE = 1 / 8
-"""Of the longer side of the drawing. A wider stroke is an area of its own, such as a ring, not the line around an area;
+"""Of the longer side of the drawing. A wider stroke is an area itself, such as a ring, not the line around an area;
 icon sets usually draw lines 2 of 20 units wide."""
 VISIBLE_WIDTH_SHARE = 1 / 512
 """Of the longer side of the drawing: a narrower stroke beside fills would be less than a pixel of 512."""

@@ -21,7 +21,7 @@ from .budget import Copies
 from .document import SHAPES, canvas, length, local, root, view_box
 from .drawing import Rectangle
 
-VIEWPORT = "viewport"  # tag of the node inside an <svg> or <symbol>, which has no element of its own
+VIEWPORT = "viewport"  # tag of the node inside an <svg> or <symbol>, which has no element
 GROUPS = frozenset(["g", "a", "switch", "svg", "symbol", "use", VIEWPORT])
 _RENDERED = SHAPES | GROUPS | {"image"}
 # Rendered only by reference, or not at all; "" stands for elements that are not SVG.
