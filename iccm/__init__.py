@@ -4,47 +4,47 @@
     fit.map(z), fit.inverse(w), fit.report()
     iccm.transfer(texture, source, target).pixels     # (h, w, c) pixels to pixels on the target
 
-Names are imported when first used, so that `import iccm` costs nothing.
+Names are imported on first use, so that `import iccm` is fast.
 
 __main__          `python -m iccm`
-solve             `fit` and `deform`: which method solves a problem
+solve             `fit` and `deform`: check the input and call a method
 texture_transfer  `transfer`, `warp` and STMaps: arrays in, arrays out
-given             shapes as people have them: arrays, polygons, paths, contours
-capabilities      which method takes which constraint, on which kinds of shapes
+given             conversion of users' shapes: arrays, polygons, paths, contours
+capabilities      which method supports which constraint, on which kinds of shapes
 pins              pins, soft and exact
 problem           the domains and constraints of a solve, checked
-options           its options, with their ranges
-result            `Fit`: the map and figures that judge it
+options           the options of a solve, with their ranges
+result            `Fit`: the map and figures about its quality
 status            how a solver ended
-coverage          what of both shapes a map covers
-transform         maps as scikit-image has transforms: called, turned round, composed
-balanced/         the default method: outline held, nothing folded, sizes even
-frames/           maps of whole drawings by way of frames
+coverage          which parts of both shapes a map covers
+transform         maps with the interface of scikit-image's transforms
+balanced/         the default method: outline onto outline, without folds, with uniform scale
+frames/           maps of whole drawings through frames
 drawings/         whole drawings as regions, frames around them, and the cost of maps
 conformal/        the conformal method, to a tolerance
 paper/            the algorithm of the paper
 surfaces/         balanced maps of surfaces
-flattening/       patches of meshes flattened into the plane
+flattening/       flattening of mesh patches into the plane
 meshes/           triangle meshes, their topology, layouts and textures
-maps/             what a map is: evaluation, inverse, injectivity, distortion
+maps/             maps: evaluation, inverse, injectivity, distortion
 pixels/           pictures: sampling, filtering, coverage
-saved/            maps in files, and points, lines and polygons through maps
+saved/            saved maps, and points, lines and polygons mapped by them
 linalg/           sparse factorisations
 curve             polylines in the plane, closed or open
 polygons          unions and offsets of regions of many parts
-plane             areas, boxes, similarities and exact orientation of points of the plane
+plane             areas, boxes, similarities and exact orientation of points in the plane
 buckets           a grid of square buckets for nearest points
 flips             triangles across the edges of a triangulation
 arrays            types of arrays, and conversions to them
-axes              what pairs of numbers mean: y up or down, rows and columns
+axes              the meaning of pairs of numbers: y up or down, rows and columns
 native/           the compiled core, C++ kernels called from Python
 parallel          threads over slices of a fixed size
 blas              linear algebra on one thread
-memory            where large arrays are kept
-progress          what a long computation is at, for listeners
+memory            storage of large arrays
+progress          progress of long computations, for listeners
 deadline          limits on time
-signatures        signatures as people read them
-fits              the values of `fit`, a row each
+signatures        signatures without types, for `help`
+fits              the values of the option `fit`
 errors            exceptions
 io/               files: shapes, pictures, meshes, jobs, reports
 cli/              the command line
@@ -112,7 +112,7 @@ _HOME = {
 __all__ = sorted(_HOME)
 
 
-if not TYPE_CHECKING:  # a type checker takes a module with __getattr__ to have every name
+if not TYPE_CHECKING:  # for a type checker, a module with __getattr__ has every name
 
     def __getattr__(name):
         if name not in _HOME:

@@ -8,9 +8,9 @@ from typing import NoReturn
 
 
 def main() -> NoReturn:
-    """Run the command line, which an interrupt ends without a traceback, also while it is imported."""
+    """Run the command line. An interrupt ends it without a traceback, also while modules are imported."""
     usual = signal.getsignal(signal.SIGINT)
-    # in the background of a shell interrupts are ignored
+    # background jobs of a shell ignore interrupts
     if usual is signal.default_int_handler:
         signal.signal(signal.SIGINT, _leave)
     from .cli import main as run
@@ -26,9 +26,9 @@ def main() -> NoReturn:
 def _end(code: int | str | None) -> NoReturn:
     """End the process at once, with an exit code.
 
-    Everything is written and closed by then. Python would take its modules and their libraries apart, for a quarter of
-    a second: only a batch, which has processes to take leave of, waits for that. This is here and not in
-    `iccm.cli.main`, so that a test or a program that calls that continues, or fails, by SystemExit.
+    Everything is written and closed by then. Python would otherwise tear down all modules and libraries, which
+    takes a quarter of a second; only a batch, which has worker processes to end, needs that. The function is
+    here and not in `iccm.cli.main`, so that tests and programs that call the latter get a SystemExit.
     """
     for stream in (sys.stdout, sys.stderr):
         with suppress(OSError, ValueError):
@@ -37,7 +37,7 @@ def _end(code: int | str | None) -> NoReturn:
 
 
 def _leave(number: int, frame: object) -> NoReturn:
-    """End at once: nothing has begun."""
+    """End the process at once; nothing has begun."""
     os._exit(128 + number)
 
 

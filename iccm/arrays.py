@@ -1,4 +1,4 @@
-"""The types of arrays that all rooms share, and conversions to them."""
+"""Types of arrays, and conversions to them."""
 
 from collections.abc import Sequence
 
@@ -12,14 +12,20 @@ Real = NDArray[np.float64]
 Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 Box = tuple[complex, complex]
-"""Lower left and upper right corner."""
+"""Lower left and upper right corner, x + iy."""
 
 
 def as_complex(z: ArrayLike | Sequence, name: str, columns: int = 0) -> Complex:
-    """Return (n,) complex numbers, or (n, columns), from these or from real ones with a last axis of x and y.
+    """Convert complex numbers, or real ones with a last axis of x and y, to an (n,) or (n, columns) complex
+    array.
+
+    Args:
+        z: the numbers.
+        name: name of the argument in messages.
+        columns: number of columns; 0 for a one-dimensional array.
 
     Raises:
-        InputError: no numbers, or another shape.
+        InputError: not numbers, or another shape.
     """
     try:
         given = np.asarray(z)
@@ -37,10 +43,10 @@ def as_complex(z: ArrayLike | Sequence, name: str, columns: int = 0) -> Complex:
 
 
 def as_points(z: ArrayLike) -> Complex:
-    """Complex points of any shape.
+    """Convert complex points of any shape to an array.
 
     Raises:
-        InputError: pairs of real numbers, which would pass for points of the real axis.
+        InputError: pairs of real numbers, which would be mistaken for points on the real axis.
     """
     given = np.asarray(z)
     if given.dtype.kind in "iuf" and given.ndim > 1 and given.shape[-1] == 2:
@@ -49,12 +55,12 @@ def as_points(z: ArrayLike) -> Complex:
 
 
 def xy_of(z: Complex) -> Real:
-    """Return (..., 2) real and imaginary parts of complex numbers."""
+    """Return (..., 2) real and imaginary parts of complex numbers (...)."""
     return np.stack([z.real, z.imag], axis=-1)
 
 
 def complex_of(xy: Real) -> Complex:
-    """Return (...) complex numbers of pairs (..., 2) of real and imaginary parts."""
+    """Return complex numbers (...) from pairs (..., 2) of real and imaginary parts."""
     z: Complex = xy @ np.array([1, 1j])
     return z
 
@@ -67,10 +73,10 @@ def at_vertices(values: Real, faces: Index, count: int) -> Real:
 
 
 def distinct_rows(rows: NDArray) -> tuple[Index, Index]:
-    """Return where each of the different rows of (n, k) comes first, in ascending order of rows, and (n,) which each
-    row is.
+    """Return the first occurrence of each distinct row of (n, k), in ascending order of rows, and (n,) the
+    group of each row.
 
-    As `numpy.unique(axis=0)` has it, which takes five times as long and stops all threads meanwhile.
+    This is `numpy.unique(axis=0)`, which takes five times as long, and blocks all threads meanwhile.
     """
     order = np.lexsort(rows.T[::-1])
     ordered = rows[order]

@@ -1,4 +1,7 @@
-"""What pairs of numbers mean: x and y with y up or down, or rows and columns; complex numbers are x + iy, y up."""
+"""The meaning of pairs of numbers: x and y with y up or down, or rows and columns.
+
+Complex numbers are always x + iy with y up.
+"""
 
 from collections.abc import Callable
 from typing import Any
@@ -14,19 +17,19 @@ AXES = {
     "screen": "pairs are x and y, y down: pixels as OpenCV and SVG count them",
     "image": "pairs are row and column, rows down: as NumPy and scikit-image index pixels",
 }
-"""Values of `axes` and what they mean."""
+"""Values of `axes` and their meaning."""
 UP = ("xy", "xy")
 """The axes of both sides of a map if nothing else is known."""
 
 
 def check(axes: str) -> None:
-    """Raise an InputError for axes that there are not."""
+    """Raise an InputError for an unknown value of `axes`."""
     if axes not in AXES:
         raise InputError(f"axes: {axes!r} is not one of {', '.join(AXES)}")
 
 
 def complex_in(pairs: ArrayLike, axes: str) -> Complex:
-    """Return (…) complex numbers, y up, of pairs (…, 2), bit for bit but for signs."""
+    """Return complex numbers (…), y up, from pairs (…, 2); the coordinates are exact except for their signs."""
     given = np.asarray(pairs, np.float64)[..., :2]
     given = given[..., ::-1] if axes == "image" else given
     z = np.ascontiguousarray(given).view(np.complex128)[..., 0]
@@ -34,17 +37,23 @@ def complex_in(pairs: ArrayLike, axes: str) -> Complex:
 
 
 def pairs_in(z: Complex, axes: str) -> Real:
-    """Return (…, 2) pairs of complex numbers, y up."""
+    """Return (…, 2) pairs in the given axes from complex numbers with y up."""
     pairs = xy_of(z if axes == "xy" else z.conj())
     return np.ascontiguousarray(pairs[..., ::-1]) if axes == "image" else pairs
 
 
 def is_pairs(points: Any) -> bool:
-    """Return whether points are pairs of real numbers (n, 2), (…, n, 2)."""
+    """Return whether points are pairs of real numbers, an array (…, n, 2)."""
     given = np.asarray(points)
     return given.dtype.kind in "iuf" and given.ndim > 1 and given.shape[-1] == 2
 
 
 def on_pairs(function: Callable[[Complex], Complex], points: ArrayLike, axes: tuple[str, str]) -> Real:
-    """Return (…, 2) the images of pairs under a function of complex numbers, by the axes of its two sides."""
+    """Return (…, 2) the images of pairs under a function of complex numbers.
+
+    Args:
+        function: the function.
+        points: (…, 2) pairs.
+        axes: of the points and of their images.
+    """
     return pairs_in(function(complex_in(points, axes[0])), axes[1])

@@ -1,4 +1,4 @@
-"""Linear algebra on one thread, so that results do not depend on the machine, nor on its variables."""
+"""Run linear algebra on one thread, so that results depend neither on the machine nor on environment variables."""
 
 import sys
 from collections.abc import Callable, Iterator
@@ -14,11 +14,11 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 class _Users:
-    """How many callers want one thread, and what to go back to when the last is done."""
+    """The number of callers that need one thread, and the limits to restore after the last one."""
 
     def __init__(self) -> None:
         self.lock, self.count = Lock(), 0
-        self.limits: dict[bool, Any] = {}  # with SciPy's library and without
+        self.limits: dict[bool, Any] = {}  # keyed by whether SciPy is loaded
 
     def enter(self) -> None:
         with self.lock:
@@ -39,10 +39,11 @@ _users = _Users()
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """BLAS on one thread, in the whole process, as long as any caller is inside; then as before.
+    """Limit BLAS to one thread in the whole process while any caller is inside.
 
-    Its sums depend on the number of its threads, and systems of some hundred unknowns take longer on many than on one.
-    SciPy has a separate library, and is slow to import: what uses it enters here, too, once it has imported it.
+    Its sums depend on the number of threads, and systems of some hundred unknowns take longer on many threads
+    than on one. SciPy has a separate library and is slow to import; code that uses it enters here again after
+    importing it.
     """
     _users.enter()
     try:
@@ -52,7 +53,7 @@ def one_thread() -> Iterator[None]:
 
 
 def on_one_thread(function: Function) -> Function:
-    """Return a function inside `one_thread`."""
+    """Decorate a function so that it runs inside `one_thread`."""
 
     @wraps(function)
     def call(*args: Any, **options: Any) -> Any:
@@ -64,6 +65,6 @@ def on_one_thread(function: Function) -> Function:
 
 @cache
 def _libraries(scipy: bool) -> ThreadpoolController:
-    """Return the libraries that NumPy brought, and SciPy if it is loaded."""
+    """Return the controller of NumPy's BLAS, and of SciPy's if that is loaded."""
     assert np
     return ThreadpoolController()

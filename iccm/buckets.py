@@ -1,4 +1,4 @@
-"""Square buckets over a plane, so that what is near a point is found without a look at all there is."""
+"""A grid of square buckets over the plane, for fast searches of nearest segments."""
 
 from typing import NamedTuple
 
@@ -7,8 +7,8 @@ import numpy as np
 from .arrays import Complex, Index, Real
 from .native import function
 
-CELLS = 2  # buckets for a box: a point then looks at about six boxes
-ENTRIES = 32  # of the buckets for a box at most: long slanting ones would fill the memory
+CELLS = 2  # buckets per box: each query then tests about six boxes
+ENTRIES = 32  # most bucket entries per box, on average: long slanting boxes could fill the memory
 
 _nearest_segments = function(
     """int64_t iccm_maps_nearest_segments(
@@ -19,14 +19,14 @@ _nearest_segments = function(
 
 
 class BucketGrid(NamedTuple):
-    """Square buckets, and the boxes that each touches.
+    """Square buckets, and the boxes that overlap each of them.
 
     Attributes:
         low: lower left corner.
-        size: of a bucket.
-        columns, rows: how many there are.
-        begin: (columns · rows + 1,) where each bucket's boxes begin, row by row.
-        patches: their numbers.
+        size: side of a bucket.
+        columns, rows: their numbers.
+        begin: (columns · rows + 1,) index in `patches` of each bucket's first box, row by row.
+        patches: numbers of the boxes.
     """
 
     low: complex
@@ -38,7 +38,7 @@ class BucketGrid(NamedTuple):
 
     @classmethod
     def of(cls, boxes: Real) -> "BucketGrid":
-        """For boxes (m, 4), least x, least y, greatest x and greatest y."""
+        """Return the grid for boxes (m, 4): least x, least y, greatest x and greatest y."""
         low, high = boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)
         count = len(boxes)
         size = max(
@@ -55,7 +55,14 @@ class BucketGrid(NamedTuple):
 
 
 def _buckets(first: Index, across: Index, columns: int, rows: int) -> tuple[Index, Index]:
-    """Begins and contents of the buckets, given (m, 2) each box's first column and row, and how many it touches."""
+    """Return the beginnings and the contents of the buckets.
+
+    Args:
+        first: (m, 2) first column and row of each box.
+        across: (m, 2) number of columns and rows that it overlaps.
+        columns: of the grid.
+        rows: of the grid.
+    """
     count = across.prod(axis=1)
     patch = np.repeat(np.arange(len(first)), count)
     within = np.arange(patch.size) - np.repeat(np.cumsum(count) - count, count)
@@ -66,8 +73,17 @@ def _buckets(first: Index, across: Index, columns: int, rows: int) -> tuple[Inde
 
 
 def nearest_segments(w: Complex, start: Complex, end: Complex) -> tuple[Index, Real]:
-    """For points (p,), the nearest of segments (s,), the first of equals, and how far along it the nearest point lies,
-    in [0, 1]. Points that are not finite have the first one."""
+    """Return the nearest segment to each point, and the position of the nearest point on it.
+
+    Args:
+        w: (p,) points.
+        start: (s,) beginnings of segments.
+        end: (s,) their ends.
+
+    Returns:
+        (p,) segments, the first of several equally near ones, and (p,) positions between 0 and 1. Points that
+        are not finite have segment 0.
+    """
     w, start, end = (np.ascontiguousarray(given, np.complex128) for given in (w, start, end))
     x, y = np.sort([start.real, end.real], axis=0), np.sort([start.imag, end.imag], axis=0)
     grid = BucketGrid.of(np.stack([x[0], y[0], x[1], y[1]], axis=1))

@@ -1,6 +1,6 @@
-"""Which method takes which constraint, on which kinds of shapes.
+"""Which method supports which constraint, on which kinds of shapes.
 
-One row a constraint; `refuse` raises for whatever a row does not list.
+There is one row for each constraint; `refuse` raises for combinations that the rows do not list.
 """
 
 from collections.abc import Collection
@@ -11,22 +11,24 @@ from .errors import InputError
 from .fits import FITS
 
 Kind = Literal["plane", "from surface", "onto surface", "between surfaces"]
-"""A pair of outlines, or one of which the source, the target or both are surfaces flattened into the plane."""
+"""Whether a problem is one of planar outlines, or the source, the target or both are surfaces flattened into
+the plane.
+"""
 EVERYWHERE: tuple[Kind, ...] = ("plane", "from surface", "onto surface", "between surfaces")
 
 
 @dataclass(frozen=True)
 class Capability:
-    """What a constraint goes with.
+    """The combinations in which a constraint is supported.
 
     Attributes:
-        methods: that take it.
-        refused: what the message says for other methods.
-        kinds: of pairs of shapes that it is for.
-        elsewhere: what the message says for each other kind.
-        partial: whether it goes with a fit that leaves parts out.
-        without: other constraints that it does not go with, and what the message says.
-        without_on_surfaces: the same where a side is a surface.
+        methods: the methods that support it.
+        refused: message for other methods.
+        kinds: kinds of problems for which it is supported.
+        elsewhere: message for each other kind.
+        partial: whether it can be combined with a fit that leaves parts out.
+        without: other constraints with which it cannot be combined, and the messages.
+        without_on_surfaces: the same if a side is a surface.
     """
 
     methods: tuple[str, ...]
@@ -59,9 +61,9 @@ def _rigid(kept: Kind, refused: Kind, instead: str, without: dict[str, str]) -> 
     """Return the row of rigid regions of one side.
 
     Args:
-        kept: the kind of pairs with a surface for which they are kept.
+        kept: the kind of problems with a surface for which they are supported.
         refused: the kind for which they are not, since the triangles of the surface are those of the map.
-        instead: regions of the other side.
+        instead: the option for regions of the other side.
         without: as for `Capability`.
     """
     return Capability(
@@ -105,12 +107,12 @@ CAPABILITIES: dict[str, Capability] = {
 
 
 def refuse(given: Collection[str], method: str, kind: Kind, fit: str) -> None:
-    """Raise an InputError for the first constraint that does not go with the others.
+    """Raise an InputError for the first constraint that cannot be combined with the rest.
 
     Args:
-        given: the constraints that there are, `strokes` among them.
-        method: that solves: balanced, conformal or paper.
-        kind: of the pair of shapes.
+        given: names of the constraints, `strokes` among them.
+        method: the method that solves: balanced, conformal or paper.
+        kind: kind of the problem.
         fit: a value of `fits.FITS`.
     """
     for name, row in CAPABILITIES.items():

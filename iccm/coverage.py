@@ -1,4 +1,4 @@
-"""What of both shapes a map covers: what it hides and leaves bare of drawings, and parts without a partner."""
+"""Which parts of two shapes a map covers: hidden and bare parts of drawings, and parts without a partner."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -17,26 +17,26 @@ from .maps.extended_inverse import ExtendedInverse
 from .maps.moved_rings import RING_SPACING
 from .maps.triangulated.map import TriangulatedMap
 
-ROUNDED_WIDTH_SHARE = 1e-9  # of the diagonal: narrower pieces are not looked into
-THIN_WIDTH_SHARE = 1e-4  # of the diagonal: narrower pieces come from outlines that follow each other
+ROUNDED_WIDTH_SHARE = 1e-9  # relative to the diagonal: narrower pieces are ignored
+THIN_WIDTH_SHARE = 1e-4  # relative to the diagonal: narrower pieces are due to outlines that nearly coincide
 
 
 @dataclass(frozen=True, eq=False)
 class Coverage:
-    """A map, and the shapes of which it covers something; attributes are those of `Fit`.
+    """The parts of two shapes that a map covers; attributes are those of `Fit`.
 
     Attributes:
         map: the continuous map from source to target.
         image: the image of the boundary of its polygon.
         source: the domain of the map.
-        target: the boundary aimed at; None for a deformation.
+        target: boundary of the target; None for a deformation.
         source_holes: outlines of the source's holes.
         target_holes: those of the target's.
-        hole_partners: for each boundary of the map but the outer one, which hole of the source and of the target it
-            is; -1 where it is none, but a slit.
+        hole_partners: for each boundary of the map but the outer one, the hole of the source and of the target;
+            -1 for a slit.
         passed_holes: holes of the source, and of the target, that the map ignores.
         is_filled: whether concavities of one shape are filled.
-        drawings: the whole drawings of source and target, where the map is one of drawings.
+        drawings: the whole drawings of source and target, if the map is one of drawings.
         opaque: whether the texture also covers the gaps between the source's parts.
     """
 
@@ -62,7 +62,7 @@ class Coverage:
 
     @property
     def openings(self) -> tuple[list[Complex], list[Complex]]:
-        """The outlines of holes that the map leaves out, in the source and in the image, closed polylines."""
+        """The outlines of holes in the map, in the source and in the image, as closed polylines."""
         if not isinstance(self.map, TriangulatedMap):
             return [], []
         holes = self.map.loops[1:]
@@ -70,7 +70,7 @@ class Coverage:
 
     @cached_property
     def seen(self) -> Seen | None:
-        """What is seen of both drawings; None where the map is not one of drawings."""
+        """The visible parts of both drawings; None if the map is not one of drawings."""
         if self.drawings is None or self.target is None:
             return None
         source, target = (drawing.region for drawing in self.drawings)
@@ -87,7 +87,7 @@ class Coverage:
 
     @property
     def unseen(self) -> tuple[shapely.Geometry, shapely.Geometry]:
-        """What of the source drawing is hidden, and what of the target drawing stays bare, as shapely has regions."""
+        """The hidden part of the source drawing and the bare part of the target drawing, as shapely geometries."""
         if self.drawings is None or self.target is None:
             return shapely.Polygon(), shapely.Polygon()
         source, target = (drawing.painted for drawing in self.drawings)
@@ -99,7 +99,7 @@ class Coverage:
 
     @cached_property
     def _covered(self) -> shapely.Geometry:
-        """What of the target's plane the map covers."""
+        """The part of the target's plane that the map covers."""
         covered = region(self.image, self.openings[1])
         if isinstance(self.map, TriangulatedMap) and self.voids.any():
             triangles = shapely.polygons(xy_of(self.map.image[self.map.faces[self.voids]]))
@@ -108,7 +108,7 @@ class Coverage:
 
     @cached_property
     def _textured(self) -> shapely.Geometry:
-        """What of the target's plane the map takes something to that the texture has."""
+        """The part of the target's plane to which the map takes parts that the texture covers."""
         if self.opaque or self.drawings is None:
             return self._covered
         painted = shapely.intersection(self.drawings[0].painted, region(self.map.polygon))
@@ -116,18 +116,18 @@ class Coverage:
 
     @property
     def is_partial(self) -> bool:
-        """Whether concavities are filled, holes ignored or without a partner, so that parts may have none."""
+        """Whether parts may have no partner: concavities are filled, or holes are ignored or have no partner."""
         slits = isinstance(self.map, TriangulatedMap) and bool(self.voids.any())
         return slits or self.is_filled or any(self.passed_holes)
 
     @property
     def left_out(self) -> float:
-        """The share of the source's area that the map leaves out, or takes into holes of the target."""
+        """Share of the source's area that the map leaves out, or maps into holes of the target."""
         return self._share_without_partner(0, self.source, self.source_holes)
 
     @property
     def uncovered(self) -> float:
-        """The share of the target's area that the map does not cover, or takes holes of the source to."""
+        """Share of the target's area that the map does not cover, or to which it maps holes of the source."""
         assert self.target is not None
         return self._share_without_partner(1, self.target, self.target_holes)
 
@@ -136,7 +136,7 @@ class Coverage:
 
     @cached_property
     def _rings_passed(self) -> tuple[list[Complex], list[Complex]]:
-        """The holes of the target that the map ignores, in the source, and those of the source, in the target."""
+        """The ignored holes of the target, in the source, and those of the source, in the target."""
         assert isinstance(self.map, TriangulatedMap)
         image = Curve(self.image)
         return (
@@ -146,7 +146,7 @@ class Coverage:
 
     @cached_property
     def without_partner(self) -> tuple[shapely.Geometry, shapely.Geometry]:
-        """What of the source is left out, and what of the target stays uncovered, as shapely has regions."""
+        """The parts of the source and of the target without a partner, as shapely geometries."""
         if not self.is_partial:
             return shapely.Polygon(), shapely.Polygon()
         assert self.target is not None and isinstance(self.map, TriangulatedMap)
@@ -163,12 +163,12 @@ class Coverage:
         return found[0], found[1]
 
     def _image_of(self, z: Complex) -> Complex:
-        """Return the map at points of the source, some of which the map's polygon may leave outside."""
+        """Return the images of points of the source; points outside the map's polygon are moved to its outline."""
         return self.map(Curve(self.map.polygon).pulled_in(z))
 
 
 def rings_within(holes: Sequence[Curve], outline: Curve) -> list[Complex]:
-    """Return the outlines of what of holes is inside a closed curve."""
+    """Return the outlines of the parts of holes inside a closed curve."""
     parts = [outline.polygon.intersection(hole.polygon) for hole in holes]
     rings = [
         part.exterior
@@ -180,12 +180,12 @@ def rings_within(holes: Sequence[Curve], outline: Curve) -> list[Complex]:
 
 
 def region(outline: Complex, holes: Iterable[Complex] = ()) -> shapely.Geometry:
-    """Return a domain as shapely has it, mended where rounding lets its outlines touch."""
+    """Return a domain as a shapely geometry, repaired if rounding makes its outlines touch."""
     return shapely.make_valid(polygon_of(outline, *holes))
 
 
 def _moved(painted: shapely.Geometry, map: Callable[[Complex], Complex], diagonal: float) -> shapely.Geometry:
-    """Return where a map takes a region, whose edges are subdivided so that they follow the map."""
+    """Return the image of a region, with edges subdivided so that they follow the map."""
     if painted.is_empty:
         return painted
     dense = shapely.segmentize(painted, RING_SPACING * diagonal)
@@ -193,7 +193,7 @@ def _moved(painted: shapely.Geometry, map: Callable[[Complex], Complex], diagona
 
 
 def _wide(region: shapely.Geometry, outline: Curve) -> shapely.Geometry:
-    """Return what of a region is more than rounding."""
+    """Return the parts of a region that are wider than rounding errors."""
     parts = shapely.get_parts(region)
     return shapely.union_all(
         parts[shapely.area(parts) > THIN_WIDTH_SHARE * outline.diagonal * shapely.length(parts)]

@@ -13,8 +13,8 @@ from .arrays import Complex, Real, as_complex, complex_of, xy_of
 from .errors import InputError
 from .plane import bounding_box, distinct, polygon_area
 
-HAUSDORFF_ERROR_SHARE = 0.01  # of a Hausdorff distance, that it may be too small by
-ROUNDING_SHARE = 1e-9  # of the diagonal: shorter distances are not looked into
+HAUSDORFF_ERROR_SHARE = 0.01  # relative error of a Hausdorff distance, which may be too small by this
+ROUNDING_SHARE = 1e-9  # relative to the diagonal: shorter distances are not refined
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,11 +37,11 @@ class Curve:
 
     @classmethod
     def domain(cls, z: ArrayLike, name: str = "shape") -> "Curve":
-        """Return the boundary of a domain: finite, no repeated neighbours, simple, turned counter-clockwise.
+        """Return the boundary of a domain: finite, simple, without repeated neighbours, counter-clockwise.
 
         Raises:
-            InputError: no (n,) numbers, NaN or infinite vertices, fewer than three distinct ones, no area, a
-                self-intersection (with its place).
+            InputError: not (n,) numbers; NaN or infinite vertices; fewer than three distinct ones; no area; or
+                a self-intersection, with its place.
         """
         curve = cls(distinct(_finite(z, name)))
         if curve.z.size < 3:
@@ -58,7 +58,7 @@ class Curve:
         """Return an open polyline of at least two distinct vertices.
 
         Raises:
-            InputError: no (n,) numbers, NaN or infinite vertices, or fewer than two distinct ones.
+            InputError: not (n,) numbers, NaN or infinite vertices, or fewer than two distinct ones.
         """
         curve = cls(distinct(_finite(z, name), closed=False), closed=False)
         if curve.z.size < 2:
@@ -102,14 +102,17 @@ class Curve:
 
     @cached_property
     def diameter(self) -> float:
-        """Largest distance of two vertices; unlike the diagonal, the same however the curve is turned, and
-        never more."""
+        """Largest distance of two vertices. Unlike the diagonal, which it never exceeds, it is invariant under
+        rotation.
+        """
         points = shapely.MultiPoint(xy_of(self.z))
         return _widest(complex_of(shapely.get_coordinates(points.convex_hull)))
 
     @property
     def polygon(self) -> shapely.Polygon:
-        """What a closed curve surrounds, as shapely has it; a new one at each call, so that threads share none."""
+        """The inside of a closed curve as a shapely polygon; a new object at each access, so that threads do
+        not share it.
+        """
         return polygon_of(self.z)
 
     @cached_property
@@ -118,7 +121,7 @@ class Curve:
         return -1j * self.edges / self.lengths
 
     def reversed(self) -> "Curve":
-        """Return the same curve run through the other way; a closed one keeps its first vertex."""
+        """Return the curve in the opposite direction; a closed one keeps its first vertex."""
         return Curve(np.roll(self.z[::-1], 1) if self.closed else self.z[::-1].copy(), self.closed)
 
     def contains(self, w: Complex) -> NDArray[np.bool_]:
@@ -134,19 +137,21 @@ class Curve:
         return self.z[edge] * (1 - t) + self.z[end] * t
 
     def locate(self, s: ArrayLike) -> tuple[NDArray[np.intp], Real]:
-        """Edge index and position in [0, 1] on that edge of arclengths s."""
+        """Return the edges that contain arclengths s, and the positions on these edges, in [0, 1]."""
         given = np.asarray(s, dtype=np.float64)
         s = np.mod(given, self.length) if self.closed else np.clip(given, 0, self.length)
         edge = np.clip(np.searchsorted(self.knots, s, side="right") - 1, 0, self.edges.size - 1)
         return edge, np.clip((s - self.knots[edge]) / self.lengths[edge], 0, 1)
 
     def sample(self, per_edge: int) -> Complex:
-        """Return (e · per_edge,) points at the middles of `per_edge` equal parts of each edge: never on a vertex."""
+        """Return (e · per_edge,) points at the middles of `per_edge` equal parts of each edge, so never at a
+        vertex.
+        """
         t = (np.arange(per_edge) + 0.5) / per_edge
         return (self.z[: self.edges.size, None] + self.edges[:, None] * t).ravel()
 
     def closest(self, w: Complex) -> Real:
-        """Arclength of the closest point of the curve to each of the points w (p,)."""
+        """Return (p,) the arclengths of the closest points of the curve to points w (p,)."""
         from .buckets import nearest_segments
 
         ends = np.roll(self.z, -1)[: self.edges.size]
@@ -162,16 +167,18 @@ class Curve:
         return np.abs(self.nearest(w) - w)
 
     def pulled_in(self, w: Complex) -> Complex:
-        """Return points outside a closed curve moved to the closest point of it."""
+        """Return points with those outside a closed curve moved to the closest point on it."""
         return np.where(self.contains(w), w, self.nearest(w)) if w.size else w
 
     def resample(self, count: int) -> "Curve":
-        """About `count` vertices with edges about even, keeping every corner sharper than 30 degrees where it is."""
+        """Return the curve with about `count` vertices, with nearly equal edges, and with all corners sharper
+        than 30°.
+        """
         return Curve(self.at(resampled_knots(self, count)), self.closed)
 
 
 def polygon_of(outline: Complex, *holes: Complex) -> shapely.Polygon:
-    """Return a polygon as shapely has it, of vertices (n,) and those of its holes."""
+    """Return the shapely polygon with vertices (n,), and with holes."""
     return shapely.Polygon(xy_of(outline), [xy_of(hole) for hole in holes])
 
 
@@ -184,14 +191,16 @@ def inside_any(curves: Iterable[Curve], w: Complex) -> NDArray[np.bool_]:
 
 
 def boundary_samples(polygon: Complex, per_edge: int = 4) -> Complex:
-    """Return (n · per_edge,) points of a polygon in order, its vertices among them."""
+    """Return (n · per_edge,) points on a polygon, in order, including its vertices."""
     t = np.arange(per_edge) / per_edge
     return (polygon[:, None] + (np.roll(polygon, -1) - polygon)[:, None] * t).ravel()
 
 
 def interior_grid(curve: Curve, count: int, holes: Sequence[Complex] = ()) -> Complex:
-    """About `count` points of a square grid inside a closed curve and outside of holes, none closer to an outline than
-    a hundredth of the spacing."""
+    """Return about `count` points of a square grid inside a closed curve and outside of holes.
+
+    None is closer to an outline than a hundredth of the spacing. There is at least one point.
+    """
     step = np.sqrt(abs(curve.area) / count)
     lo, hi = curve.box
     x = np.arange(lo.real + step / 2, hi.real, step)
@@ -208,14 +217,15 @@ def interior_grid(curve: Curve, count: int, holes: Sequence[Complex] = ()) -> Co
 
 
 def hausdorff(a: Curve, b: Curve) -> float:
-    """Two-sided Hausdorff distance of two curves, to 1 % of itself or rounding."""
+    """Return the two-sided Hausdorff distance of two curves, accurate to 1 % or to rounding."""
     return max(_farthest(a, b), _farthest(b, a))
 
 
 def _farthest(a: Curve, b: Curve) -> float:
-    """Return the largest distance of a point of one curve to another: branch and bound over pieces of its edges. The
-    distance to one segment is convex, so that on a piece the distance is at most the larger of those of its ends to
-    either end's nearest segment.
+    """Return the largest distance of a point of one curve to another.
+
+    Branch and bound over pieces of its edges: since the distance to one segment is convex, the distance on a
+    piece is at most the larger of the distances of its ends to either end's nearest segment.
     """
     from .buckets import nearest_segments
 
@@ -234,20 +244,26 @@ def _farthest(a: Curve, b: Curve) -> float:
 
 
 def _to_segments(z: Complex, head: Complex, step: Complex) -> Real:
-    """Return (p,) distances of points to a segment each."""
+    """Return (p,) the distance of each point to its own segment."""
     part = np.clip(((z - head) * step.conj()).real / np.maximum(np.abs(step) ** 2, 1e-300), 0, 1)
     return np.abs(z - head - part * step)
 
 
 def closer_outline(outline: Complex, filled: Complex | None, goal: Curve) -> Complex:
-    """Of a map's outline and the one with concavities filled, if there are any, the one that belongs on the goal."""
+    """Return the outline that is closer to the goal: a map's outline, or the one with concavities filled, if any."""
     if filled is None:
         return outline
     return min((outline, filled), key=lambda loop: hausdorff(Curve(loop), goal))
 
 
 def resampled_knots(curve: Curve, count: int, corner: float = np.pi / 6) -> Real:
-    """Arclengths of about `count` vertices: the corners, and equal steps between neighbouring corners."""
+    """Return arclengths of about `count` vertices: the corners, and equal steps between neighbouring corners.
+
+    Args:
+        curve: the curve.
+        count: approximate number of vertices.
+        corner: angle in radians by which the curve bends at a corner.
+    """
     turn = np.abs(np.angle(curve.edges / np.roll(curve.edges, 1)))
     if not curve.closed:
         turn[0] = np.pi
@@ -263,17 +279,18 @@ def resampled_knots(curve: Curve, count: int, corner: float = np.pi / 6) -> Real
 
 
 def _widest(hull: Complex) -> float:
-    """Largest distance of two corners of a convex polygon (first one repeated) or segment.
+    """Return the largest distance of two corners of a convex polygon (with the first one repeated) or segment.
 
-    The two are antipodal: lines through them are parallel that leave all else between (Shamos, *Computational
-    Geometry*, 1978). One is an end of an edge, the other the corner where the edges turn the opposite way.
+    The two are antipodal: there are parallel lines through them with all other corners between (Shamos,
+    *Computational Geometry*, 1978). One is an end of an edge, the other the corner where the edges turn to the
+    opposite direction.
     """
     if hull.size < 4:
         return float(abs(hull[-1] - hull[0]))
     z = hull[:-1] if Curve(hull[:-1]).area > 0 else hull[:0:-1]
     turn = np.unwrap(np.angle(np.roll(z, -1) - z))
     opposite = np.searchsorted(turn, turn[0] + np.mod(turn - turn[0] + np.pi, 2 * np.pi))
-    across = z[(opposite[:, None] + [-1, 0, 1]) % z.size]  # its neighbours too: angles are rounded
+    across = z[(opposite[:, None] + [-1, 0, 1]) % z.size]  # and its neighbours, since angles are rounded
     return float(max(np.abs(across - end[:, None]).max() for end in (z, np.roll(z, -1))))
 
 

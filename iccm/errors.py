@@ -1,11 +1,11 @@
-"""The ways a call can fail because of what it was given."""
+"""Exceptions for wrong input."""
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
 
 def printable(text: str) -> str:
-    r"""Escape control characters, which names of files can contain, so that a text is one line and harmless.
+    r"""Escape control characters, which file names can contain, so that the text is one harmless line.
 
     >>> printable("a\nb \x1b[31m.svg")
     'a\\nb \\x1b[31m.svg'
@@ -14,17 +14,17 @@ def printable(text: str) -> str:
 
 
 class IccmError(Exception):
-    """Base of every error that `iccm` raises on purpose; as text it is one line, see `printable`."""
+    """Base of every error that `iccm` raises deliberately; its text is one line, see `printable`."""
 
     def __str__(self) -> str:
         return printable(super().__str__())
 
 
 class InputError(IccmError, ValueError):
-    """The user's input is wrong. The message is one line: file, place, what is wrong, what to do."""
+    """The input is wrong. The message is one line: file, place, what is wrong, what to do."""
 
     def named(self, place: object) -> "InputError":
-        """Return the same with the place where it is in front."""
+        """Return the error with a place in front of its message."""
         return InputError(f"{place}: {self}")
 
 
@@ -34,7 +34,7 @@ class Cancelled(IccmError):
 
 @contextmanager
 def naming(place: object) -> Iterator[None]:
-    """Have wrong input that the block finds say where it is.
+    """Add a place to the messages of InputErrors that are raised in the block.
 
     >>> with naming("a.svg"):
     ...     raise InputError("is empty")
@@ -51,9 +51,9 @@ class ConstraintError(InputError):
     """Pins or strokes are wrong; the message counts them from 1.
 
     Args:
-        message: as of `InputError`.
-        pins: those it speaks of, counted from 0.
-        strokes: as above.
+        message: as in `InputError`.
+        pins: indices of the pins concerned, from 0.
+        strokes: indices of the strokes concerned, from 0.
     """
 
     def __init__(self, message: str, pins: Iterable[int] = (), strokes: Iterable[int] = ()):
@@ -62,10 +62,10 @@ class ConstraintError(InputError):
 
 
 class JobError(ValueError):
-    """Values that make no job.
+    """Invalid values of a job.
 
     Attributes:
-        mistakes: (key, what is wrong) of each.
+        mistakes: (key, what is wrong) for each.
     """
 
     def __init__(self, mistakes: list[tuple[str, str]]):
@@ -74,8 +74,8 @@ class JobError(ValueError):
 
 
 def lacks_memory(error: BaseException) -> bool:
-    """Return whether an error is a lack of memory: also of a library that cannot be loaded, or a thread that cannot
-    start.
+    """Return whether an error is due to a lack of memory, including failures to load a library or to start a
+    thread.
     """
     if isinstance(error, MemoryError):
         return True

@@ -1,10 +1,10 @@
-"""The values of `fit`, which says how much of two shapes goes onto each other where they differ.
+"""The values of the option `fit`: how to map two shapes onto each other where they differ.
 
-One row a value: what menus and help call it, and what it does. The command line, manifests, the outputs and the solver
-read this table; tests hold the menus of the page and of the plug-ins against it.
+There is one row for each value: its name in menus and help, and its properties. The command line, manifests,
+the outputs and the solver read this table; tests compare the menus of the page and of the plug-ins with it.
 
-To add a value: its name in `FitName`, its row in `FITS`, what it does in the search (`balanced.search.partial` where it
-fills concavities, `frames.solve` where it is about whole drawings), its row in `docs/choose.md`, and a test.
+To add a value: its name in `FitName`, its row in `FITS`, its behaviour in the search (`balanced.search.partial`
+if it fills concavities, `frames.solve` if it is about whole drawings), its row in `docs/choose.md`, and a test.
 """
 
 from dataclasses import dataclass
@@ -16,15 +16,15 @@ Side = Literal["source", "target"]
 
 @dataclass(frozen=True)
 class FitMode:
-    """What a value of `fit` does.
+    """Properties of a value of `fit`.
 
     Attributes:
         label: words for menus.
         help: a clause for the help of the command line.
-        fills: the sides whose concavities may be filled. Where the source's are, the target stays bare where they open;
-            where the target's are, parts of the source are hidden beyond them.
-        compares: whether the cheapest of several maps is taken, the one of the whole outlines among them.
-        of_drawings: whether it is about whole drawings: of outlines it is "whole".
+        fills: the sides whose concavities may be filled. If the source's are, the target stays bare where they
+            open; if the target's are, parts of the source that lie there are hidden.
+        compares: whether the cheapest of several maps is chosen, including that of the whole outlines.
+        of_drawings: whether it is about whole drawings; for outlines it is "whole".
     """
 
     label: str
@@ -35,17 +35,17 @@ class FitMode:
 
     @property
     def is_partial(self) -> bool:
-        """Whether parts of a shape are left out on demand."""
+        """Whether parts of a shape are left out in any case."""
         return bool(self.fills) and not self.compares
 
     @property
     def is_searched(self) -> bool:
-        """Whether maps are compared, if nothing else is asked for: of outlines, or of frames around drawings."""
+        """Whether several maps are compared by default: of outlines, or of frames around drawings."""
         return self.compares or self.of_drawings
 
     @property
     def leaves_bare(self) -> bool:
-        """Whether parts of the target stay bare on demand."""
+        """Whether parts of the target stay bare in any case."""
         return self.is_partial and "source" in self.fills
 
 
@@ -73,27 +73,29 @@ assert set(FITS) == set(get_args(FitName))
 
 
 def is_partial(name: str | None) -> bool:
-    """Return whether a value of `fit` leaves parts of a shape out on demand; None is the default, which does not."""
+    """Return whether a value of `fit` leaves out parts of a shape in any case; None is the default, which does
+    not.
+    """
     return name is not None and FITS[name].is_partial
 
 
 def leaves_bare(name: str | None) -> bool:
-    """Return whether a value of `fit` leaves parts of the target bare on demand."""
+    """Return whether a value of `fit` leaves parts of the target bare in any case."""
     return name is not None and FITS[name].leaves_bare
 
 
 def of_outlines(name: str) -> str:
-    """Return what a value of `fit` is for two outlines."""
+    """Return the value of `fit` for two outlines that corresponds to a value for drawings."""
     return "whole" if FITS[name].of_drawings else name
 
 
 def with_constraints(name: str) -> str:
-    """Return what a value of `fit` is where maps are not compared: with constraints, bounds or an earlier map."""
+    """Return the value of `fit` to use if maps are not compared: with constraints, bounds or an earlier map."""
     return "whole" if FITS[name].compares else name
 
 
 def help_text() -> str:
-    """Return the sentence of the command line's help, its default in brackets."""
+    """Return the sentence for the command line's help, with the default in brackets."""
     order = [name for name, mode in FITS.items() if not mode.compares]
     order += [name for name, mode in FITS.items() if mode.compares]
     clauses = "; ".join(f"{name}: {FITS[name].help}" for name in order)

@@ -1,7 +1,7 @@
-"""Triangles across the edges of a triangulation, which edge flips need.
+"""Adjacency of triangles across edges, for edge flips.
 
-A triangulation is two arrays: `faces` (t, 3), counter-clockwise vertices, and `across` (t, 3), the triangle beyond the
-edge opposite each of them, -1 on the outline.
+A triangulation consists of two arrays: `faces` (t, 3), counter-clockwise vertices, and `across` (t, 3), the
+triangle beyond the edge opposite each of them, -1 on the outline.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ _neighbours = function(
 
 
 def neighbours(faces: Index, count: int) -> Index:
-    """Return (t, 3) the triangles across the edges of faces (t, 3), whose vertices are numbers below `count`."""
+    """Return (t, 3) the triangles across the edges of faces (t, 3), whose vertices are below `count`."""
     faces = np.ascontiguousarray(faces, np.int64)
     across = np.empty_like(faces)
     _neighbours(faces, len(faces), count, across)

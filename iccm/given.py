@@ -1,8 +1,8 @@
-"""Shapes and points as people have them, made the complex numbers that all of iccm computes with: x + iy, y up.
+"""Convert users' shapes and points to the complex numbers that iccm computes with: x + iy, y up.
 
-Taken are complex numbers, pairs (n, 2), `Curve`, shapes read from files, shapely's polygons and rings (also items of a
-GeoSeries), GeoJSON geometries, and trimesh's paths. `axes` says what pairs and polygons mean, see `iccm.axes`. Another
-kind of shape would be added to `_polygon`.
+Accepted are complex numbers, pairs (n, 2), `Curve`, shapes read from files, shapely's polygons and rings (also
+items of a GeoSeries), GeoJSON geometries, and trimesh's paths. `axes` is the meaning of pairs and polygons, see
+`iccm.axes`. To support another kind of shape, extend `_polygons`.
 """
 
 from collections.abc import Mapping, Sequence, Sized
@@ -27,11 +27,11 @@ from .pins import Pin, Softness, Stroke
 
 @dataclass(frozen=True)
 class Outlines:
-    """A shape that was given.
+    """The outlines of a shape.
 
     Attributes:
-        outline: what is taken for its boundary.
-        holes: outlines of holes that came with it.
+        outline: its boundary.
+        holes: outlines of its holes.
     """
 
     outline: Curve | ArrayLike
@@ -39,15 +39,15 @@ class Outlines:
 
 
 def outlines_of(shape: Any, name: str, axes: str = "xy") -> Outlines:
-    """Return the boundary and the holes of a shape that somebody has.
+    """Return the boundary and the holes of a shape.
 
     Args:
-        shape: see the head of this module.
-        name: what messages call it.
-        axes: what pairs mean; polygons are of x and y, which is down unless this is "xy".
+        shape: see the module.
+        name: name of the argument in messages.
+        axes: meaning of pairs; polygons are in x and y, with y down unless this is "xy".
 
     Raises:
-        InputError: several polygons, or nothing that has an outline.
+        InputError: several polygons, or an object without an outline.
     """
     check(axes)
     if isinstance(shape, str | PathLike):
@@ -67,14 +67,16 @@ def outlines_of(shape: Any, name: str, axes: str = "xy") -> Outlines:
 
 
 def flattening_of(shape: Any) -> Flattening | None:
-    """Return the surface that a shape stands for: a flattening, or a mesh read from a file; None of others."""
+    """Return the surface that a shape stands for: a flattening, or a mesh read from a file; None for other shapes."""
     own = None if isinstance(shape, Curve) else getattr(shape, "domain", None)
     return next((each for each in (shape, own) if isinstance(each, Flattening)), None)
 
 
 def as_points_of(points: Any, name: str, axes: str = "xy", columns: int = 0) -> Any:
-    """Return (n,) complex points, or (n, columns), of complex ones or of pairs by their axes; also OpenCV's (n, 1,
+    """Convert complex points, or pairs in the given axes, to (n,) or (n, columns); also accepts OpenCV's (n, 1,
     2).
+
+    Other objects are returned unchanged.
     """
     if isinstance(points, Curve):
         return points.z
@@ -95,12 +97,11 @@ def as_points_of(points: Any, name: str, axes: str = "xy", columns: int = 0) -> 
 
 
 def pins_of(pins: Any, axes: str = "xy") -> tuple[Any, Softness | None]:
-    """Return the pins as complex points (k, 2), and how they hold what is around them; None where nothing is said of
-    that.
+    """Convert pins to complex points (k, 2), and return their softness; None if they are only pairs of points.
 
     Args:
-        pins: pairs of points as `iccm.fit` takes them, or a sequence with `Pin` among them.
-        axes: what pairs mean.
+        pins: pairs of points, or a sequence with `Pin` objects, as for `iccm.fit`.
+        axes: meaning of pairs.
     """
     if pins is None:
         return None, None
@@ -117,12 +118,13 @@ def pins_of(pins: Any, axes: str = "xy") -> tuple[Any, Softness | None]:
 
 
 def strokes_of(strokes: Any, axes: str = "xy") -> tuple[Any, list[float]]:
-    """Return the strokes as pairs of complex polylines, and the widths of the bands around them; `Problem.of` refuses
-    what is not a pair.
+    """Convert strokes to pairs of complex polylines, and return the widths of the bands around them.
+
+    Items that are not pairs are returned unchanged; `Problem.of` rejects them.
 
     Args:
-        strokes: pairs of polylines as `iccm.fit` takes them, `Stroke` among them.
-        axes: what pairs of numbers mean.
+        strokes: pairs of polylines, or `Stroke` objects, as for `iccm.fit`.
+        axes: meaning of pairs of numbers.
     """
     if strokes is None:
         return None, []
@@ -137,22 +139,25 @@ def strokes_of(strokes: Any, axes: str = "xy") -> tuple[Any, list[float]]:
 
 
 def _vertices(ring: Any) -> Real:
-    """Return (n, 2) vertices of a ring, the first of which is not repeated at its end."""
+    """Return (n, 2) vertices of a ring, without the repeated first one at its end."""
     points = shapely.get_coordinates(ring)
     return points[:-1] if len(points) > 1 and (points[0] == points[-1]).all() else points
 
 
 def _of_geometry(axes: str) -> str:
-    """Return what the coordinates of polygons mean, which are x and y always."""
+    """Return the axes of polygons' coordinates, which are always x and y."""
     return "xy" if axes == "xy" else "screen"
 
 
 def drawing_of(shape: Any, name: str, axes: str = "xy") -> Drawing | None:
-    """Return the whole drawing that a shape is: several polygons, a list of rings, a shape read from a file; None of a
-    single outline or polygon, and of surfaces.
+    """Return the whole drawing that a shape represents: several polygons, a list of rings, or a shape read from
+    a file.
+
+    Returns:
+        The drawing; None for a single outline or polygon, and for surfaces.
 
     Raises:
-        InputError: nothing that has an area.
+        InputError: it has no area.
     """
     if isinstance(shape, Drawing):
         return shape
@@ -185,7 +190,7 @@ def _is_ring(value: Any) -> bool:
 
 
 def _polygon(shape: Any, name: str) -> Any:
-    """Return the polygon or ring of a shape as shapely has it; None of what is an array.
+    """Return the polygon or ring of a shape as a shapely geometry; None for arrays.
 
     Raises:
         InputError: several polygons, or a geometry without area.
@@ -195,7 +200,7 @@ def _polygon(shape: Any, name: str) -> Any:
 
 
 def _polygons(shape: Any, name: str) -> list[Any] | None:
-    """Return the polygons or rings of a shape as shapely has them; None of what is an array.
+    """Return the polygons or rings of a shape as shapely geometries; None for arrays.
 
     Raises:
         InputError: a geometry without area.
@@ -227,10 +232,10 @@ def _polygons(shape: Any, name: str) -> list[Any] | None:
 
 
 def _only(parts: Sequence[Any], name: str) -> Any:
-    """Return the only one of several polygons.
+    """Return the only item of a list of polygons.
 
     Raises:
-        InputError: there are more, or none.
+        InputError: there are several, or none.
     """
     if len(parts) == 1:
         return parts[0]

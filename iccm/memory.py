@@ -1,4 +1,7 @@
-"""Storage of large arrays, and the work that may be in memory at a time. `iccm.io.memory` has one with a bound."""
+"""Storage of large arrays, and limits on the memory of concurrent work.
+
+`iccm.io.memory` has an implementation with a limit.
+"""
 
 from typing import Any
 
@@ -7,18 +10,18 @@ from numpy.typing import NDArray
 
 
 class Memory:
-    """Memory without a bound."""
+    """Memory without a limit."""
 
     def __call__(self, shape: tuple[int, ...], dtype: Any) -> NDArray:
-        """Return an array of any content."""
+        """Return an uninitialised array."""
         return np.empty(shape, dtype)
 
     def release(self) -> None:
-        """Release memory between pieces of work: what the arrays hold need not be at hand."""
+        """Release memory between pieces of work; contents of the arrays may be moved to disk."""
 
     def threads(self, asked: int | None, each: int, what: str) -> int | None:
-        """Return how many threads there may be for some work of which each needs so many bytes."""
+        """Return the number of threads to use for work that needs `each` bytes per thread."""
         return asked
 
     def check(self, each: int, what: str) -> None:
-        """Refuses, before a map is solved for, work for which there will be no room; arguments as for `threads`."""
+        """Raise, before a map is solved, if there will not be room for some work; arguments as for `threads`."""

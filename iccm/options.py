@@ -1,4 +1,4 @@
-"""The options of a solve, with their ranges and the methods that they belong to."""
+"""The options of a solve, with their ranges and the methods to which they belong."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -17,33 +17,38 @@ PLACES: tuple[str, ...] = get_args(PlaceName)
 HOLES = ("auto", "keep")
 BALANCED = ("balanced",)
 WEIGHTED = ("conformal", "paper")
-"""The methods that weigh constraints."""
+"""The methods that weight constraints in the energy."""
 MAX_EFFORT = 16
-"""Times the usual number of correspondences that are tried. On four pairs of silhouettes from fonts of icons, 48 times
-lowered the 95th percentile of the dilatation by at most 1.4 % more, and took twice the time."""
+"""Largest multiple of the usual number of correspondences. On four pairs of silhouettes from icon fonts, a
+factor of 48 lowered the 95th percentile of the dilatation by at most 1.4 % more, and took twice the time.
+"""
 MAX_POLYGON_VERTICES = 4000
-"""Of a map's polygon in the conformal and the paper's method, whose equations are a dense matrix of that size."""
+"""Most vertices of a map's polygon in the conformal and the paper's method, whose equations are a dense matrix
+of that size.
+"""
 TOLERANCE = 1e-3
 """Default gap between the image of the boundary and the target, relative to the target's diagonal: half a pixel of
 a picture 500 pixels across."""
 FIXED_BY_LITERAL = ("vertices", "consistency")
 """Options whose values the paper prescribes."""
 ONE_OF_PLACE = ("fit", "holes", "max_left_out", "max_uncovered")
-"""Options that say how a drawing takes the form of the target, which it keeps its proportions instead of with place."""
+"""Options for mapping a drawing onto the target's shape; with `place`, it keeps its proportions instead."""
 
 
 @dataclass(frozen=True)
 class OptionRow:
-    """What an option takes, and which methods have it. Names, types and defaults are those of the fields of `Options`.
+    """The values that an option accepts, and the methods that have it.
+
+    Names, types and defaults are those of the fields of `Options`.
 
     Attributes:
         methods: those in which it has an effect.
-        selects: whether a value other than the default selects these methods, where none is named.
-        words: the words that it takes.
-        is_number: whether it takes numbers.
-        least: the least of them.
-        above: the number that they must be above, instead of a least one.
-        most: the largest one.
+        selects: whether a value other than the default selects these methods, if no method is named.
+        words: the words that it accepts.
+        is_number: whether it accepts numbers.
+        least: the smallest number.
+        above: a number that must be exceeded, instead of `least`.
+        most: the largest number.
     """
 
     methods: tuple[str, ...] = METHODS
@@ -55,7 +60,7 @@ class OptionRow:
     most: float = math.inf
 
     def mistake(self, value: Any, default: Any) -> str:
-        """Return what is wrong with a value, as the end of a sentence; nothing if the option takes it."""
+        """Return what is wrong with a value, as the end of a sentence; an empty string if it is accepted."""
         if value is None and default is None:
             return ""
         if self.is_number:
@@ -72,7 +77,7 @@ class OptionRow:
             return f"{value!r} is {also}"
         try:
             number = float(value)
-        except OverflowError:  # a whole number of more than 308 digits
+        except OverflowError:  # an integer of more than 308 digits
             number = math.inf
         is_inside = number >= self.least if self.above is None else number > self.above
         if math.isfinite(number) and is_inside and number <= self.most:
@@ -218,7 +223,7 @@ class Options:
     tolerance: float = _number(TOLERANCE, above=0)
 
     def __post_init__(self):
-        """Reject values that an option does not take, and options that exclude each other."""
+        """Reject values that an option does not accept, and options that exclude each other."""
         if self.order not in (None, 0, 1):
             raise InputError(f"order: {self.order!r} is not allowed; use 0 or 1")
         for each in fields(self):
@@ -240,22 +245,24 @@ class Options:
 
     @property
     def is_balanced(self) -> bool:
-        """Whether the balanced method solves, which meets pins and strokes instead of weighing them."""
+        """Whether the balanced method solves, for which pins and strokes are hard constraints."""
         balanced = self.method == "balanced" or not (self.method or self._given(WEIGHTED_ONLY))
         return balanced and self.balance != 0
 
     @property
     def switched_by(self) -> str:
-        """The option that makes another method than the default one solve, where none was named; else nothing."""
+        """The option that selects another method than the default one, if no method is named; else an empty
+        string.
+        """
         others = self._given(WEIGHTED_ONLY)
         return others[0] if others and self.method is None else ""
 
     def _given(self, names: Iterable[str]) -> list[str]:
-        """Return those of the options that are not as they are by default."""
+        """Return those of the options that differ from their defaults."""
         return [name for name in names if getattr(self, name) != getattr(Options, name)]
 
     def _refuse_others(self) -> None:
-        """Reject options that the method does not have, so that none is without effect."""
+        """Reject options that the method does not have, so that none is ignored silently."""
         others = self._given(WEIGHTED_ONLY)
         if self.method == "balanced" and others:
             raise InputError(f"{others[0]}: an option of --method conformal or paper, not of balanced")
@@ -274,6 +281,6 @@ ROWS: dict[str, OptionRow] = {each.name: each.metadata["row"] for each in fields
 """The options by name."""
 DEFAULTS: dict[str, Any] = {each.name: each.default for each in fields(Options)}
 WEIGHTED_ONLY = tuple(name for name, row in ROWS.items() if row.selects and row.methods == WEIGHTED)
-"""Options of the conformal and the paper's method, which weigh constraints, that select one of these."""
+"""Options of the conformal and the paper's method that select one of these."""
 BALANCED_ONLY = tuple(name for name, row in ROWS.items() if row.selects and row.methods == BALANCED)
 """Options of the balanced method."""

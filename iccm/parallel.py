@@ -1,4 +1,4 @@
-"""Threads over slices of a fixed size: what a slice computes does not depend on how many threads there are."""
+"""Threads over slices of a fixed size, so that the result of a slice does not depend on the number of threads."""
 
 import os
 from collections import deque
@@ -8,13 +8,13 @@ from typing import TypeVar
 
 from . import deadline
 
-SLICE_ITEMS = 4096  # items that a thread takes at a time (by hand)
+SLICE_ITEMS = 4096  # items that a thread takes at a time (chosen by hand)
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 
 def thread_count(threads: int | None = None) -> int:
-    """Return the number of threads to use: as asked, or as many as this process may run on, at most OMP_NUM_THREADS."""
+    """Return the number of threads to use: as requested, or one per available processor, at most OMP_NUM_THREADS."""
     if threads is not None:
         return max(1, threads)
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
@@ -25,7 +25,9 @@ def thread_count(threads: int | None = None) -> int:
 def over_slices(
     work: Callable[[slice], None], count: int, threads: int | None = None, step: int = SLICE_ITEMS
 ) -> None:
-    """Call work(slice) for slices of `step` that cover range(count). The work must release the GIL to gain from it."""
+    """Call work(slice) for slices of `step` items that cover range(count); the work has to release the GIL to
+    run in parallel.
+    """
     parts = [slice(k, min(k + step, count)) for k in range(0, count, step)]
     workers = min(thread_count(threads), len(parts))
     work = within_time(work)
@@ -39,7 +41,9 @@ def over_slices(
 
 
 def within_time(work: Callable[[Item], Result]) -> Callable[[Item], Result]:
-    """Return the same work, which other threads end, too, when the time of this one is over (see `deadline`)."""
+    """Return the same work, which in other threads also ends when the time limit of this thread is over (see
+    `deadline`).
+    """
     limit = deadline.current()
 
     def checked(item: Item) -> Result:
@@ -51,7 +55,7 @@ def within_time(work: Callable[[Item], Result]) -> Callable[[Item], Result]:
 
 
 def beside(work: Callable[[], Result]) -> Future[Result]:
-    """Begins work in a separate thread, beside what follows."""
+    """Start work in a separate thread, and return its future."""
     with_one = ThreadPoolExecutor(1)
     future = with_one.submit(work)
     with_one.shutdown(wait=False)
@@ -61,7 +65,7 @@ def beside(work: Callable[[], Result]) -> Future[Result]:
 def in_order(
     work: Callable[[Item], Result], items: Iterable[Item], threads: int | None = None
 ) -> Iterator[Result]:
-    """work(item) for every item, in order, with at most one finished result waiting for each thread."""
+    """Yield work(item) for every item, in order, with at most one finished result waiting per thread."""
     workers = thread_count(threads)
     work = within_time(work)
     if workers == 1:

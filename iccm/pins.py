@@ -1,7 +1,7 @@
 """Pins: points of the source with their places in the target, soft or exact.
 
-A soft pin draws a patch around its point to its place: the patch keeps its form, and may miss the place a little where
-that saves distortion. An exact pin takes one point to its place, whatever that costs.
+A soft pin draws a patch around its point to its place: the patch keeps its shape, and may miss the place a
+little if that saves distortion. An exact pin takes one point to its place, whatever distortion that causes.
 """
 
 from collections.abc import Sequence
@@ -15,16 +15,23 @@ from .curve import Curve
 from .errors import InputError
 
 RADIUS_SHARE = 0.15
-"""Of the square root of the shape's area: the radius of a pin that has room, so that a mouth keeps its form."""
+"""Radius of a pin with enough room, relative to the square root of the shape's area; with it, a mouth keeps its
+shape.
+"""
 MOST_TOLERANCES = 3.0
-"""By which a pin may miss its place whose tolerance was chosen: closer to it, faces would lose their form."""
+"""Distance from its place, in tolerances, up to which a pin with automatic tolerance counts as met. A smaller
+limit would distort faces.
+"""
 RADIUS_BETWEEN_PINS = 0.8
-"""Of the distance to the closest other pin: the cores of patches, of half the radius, do not overlap."""
+"""Radius relative to the distance to the closest other pin, so that the cores of patches, with half the radius,
+do not overlap.
+"""
 RADIUS_TO_OUTLINE = 1.2
-"""Of the distance to the outline: cores do not reach it."""
+"""Radius relative to the distance to the outline, so that cores do not reach it."""
 TOLERANCE_SHARE, FREE_TOLERANCE_SHARE = 0.07, 0.01
-"""Of the square root of the target's area, and of that of a shape that is deformed without a target: the tolerance of a
-pin. Without a target nothing else says where a shape goes."""
+"""Tolerance of a pin relative to the square root of the target's area, and to that of a shape that is deformed
+without a target. It is smaller for the latter, where only pins determine the result.
+"""
 
 
 @dataclass(frozen=True)
@@ -34,12 +41,13 @@ class Pin:
     Attributes:
         source: the point: complex x + iy with y up, or a pair by the `axes` of `iccm.fit`.
         target: its place, in the same form.
-        radius: of the patch around it that keeps its form, in the source's units; 0 for an exact pin; None chooses.
-        tolerance: how far the patch may miss its place where that saves a twentieth of the distortion, in the target's
-            units, and at most. None is 7 % of the target's size (the square root of its area), and at most three times
-            as much; in `iccm.deform` 1 %.
-        turn: degrees, counter-clockwise, by which the patch is rotated; None leaves it free.
-        scale: factor by which the patch is enlarged, relative to the mean scale of the map; None leaves it free.
+        radius: radius of the patch around it that keeps its shape, in the source's units; 0 for an exact pin;
+            None chooses.
+        tolerance: largest distance of the patch from its place, in the target's units; the patch misses it by
+            this if that saves a twentieth of the distortion. None is 7 % of the target's size (the square root
+            of its area), with at most three times as much; in `iccm.deform` 1 %.
+        turn: rotation of the patch in degrees, counter-clockwise; None leaves it free.
+        scale: scale of the patch, relative to the mean scale of the map; None leaves it free.
 
     Examples:
         >>> import numpy as np, iccm
@@ -73,12 +81,12 @@ class Pin:
 
 @dataclass(frozen=True)
 class Stroke:
-    """A polyline of the source and the one that its image lies on.
+    """A polyline of the source, and the one on which its image lies.
 
     Attributes:
         source: the polyline: complex points x + iy with y up, or pairs by the `axes` of `iccm.fit`.
-        target: the other, in the same form.
-        width: of the band around it that keeps its form, in the source's units; 0 for none.
+        target: the target polyline, in the same form.
+        width: width of the band around it that keeps its shape, in the source's units; 0 for none.
 
     Examples:
         >>> import numpy as np, iccm
@@ -100,7 +108,7 @@ class Stroke:
 
 @dataclass(frozen=True, eq=False)
 class Softness:
-    """How pins (k,) hold what is around them; NaN where that is left to iccm.
+    """The softness of pins (k,): radii, tolerances, and requested rotations and scales; NaN where iccm chooses.
 
     Attributes:
         radii: (k,) radii in the source's units; 0 for exact pins.
@@ -118,7 +126,7 @@ class Softness:
 
     @classmethod
     def of(cls, pins: Sequence[Pin]) -> "Softness":
-        """Return that of pins."""
+        """Return the softness of pins."""
 
         def values(name: str) -> Real:
             given = [getattr(pin, name) for pin in pins]
@@ -131,27 +139,27 @@ class Softness:
 
     @classmethod
     def free(cls, count: int) -> "Softness":
-        """Return that of pins of which nothing is said."""
+        """Return the softness of pins for which iccm chooses everything."""
         return cls.of([Pin(0, 0)] * count)
 
     @classmethod
     def exact(cls, count: int) -> "Softness":
-        """Return that of pins that are met exactly."""
+        """Return the softness of exact pins."""
         return cls.of([Pin(0, 0, radius=0)] * count)
 
     def of_pins(self, which: Index | Flags) -> "Softness":
-        """Return that of some of the pins."""
+        """Return the softness of some of the pins."""
         return Softness(**{name: values[which] for name, values in vars(self).items()})
 
     def with_pins(self, which: Index, other: "Softness") -> "Softness":
-        """Return the same with some of the pins (j,) as in `other` (j,)."""
+        """Return the softness with the values of some of the pins (j,) replaced by those of `other` (j,)."""
         found = {name: values.copy() for name, values in vars(self).items()}
         for name, values in found.items():
             values[which] = getattr(other, name)
         return Softness(**found)
 
     def as_lists(self) -> dict[str, list[float | None]]:
-        """Return the arrays for JSON, which has no NaN."""
+        """Return the arrays as lists for JSON, with None for NaN."""
         return {
             name: [None if np.isnan(value) else float(value) for value in values]
             for name, values in vars(self).items()
@@ -159,7 +167,7 @@ class Softness:
 
     @classmethod
     def from_lists(cls, lists: Any) -> "Softness | None":
-        """Return what `as_lists` has written; None if it is something else."""
+        """Return the softness that `as_lists` wrote; None if it is something else."""
         names = {field.name for field in fields(cls)}
         if not isinstance(lists, dict) or set(lists) != names:
             return None
@@ -177,12 +185,12 @@ class Softness:
 
     @property
     def is_given(self) -> Flags:
-        """(k,) whether anything but exactness is said of a pin."""
+        """(k,) whether any property other than exactness is given."""
         return ~np.isnan(self.tolerances) | (self.radii > 0) | self.has_derivative
 
     @property
     def has_derivative(self) -> Flags:
-        """(k,) whether the rotation or the size of a patch is given."""
+        """(k,) whether the rotation or the scale of a patch is given."""
         return ~np.isnan(self.rotations) | ~np.isnan(self.scales)
 
 
@@ -194,9 +202,10 @@ def choose_radii(
 ) -> Real:
     """Return radii (k,) for pins (k, 2), in the source's units.
 
-    The largest that is at most RADIUS_SHARE of the size (the square root of the area), RADIUS_BETWEEN_PINS of the
-    distance to the closest other pin, and RADIUS_TO_OUTLINE of that to the outlines: in the source and in the target,
-    relative to their sizes. Without a target the source is deformed: its outlines are free, and places may coincide.
+    They are the largest that are at most RADIUS_SHARE of the size (the square root of the area),
+    RADIUS_BETWEEN_PINS of the distance to the closest other pin, and RADIUS_TO_OUTLINE of the distance to the
+    outlines, in the source and in the target relative to their sizes. Without a target the source is deformed;
+    then its outlines are free, and places may coincide.
     """
     found = np.full(len(pins), RADIUS_SHARE)
     sides = [(source, holes[0], pins[:, 0])]

@@ -1,4 +1,4 @@
-"""Geometry of the plane, whose points are complex numbers: areas, boxes, similarities, and exact orientation."""
+"""Geometry of the plane with complex numbers as points: areas, boxes, similarities, and exact orientation."""
 
 from fractions import Fraction
 from typing import Any, NamedTuple, overload
@@ -13,7 +13,7 @@ UNIT = 2.0**-53  # unit roundoff
 FILTER = (
     3 + 16 * UNIT
 ) * UNIT  # Shewchuk's bound for (a - c) × (b - c), relative to the sum of the two products
-TINY = 1e-250  # below this products may underflow, which the bound leaves out
+TINY = 1e-250  # below this, products may underflow, for which the bound does not hold
 
 
 @overload
@@ -21,25 +21,25 @@ def cross(a: complex, b: complex) -> float: ...
 @overload
 def cross(a: Complex, b: Complex | complex) -> Real: ...
 def cross(a: Any, b: Any) -> Any:
-    """Return the determinants of vectors a and b: twice the signed areas of the triangles 0, a, b."""
+    """Return the determinants of vectors a and b, which are twice the signed areas of the triangles 0, a, b."""
     return a.real * b.imag - a.imag * b.real
 
 
 def triangle_areas(corners: Complex) -> Real:
-    """Return (m,) signed areas of triangles (m, 3), positive where they are counter-clockwise."""
+    """Return (m,) signed areas of triangles (m, 3), positive if they are counter-clockwise."""
     a, b, c = corners.T
     return 0.5 * cross(b - a, c - a)
 
 
 def triangle_heights(corners: Complex) -> Real:
-    """Return (m,) heights of (m, 3) triangles over their longest sides, below 0 where they are clockwise."""
+    """Return (m,) heights of triangles (m, 3) over their longest sides, negative if they are clockwise."""
     longest = np.abs(corners - np.roll(corners, 1, axis=-1)).max(axis=-1)
     return 2 * triangle_areas(corners) / np.maximum(longest, 1e-300)
 
 
 def polygon_area(z: Complex) -> float:
-    """Return the signed area of a closed polyline (n,), positive where it is counter-clockwise."""
-    w = z - z[0]  # far from the origin digits would cancel
+    """Return the signed area of a closed polyline (n,), positive if it is counter-clockwise."""
+    w = z - z[0]  # avoids cancellation far from the origin
     return 0.5 * float(np.sum(cross(w, np.roll(w, -1))))
 
 
@@ -49,7 +49,7 @@ def bounding_box(z: Complex) -> Box:
 
 
 def diagonal(z: Complex) -> float:
-    """Return the length of the diagonal of the box around points."""
+    """Return the length of the diagonal of the bounding box of points."""
     return float(np.hypot(np.ptp(z.real), np.ptp(z.imag)))
 
 
@@ -68,20 +68,18 @@ def distinct(z: Complex, closed: bool = True) -> Complex:
 
 
 def rotation(z: Complex, w: Complex) -> complex:
-    """Return the number of modulus one that takes points z (n,), multiplied by it, closest to w; 1 where all are as
-    close.
-    """
+    """Return the rotation (a number of modulus one) that takes points z (n,) closest to w; 1 if it is undefined."""
     turn = complex(np.vdot(z, w))
     return turn / abs(turn) if abs(turn) > 0 else 1.0
 
 
 class Similarity(NamedTuple):
-    """The similarity z ↦ factor (z - centre) + shift, with the complex conjugate of the product if it is `mirrored`.
+    """The similarity z ↦ factor (z - centre) + shift, with the product conjugated if it is `mirrored`.
 
     Attributes:
         factor: scale and rotation.
         shift: the image of the centre.
-        centre: a point near those that are mapped, so that shapes far from the origin keep their digits.
+        centre: a point near the mapped ones, so that shapes far from the origin keep their precision.
         mirrored: whether orientation is reversed.
     """
 
@@ -92,8 +90,8 @@ class Similarity(NamedTuple):
 
     @classmethod
     def fit(cls, z: Complex, w: Complex, weights: Real | None = None) -> "Similarity":
-        """Return the similarity that takes points z (n,) closest to w, by least squares; a translation where z is one
-        point.
+        """Return the similarity that takes points z (n,) closest to w, by least squares; a translation if z is
+        one point.
 
         Args:
             z: points.
@@ -117,27 +115,29 @@ class Similarity(NamedTuple):
         return (np.conj(w) if self.mirrored else w) / self.factor + self.centre
 
     def inverse(self) -> "Similarity":
-        """Return the similarity that takes images back."""
+        """Return the inverse similarity."""
         factor = self.factor.conjugate() if self.mirrored else self.factor
         return Similarity(1 / factor, self.centre, self.shift, self.mirrored)
 
     def conjugate(self) -> "Similarity":
-        """Return the same similarity between the mirror images of both planes in their real axes."""
+        """Return the similarity between the mirror images of both planes in their real axes."""
         return Similarity(
             self.factor.conjugate(), self.shift.conjugate(), self.centre.conjugate(), self.mirrored
         )
 
     def rotated(self, angle: float) -> "Similarity":
-        """Return the similarity with its images, before they are mirrored, rotated about the centre's by radians."""
+        """Return the similarity followed by a rotation about the centre's image, by an angle in radians, before
+        mirroring.
+        """
         return self._replace(factor=self.factor * complex(np.exp(1j * angle)))
 
 
 def orientation(a: Complex, b: Complex, c: Complex) -> Signs:
-    """Return whether points a, b, c (p,), all finite, turn left (1), right (-1) or lie on a line (0), exactly.
+    """Return whether points a, b, c (p,), all finite, turn left (1), right (-1) or are collinear (0), exactly.
 
-    By floating point where its error bound is certain of the sign, by fractions elsewhere: Shewchuk, *Adaptive
-    Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates*, Discrete & Computational Geometry 18,
-    1997, §4.3.
+    Floating point is used if its error bound proves the sign, and fractions otherwise: Shewchuk, *Adaptive
+    Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates*, Discrete & Computational Geometry
+    18, 1997, §4.3.
     """
     u, v = a - c, b - c
     left, right = u.real * v.imag, u.imag * v.real

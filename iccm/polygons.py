@@ -1,7 +1,8 @@
-"""Regions of many polygons: unions, filled holes and offsets, in time about proportional to what they are made of.
+"""Regions of many polygons: unions, filled holes and offsets, in time nearly proportional to the number of
+parts.
 
-GEOS unites in a tree of pairs, and orders the parts of an offset by looking at every other: text of 5,000 letters takes
-it minutes. Parts that do not reach each other are therefore treated apart.
+GEOS unites in a tree of pairs, and orders the parts of an offset by comparing all pairs, which takes minutes
+for text of 5,000 letters. Parts that do not reach each other are therefore processed separately.
 """
 
 from collections.abc import Iterable, Iterator
@@ -16,25 +17,27 @@ from . import deadline
 Polygons = NDArray[np.object_]
 REGION = "the region that a drawing paints"
 REGIONS_AT_ONCE = 512
-"""Regions that are looked at between two checks of the time: a tenth of a second for letters (measured)."""
+"""Regions that are processed between two checks of the time limit; they take a tenth of a second for letters
+(measured).
+"""
 SMALL_REGION = 8
-"""Parts of a region up to which GEOS offsets all of it faster than part by part (measured with letters)."""
+"""Number of parts up to which GEOS offsets a region faster as a whole than part by part (measured with letters)."""
 
 
 def polygons_of(geometries: shapely.Geometry | Iterable[shapely.Geometry]) -> Polygons:
-    """Return the polygons with an area that one or several geometries consist of, as an array."""
+    """Return the polygons with nonzero area in one or several geometries, as an array."""
     parts = shapely.get_parts(shapely.get_parts(geometries))  # collections hold multipolygons
     return parts[(shapely.get_type_id(parts) == shapely.GeometryType.POLYGON) & (shapely.area(parts) > 0)]
 
 
 def unite(geometries: shapely.Geometry | Iterable[shapely.Geometry]) -> shapely.Geometry:
-    """Return the union of the polygons of one or several geometries: a Polygon, empty where there are none, or a
+    """Return the union of the polygons of one or several geometries: a Polygon, empty if there are none, or a
     MultiPolygon.
 
     Raises
     ------
     TimeUp
-        The time that the command may take is over.
+        The time limit is exceeded.
     """
     deadline.check(REGION)
     given = np.atleast_1d(
@@ -43,7 +46,7 @@ def unite(geometries: shapely.Geometry | Iterable[shapely.Geometry]) -> shapely.
     given = given[~shapely.is_empty(given)]
     parts = polygons_of(given)
     apart = len(given) == 1 and given[0].geom_type == "MultiPolygon" and given[0].is_valid
-    if len(parts) < 2 or apart:  # the parts of a valid one do not overlap
+    if len(parts) < 2 or apart:  # the parts of a valid MultiPolygon do not overlap
         return _region(parts)
     return _region(polygons_of(shapely.disjoint_subset_union_all(parts)))
 
@@ -54,26 +57,26 @@ def fill_holes(region: shapely.Geometry) -> shapely.Geometry:
 
 
 def offset(region: shapely.Geometry, distance: float, **style: Any) -> shapely.Geometry:
-    """Return a region grown by a distance, or shrunk by a negative one; `style` is that of `shapely.buffer`.
+    """Return a region grown by a distance, or shrunk by a negative one; `style` is passed to `shapely.buffer`.
 
     Raises
     ------
     TimeUp
-        The time that the command may take is over.
+        The time limit is exceeded.
     """
     deadline.check(REGION)
     moved = shapely.buffer(polygons_of(region), distance, **style)
-    # what shrinks stays apart
+    # shrunk parts remain disjoint
     return unite(moved) if distance > 0 else _region(polygons_of(moved))
 
 
 def offset_each(regions: Polygons, distance: float, **style: Any) -> Polygons:
-    """Return each of several regions grown or shrunk by a distance, as `offset` does it; fast for many small ones.
+    """Grow or shrink each of several regions by a distance, like `offset`; fast for many small regions.
 
     Raises
     ------
     TimeUp
-        The time that the command may take is over.
+        The time limit is exceeded.
     """
     moved = np.empty(len(regions), dtype=object)
     for start in range(0, len(regions), REGIONS_AT_ONCE):
@@ -86,22 +89,22 @@ def offset_each(regions: Polygons, distance: float, **style: Any) -> Polygons:
 
 
 def neighbourhoods(region: shapely.Geometry, distance: float) -> Iterator[tuple[shapely.Geometry, float]]:
-    """Yield each part of a region with what is near it of others, and the share that the part has in that.
+    """Yield each part of a region together with nearby pieces of other parts, and its share in that.
 
-    What depends on nothing that is farther than `distance` away, such as closings by a disc of less than a third of it,
-    is found by looking at these one by one.
+    Properties that depend only on points within `distance`, such as closings by a disc of less than a third of
+    it, can be computed for these one by one. The share is 1 if there are no nearby pieces, else 0.5.
 
     Parameters
     ----------
     region
         Polygons that do not overlap.
     distance
-        From a part, up to which others are near; of these, what lies in a box around the part comes along.
+        Distance from a part within which others are near; their pieces in a box around the part are included.
 
     Raises
     ------
     TimeUp
-        The time that the command may take is over.
+        The time limit is exceeded.
     """
     parts = polygons_of(region)
     if len(parts) < 2:
@@ -118,7 +121,7 @@ def neighbourhoods(region: shapely.Geometry, distance: float) -> Iterator[tuple[
 def _with_others(
     parts: Polygons, start: int, count: int, pairs: NDArray[np.intp], distance: float
 ) -> Iterator[tuple[shapely.Geometry, float]]:
-    """Yield what `neighbourhoods` does for `count` parts, given (2, p) the pairs of these and of all that are near."""
+    """Yield the result of `neighbourhoods` for `count` parts, given (2, p) pairs of these and of all near parts."""
     order = np.argsort(pairs[0], kind="stable")
     ends = np.cumsum(np.bincount(pairs[0], minlength=count))
     for k, others in enumerate(np.split(pairs[1][order], ends[:-1]), start):
@@ -131,7 +134,7 @@ def _with_others(
 
 
 def _region(parts: Polygons) -> shapely.Geometry:
-    """Return polygons that do not overlap as one geometry."""
+    """Return disjoint polygons as one geometry."""
     if len(parts) < 2:
         return parts[0] if len(parts) else shapely.Polygon()
     return shapely.multipolygons(parts)

@@ -14,18 +14,21 @@ from .maps.fields import Field
 from .pins import Softness
 from .plane import bounding_box
 
-NEAR_SHARE = 1e-6  # relative to the diagonal: rounding
+NEAR_SHARE = 1e-6  # relative to the diagonal: due to rounding
 ON_OUTLINE_SHARE = 1e-3
-"""Relative to the diagonal: what is this close to the outline is on it, where constraints are met."""
+"""Relative to the diagonal: points this close to the outline are on it, if constraints are hard."""
 LEAST_IMPORTANCE, LEAST_SIZE = 0.1, 1e-2
-"""Relative to the largest value of the field: smaller ones are raised, since energies are divided by them."""
+"""Relative to the largest value of the field: smaller values are raised to this, since energies are divided by
+them.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """What is to be mapped onto what, and under which constraints: all of it bit for bit as it was given.
+    """The domains and constraints of a solve, with the exact coordinates that were given.
 
-    Each method normalises the coordinates once, in a separate frame (`paper.normalised`, `balanced.model.frames`).
+    Each method normalises the coordinates once, in a separate frame (`paper.normalised`,
+    `balanced.model.frames`).
 
     Attributes:
         source: outline of the source, a domain.
@@ -34,13 +37,13 @@ class Problem:
         strokes: polylines in the source and their images.
         source_holes: outlines of the source's holes, clockwise.
         target_holes: those of the target's.
-        hole_partners: (i, j) that hole i of the source is to go to hole j of the target.
+        hole_partners: (i, j) if hole i of the source is to be mapped to hole j of the target.
         rigid: outlines of rigid regions of the source.
         rigid_target: those of the target.
-        importance: how much distortion hurts, over the source.
-        size_map: how large the source's parts are to be, relative to each other.
-        softness: how pins hold what is around them.
-        stroke_widths: of each stroke the width of the band around it that keeps its form; 0 for none.
+        importance: weight of distortion, over the source.
+        size_map: desired scale of the source's parts, relative to each other.
+        softness: of the pins.
+        stroke_widths: for each stroke, the width of the band around it that keeps its shape; 0 for none.
     """
 
     source: Curve
@@ -76,17 +79,18 @@ class Problem:
         softness: Softness | None = None,
         stroke_widths: Sequence[float] = (),
     ) -> "Problem":
-        """Check what the user gave (see `iccm.fit`).
+        """Check the user's input (see `iccm.fit`) and return the problem.
 
         Args:
             source, target, pins, strokes: see `iccm.fit`.
-            holes: those of the source and of the target.
-            partners: `hole_partners`.
+            holes: of the source and of the target.
+            partners: see `hole_partners`.
             reach: how far outside constraints may be, relative to the diagonal.
             rigid, rigid_target, importance, size_map: see `iccm.fit`.
-            pins_inside: whether pins that lead out of the target are refused: methods that weigh them would not notice.
-            softness: how pins hold what is around them; None leaves that to the method.
-            stroke_widths: of each stroke, as above; empty for none.
+            pins_inside: whether to reject pins whose target is outside the shape; methods that weight pins
+                would not notice.
+            softness: of the pins; None leaves it to the method.
+            stroke_widths: for each stroke; empty for none.
 
         Raises:
             InputError: an outline is not a simple polygon, or a constraint is not inside the shapes.
@@ -120,8 +124,10 @@ class Problem:
 
     @property
     def outlines(self) -> tuple[Curve, Curve]:
-        """Source and target from known vertices on, so that results do not depend on the first one; there must be a
-        target."""
+        """Source and target started at canonical vertices, so that results do not depend on the first one.
+
+        There has to be a target.
+        """
         assert self.target is not None
         return from_known(self.source), from_known(self.target)
 
@@ -132,8 +138,9 @@ def as_domain(shape: "Curve | ArrayLike", name: str) -> Curve:
 
 
 def from_known(curve: Curve) -> Curve:
-    """Return the closed curve started at a vertex that does not depend on where it was: the one closest to the
-    vertices' mean, and of several the leftmost, and the lowest of those.
+    """Return the closed curve started at a canonical vertex, which does not depend on the given first one.
+
+    It is the vertex closest to the vertices' mean; ties go to the leftmost, then the lowest.
     """
     base = bounding_box(curve.z)[0]
     away = curve.z - base
@@ -145,10 +152,10 @@ def from_known(curve: Curve) -> Curve:
 
 
 def _holes(outer: Curve | None, holes, name: str) -> tuple[Curve, ...]:
-    """Return the outlines of holes, clockwise, from known vertices on.
+    """Return the outlines of holes, clockwise, started at canonical vertices.
 
     Raises:
-        InputError: one is not a simple polygon, or not inside and apart from the outline and the others.
+        InputError: a hole is not a simple polygon, not inside the outline, or not disjoint from the others.
     """
     found: list[Curve] = []
     rings = [outer.polygon] if outer else []
@@ -166,7 +173,7 @@ def _holes(outer: Curve | None, holes, name: str) -> tuple[Curve, ...]:
 
 
 def _field(given, box: Box, name: str, least: float) -> Field | None:
-    """Return what a user gave, a picture (h, w) over the source's bounding box, or one with its box."""
+    """Return the field of a picture (h, w) over the source's bounding box, or of a picture with a given box."""
     if given is None or isinstance(given, Field):
         return given
     if isinstance(given, tuple) and len(given) == 2 and np.ndim(given[0]) == 2:
@@ -181,7 +188,7 @@ def _field(given, box: Box, name: str, least: float) -> Field | None:
 
 
 def _regions(regions) -> tuple[Complex, ...]:
-    """Return the outlines of rigid regions, checked."""
+    """Check and return the outlines of rigid regions."""
     return tuple(as_domain(region, f"rigid region {k + 1}").z for k, region in enumerate(regions))
 
 
@@ -209,7 +216,7 @@ def _stroke(shape, name: str) -> Curve:
 
 
 def as_pins(pins: ArrayLike | Sequence | None) -> Complex:
-    """Return pins as (k, 2) complex numbers, source and target of each.
+    """Return pins as (k, 2) complex numbers, source and target.
 
     Raises:
         InputError: they are not pairs of finite points.
@@ -223,7 +230,7 @@ def as_pins(pins: ArrayLike | Sequence | None) -> Complex:
 
 
 def _refuse_outside(shape: Curve, z: Complex, what: str, reach: float, side: str = "source") -> None:
-    """Raise unless every point is inside a shape or on its boundary."""
+    """Raise an InputError unless every point is inside a shape or on its boundary."""
     if not z.size:
         return
     gap = shape.distances(z)

@@ -1,4 +1,4 @@
-"""Progress of a long computation, reported to whoever listens: no result depends on it.
+"""Progress of long computations, reported to a listener; results do not depend on it.
 
 with progress.heard(print):
     iccm.fit(source, target)
@@ -14,7 +14,7 @@ from .errors import Cancelled
 
 Item = TypeVar("Item")
 Listener = Callable[[str, int, int], object]
-"""Is given what is done, how much of it is done, and how much there is; 0 of 0 where that is not known."""
+"""A function of the current step, the amount done, and the total amount; 0 and 0 if that is unknown."""
 
 
 class Progress(NamedTuple):
@@ -39,7 +39,7 @@ _listener: ContextVar[Listener | None] = ContextVar("listener", default=None)
 
 @contextmanager
 def heard(listener: Listener | None) -> Iterator[None]:
-    """Report to the listener, in this thread, what is done in the block; None for nobody."""
+    """Report progress of the block, in this thread, to a listener; None for nobody."""
     token = _listener.set(listener)
     try:
         yield
@@ -51,10 +51,10 @@ def heard(listener: Listener | None) -> Iterator[None]:
 def listening(
     progress: Callable[[Progress], object] | None, cancel: Callable[[], bool] | None
 ) -> Iterator[None]:
-    """Call the functions of a user while the block runs; whoever listened before hears it, too.
+    """Call a user's functions while the block runs; an outer listener is called, too.
 
     Raises:
-        Cancelled: in the block, once `cancel` returned true.
+        Cancelled: in the block, after `cancel` returned true.
     """
     if progress is None and cancel is None:
         yield
@@ -76,7 +76,7 @@ def listening(
 
 @contextmanager
 def within(what: str) -> Iterator[None]:
-    """Put `what` before all that is reported in the block."""
+    """Put `what` in front of all steps that are reported in the block."""
     outer = _listener.get()
     inner = None if outer is None else lambda part, done, of: outer(f"{what}, {part}", done, of)
     with heard(inner):
@@ -84,11 +84,11 @@ def within(what: str) -> Iterator[None]:
 
 
 def tell(what: str, done: int = 0, of: int = 0) -> None:
-    """Report to the listener of this thread what is under way; in a loop, that `of` is the length of, it is asked
-    whether there is time left (see `deadline`).
+    """Report the current step to the listener of this thread, and in a loop of length `of` check the time
+    limit.
 
     Raises:
-        TimeUp: there is none.
+        TimeUp: the time is over (see `deadline`).
     """
     if listener := _listener.get():
         listener(what, done, of)
@@ -99,7 +99,7 @@ def tell(what: str, done: int = 0, of: int = 0) -> None:
 
 
 def counted(what: str, items: Iterable[Item], of: int | None = None) -> Iterator[Item]:
-    """Yield the items, telling before each how many are done."""
+    """Yield the items, and report before each how many are done."""
     total = of if of is not None else len(items) if isinstance(items, Sized) else 0
     for done, item in enumerate(items):
         tell(what, done, total)

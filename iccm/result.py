@@ -1,4 +1,4 @@
-"""The result of solving: a map, how the solver ended (`status`), and figures that judge it."""
+"""The result of a solve: a map, how the solver ended (`status`), and figures about its quality."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -43,20 +43,24 @@ if TYPE_CHECKING:
 
     from .pixels.preimages import AnyMap as PixelMap
 
-PLOTTED_PIXELS = 480  # pixels of the picture in a plot, on its longer side
-INTERIOR_POINTS = 2000  # at which figures over an area are taken (by hand)
+PLOTTED_PIXELS = 480  # of the picture in a plot, on its longer side
+INTERIOR_POINTS = 2000  # points at which figures over an area are evaluated (chosen by hand)
 MOST_LOST_SHARE = 0.01  # of the source's area
 FAR_OFF_TOLERANCES = 30
-"""Times the tolerance: an outline that is farther from the target's is not reached, whatever weighs against it."""
+"""Tolerances: an outline that is farther from the target's does not meet it, whatever the weights."""
 SQUEEZED_AREA_SHARE = 2e-3
-"""Of a surface: by landmarks good maps have at most 1.1e-3 (cow), one with protrusions lost 2.4e-3 (fox, 622
-triangles).
+"""Relative to a surface's area. Good maps with landmarks have at most 1.1e-3 (cow); a map that lost protrusions
+had 2.4e-3 (fox, 622 triangles).
 """
 SAME_PLACE_SHARE, DRIFT_SHARE = 0.04, 0.03
-"""Of a mesh's diagonal: surfaces at most so far apart are in the same place; a map that moves points by so much
-more has drifted. Maps of copies of one model move them by at most .006 (docs/reference/shapes.md)."""
-FLATNESS_SHARE = 1e-4  # of the diameter: how far the drawn image of the boundary may be off a curved one
-INVERSE_ERROR_SHARE = 1e-6  # of the source's diagonal: an inverse that errs by more is another point
+"""Relative to a mesh's diagonal: surfaces closer than the first are in the same place; a map that moves points
+by the second more than that has drifted. Maps between copies of one model move points by at most 0.006
+(docs/reference/shapes.md).
+"""
+# Relative to the diameter: largest distance of the polygon drawn for a curved image of the boundary.
+FLATNESS_SHARE = 1e-4
+# Relative to the source's diagonal: an inverse with a larger error is another point.
+INVERSE_ERROR_SHARE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,32 +69,33 @@ class Fit:
 
     Attributes:
         map: the continuous map from source to target.
-        ended: how the solver ended, by its own figures; `status` is judged by all.
-        energies: one dict an iteration, term name to value, with "total"; lengths relative to the target's radius.
+        ended: how the solver ended, by its own criteria; `status` takes all figures into account.
+        energies: one dict per iteration, from term name to value, with "total"; lengths are relative to the
+            target's radius.
         source: the domain of the map.
-        target: the boundary aimed at; None for a deformation.
+        target: boundary of the target; None for a deformation.
         pins: (k, 2) complex, source and target of each pin.
         strokes: pairs of source and target strokes.
-        notes: sentences on what was decided on the way.
+        notes: messages about decisions of the solver, such as omitted content.
         source_holes: outlines of the source's holes, clockwise.
         target_holes: those of the target's.
-        hole_partners: for each boundary of the map but the outer one, which hole of the source and of the target it
-            is; -1 where it is none, but a slit.
-        passed_holes: holes of the source, and of the target, that the map takes for inside.
-        filled: where concavities of one shape are filled, the map's outline with these in the source and in the
-        image; None
-            for the map of whole outlines.
-        layouts: of the surfaces that source and target stand for; None for domains of the plane.
-        rigid: the rigid regions, and how they came out.
-        tolerance: the gap between the image of the boundary and the target that was aimed at, relative to the diagonal.
-        axes: what pairs of numbers mean in the source and in the target, see `iccm.axes`.
-        drawings: the whole drawings of source and target, where the map is one of drawings: `source` and `target` are
-            then the outlines of frames around them, or of their only parts.
+        hole_partners: for each boundary of the map but the outer one, the hole of the source and of the target;
+            -1 for a slit.
+        passed_holes: holes of the source, and of the target, that the map ignores.
+        filled: if concavities of one shape are filled, the map's outline including these, in the source and in
+            the image; None for the map of whole outlines.
+        layouts: flattenings of the surfaces that source and target stand for; None for planar domains.
+        rigid: the rigid regions, with their similarities and remaining distortion.
+        tolerance: requested distance between the image of the boundary and the target, relative to the
+            diagonal.
+        axes: meaning of pairs of numbers in the source and in the target, see `iccm.axes`.
+        drawings: the whole drawings of source and target, if the map is one of drawings: `source` and `target`
+            are then the outlines of frames around them, or of their only parts.
         opaque: whether the texture also covers the gaps between the source's parts.
-        place: "fill"; or "inside" or "slice", where the drawings keep their proportions, and `source` and `target` are
-            the outlines of what of them goes together.
-        softness: how the balanced method's pins hold what is around them, with the radii and tolerances that were
-            chosen; None where pins are weights.
+        place: "fill"; or "inside" or "slice", if the drawings keep their proportions, and `source` and `target`
+            are the outlines of the parts that are mapped onto each other.
+        softness: of the balanced method's pins, with the radii and tolerances that were chosen; None for
+            methods that weight pins.
 
     >>> import iccm
     >>> square = np.array([0, 1, 1 + 1j, 1j])
@@ -132,10 +137,10 @@ class Fit:
 
     @cached_property
     def status(self) -> Status:
-        """How the solver ended, judged by all figures of the report.
+        """How the solver ended, taking all figures of the report into account.
 
-        A solver that ended well may leave a map that folds, that pins pull far off the target's outline, or that twists
-        one surface on another; none of these is `ok`.
+        Even if the solver ended well, the map may fold, pins may pull it far from the target's outline, or it
+        may twist one surface relative to the other; then the status is not `ok`.
         """
         if not self.ended.ok:
             return self.ended
@@ -151,7 +156,9 @@ class Fit:
 
     @property
     def _has_drifted(self) -> bool:
-        """Whether two surfaces lie in the same place, their landmarks included, and the map moves points far away."""
+        """Whether two surfaces lie in the same place, including their landmarks, and the map moves points far
+        away.
+        """
         source, target = self.layouts
         assert source is not None and target is not None
         away = self._apart["apart"]["p95"]
@@ -168,17 +175,21 @@ class Fit:
 
     @cached_property
     def certificate(self) -> Certificate:
-        """On what part of the source the map is proven to be one-to-one."""
+        """The part of the source on which the map is proven to be one-to-one."""
         if isinstance(self.map, TriangulatedMap):
             return self.map.injectivity
         return injectivity.certify(self.map)
 
     @cached_property
     def lost(self) -> float:
-        """Share of the source's area that the inverse does not bring back: it folds, or shrinks below what numbers can
-        tell. Only what is not certain to be one-to-one is looked at."""
+        """Share of the source's area that the inverse does not recover, because it folds or shrinks below
+        numerical precision.
+
+        It is sampled, unless the certificate covers nearly all of the source.
+        """
         if self.certificate.share >= CERTAIN_SHARE or (self.target is None and self.certificate.zeros == 0):
-            return 0.0  # without a target a map that folds nowhere may overlap itself: the outline reports
+            # Without a target, a map without folds may overlap itself, which is reported for the outline.
+            return 0.0
         z = self.interior
         back = self.inverse(self.map.jet(z)[0])
         near = np.abs(back - z) <= INVERSE_ERROR_SHARE * Curve(self.map.polygon).diagonal
@@ -186,14 +197,14 @@ class Fit:
 
     @property
     def iterations(self) -> int:
-        """Local and global steps taken."""
+        """Number of local and global steps."""
         return max(0, len(self.energies) - 1)
 
     def inverse(self, w: Complex) -> Complex:
-        """Return points z with map(z) = w; NaN where w has none (of balanced maps more than 1e-3 of the diagonal
-        outside).
+        """Return the points z with map(z) = w.
 
-        Complex points of any shape, or pairs (…, 2): in the same form.
+        The result is NaN if there are none (for balanced maps, more than 1e-3 of the diagonal outside). Points
+        are complex numbers of any shape, or pairs (…, 2); the result has the same form.
         """
         if is_pairs(w):
             return on_pairs(self.inverse, w, self.axes[::-1])  # type: ignore[return-value]
@@ -203,18 +214,18 @@ class Fit:
 
     @property
     def transform(self) -> Transform:
-        """Source to target and back, on complex points or pairs of x and y, with scikit-image's `inverse`.
+        """The map and its inverse on complex points or pairs of x and y, with the interface of scikit-image's
+        transforms.
 
-        Pairs are x and y, as `skimage.transform` has them; y is down where the shapes were given so. The way back has a
-        value everywhere inside the target: where that stays uncovered, the one of the nearest point that is not.
+        Pairs are always x and y, as in `skimage.transform`; y is down if the shapes were given that way. The
+        inverse has a value everywhere inside the target: where the target stays bare, it is that of the nearest
+        covered point.
         """
         source, target = ("xy" if axes == "xy" else "screen" for axes in self.axes)
         return Transform(self.map, self._inverse_inside, (source, target))
 
     def _inverse_inside(self, w: Complex) -> Complex:
-        """Return the inverse, and inside the target, where it is not covered, that of the nearest point of the
-        image.
-        """
+        """Return the inverse; inside the target, where it is not covered, that of the nearest point of the image."""
         w = np.asarray(w, np.complex128)
         z = self.inverse(w)
         if self.target is None:
@@ -230,20 +241,21 @@ class Fit:
         return found.reshape(w.shape)
 
     def inverted(self) -> Transform:
-        """Target to source."""
+        """Return the transform from target to source."""
         return self.transform.inverse
 
     def then(self, other: "Fit | Transform") -> Transform:
-        """Return this map, then another from its target on."""
+        """Return the composition: this map first, then `other`, which starts from its target."""
         return self.transform.then(other.transform if isinstance(other, Fit) else other)
 
     def save(self, path: str | PathLike, planes: tuple[Plane, Plane] | None = None, **about: Any) -> None:
-        """Write the map into a file that `iccm.load` reads: the same map, bit for bit. The name should end in .npz.
+        """Write the map to a file that `iccm.load` reads exactly, bit for bit. The name should end in .npz.
 
         Args:
             path: the file; it is replaced.
-            planes: the files' frames and canvases, which go into it; by default y up and bounding boxes.
-            **about: what JSON can hold and `MapFile.about` should.
+            planes: coordinate frames and canvases of the source's and the target's files, which are saved too;
+                by default y up and bounding boxes.
+            **about: further JSON data for `MapFile.about`.
 
         Raises:
             InputError: the map is between flattened surfaces.
@@ -273,10 +285,10 @@ class Fit:
 
     @classmethod
     def of(cls, held: MapFile) -> "Fit":
-        """Return the result that was saved.
+        """Return the result that a map file contains.
 
         Raises:
-            InputError: what goes with its map is not what a result has.
+            InputError: the data about the map are inconsistent.
         """
         about, (source, target) = held.about, held.planes
         ended: str = about["ended"]
@@ -322,13 +334,13 @@ class Fit:
         )
 
     def _repr_png_(self) -> bytes:
-        """Return a numbered checkerboard carried by the map, as notebooks show it."""
+        """Return a numbered checkerboard mapped to the target, for notebooks."""
         from .pixels.thumbnail import png
 
         return png(self._checkerboard()[0])
 
     def _repr_html_(self) -> str:
-        """Return the summary, and a numbered checkerboard carried by the map, as notebooks show them."""
+        """Return the summary and a numbered checkerboard mapped to the target, for notebooks."""
         from base64 import b64encode
         from html import escape
 
@@ -345,17 +357,17 @@ class Fit:
         *,
         ax: "Axes | None" = None,
     ) -> "Figure":
-        """Return a figure of the map as matplotlib has figures: `fit.plot().savefig("fit.png")`.
+        """Return a matplotlib figure of the map: `fit.plot().savefig("fit.png")`.
 
-        With `ax` the picture carried and the target's outline are drawn there, and nothing else. Otherwise it shows
-        a grid in the source and in the image, the picture carried, area scale and dilatation over the source,
-        and the report with its notes in words.
+        With `ax`, only the mapped picture and the target's outline are drawn there. Otherwise the figure shows
+        a grid in the source and in the image, the mapped picture, area scale and dilatation over the source,
+        and the report with its notes.
 
         Args:
-            report: that of the map, if it is there already.
+            report: the report of the map, if it is already computed.
             names: titles of the source and of its image.
-            carried: a picture seen through the map, 8 bits a channel in sRGB, and its box in the target's plane; by
-                default a numbered checkerboard.
+            carried: a mapped picture, 8 bits per channel in sRGB, and its box in the target's plane; by default
+                a numbered checkerboard.
             ax: axes to draw into; their figure is returned.
         """
         if ax is not None:
@@ -379,11 +391,11 @@ class Fit:
         )
 
     def outline_of(self, region: Region) -> Complex:
-        """Return (p,) the outer outline of a rigid region in the source."""
+        """Return (p,) the outer outline of a rigid region, in the source."""
         return self.inverse(region.rings[0]) if region.of_target else region.rings[0]
 
     def _checkerboard(self) -> tuple[NDArray, Box]:
-        """Return a numbered checkerboard on the source's bounding box, seen through the map, and where."""
+        """Return a numbered checkerboard over the source's bounding box, mapped to the target, and its box there."""
         from .pixels.canvas import Canvas, proportional
         from .pixels.checkerboard import checkerboard
         from .pixels.texture import Texture
@@ -395,7 +407,9 @@ class Fit:
 
     @cached_property
     def image(self) -> Complex:
-        """The image of the boundary of the map's polygon, in order: as it is, or a curved one to FLATNESS_SHARE."""
+        """The image of the boundary of the map's polygon, in order; a curved one is approximated to
+        FLATNESS_SHARE.
+        """
         map = self.map
         if isinstance(map, TriangulatedMap):
             return map(map.polygon)
@@ -403,7 +417,7 @@ class Fit:
 
     @property
     def boxes(self) -> tuple[Box, Box]:
-        """The bounding boxes of source and target: of the drawings, also where only parts of them go together."""
+        """The bounding boxes of source and target; of the whole drawings, even if only parts of them are mapped."""
         if self.place != "fill" and self.drawings is not None:
             bounds = [drawing.painted.bounds for drawing in self.drawings]
             source, target = ((complex(*box[:2]), complex(*box[2:])) for box in bounds)
@@ -412,15 +426,20 @@ class Fit:
 
     @property
     def diagonal(self) -> float:
-        """The unit of reported lengths: the diagonal of the target's bounding box, or of the image's where
-        there is no target."""
+        """The unit of reported lengths: the diagonal of the target's bounding box, or of the image's without a
+        target.
+        """
         return (self.target or Curve(self.image)).diagonal
 
     @cached_property
     def boundary(self) -> dict[str, float]:
-        """`rms` and two-sided `hausdorff` distance of the boundary's image to the target, relative; `given` is
-        the largest distance of an image of the source's vertices as given, of which a polygon has fewer, and
-        `source`, where the polygon misses the source by too much, the two-sided distance of these, relative."""
+        """Distances of the boundary's image from the target, relative to `diagonal`.
+
+        `rms` and `hausdorff` are the root mean square and the two-sided Hausdorff distance. `given` is the
+        largest distance of an image of the source's vertices as given, of which the map's polygon may have
+        fewer. `source`, present if the polygon misses the source by too much, is the two-sided distance between
+        these.
+        """
         assert self.target is not None
         pairs = [
             (Curve(closer_outline(self.image, self.filled and self.filled[1], self.target)), self.target),
@@ -449,7 +468,7 @@ class Fit:
 
     @property
     def _on_outline(self) -> Complex:
-        """The source's vertices as given that are on the outline, not inside concavities and not left out."""
+        """The source's vertices, as given, that are on the map's outline, not inside concavities and not left out."""
         if self.filled is None:
             return self.source.z
         near = ON_OUTLINE_SHARE * self.source.diagonal
@@ -459,7 +478,7 @@ class Fit:
 
     @cached_property
     def coverage(self) -> Coverage:
-        """What of both shapes the map covers."""
+        """The parts of both shapes that the map covers."""
         return Coverage(
             map=self.map,
             image=self.image,
@@ -476,18 +495,21 @@ class Fit:
 
     @property
     def seen(self) -> Seen | None:
-        """What is seen of both drawings; None where the map is not one of drawings."""
+        """The visible parts of both drawings; None if the map is not one of drawings."""
         return self.coverage.seen
 
     @property
     def moved_rings(self) -> list[Complex]:
-        """The rings of the source drawing where the map takes them, edges subdivided so that they follow it."""
+        """The images of the source drawing's rings, with edges subdivided so that they follow the map."""
         return [] if self.drawings is None else move_rings(self.map, self.drawings[0].rings)
 
     @property
     def visible_map(self) -> "PixelMap":
-        """The map as pictures show it: that of whole drawings is cut to what the target paints, and that of a deformed
-        drawing to what it paints itself, moved."""
+        """The map restricted to what pictures show.
+
+        A map of whole drawings is restricted to what the target paints, and that of a deformed drawing to the
+        image of what it paints itself.
+        """
         if self.drawings is None:
             return self.map
         from .pixels.composed import Cut
@@ -496,12 +518,12 @@ class Fit:
 
     @property
     def shown(self) -> float | None:
-        """The share of the source drawing's painted area that the result shows."""
+        """Share of the source drawing's painted area that the result shows."""
         return None if self.seen is None else 1 - self.seen.hidden
 
     @property
     def covered(self) -> float | None:
-        """The share of the target drawing's painted area that shows something; of single outlines, of their area."""
+        """Share of the target drawing's painted area that shows something; for single outlines, of their area."""
         if self.seen is None:
             return None if self.target is None else 1 - self.uncovered
         return 1 - self.seen.bare
@@ -513,32 +535,32 @@ class Fit:
 
     @property
     def unseen(self) -> tuple[shapely.Geometry, shapely.Geometry]:
-        """What of the source drawing is hidden, and what of the target drawing stays bare, as shapely has regions."""
+        """The hidden part of the source drawing and the bare part of the target drawing, as shapely geometries."""
         return self.coverage.unseen
 
     @property
     def is_partial(self) -> bool:
-        """Whether concavities are filled, holes ignored or without a partner, so that parts may have none."""
+        """Whether parts may have no partner: concavities are filled, or holes are ignored or have no partner."""
         return self.coverage.is_partial
 
     @property
     def left_out(self) -> float:
-        """The share of the source's area that the map leaves out, or takes into holes of the target."""
+        """Share of the source's area that the map leaves out, or maps into holes of the target."""
         return self.coverage.left_out
 
     @property
     def uncovered(self) -> float:
-        """The share of the target's area that the map does not cover, or takes holes of the source to."""
+        """Share of the target's area that the map does not cover, or to which it maps holes of the source."""
         return self.coverage.uncovered
 
     @property
     def without_partner(self) -> tuple[shapely.Geometry, shapely.Geometry]:
-        """What of the source is left out, and what of the target stays uncovered, as shapely has regions."""
+        """The parts of the source and of the target without a partner, as shapely geometries."""
         return self.coverage.without_partner
 
     @property
     def openings(self) -> tuple[list[Complex], list[Complex]]:
-        """The outlines of holes that the map leaves out, in the source and in the image, closed polylines."""
+        """The outlines of holes in the map, in the source and in the image, as closed polylines."""
         return self.coverage.openings
 
     @property
@@ -548,7 +570,9 @@ class Fit:
 
     @property
     def _source_gap(self) -> float:
-        """Two-sided Hausdorff distance of the boundary that the map covers to the source's, relative."""
+        """Two-sided Hausdorff distance of the boundary that the map covers from the source's, relative to its
+        diagonal.
+        """
         outer = closer_outline(self.map.polygon, self.filled and self.filled[0], self.source)
         pairs = [(Curve(outer), self.source)]
         if isinstance(self.map, TriangulatedMap):
@@ -561,7 +585,7 @@ class Fit:
 
     @property
     def _hole_images(self) -> Iterator[tuple[Curve, Curve, int, int]]:
-        """The image of each hole's boundary, the outline it belongs on, and the numbers of both holes."""
+        """The image of each hole's boundary, the outline on which it belongs, and the numbers of both holes."""
         if not isinstance(self.map, TriangulatedMap):
             return
         for loop, (i, j) in zip(self.map.loops[1:], self.hole_partners):
@@ -569,12 +593,12 @@ class Fit:
 
     @property
     def _has_pairs(self) -> bool:
-        """Whether there are holes that go onto holes."""
+        """Whether holes are mapped onto holes."""
         return self.target is not None and bool(self.source_holes or self.target_holes)
 
     @property
     def _holes_report(self) -> list[dict[str, Any]]:
-        """Holes of the source and of the target, counted from 1, with the gap of their outlines."""
+        """Holes of the source and of the target, counted from 1, with the distance of their outlines."""
         met = [
             {
                 "source": i + 1 if i >= 0 else None,
@@ -593,8 +617,10 @@ class Fit:
 
     @cached_property
     def distortion(self) -> Distortion:
-        """How the map distorts, over the target's area; over the image's where there is no target. Between surfaces
-        where layouts stand for them."""
+        """Distortion of the map over the target's area, or over the image's without a target.
+
+        If layouts stand for surfaces, it is that of the map between the surfaces.
+        """
         if any(self.layouts):
             return on_surfaces(self._samples, self.layouts)
         if not isinstance(self.map, TriangulatedMap):
@@ -602,7 +628,7 @@ class Fit:
         chosen = np.flatnonzero(~self.voids)
         if self.drawings is None or self.target is None:
             return distortion.of_triangles(self.map, chosen)
-        # of whole drawings over what is seen: nobody sees how gaps are stretched
+        # for whole drawings only over visible parts: the distortion of gaps is invisible
         regions = self.drawings[0].region, self.drawings[1].region
         faces = self.map.faces[chosen]
         shares = shares_seen(self.map.source, self.map.image, faces, *regions, covering=None).both
@@ -613,13 +639,16 @@ class Fit:
 
     @cached_property
     def triangles(self) -> Distortion:
-        """How the map distorts in the middle of each triangle, in their order; of a harmonic map, those that it is
-        drawn by. Its `energies` are the terms of the balanced energy."""
+        """Distortion of the map at the centroid of each triangle, in order; of a harmonic map, on the triangles
+        that approximate it.
+
+        Its `energies` are the terms of the balanced energy.
+        """
         return distortion.in_middles(triangulated(self.map))
 
     @property
     def _samples(self) -> Distortion:
-        """How the map distorts, at places inside."""
+        """Distortion of the map at points inside."""
         if isinstance(self.map, TriangulatedMap):
             return distortion.inside_triangles(self.map)
         aim = self.target or Curve(self.image)
@@ -627,7 +656,7 @@ class Fit:
         return distortion.of_inverse(self.map, interior_grid(aim, INTERIOR_POINTS), float(mean))
 
     def summary(self) -> str:
-        """Return the figures that matter in one line, as the command line shows them.
+        """Return the most important figures in one line, as the command line shows them.
 
         >>> import iccm
         >>> square = np.array([0, 1, 1 + 1j, 1j])
@@ -638,7 +667,7 @@ class Fit:
 
     @on_one_thread
     def report(self) -> dict[str, Any]:
-        """Return the figures of the JSON report that depend on the map alone; lengths relative to `diagonal`."""
+        """Return the figures of the JSON report that depend on the map only; lengths are relative to `diagonal`."""
         area = np.log10(np.maximum(np.abs(harmonic.area_scale(*self.map.jet(self.interior)[1:])), 1e-300))
         pin_errors = np.abs(self._image_of(self.pins[:, 0]) - self.pins[:, 1]) / self.diagonal
         return {
@@ -668,7 +697,7 @@ class Fit:
 
     @property
     def _pin_tolerances(self) -> list[dict[str, float]]:
-        """Up to which error each soft pin is met; nothing of exact ones."""
+        """For each soft pin, the error up to which it counts as met; empty for exact pins."""
         if self.softness is None:
             return [{}] * len(self.pins)
         pairs = zip(self.softness.is_soft, self.softness.limits / self.diagonal)
@@ -676,7 +705,7 @@ class Fit:
 
     @property
     def _lost_notes(self) -> list[str]:
-        """A sentence where much of either drawing is not seen, unless that was asked for."""
+        """Notes if large parts of either drawing are not visible, unless that was requested."""
         if self.seen is None:
             return []
         said = []
@@ -696,7 +725,7 @@ class Fit:
 
     @property
     def _distortion_report(self) -> dict[str, Any]:
-        """The figures of distortion; what stays uncovered is within no scale."""
+        """The figures of distortion; bare parts of the target count as outside of every scale range."""
         found = self.distortion.report()
         if self.is_partial:
             found["scale"] = {name: share * (1 - self.uncovered) for name, share in found["scale"].items()}
@@ -704,12 +733,12 @@ class Fit:
 
     @cached_property
     def _apart(self) -> dict[str, Any]:
-        """How far points of two surfaces that go together are apart in space."""
+        """Distances in space between corresponding points of two surfaces."""
         source, target = self.layouts
         return {"apart": surface_distances(self._samples, source, target)} if source and target else {}
 
     def doubts(self) -> list[str]:
-        """Return what the figures say against the map, as sentences."""
+        """Return messages about figures that indicate problems of the map."""
         found = []
         if self.lost >= SEEN_FOLDS:
             found.append(
@@ -724,20 +753,21 @@ class Fit:
         return found
 
     def _image_of(self, z: Complex) -> Complex:
-        """Return the map at points of the source, some of which the map's polygon may leave outside."""
+        """Return the images of points of the source; points outside the map's polygon are moved to its outline."""
         return self.map(Curve(self.map.polygon).pulled_in(z))
 
     def _stroke_error(self, source: Curve, target: Curve) -> float:
-        """Root mean square distance of a stroke's image to its target, relative."""
+        """Return the root mean square distance of a stroke's image from its target, relative to `diagonal`."""
         image = self._image_of(source.at(np.linspace(0, source.length, 50)))
         return float(np.sqrt(np.mean(target.distances(image) ** 2))) / self.diagonal
 
 
 def load(path: str | PathLike) -> Fit:
-    """Return the result that `Fit.save`, or `iccm map -o map.npz`, wrote: it evaluates as that one does, bit for bit.
+    """Return the result that `Fit.save`, or `iccm map -o map.npz`, wrote; it evaluates to the same values, bit
+    for bit.
 
     Raises:
-        InputError: no such file, or what it holds is not a sound map.
+        InputError: the file does not exist, or does not contain a valid map.
 
     >>> import tempfile, pathlib, iccm
     >>> square = np.array([0, 1, 1 + 1j, 1j])
@@ -753,10 +783,10 @@ def load(path: str | PathLike) -> Fit:
 
 
 def _softness(held: MapFile) -> Softness | None:
-    """Return how the pins of a saved map hold what is around them.
+    """Return the softness of a saved map's pins.
 
     Raises:
-        InputError: there are not as many as pins.
+        InputError: their numbers differ.
     """
     lists = held.about.get("softness")
     if lists is None:
@@ -768,7 +798,7 @@ def _softness(held: MapFile) -> Softness | None:
 
 
 def _drawings(held: MapFile) -> tuple[Drawing, Drawing] | None:
-    """Return the drawings of a saved map of whole drawings."""
+    """Return the drawings of a saved map; None if it is not a map of whole drawings."""
     source, target = (held.rings[name] for name in DRAWING_RINGS)
     if not source or not target:
         return None
@@ -779,7 +809,7 @@ def _regions(held: MapFile, holes: tuple[list[Curve], list[Curve]]) -> list[Regi
     """Return the rigid regions of a saved map.
 
     Raises:
-        InputError: its rings are none.
+        InputError: the rings do not form regions, or a region contains no triangles.
     """
     counts, rings = held.about.get("rigid", []), list(held.rings["rigid"])
     if sum(counts) != len(rings) or (rings and not isinstance(held.map, TriangulatedMap)):
@@ -799,5 +829,5 @@ def _regions(held: MapFile, holes: tuple[list[Curve], list[Curve]]) -> list[Regi
 
 
 def _quantile(values: np.ndarray, q: float) -> float:
-    """Return a quantile that stays well defined when some values are infinite."""
+    """Return a quantile that is well defined even if some values are infinite."""
     return float(np.quantile(values, q, method="inverted_cdf"))

@@ -1,4 +1,4 @@
-"""Signatures as people read them."""
+"""Signatures without types, for `help`."""
 
 import inspect
 from collections.abc import Callable
@@ -8,8 +8,9 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def plain_signature(function: Function) -> Function:
-    """Return a function whose `help` shows names and defaults alone: types are in its text, and in its source for
-    checkers.
+    """Return a function whose `help` shows only names and defaults.
+
+    Its docstring describes the types, and type checkers read them from the source.
     """
     signature = inspect.signature(function)
     bare = [each.replace(annotation=inspect.Parameter.empty) for each in signature.parameters.values()]

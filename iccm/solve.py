@@ -1,4 +1,4 @@
-"""The entry points: `fit` and `deform`, the roof over the methods."""
+"""The entry points `fit` and `deform`, which check the input and call one of the methods."""
 
 from __future__ import annotations
 
@@ -31,10 +31,12 @@ from .signatures import plain_signature
 from .status import Status
 
 FORMER_NAMES = {"starts": "effort"}
-"""Options by the names that they used to have."""
+"""Former names of options, with the present ones."""
 
 Outline = Any
-"""A shape, see `iccm.given`: complex vertices, pairs, a polygon, a path, a `Curve`, a flattening."""
+"""A shape in any form that `iccm.given` accepts: complex vertices, pairs, a polygon, a path, a `Curve`, a
+flattening.
+"""
 Points = Any
 """Complex numbers, or pairs of real ones."""
 
@@ -45,7 +47,7 @@ Solve = TypeVar("Solve", bound=Callable[..., Fit])
 
 
 def _within_time(solve: Solve) -> Solve:
-    """Return a solve that says so where the time that it was given (see `deadline`) ended the search."""
+    """Decorate a solve so that it reports when the time limit (see `deadline`) ended its search."""
 
     @wraps(solve)
     def timed(*args: Any, **options: Any) -> Fit:
@@ -121,9 +123,9 @@ def fit(
         (i, j) for holes that must be mapped onto each other, counted from 0; the others are paired by position and
         size.
     rigid
-        Outlines of regions of the source that keep their form: each connected region is mapped by a similarity, and is
-        upright if the map is (balanced; see also `rigid_size`). For a surface they are polygons in its layout, whose
-        triangles keep the form of a separate flattening of the region.
+        Outlines of regions of the source that keep their shape: each connected region is mapped by a
+            similarity, and is upright if the map is (balanced; see also `rigid_size`). For a surface they are
+            polygons in its layout, whose triangles keep the shape of a separate flattening of the region.
     rigid_target
         Regions of the target on which the picture is undistorted. Use either this or `rigid`.
     importance
@@ -218,7 +220,7 @@ def fit(
 
 @dataclass(frozen=True)
 class _Constraints:
-    """What is asked of a map besides its outlines; as for `fit`, points as complex numbers."""
+    """The constraints of a map, as for `fit`, with points as complex numbers."""
 
     pins: Any
     softness: Softness | None
@@ -232,7 +234,7 @@ class _Constraints:
 
     @property
     def points(self) -> Complex:
-        """(k, 2) points and where they go: the pins, and the ends of strokes.
+        """(k, 2) points and their images: the pins, and the ends of strokes.
 
         Raises:
             InputError: they are not pairs of points.
@@ -243,7 +245,7 @@ class _Constraints:
 
     @property
     def are_none(self) -> bool:
-        """Whether nothing is asked."""
+        """Whether there are no constraints."""
         given = (
             getattr(self, each.name)
             for each in fields(self)
@@ -257,11 +259,11 @@ class _Side:
     """The source or the target.
 
     Attributes:
-        shape: what was given.
-        known: its outline and holes, of what is not a drawing.
-        drawing: the whole drawing that it is.
-        given_holes: outlines of holes that were given beside it.
-        name: what messages call it.
+        shape: as given.
+        known: its outline and holes; None for drawings.
+        drawing: the whole drawing that it is; None for outlines.
+        given_holes: outlines of holes that were given separately.
+        name: "source" or "target", for messages.
     """
 
     shape: Any
@@ -277,10 +279,10 @@ class _Side:
 
     @property
     def outlines(self) -> Outlines:
-        """The outline of it and those of its holes; of a drawing those of the tightest frame.
+        """Its outline and those of its holes; for a drawing those of the tightest frame.
 
         Raises:
-            InputError: holes were given beside a shape that brings its own.
+            InputError: holes were given for a shape that has its own.
         """
         known = self.known
         if known is None:
@@ -292,7 +294,7 @@ class _Side:
         return Outlines(known.outline, tuple(self.given_holes)) if self.given_holes else known
 
     def with_outline(self, outline: Curve, holes: Sequence[Curve]) -> _Side:
-        """Return the side with an outline that stands for its drawing."""
+        """Return the side with an outline that replaces its drawing."""
         known = Outlines(outline, tuple(hole.z for hole in holes))
         return replace(self, known=known, drawing=None, given_holes=())
 
@@ -306,7 +308,7 @@ def _fit_drawings(
     opaque: bool,
     free_gaps: bool,
 ) -> Fit:
-    """Return the map of two drawings, one of which may have been given as an outline."""
+    """Return the map between two drawings, one of which may have been given as an outline."""
     from .frames.placed import fit_placed
     from .frames.solve import fit_drawings
 
@@ -326,7 +328,7 @@ def _fit_drawings(
 
     advised = bool(
         {"whole", "keep"} & {settings.fit, settings.holes}
-    )  # else frames were compared, not asked for
+    )  # otherwise frames were compared, not requested
     source, target = (side.drawing or _drawing_of_outlines(side.outlines, side.name) for side in sides)
     if settings.place != "fill":
         found = fit_placed(source, target, settings, solve_outlines, pins=constraints.points, opaque=opaque)
@@ -339,7 +341,7 @@ def _fit_drawings(
 
 
 def _drawing_of_outlines(known: Outlines, name: str) -> Drawing:
-    """Return the drawing of one part that an outline with holes encloses."""
+    """Return the drawing with one part that an outline with holes encloses."""
     outer = as_domain(known.outline, name)
     holes = [as_domain(hole, f"{name} hole {k + 1}").z for k, hole in enumerate(known.holes)]
     return Drawing(polygon_of(outer.z, *holes))
@@ -354,12 +356,12 @@ def _fit_outlines(
     *,
     advised: bool = True,
 ) -> Fit:
-    """Return the map of two outlines with their holes, or of surfaces."""
+    """Return the map between two outlines with their holes, or between surfaces."""
     settings = replace(settings, fit=fits.of_outlines(settings.fit))
     known = sides[0].outlines, sides[1].outlines
     holes: tuple[Sequence[Any], Sequence[Any]] = known[0].holes, known[1].holes
     if not settings.is_balanced and not any(side.given_holes for side in sides):
-        holes = (), ()  # a polygon's own: other methods fill them
+        holes = (), ()  # holes of polygons: other methods fill them
     problem = Problem.of(
         known[0].outline,
         known[1].outline,
@@ -389,7 +391,7 @@ def _solve(
     *,
     advised: bool,
 ) -> Fit:
-    """Return the map of a problem, by the method that is asked for; see `balanced.fit.solve` for `advised`."""
+    """Solve a problem by the requested method; see `balanced.fit.solve` for `advised`."""
     before = _map_of(start)
     capabilities.refuse(_given(problem, before), _method_of(settings), _kind_of(layouts), settings.fit)
     if settings.method == "paper":
@@ -418,8 +420,8 @@ def _solve(
 def _judged_by(
     settings: Options, found: Fit, layouts: tuple[Flattening | None, Flattening | None] = (None, None)
 ) -> Fit:
-    """Return the result of a method that weighs constraints, with the tolerance that judges it and a note on the
-    method.
+    """Return the result of a method that weights constraints, with its tolerance, and a note on the choice of
+    the method.
     """
     notes = [_switch_note(settings), *found.notes] if settings.switched_by else found.notes
     return replace(found, layouts=layouts, tolerance=settings.tolerance, notes=notes)
@@ -431,12 +433,13 @@ def _switch_note(settings: Options) -> str:
 
 
 def _given(problem: Problem, start: TriangulatedMap | None) -> set[str]:
-    """Return the names of the constraints that a problem has, as in `capabilities`."""
+    """Return the names of the constraints of a problem, as in `capabilities`."""
     names = ("strokes", "source_holes", "target_holes", "rigid", "rigid_target", "importance", "size_map")
     given = {name for name in names if getattr(problem, name)}
     if any(problem.stroke_widths):
         given.add(capabilities.STROKE_WIDTHS)
-    if problem.softness.is_given.any():  # exactness is what ends of strokes that stick have with every method
+    # Not for exact pins, which fix the ends of strokes with every method.
+    if problem.softness.is_given.any():
         given.add(capabilities.PATCHES)
     if problem.softness.has_derivative.any():
         given.add(capabilities.PATCH_DERIVATIVES)
@@ -444,12 +447,12 @@ def _given(problem: Problem, start: TriangulatedMap | None) -> set[str]:
 
 
 def _method_of(settings: Options) -> str:
-    """Return the method that solves."""
+    """Return the name of the method that solves."""
     return "balanced" if settings.is_balanced else "paper" if settings.method == "paper" else "conformal"
 
 
 def _kind_of(layouts: tuple[Flattening | None, Flattening | None]) -> capabilities.Kind:
-    """Return which of the two shapes are surfaces."""
+    """Return the kind of the problem: which of the two shapes are surfaces."""
     if all(layouts):
         return "between surfaces"
     if layouts[0]:
@@ -458,7 +461,7 @@ def _kind_of(layouts: tuple[Flattening | None, Flattening | None]) -> capabiliti
 
 
 def _options(function: Callable[..., Fit], options: OptionValues) -> Options:
-    """Return the options that a function was called with; for a misspelt name the nearest is suggested."""
+    """Return the options with which a function was called; for a misspelt name, the nearest one is suggested."""
     values: dict[str, Any] = {}
     for name, value in options.items():
         if name in FORMER_NAMES:
@@ -476,7 +479,13 @@ def _options(function: Callable[..., Fit], options: OptionValues) -> Options:
 def refuse_unknown(
     function: Callable[..., Any], options: Mapping[str, object], passed_to: Callable[..., Any] | None = None
 ) -> None:
-    """Raise a TypeError that names the nearest if a name is neither an option nor of the function passed to."""
+    """Raise a TypeError, which suggests the nearest name, if an option is unknown.
+
+    Args:
+        function: the function that was called.
+        options: its keyword arguments.
+        passed_to: another function whose arguments are allowed too.
+    """
     names = [each.name for each in fields(Options)]
     names += inspect.signature(passed_to).parameters if passed_to else []
     unknown = next((name for name in options if name not in names), None)
@@ -487,12 +496,12 @@ def refuse_unknown(
 
 
 def _points(shape: Outline, name: str, axes: str) -> Any:
-    """Return the outline of a hole or a region."""
+    """Return the outline of a hole or of a region."""
     return outlines_of(shape, name, axes).outline
 
 
 def _with_axes(found: Fit, axes: str, shapes: tuple[Outline, ...]) -> Fit:
-    """Return the result with the axes of its sides."""
+    """Return the result with the axes of both sides."""
     sides = [_side(axes, shape) for shape in shapes]
     both = (sides[0], sides[-1])
     map = found.map if both == found.map.axes else replace(found.map, axes=both)
@@ -500,7 +509,7 @@ def _with_axes(found: Fit, axes: str, shapes: tuple[Outline, ...]) -> Fit:
 
 
 def _side(axes: str, shape: Outline) -> str:
-    """Return the axes of a shape: what is read or flattened lies y up, in pairs x and y."""
+    """Return the axes of a shape: for shapes that are read from files or flattened, pairs are x and y, y up."""
     return axes if not isinstance(shape, Curve | Flattening) and not hasattr(shape, "curve") else "xy"
 
 
@@ -522,10 +531,10 @@ def deform(
 ) -> Fit:
     """Deform a shape by pins and strokes, without a target.
 
-    With the balanced method, pins draw the patches around them to their places (exactly with `exact_pins`), strokes are
-    met, the map does not fold, and every part stays as rigid as they permit. The outline may come to overlap itself,
-    which the status reports. The other methods weight pins and strokes (paper §3.3), and need the smoothness energy to
-    be well posed.
+    With the balanced method, pins draw the patches around them to their places (exactly with `exact_pins`),
+    strokes are met, the map does not fold, and every part stays as rigid as they permit. The outline may
+    overlap itself, which the status reports. The other methods weight pins and strokes (paper §3.3), and need
+    the smoothness energy to be well posed.
 
     Args:
         source: as for `fit`.
@@ -533,8 +542,8 @@ def deform(
         strokes: as for `fit`; their images may be anywhere.
         source_holes: outlines of holes, (p,) complex; they move freely with the shape. A hole that contains a pin or a
             stroke moves as if it were filled (balanced).
-        rigid: bones: outlines of regions that keep their form and size, and rotate with their surroundings. Two pins in
-            a region determine its rotation and size. The rest of the shape is soft (balanced).
+        rigid: outlines of regions ("bones") that keep their shape and size, and rotate with their surroundings.
+            Two pins in a region determine its rotation and size. The rest of the shape is soft (balanced).
         start: an earlier deformation of the same shape to start from. Use it for rotations by more than half a
             revolution, in steps. With pins at the same source points the mesh is kept, which takes hundredths of a
             second (balanced).
@@ -542,7 +551,7 @@ def deform(
         **options: see `iccm.options.Options`.
 
     Raises:
-        InputError: as `fit`; no pins and no strokes.
+        InputError: as for `fit`, or there are neither pins nor strokes.
 
     Examples:
         >>> import numpy as np
@@ -578,7 +587,7 @@ def deform(
 def _deformed(
     problem: Problem, settings: Options, start: Fit | TriangulatedMap | None, options: OptionValues
 ) -> Fit:
-    """Return the deformation of a problem, by the method that is asked for."""
+    """Return the deformation of a problem by the requested method."""
     if settings.is_balanced:
         from .balanced import fit as balanced
 

@@ -1,10 +1,10 @@
-"""How a solver ended, as a sentence."""
+"""How a solver ended."""
 
 from enum import Enum
 
 
 class Status(Enum):
-    """How the solver ended, as a sentence."""
+    """How a solver ended; the value is a sentence."""
 
     DECREASE = "The energy has converged."
     THRESHOLD = "The energy fell below the threshold."
@@ -44,4 +44,4 @@ class Status(Enum):
 
 
 ROUTINE = tuple(status.value for status in (Status.DECREASE, Status.THRESHOLD, Status.REACHED, Status.MET))
-"""Messages that add nothing to the figures."""
+"""Messages that add no information to the figures."""

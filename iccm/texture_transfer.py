@@ -1,6 +1,6 @@
-"""Textures carried from one shape to another, arrays in and arrays out: `transfer` solves and warps, `warp` warps.
+"""Texture transfer between shapes with arrays: `transfer` solves and warps, `warp` only warps.
 
-`stmap` gives a map as a picture, `from_stmap` the map of such a picture.
+`stmap` converts a map to a picture of coordinates, `from_stmap` such a picture to a map.
 """
 
 from __future__ import annotations
@@ -59,11 +59,11 @@ class Transfer:
     """A texture on the target.
 
     Attributes:
-        pixels: (height, width, c) of the texture's type, row 0 on top. The last channel is alpha, straight: the
-            texture's own times the coverage of each pixel, or the coverage where the texture has none.
+        pixels: (height, width, c) of the texture's type, row 0 on top. The last channel is straight alpha: the
+            texture's alpha times the coverage of each pixel, or the coverage if the texture has no alpha.
         box: lower left and upper right corner of the picture, in the target's plane.
-        fit: the map, how the solver ended, and the figures that judge it.
-        diagnostics: how many pixels were inside, at the edge, solved one by one.
+        fit: the map, the status of the solver, and figures about its quality.
+        diagnostics: numbers of pixels that were inside, at the edge, and solved one by one.
     """
 
     pixels: NDArray
@@ -72,7 +72,7 @@ class Transfer:
     diagnostics: Diagnostics
 
     def _repr_png_(self) -> bytes:
-        """Return the picture, as notebooks show it."""
+        """Return the picture as PNG, for notebooks."""
         from .pixels.thumbnail import png
 
         return png(self.pixels)
@@ -83,7 +83,7 @@ class Transfer:
 
 @dataclass(frozen=True, kw_only=True)
 class PictureOptions:
-    """How a texture is carried into a picture: the options that `transfer` and `warp` have in common, passed on as one.
+    """How to render a texture into a picture: the options that `transfer` and `warp` have in common.
 
     Attributes:
         size, texture_box, target_box, filter, kind, edge, encoding, padding, threads: as for `transfer`.
@@ -100,11 +100,11 @@ class PictureOptions:
     threads: int | None = None
 
     def sampler(self, texture: ArrayLike, box: Box, outlines: Sequence[Complex]) -> Sampler:
-        """Make a texture ready to be filtered.
+        """Prepare a texture for filtering.
 
         Args:
             texture: its pixels, as for `transfer`.
-            box: what it covers of the source's plane, unless `texture_box` says so.
+            box: its box in the source's plane, unless `texture_box` is given.
             outlines: of the source and its holes, see `Sampler`.
         """
         pixels = _pixels(texture)
@@ -116,7 +116,7 @@ class PictureOptions:
         return Sampler(placed, self.filter, self.kind, self.edge, outlines=outlines, threads=self.threads)
 
     def check(self, texture: ArrayLike) -> None:
-        """Refuse a texture or options that no picture can be made of, before a map is solved for.
+        """Check a texture and the options before a map is solved.
 
         Raises:
             InputError: as for `transfer`.
@@ -126,17 +126,17 @@ class PictureOptions:
         self.canvas(anywhere)
 
     def canvas(self, box: Box) -> Canvas:
-        """Make the raster of the picture, which shows a box of the target's plane unless `target_box` says what."""
+        """Return the raster of the picture, which shows a box of the target's plane unless `target_box` is given."""
         return _canvas(self.size, self.target_box or box)
 
     def carry_through(self, fit: Fit, texture: ArrayLike) -> Transfer:
-        """Carry a texture through a map that is known, by default all of its source into all of its target."""
+        """Warp a texture through a given map, by default from all of its source to all of its target."""
         outlines = [loop.z for loop in (fit.source, *fit.source_holes)]
         covered, shown = fit.boxes
         return self.carry(fit, self.sampler(texture, covered, outlines), self.canvas(shown))
 
     def carry(self, fit: Fit, sampler: Sampler, canvas: Canvas) -> Transfer:
-        """Carry a texture through a map."""
+        """Warp a texture through a map."""
         work = warping.Warp(fit.visible_map, sampler, canvas)
         warped = warping.whole(work, padding=self.padding, threads=self.threads)
         return Transfer(warped.pixels, canvas.box, fit, warped.diagnostics)
@@ -160,7 +160,7 @@ def transfer(
     threads: int | None = None,
     **options: Unpack[FitOptions],
 ) -> Transfer:
-    """Carry a texture from one shape to another.
+    """Transfer a texture from one shape to another.
 
     Args:
         texture: (h, w) or (h, w, c) pixels, row 0 on top: uint8, uint16, float16, float32, float64 (converted to
@@ -183,8 +183,8 @@ def transfer(
         **options: pins, strokes and all other options of `iccm.fit`.
 
     Raises:
-        InputError: as `iccm.fit`; pixels of another type or shape, a size or a box without area, an unknown filter,
-            kind, edge or encoding, normals without three channels.
+        InputError: as for `iccm.fit`; pixels of another type or shape; a size or a box without area; an unknown
+            filter, kind, edge or encoding; or normals without three channels.
 
     Examples:
         >>> from iccm import checkerboard
@@ -215,7 +215,7 @@ def transfer(
         picture.check(texture)
         fit = solve.fit(drawings[0] or source, drawings[1] or target, **options)
         return picture.carry_through(fit, texture)
-    # here, too, a wrong texture is reported before the map is solved for
+    # check the texture first, so that errors are reported before the map is solved
     known, goal = outlines_of(source, "source", axes), outlines_of(target, "target", axes)
     holes = [outlines_of(hole, "hole", axes).outline for hole in options.get("source_holes", ())]
     domain = as_domain(known.outline, "source")
@@ -241,7 +241,7 @@ def warp(
     padding: int = 0,
     threads: int | None = None,
 ) -> Transfer:
-    """Carry a texture through a map of `iccm.fit` or `iccm.deform`.
+    """Warp a texture through a map from `iccm.fit` or `iccm.deform`.
 
     Arguments and errors are those of `transfer`. By default the picture of a deformation shows the bounding box of the
     deformed shape.
@@ -274,13 +274,13 @@ def stmap(
     target_box: Box | None = None,
     threads: int | None = None,
 ) -> NDArray[np.float32]:
-    """Return the map as an STMap: a picture that contains, for each pixel, its place in the texture.
+    """Return the map as an STMap: a picture that contains, for each pixel, its position in the texture.
 
     Arguments and errors are those of `warp`.
 
     Returns:
-        (h, w, 4) s from 0 at the texture's left to 1 at its right, t from 0 at its bottom to 1 at its top, 0, and how
-        much of the pixel is covered; row 0 on top. `iccm.io.pictures.stmap_files.write_whole` writes it.
+        (h, w, 4) s from 0 at the texture's left to 1 at its right, t from 0 at its bottom to 1 at its top, 0,
+        and the coverage of the pixel; row 0 on top. `iccm.io.pictures.stmap_files.write_whole` writes it.
 
     >>> import numpy as np
     >>> square = np.array([0, 1, 1 + 1j, 1j])
@@ -296,17 +296,19 @@ def stmap(
 
 
 def from_stmap(st: ArrayLike, *, texture_box: Box = (0j, 1 + 1j), target_box: Box | None = None) -> Transform:
-    """Return the map of an STMap, and its inverse: accurate to a pixel at the outline, and far better inside.
+    """Return the map that an STMap contains, with its inverse; it is accurate to a pixel at the outline, and
+    far better inside.
 
     Args:
-        st: (h, w, c) s, t and, in the fourth channel if there is one, coverage; without it pixels with s = t = 0 are
-            empty. About 1 kB a pixel is needed. It may be mirrored, and fall into parts.
+        st: (h, w, c) s, t and, in the fourth channel if there is one, coverage; without coverage, pixels with s
+            = t = 0 are empty. About 1 kB of memory per pixel is needed. The map may be mirrored, and may have
+            several parts.
         texture_box: lower left and upper right corner of the texture in the source's plane.
-        target_box: those of the picture in the target's plane, by default pixels from the lower left corner; grown as
-            for `transfer`.
+        target_box: corners of the picture in the target's plane, by default in pixels from the lower left
+            corner; extended as for `transfer`.
 
     Raises:
-        InputError: another shape, no pixels that say where they come from, a box without area.
+        InputError: an array of another shape, no pixels with coordinates, or a box without area.
 
     >>> st = np.stack(np.meshgrid((np.arange(64) + 0.5) / 64, (63.5 - np.arange(64)) / 64), axis=-1)
     >>> complex(np.round(from_stmap(st)(0.25 + 0.5j), 3))
@@ -324,7 +326,7 @@ def from_stmap(st: ArrayLike, *, texture_box: Box = (0j, 1 + 1j), target_box: Bo
 
 
 def _pixels(texture: ArrayLike) -> NDArray:
-    """Return (h, w, c) of one of TYPES."""
+    """Return pixels (h, w, c) of one of TYPES."""
     pixels = _of_usual_type(np.ascontiguousarray(texture))
     pixels = pixels[..., None] if pixels.ndim == 2 else pixels
     if pixels.ndim != 3 or not pixels.size:
@@ -333,7 +335,7 @@ def _pixels(texture: ArrayLike) -> NDArray:
 
 
 def _of_usual_type(pixels: NDArray) -> NDArray:
-    """Pixels of one of TYPES: float64 as float32, bool as black and white, other integers by their range."""
+    """Convert pixels to one of TYPES: float64 to float32, bool to black and white, other integers by their range."""
     if pixels.dtype.type in TYPES:
         return pixels
     if pixels.dtype == np.float64:
@@ -354,7 +356,7 @@ def _of_usual_type(pixels: NDArray) -> NDArray:
 
 
 def _canvas(size: int | tuple[int, int], box: Box) -> Canvas:
-    """Return a raster of this size, or longer side, that shows a box."""
+    """Return a raster of the given size, or longer side, that shows a box."""
     low, high = box = _box(box, "target_box")
     sides = np.atleast_1d(size)
     if sides.dtype.kind not in "iu" or sides.shape not in ((1,), (2,)) or sides.min() < 1:

@@ -1,6 +1,7 @@
-"""A map and its inverse as one thing that is called, turned round and composed, as scikit-image has transforms.
+"""A map and its inverse as one object with the interface of scikit-image's transforms.
 
-`skimage.transform.warp(picture, transform.inverse)` takes one between outlines given in pixels, x right and y down.
+`skimage.transform.warp(picture, transform.inverse)` accepts transforms between outlines in pixels, x right and
+y down.
 """
 
 from collections.abc import Callable
@@ -17,12 +18,12 @@ Function = Callable[[Complex], Complex]
 
 @dataclass(frozen=True, eq=False)
 class Transform:
-    """Points of one plane to points of another.
+    """A map from points of one plane to points of another, with its inverse.
 
     Attributes:
         forward: complex points of any shape to points of the same shape, NaN where there is no image.
-        backward: the other way.
-        axes: what pairs mean on either side, see `iccm.axes`.
+        backward: the inverse, in the same form.
+        axes: meaning of pairs on either side, see `iccm.axes`.
 
     >>> double = Transform(lambda z: 2 * z, lambda w: w / 2)
     >>> complex(double.then(double)(1 + 1j))
@@ -36,7 +37,7 @@ class Transform:
     axes: tuple[str, str] = UP
 
     def __call__(self, points: ArrayLike) -> Complex | Real:
-        """Return the images of complex points of any shape, or of real ones (…, 2): in the same form."""
+        """Return the images of complex points of any shape, or of pairs (…, 2), in the same form."""
         given = np.asarray(points)
         if np.iscomplexobj(given):
             return self.forward(given)
@@ -48,11 +49,11 @@ class Transform:
 
     @property
     def inverse(self) -> "Transform":
-        """The way back."""
+        """The inverse transform."""
         return Transform(self.backward, self.forward, self.axes[::-1])
 
     def then(self, other: "Transform") -> "Transform":
-        """Return this one first, the other on what it gives."""
+        """Return the composition: this transform first, then `other`."""
         axes = self.axes[0], other.axes[1]
         return Transform(
             lambda z: other.forward(self.forward(z)), lambda w: self.backward(other.backward(w)), axes
