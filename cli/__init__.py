@@ -38,7 +38,7 @@ import click
 
 from .. import __version__
 from . import logs, process
-from .logs import INPUT, Unread, explain
+from .logs import EXIT_INPUT, Unread, explain
 
 COMMANDS = {
     "map": "Map one shape onto another and carry a texture through the map.",
@@ -118,7 +118,7 @@ def iccm(ctx: click.Context) -> int:
     """
     if ctx.invoked_subcommand is None:
         click.echo(ctx.get_help(), err=True)
-    return INPUT
+    return EXIT_INPUT
 
 
 def main(arguments: list[str] | None = None, started: Callable[[], object] | None = None) -> NoReturn:

@@ -221,7 +221,7 @@ def _report(results: Iterator[dict[str, Any]], count: int, kept: list[dict[str, 
 
     counts: Counter[str] = Counter()
     people = sys.stdout.isatty()
-    level = {"done": logging.DEBUG, "poor": logs.POOR, "cancelled": logging.DEBUG}
+    level = {"done": logging.DEBUG, "poor": logs.POOR_LEVEL, "cancelled": logging.DEBUG}
     with status.show_status():
         progress.tell("jobs", 0, count)
         for result in results:

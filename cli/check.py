@@ -13,7 +13,7 @@ from ..progress import tell
 from . import logs, options, status
 from .options import FILE
 
-SHOWN = 5
+SHOWN_FAILURES = 5
 
 
 @click.command("check", cls=options.Command)
@@ -85,7 +85,7 @@ def _tell(verdict: Any) -> None:
     if verdict.ok:
         figures = ", ".join(f"{name} {value:.4g}" for name, value in verdict.figures.items())
         logs.log.debug(f"{verdict.name}: matches its baseline" + (f" ({figures})" if figures else ""))
-    for problem in verdict.problems[:SHOWN]:
+    for problem in verdict.problems[:SHOWN_FAILURES]:
         logs.log.error(f"{verdict.name}: {problem}")
-    if len(verdict.problems) > SHOWN:
-        logs.log.error(f"{verdict.name}: and {len(verdict.problems) - SHOWN} more differences")
+    if len(verdict.problems) > SHOWN_FAILURES:
+        logs.log.error(f"{verdict.name}: and {len(verdict.problems) - SHOWN_FAILURES} more differences")

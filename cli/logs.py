@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     from ..io.run.job import Outcome
 
 log = logging.getLogger("iccm")
-POOR = 35
+POOR_LEVEL = 35
 """Log level of notes about the result, which --quiet does not hide."""
-NARROWEST = 40
+NARROWEST_COLUMNS = 40
 """Columns to which messages are wrapped at least, also on narrower terminals."""
 INDENTED = {
     "initial_indent": "  ",
@@ -36,7 +36,7 @@ INDENTED = {
     "break_long_words": False,
     "break_on_hyphens": False,
 }
-INPUT, INTERNAL, PIPE = 2, 70, 141
+EXIT_INPUT, EXIT_INTERNAL, EXIT_PIPE = 2, 70, 141
 """Exit codes besides 0 (done) and 1 (not good enough); a process that is stopped by a signal exits with 128 +
 signal.
 """
@@ -58,7 +58,7 @@ class _Text(logging.Formatter):
         label = ""
         if record.levelno >= logging.ERROR:
             label = styled("error:", sys.stderr, fg="red", bold=True) + " "
-        elif record.levelno in (logging.WARNING, POOR):
+        elif record.levelno in (logging.WARNING, POOR_LEVEL):
             label = styled("note:", sys.stderr, fg="yellow") + " "
         return wrapped(label + printable(record.getMessage()))
 
@@ -70,7 +70,7 @@ def wrapped(text: str) -> str:
     """
     if not sys.stderr.isatty():
         return text
-    wide = max(NARROWEST, shutil.get_terminal_size().columns) - 1
+    wide = max(NARROWEST_COLUMNS, shutil.get_terminal_size().columns) - 1
     if len(click.unstyle(text)) <= wide:
         return text
     hidden = len(text) - len(click.unstyle(text))  # colour codes, all of them in the label
@@ -92,7 +92,7 @@ class _Json(logging.Formatter):
         fields = getattr(record, "fields", {})
         return json.dumps(
             {
-                "level": "warning" if record.levelno == POOR else record.levelname.lower(),
+                "level": "warning" if record.levelno == POOR_LEVEL else record.levelname.lower(),
                 "message": record.getMessage(),
                 **fields,
             },
@@ -129,7 +129,7 @@ def configure(verbosity: int, form: str) -> None:
     handler.setFormatter(_Json() if form == "json" else _Text())
     log.handlers[:] = [handler]
     log.propagate = False
-    log.setLevel(POOR if verbosity < 0 else logging.DEBUG if verbosity > 0 else logging.INFO)
+    log.setLevel(POOR_LEVEL if verbosity < 0 else logging.DEBUG if verbosity > 0 else logging.INFO)
 
 
 def is_verbose() -> bool:
@@ -146,7 +146,7 @@ def tell(remark: str) -> None:
     """Show a note. Notes about the result are shown even with --quiet."""
     from ..io.run.phases import Doubt
 
-    log.log(POOR if isinstance(remark, Doubt) else logging.WARNING, remark)
+    log.log(POOR_LEVEL if isinstance(remark, Doubt) else logging.WARNING, remark)
 
 
 def conclude(name: str, outcome: Outcome, figures: Iterable[str]) -> int:
@@ -219,27 +219,30 @@ def explain(error: BaseException) -> int:
     for mistake in mistakes[:-1]:
         log.error(mistake)
     if mistakes:
-        return _say(mistakes[-1], INPUT)
+        return _say(mistakes[-1], EXIT_INPUT)
     return _say(*sentence(error))
 
 
 def sentence(error: BaseException) -> tuple[str, int]:
     """Return the message of an error in one line, and its exit code."""
     if isinstance(error, click.UsageError) and error.ctx is not None:
-        return f"{_one_line(error.format_message())} (run `{error.ctx.command_path} --help` for help)", INPUT
+        return (
+            f"{_one_line(error.format_message())} (run `{error.ctx.command_path} --help` for help)",
+            EXIT_INPUT,
+        )
     if isinstance(error, click.ClickException):
-        return _one_line(error.format_message()), INPUT
+        return _one_line(error.format_message()), EXIT_INPUT
     if isinstance(error, IccmError):
-        return str(error), INPUT
+        return str(error), EXIT_INPUT
     if isinstance(error, OSError) and error.strerror:
         where = f"{error.filename}: " if error.filename else ""
-        return f"{where}{error.strerror}", INPUT
+        return f"{where}{error.strerror}", EXIT_INPUT
     if lacks_memory(error):
-        return "out of memory; choose a smaller --size or fewer --vertices", INTERNAL
+        return "out of memory; choose a smaller --size or fewer --vertices", EXIT_INTERNAL
     name = type(error).__name__
     return (
         f"internal error, please report it ({name}: {_one_line(str(error))}); --debug shows the traceback",
-        INTERNAL,
+        EXIT_INTERNAL,
     )
 
 
@@ -256,4 +259,4 @@ def _one_line(text: str) -> str:
 def _broken_pipe() -> int:
     """End quietly after the reader of stdout is gone (such as `| head`), without flushing into the pipe."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    return PIPE
+    return EXIT_PIPE

@@ -18,7 +18,7 @@ from . import logs, options, status
 from .logs import explain
 from .options import FILE
 
-EVERY = 0.3  # seconds between two checks of the inputs
+WATCH_SECONDS = 0.3  # seconds between two checks of the inputs
 Stamps = dict[str, tuple[int, int] | None]
 
 
@@ -79,7 +79,7 @@ def _watch(given: dict[str, Any], own: dict[str, Any], seconds: float | None) ->
     logs.log.info(f"watching {', '.join(seen)}; press Ctrl-C to stop")
     try:
         while True:
-            time.sleep(EVERY)
+            time.sleep(WATCH_SECONDS)
             now = _stamps(seen)
             if now == seen:
                 continue
@@ -166,7 +166,7 @@ def _stamps(paths: Iterable[str]) -> Stamps:
 
 
 def _wait(seen: Stamps) -> Stamps:
-    time.sleep(EVERY)
+    time.sleep(WATCH_SECONDS)
     return _stamps(seen)
 
 

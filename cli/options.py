@@ -10,7 +10,7 @@ from typing import Any, Literal, get_args, get_origin
 import click
 
 from .. import __version__, deadline
-from ..io.option_groups import FEW, TOPICS, grouped
+from ..io.option_groups import MOST_SHORT_HELP_OPTIONS, TOPICS, grouped
 from ..io.options import (
     TABLE,
     CommonOptions,
@@ -58,7 +58,7 @@ class Command(click.Command):
 
     def get_help_option(self, ctx: click.Context) -> click.Option:
         """Return the option `--help`, which takes a topic."""
-        topics = _topics_of(self.rows) if len(self.rows) > FEW else []
+        topics = _topics_of(self.rows) if len(self.rows) > MOST_SHORT_HELP_OPTIONS else []
         return click.Option(
             ["-h", "--help"],
             is_flag=False,
@@ -118,7 +118,7 @@ class Command(click.Command):
             if isinstance(each, click.Option) and not each.hidden
         }
         topic = ctx.meta.get("iccm.topic", "")
-        if not topic and len(self.rows) > FEW:
+        if not topic and len(self.rows) > MOST_SHORT_HELP_OPTIONS:
             briefs = {name: option.brief for name, option in self.rows.items() if option.brief}
             records |= {name: (records[name][0], brief) for name, brief in briefs.items() if name in records}
         sections = _sections(self.name or "", self.rows, list(records), topic)
@@ -138,7 +138,7 @@ def _sections(
     command: str, rows: dict[str, Option], names: list[str], topic: str
 ) -> list[tuple[str, str, list[str]]]:
     """Return heading, example and option names of each section of the help."""
-    if topic == ALL or len(rows) <= FEW:
+    if topic == ALL or len(rows) <= MOST_SHORT_HELP_OPTIONS:
         return grouped(names)
     if topic:
         chosen = TOPICS[topic]

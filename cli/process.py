@@ -15,10 +15,10 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
-LEAST = 5 << 28
+LEAST_LIMIT_BYTES = 5 << 28
 """Bytes of address space below which libraries abort the process while loading, or when they write a picture."""
 STREAMS = ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w"))
-GRACE = 1.2
+GRACE_SECONDS = 1.2
 """Seconds in which a run may end by itself; between calls of compiled code that takes milliseconds."""
 _state = {"patient": False}
 
@@ -53,7 +53,7 @@ def lacks_memory() -> bool:
         import resource
 
         soft, _ = resource.getrlimit(resource.RLIMIT_AS)
-        return soft != resource.RLIM_INFINITY and soft < LEAST
+        return soft != resource.RLIM_INFINITY and soft < LEAST_LIMIT_BYTES
     return False
 
 
@@ -89,7 +89,7 @@ def watch_signals() -> Iterator[None]:
 def _watch(inlet: int, over: threading.Event) -> None:
     ends = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
     while said := os.read(inlet, 1):
-        if said[0] in ends and not _state["patient"] and not over.wait(GRACE):
+        if said[0] in ends and not _state["patient"] and not over.wait(GRACE_SECONDS):
             _end(said[0])
     os.close(inlet)
 

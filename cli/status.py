@@ -14,10 +14,11 @@ from ..errors import printable
 from ..progress import Listener, heard, tell
 from . import logs
 
-QUIET = 1.0  # seconds of work before the line appears
-EVERY = 0.5  # seconds between updates
-SOON = 2.0  # seconds: a shorter remaining time is not shown, since the following steps take as long
-WIDE = 16  # characters of the bar
+QUIET_SECONDS = 1.0  # seconds of work before the line appears
+UPDATE_SECONDS = 0.5  # seconds between updates
+LEAST_REMAINING_SECONDS = 2.0
+"""Seconds: a shorter remaining time is not shown, since the following steps take as long."""
+BAR_CHARACTERS = 16  # characters of the bar
 
 
 @contextmanager
@@ -69,7 +70,7 @@ class Line:
         if not of:
             return f"{what}, {now - self._start:.0f} s"
         seconds = (now - began) / (done - first) * (of - done) if done > first else 0.0
-        left = f", about {seconds:.0f} s left" if seconds >= SOON else ""
+        left = f", about {seconds:.0f} s left" if seconds >= LEAST_REMAINING_SECONDS else ""
         return f"{self._drawn(done / of)} {done}/{of}, {now - self._start:.0f} s{left}: {what}"
 
     @staticmethod
@@ -78,7 +79,9 @@ class Line:
         from tqdm.std import Bar
         from tqdm.utils import _supports_unicode
 
-        return f"{Bar(min(1.0, share), WIDE, Bar.UTF if _supports_unicode(sys.stderr) else Bar.ASCII)}"
+        return (
+            f"{Bar(min(1.0, share), BAR_CHARACTERS, Bar.UTF if _supports_unicode(sys.stderr) else Bar.ASCII)}"
+        )
 
     @contextmanager
     def ticking(self) -> Iterator[None]:
@@ -92,7 +95,7 @@ class Line:
             ticker.join()
 
     def _tick(self) -> None:
-        if self._over.wait(QUIET):
+        if self._over.wait(QUIET_SECONDS):
             return
         from tqdm import tqdm
         from tqdm.contrib.logging import logging_redirect_tqdm
@@ -100,6 +103,6 @@ class Line:
         size = shutil.get_terminal_size()  # falls back to a guess, for instance in containers
         shape = {"ncols": size.columns - 1, "nrows": size.lines, "bar_format": "{desc}", "leave": False}
         with logging_redirect_tqdm([logs.log]), tqdm(desc=str(self), file=sys.stderr, **shape) as self._bar:
-            while not self._over.wait(EVERY):
+            while not self._over.wait(UPDATE_SECONDS):
                 if not self._hidden:
                     self._bar.set_description_str(str(self))

@@ -14,7 +14,7 @@ from .drawings.raster import rings_of
 from .drawings.seen import Seen, seen
 from .maps.approximation import AnyMap, triangulated
 from .maps.extended_inverse import ExtendedInverse
-from .maps.moved_rings import RING_SPACING
+from .maps.moved_rings import RING_SPACING_SHARE
 from .maps.triangulated.map import TriangulatedMap
 
 ROUNDED_WIDTH_SHARE = 1e-9  # relative to the diagonal: narrower pieces are ignored
@@ -188,7 +188,7 @@ def _moved(painted: shapely.Geometry, map: Callable[[Complex], Complex], diagona
     """Return the image of a region, with edges subdivided so that they follow the map."""
     if painted.is_empty:
         return painted
-    dense = shapely.segmentize(painted, RING_SPACING * diagonal)
+    dense = shapely.segmentize(painted, RING_SPACING_SHARE * diagonal)
     return shapely.make_valid(shapely.transform(dense, lambda xy: xy_of(map(xy[:, 0] + 1j * xy[:, 1]))))
 
 

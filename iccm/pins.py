@@ -22,11 +22,11 @@ MOST_TOLERANCES = 3.0
 """Distance from its place, in tolerances, up to which a pin with automatic tolerance counts as met. A smaller
 limit would distort faces.
 """
-RADIUS_BETWEEN_PINS = 0.8
+RADIUS_PIN_DISTANCES = 0.8
 """Radius relative to the distance to the closest other pin, so that the cores of patches, with half the radius,
 do not overlap.
 """
-RADIUS_TO_OUTLINE = 1.2
+RADIUS_OUTLINE_DISTANCES = 1.2
 """Radius relative to the distance to the outline, so that cores do not reach it."""
 TOLERANCE_SHARE, FREE_TOLERANCE_SHARE = 0.07, 0.01
 """Tolerance of a pin relative to the square root of the target's area, and to that of a shape that is deformed
@@ -203,7 +203,7 @@ def choose_radii(
     """Return radii (k,) for pins (k, 2), in the source's units.
 
     They are the largest that are at most RADIUS_SHARE of the size (the square root of the area),
-    RADIUS_BETWEEN_PINS of the distance to the closest other pin, and RADIUS_TO_OUTLINE of the distance to the
+    RADIUS_PIN_DISTANCES of the distance to the closest other pin, and RADIUS_OUTLINE_DISTANCES of the distance to the
     outlines, in the source and in the target relative to their sizes. Without a target the source is deformed;
     then its outlines are free, and places may coincide.
     """
@@ -215,10 +215,10 @@ def choose_radii(
         size = size_of(curve, rims)
         if target is not None:
             for rim in (curve, *rims):
-                found = np.minimum(found, RADIUS_TO_OUTLINE * rim.distances(points) / size)
+                found = np.minimum(found, RADIUS_OUTLINE_DISTANCES * rim.distances(points) / size)
         apart = np.abs(points[:, None] - points) / size
         np.fill_diagonal(apart, np.inf)
-        found = np.minimum(found, RADIUS_BETWEEN_PINS * apart.min(axis=1, initial=np.inf))
+        found = np.minimum(found, RADIUS_PIN_DISTANCES * apart.min(axis=1, initial=np.inf))
     return found * size_of(source, holes[0])
 
 

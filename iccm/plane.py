@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from .arrays import Box, Complex, Real
 
 Signs = NDArray[np.int8]
-UNIT = 2.0**-53  # unit roundoff
+UNIT_ROUNDOFF = 2.0**-53  # unit roundoff
 FILTER = (
-    3 + 16 * UNIT
-) * UNIT  # Shewchuk's bound for (a - c) × (b - c), relative to the sum of the two products
+    3 + 16 * UNIT_ROUNDOFF
+) * UNIT_ROUNDOFF  # Shewchuk's bound for (a - c) × (b - c), relative to the sum of the two products
 TINY = 1e-250  # below this, products may underflow, for which the bound does not hold
 
 

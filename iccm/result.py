@@ -26,7 +26,7 @@ from .maps.extended_inverse import ExtendedInverse
 from .maps.injectivity import Certificate
 from .maps.moved_rings import move_rings
 from .maps.regions import Region, mean_scale, triangles_in
-from .maps.summary import CERTAIN_SHARE, SEEN_CRACKS, SEEN_FOLDS, WELL_SEEN, in_short
+from .maps.summary import CERTAIN_SHARE, SEEN_CRACKS_SHARE, SEEN_FOLDS_SHARE, WELL_SEEN_SHARE, in_short
 from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
 from .meshes.surface_distortion import distances_at, gap_between, on_surfaces, surface_distances
@@ -709,14 +709,14 @@ class Fit:
         if self.seen is None:
             return []
         said = []
-        if self.seen.hidden > 1 - WELL_SEEN and self.place != "slice":
+        if self.seen.hidden > 1 - WELL_SEEN_SHARE and self.place != "slice":
             said.append(
                 f"{self.seen.hidden:.0%} of the source drawing is hidden, because it lies in gaps of the "
                 "target (shown)."
             )
-        if self.seen.bare > 1 - WELL_SEEN and self.place != "inside":
+        if self.seen.bare > 1 - WELL_SEEN_SHARE and self.place != "inside":
             said.append(f"{self.seen.bare:.0%} of the target drawing stays bare (covered).")
-        if self.cracks > SEEN_CRACKS:
+        if self.cracks > SEEN_CRACKS_SHARE:
             said.append(
                 f"Cracks cover {self.cracks:.1%} of the target drawing: slits narrower than 1 % of its "
                 "size that show nothing (cracks)."
@@ -740,7 +740,7 @@ class Fit:
     def doubts(self) -> list[str]:
         """Return messages about figures that indicate problems of the map."""
         found = []
-        if self.lost >= SEEN_FOLDS:
+        if self.lost >= SEEN_FOLDS_SHARE:
             found.append(
                 f"folds: {self.lost:.1%} of the source's area folds or shrinks to almost nothing, so the "
                 "inverse map does not recover it"

@@ -21,7 +21,7 @@ from .maps.triangulated.map import TriangulatedMap
 from .options import OptionValues
 from .pixels import stmap as stmaps
 from .pixels import warp as warping
-from .pixels.canvas import LONGER_SIDE, Canvas, Diagnostics, proportional
+from .pixels.canvas import LONGER_SIDE_PIXELS, Canvas, Diagnostics, proportional
 from .pixels.sampler import Sampler
 from .pixels.texture import Texture
 from .problem import as_domain
@@ -89,7 +89,7 @@ class PictureOptions:
         size, texture_box, target_box, filter, kind, edge, encoding, padding, threads: as for `transfer`.
     """
 
-    size: int | tuple[int, int] = LONGER_SIDE
+    size: int | tuple[int, int] = LONGER_SIDE_PIXELS
     texture_box: Box | None = None
     target_box: Box | None = None
     filter: str = "auto"
@@ -149,7 +149,7 @@ def transfer(
     source: Outline,
     target: Outline = None,
     *,
-    size: int | tuple[int, int] = LONGER_SIDE,
+    size: int | tuple[int, int] = LONGER_SIDE_PIXELS,
     texture_box: Box | None = None,
     target_box: Box | None = None,
     filter: str = "auto",
@@ -231,7 +231,7 @@ def warp(
     fit: Fit,
     texture: ArrayLike,
     *,
-    size: int | tuple[int, int] = LONGER_SIDE,
+    size: int | tuple[int, int] = LONGER_SIDE_PIXELS,
     texture_box: Box | None = None,
     target_box: Box | None = None,
     filter: str = "auto",
@@ -269,7 +269,7 @@ def warp(
 def stmap(
     fit: Fit,
     *,
-    size: int | tuple[int, int] = LONGER_SIDE,
+    size: int | tuple[int, int] = LONGER_SIDE_PIXELS,
     texture_box: Box | None = None,
     target_box: Box | None = None,
     threads: int | None = None,

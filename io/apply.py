@@ -21,7 +21,7 @@ from ..saved.inverted import Inverted
 from ..saved.map_file import MapFile, Plane
 from ..saved.map_file import read as read_file
 from . import files, formats
-from .artwork import TOLERANCE
+from .artwork import TOLERANCE_SHARE
 from .geometry import document
 from .memory import within
 from .run import outputs
@@ -36,7 +36,7 @@ SCHEMA = "iccm.apply/1"
 PICTURE_OPTIONS = ("target_box", "holes")
 """Options of a saved map's job that affect its pictures: what they show, and how holes are treated."""
 # relative to `Saved.near`: lines are cut this far outside of the outline, where points still have images
-INSIDE = 0.999
+OUTSIDE_DISTANCE_SHARE = 0.999
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,10 +182,10 @@ class Saved:
                 "use drop or refuse"
             )
         (source, into), (found, rims) = self.planes, (given.geometry, self.fit.map.rims)
-        reach = max_line_error or TOLERANCE * diagonal(
+        reach = max_line_error or TOLERANCE_SHARE * diagonal(
             self.fit.image if into.outline is None else into.outline
         )
-        carrier = Carrier(self.function, rims, INSIDE * self.near, reach)
+        carrier = Carrier(self.function, rims, OUTSIDE_DISTANCE_SHARE * self.near, reach)
 
         def core(z: Complex) -> Complex:
             return z + _foot(source) if given.upward else source.turned(z)

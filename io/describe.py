@@ -16,7 +16,7 @@ from .outlines import polygons
 from .shapes import shape as shapes
 from .spec import Spec
 
-MOST = 20  # entries of each kind that are listed (chosen by hand)
+LISTED_ITEMS = 20  # entries of each kind that are listed (chosen by hand)
 # values with coordinates of corners, and significant digits relative to their extent
 BOXES, DIGITS = ("box", "canvas"), 6
 
@@ -62,13 +62,15 @@ def _shape(named: Spec | Path) -> dict[str, Any]:
     return {
         "kind": "shapes",
         "canvas": None if drawing.rectangle is None else [float(value) for value in drawing.rectangle],
-        "outlines": [_outline(number, outline) for number, outline in enumerate(drawing.outlines[:MOST], 1)],
+        "outlines": [
+            _outline(number, outline) for number, outline in enumerate(drawing.outlines[:LISTED_ITEMS], 1)
+        ],
         "outlines_in_all": len(drawing.outlines),
-        "ids": list(drawing.ids)[:MOST],
+        "ids": list(drawing.ids)[:LISTED_ITEMS],
         "pins": {name: [z.real, z.imag] for name, z in drawing.pins.items()},
         "strokes": {name: int(z.size) for name, z in drawing.strokes.items()},
-        "refused": [str(error) for _, error in drawing.refused[:MOST]],
-        "notes": drawing.notes[:MOST],
+        "refused": [str(error) for _, error in drawing.refused[:LISTED_ITEMS]],
+        "notes": drawing.notes[:LISTED_ITEMS],
     }
 
 
@@ -97,7 +99,7 @@ def _map(path: Path) -> dict[str, Any]:
         "left_out": fit.left_out if fit.target is not None else 0.0,
         "uncovered": fit.uncovered if fit.target is not None else 0.0,
         **({"shown": fit.shown, "covered": fit.covered} if fit.seen is not None else {}),
-        "notes": fit.notes[:MOST],
+        "notes": fit.notes[:LISTED_ITEMS],
     }
 
 
@@ -153,12 +155,12 @@ def _mesh(path: Path, max_faces: int) -> dict[str, Any]:
         "vertices": len(mesh.points),
         "faces": len(mesh.sizes),
         "sides": {str(size): int(counts[size]) for size in np.flatnonzero(counts)},
-        "parts": list(file.names)[:MOST],
+        "parts": list(file.names)[:LISTED_ITEMS],
         "parts_in_all": len(file.names),
         "textures": ["in the file"] if file.picture is not None else list(map(str, file.textures())),
         **_charts(mesh),
         **_surface(file),
-        "notes": list(file.notes)[:MOST],
+        "notes": list(file.notes)[:LISTED_ITEMS],
     }
 
 
@@ -181,7 +183,7 @@ def _charts(mesh: Any) -> dict[str, Any]:
             "tile": number_of(atlas.tile(k)),
             "mirrored": atlas.mirrored(k),
         }
-        for k in range(1, min(atlas.count, MOST) + 1)
+        for k in range(1, min(atlas.count, LISTED_ITEMS) + 1)
     ]
     return {"uv_charts": atlas.count, "charts": found, "uv": "; ".join(atlas.notes) or None}
 
@@ -197,13 +199,13 @@ def _surface(file: Any) -> dict[str, Any]:
     except InputError as error:
         return {"patch": str(error)}
     sizes = joined.sizes
-    named = [{"name": f"piece-{k}", "triangles": size} for k, size in enumerate(sizes[:MOST], 1)]
+    named = [{"name": f"piece-{k}", "triangles": size} for k, size in enumerate(sizes[:LISTED_ITEMS], 1)]
     found = {"pieces_in_all": len(sizes), "pieces": named if len(sizes) > 1 else []}
     try:
         whole = disk_patch(joined)
     except InputError as error:
         return found | {"patch": str(error)}
-    loops = [_loop(file, whole, number) for number in range(1, min(len(whole.loops), MOST) + 1)]
+    loops = [_loop(file, whole, number) for number in range(1, min(len(whole.loops), LISTED_ITEMS) + 1)]
     return found | {"loops_in_all": len(whole.loops), "loops": loops, "genus": int(whole.genus)}
 
 
@@ -268,7 +270,7 @@ def _manifest(path: Path) -> dict[str, Any]:
     if own := _lines_of_own(path):
         return own
     tasks = manifest.read(manifest.load(str(path)), str(path), root=path.parent)
-    names = [task.name for task in tasks[:MOST]]
+    names = [task.name for task in tasks[:LISTED_ITEMS]]
     return {"kind": "manifest", "jobs": len(tasks), "names": names}
 
 

@@ -19,10 +19,10 @@ from typing import Any
 from .. import progress
 from ..errors import InputError, naming
 
-BLOCK = 1 << 16
+BLOCK_BYTES = 1 << 16
 MOST_ENTRIES = 10_000
 """Names in a folder that are searched for a similar one, so that an error message never takes long."""
-SIMILAR = 0.75
+SIMILARITY_RATIO = 0.75
 """Similarity (by `difflib`) of names without suffixes: one or two wrong letters in ten."""
 SURROGATE_ESCAPE = re.compile(r"\\u[dD][89a-fA-F]")
 _unfinished = set[Path]()  # temporary files and folders that exist now
@@ -218,7 +218,7 @@ def similar_name(path: Path) -> str:
             names = [entry.name for entry in islice(entries, MOST_ENTRIES)]
     except OSError:
         return ""
-    stems = get_close_matches(path.stem, {Path(name).stem for name in names}, 1, SIMILAR)
+    stems = get_close_matches(path.stem, {Path(name).stem for name in names}, 1, SIMILARITY_RATIO)
     same_stem = [name for name in names if Path(name).stem in stems]
     near = get_close_matches(path.name, same_stem, 1, 0)
     return f"; did you mean {path.with_name(near[0])}?" if near else ""
@@ -431,7 +431,7 @@ def _probe(path: Path) -> None:
     with path.open("r+b", buffering=0) as file:
         size = file.seek(0, os.SEEK_END)
         try:
-            if file.write(bytes(BLOCK)) != BLOCK:
+            if file.write(bytes(BLOCK_BYTES)) != BLOCK_BYTES:
                 raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
         finally:
             file.truncate(size)

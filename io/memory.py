@@ -19,7 +19,7 @@ from ..errors import InputError
 from ..parallel import thread_count
 
 # relative to the memory left when the first picture is read: for arrays that are kept; the rest is for temporary ones
-SHARE = 0.25
+CACHE_MEMORY_SHARE = 0.25
 MIB = 1 << 20
 MARGIN = 64 * MIB  # for memory that libraries take, or that the allocator does not return
 SOLVED = 340 * MIB  # memory of a process after solving for a map, without pictures
@@ -35,7 +35,7 @@ class Bounded(memory.Memory):
 
     def __init__(self, limit: int, folder: str | Path | None = None):
         self.limit, self.folder = limit, folder
-        self.kept, self.left = 0, max(0, int(SHARE * (limit - resident())))
+        self.kept, self.left = 0, max(0, int(CACHE_MEMORY_SHARE * (limit - resident())))
         self._maps: list[mmap.mmap] = []
 
     def __call__(self, shape: tuple[int, ...], dtype: Any) -> NDArray:

@@ -75,7 +75,7 @@ TOPICS: dict[str, Topic] = {
     ),
 }
 """Topics by the word that `--help` takes."""
-FEW = 12
+MOST_SHORT_HELP_OPTIONS = 12
 """Number of options up to which no headings are shown."""
 
 
@@ -86,7 +86,7 @@ def grouped(names: Iterable[str]) -> list[tuple[str, str, list[str]]]:
     """
     left = list(names)
     found: list[tuple[str, str, list[str]]] = []
-    if len(left) > FEW:
+    if len(left) > MOST_SHORT_HELP_OPTIONS:
         topics = [
             (topic.title, topic.example, [name for name in topic.names if name in left])
             for topic in TOPICS.values()

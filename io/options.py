@@ -18,14 +18,14 @@ from .. import options as solver
 from ..deadline import DEFAULT_SECONDS
 from . import formats, limits, point_syntax, values
 
-LARGEST = 1e6  # factor of a texture's size
-DIGITS = 15  # digits of a number of bytes, K, M, G or T
+LARGEST_SIZE_FACTOR = 1e6  # factor of a texture's size
+MOST_BYTE_DIGITS = 15  # digits of a number of bytes, K, M, G or T
 KINDS = ("colour", "normal", "normal-down", "data")
 """Kinds of a picture's channels."""
-ALIKE = 0.75
+SIMILARITY_RATIO = 0.75
 """Similarity (by `difflib`) of a mistyped name to the name suggested: --sise is similar enough to --size."""
 TEXELS_BETWEEN_CHARTS = 4  # enough to keep their colours apart in a mipmap of a quarter of the size
-CERTIFIED = 0.99  # share of the source's area for `--require-injective` without a value
+CERTIFIED_AREA_SHARE = 0.99  # share of the source's area for `--require-injective` without a value
 
 
 @dataclass(frozen=True)
@@ -139,24 +139,25 @@ def _of_solver(name: str, hint: Any, option: Option) -> Option:
     return option
 
 
-FREE = 0
+FREE_SCALE = 0
 """A side of a picture that follows from the other side and the proportions of the visible area."""
 
 
 def size(value: Any) -> Any:
-    """Parse a size: `WxH`, one number for the longer side, or `Wx` and `xH` for one side, with `FREE` for the other."""
+    """Parse a size: `WxH`, one number for the longer side, or `Wx` and `xH` for one side, with `FREE_SCALE` for the
+    other."""
     if isinstance(value, str):
         match = re.fullmatch(r"\s*(\d+)()\s*|\s*(\d*)\s*[xX×]\s*(\d*)\s*", value)
         parts = [part for part in match.groups() if part is not None] if match else []
         if not any(parts):
             raise ValueError(f"{value!r} is not a size; write WxH or N, such as 1024x768 or 1024")
         is_single = match is not None and match[1] is not None
-        value = [int(parts[0])] if is_single else [int(part or FREE) for part in parts]
+        value = [int(parts[0])] if is_single else [int(part or FREE_SCALE) for part in parts]
         given = [int(part) for part in parts if part]
     else:
         given = [value] if isinstance(value, int) else value
-        if isinstance(given, list | tuple) and len(given) == 2 and list(given) != [FREE, FREE]:
-            given = [side for side in given if side != FREE]
+        if isinstance(given, list | tuple) and len(given) == 2 and list(given) != [FREE_SCALE, FREE_SCALE]:
+            given = [side for side in given if side != FREE_SCALE]
     if isinstance(given, list | tuple) and any(
         isinstance(n, int | float) and not 1 <= n <= limits.SIDE for n in given
     ):
@@ -180,8 +181,8 @@ def memory(value: Any) -> Any:
     found = re.fullmatch(r"\s*(\d+(?:\.\d*)?)\s*([KMGT]?)(?:i?B)?\s*", value, re.IGNORECASE)
     if not found:
         raise ValueError(f"{value!r} is not an amount of memory; write one such as 2G or 800M")
-    if len(found[1]) > DIGITS:
-        raise ValueError(f"{value[:DIGITS]}… is more memory than any computer has")
+    if len(found[1]) > MOST_BYTE_DIGITS:
+        raise ValueError(f"{value[:MOST_BYTE_DIGITS]}… is more memory than any computer has")
     return int(float(found[1]) * 1024 ** " KMGT".index(found[2].upper() or " "))
 
 
@@ -193,8 +194,10 @@ def pair(value: Any) -> Any:
 def scale(value: Any) -> Any:
     """Parse one or two positive factors: `S` or `SX,SY`."""
     found = _numbers(value, (1, 2), "a factor, such as 0.25, or two, such as 0.25,0.5")
-    if isinstance(found, tuple) and not all(1 / LARGEST <= n <= LARGEST for n in found):
-        raise ValueError(f"a factor must be between {1 / LARGEST:g} and {LARGEST:g}")
+    if isinstance(found, tuple) and not all(
+        1 / LARGEST_SIZE_FACTOR <= n <= LARGEST_SIZE_FACTOR for n in found
+    ):
+        raise ValueError(f"a factor must be between {1 / LARGEST_SIZE_FACTOR:g} and {LARGEST_SIZE_FACTOR:g}")
     return found
 
 
@@ -252,7 +255,7 @@ def vertices(value: Any) -> Any:
 def share(value: Any) -> Any:
     """Parse a share of the area; True is the default share, and False is None."""
     if isinstance(value, bool):
-        return CERTIFIED if value else None
+        return CERTIFIED_AREA_SHARE if value else None
     try:
         found = float(value) if isinstance(value, str) else value
     except ValueError:
@@ -766,7 +769,7 @@ class JobOptions:
     require_injective: float | None = _option(
         "Exit with code 1 unless the map is certified one-to-one on this share of the source's area.  [0.99]",
         "[SHARE]",
-        above=0, most=1, parse=share, flag=str(CERTIFIED),
+        above=0, most=1, parse=share, flag=str(CERTIFIED_AREA_SHARE),
     )  # fmt: skip
 
     size: tuple[int] | tuple[int, int] | None = _option(
@@ -976,7 +979,7 @@ def suggest(name: str, options: Mapping[str, Option | None]) -> list[str]:
         return meant
     spelt = {key.replace("_", "-"): key for key in options}
     spelt |= {other: key for key, option in known.items() for other in (*dict(option.aliases), *option.old)}
-    return [spelt[near] for near in get_close_matches(name.replace("_", "-"), spelt, 1, ALIKE)]
+    return [spelt[near] for near in get_close_matches(name.replace("_", "-"), spelt, 1, SIMILARITY_RATIO)]
 
 
 SOLVER = tuple(name for name, (_, option) in options_of().items() if option.solver)

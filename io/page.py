@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-LONGER = 1600  # longer side of a picture on a page in pixels; larger pictures are reduced
+LONGER_SIDE_PIXELS = 1600  # longer side of a picture on a page in pixels; larger pictures are reduced
 
 
 @dataclass
@@ -60,7 +60,7 @@ def page(title: str, told: str, columns: list[str], rows: list[Row]) -> bytes:
     return template.replace("DATA", text, 1).encode()
 
 
-def address(pixels: NDArray[np.uint8], longer: int = LONGER) -> str:
+def address(pixels: NDArray[np.uint8], longer: int = LONGER_SIDE_PIXELS) -> str:
     """Return a `data:` address of (h, w, 3 or 4) pixels as a PNG, at most `longer` pixels on the longer side."""
     from PIL import Image
 

@@ -15,8 +15,8 @@ from . import files
 PROGRAMS = ("inkscape", "blender")
 OWN = "iccm"  # name of a plug-in's folder
 SHARED, PYTHON = "iccm_process.py", "iccm_python.txt"
-OLDEST = (4, 2)  # oldest supported version of Blender, the first with extensions
-PATIENCE = 60  # seconds for a program to report its folder
+OLDEST_BLENDER = (4, 2)  # oldest supported version of Blender, the first with extensions
+PROGRAM_SECONDS = 60  # seconds for a program to report its folder
 
 
 def contents(program: str) -> dict[str, bytes]:
@@ -108,7 +108,7 @@ def _of_blender() -> list[Path]:
         home = Path.home() / "Library/Application Support/Blender"
     versions = {path: re.fullmatch(r"(\d+)\.(\d+)", path.name) for path in home.glob("*")}
     known = {path: (int(found[1]), int(found[2])) for path, found in versions.items() if found}
-    ordered = sorted((number, path) for path, number in known.items() if number >= OLDEST)
+    ordered = sorted((number, path) for path, number in known.items() if number >= OLDEST_BLENDER)
     return [path / "extensions" / "user_default" for _, path in ordered]
 
 
@@ -122,7 +122,7 @@ def _settings(plain: str, windows: str) -> Path:
 def _asked(command: list[str]) -> str:
     """Return the last line that a program prints, or an empty text."""
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)
+        done = subprocess.run(command, capture_output=True, text=True, timeout=PROGRAM_SECONDS)
     except (OSError, subprocess.TimeoutExpired):
         return ""
     return done.stdout.strip().splitlines()[-1] if done.returncode == 0 and done.stdout.strip() else ""

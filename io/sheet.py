@@ -27,8 +27,8 @@ from .run.plots import save
 from .shapes import shape as shapes
 from .spec import Spec
 
-NUMBERED = 60  # parts with a number: more could not be read
-PIXELS = 900
+NUMBERED_PARTS = 60  # parts with a number: more could not be read
+LONGER_SIDE_PIXELS = 900
 PALETTE = np.round(255 * np.array(colormaps["tab20"].colors)).astype(np.uint8)  # type: ignore[attr-defined]
 
 
@@ -65,7 +65,7 @@ def _outlines(drawing: Any) -> Figure:
         rings = [_closed(ring) for ring in (outline.z, *outline.holes)]
         colour = PALETTE[(number - 1) % len(PALETTE)] / 255
         axes.add_patch(PathPatch(Outline.make_compound_path(*rings), fc=(*colour, 0.5), ec=INK, lw=0.8))
-        if number <= NUMBERED:
+        if number <= NUMBERED_PARTS:
             inside = polygon_of(outline.z, *outline.holes).buffer(0)
             _label(axes, f"#{number} {outline.name}", *inside.representative_point().coords[0])
     for name, z in drawing.pins.items():
@@ -112,12 +112,12 @@ def _groups(axes: Any, points: Real, faces: Index, group: Index, name: str, view
     colours = Sampler(Texture(PALETTE[None], (0j, 1 + 1j)), "nearest", "data")
     places = np.stack([group % len(PALETTE) + 0.5, np.full(group.size, 0.5)], axis=1)
     uv = np.repeat(places[:, None], 3, axis=1)
-    pixels: NDArray = render.render(points, faces, uv, colours, PIXELS, view)
+    pixels: NDArray = render.render(points, faces, uv, colours, LONGER_SIDE_PIXELS, view)
     seen = (points @ view.T)[:, :2]
     (low, bottom), (high, top) = seen[faces].min(axis=(0, 1)), seen[faces].max(axis=(0, 1))
     axes.imshow(pixels, extent=(low, high, bottom, top))
     middles = seen[faces].mean(axis=1)
-    for k in range(min(int(group.max()) + 1, NUMBERED)):
+    for k in range(min(int(group.max()) + 1, NUMBERED_PARTS)):
         own = middles[group == k]
         nearest = own[np.argmin(np.linalg.norm(own - own.mean(axis=0), axis=1))]
         _label(axes, f"#{name}{k + 1}", *nearest)

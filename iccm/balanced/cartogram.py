@@ -23,7 +23,7 @@ from ..plane import triangle_areas
 from ..result import Fit
 from .model.metric import PLACES
 
-LEAST_BALANCE = 8.0  # balance from which areas are matched
+AREAS_MET_BALANCE = 8.0  # balance from which areas are matched
 MET_AREA_SHARE = 0.015  # relative to the area of each part: areas this close are met
 PATIENCE_ROUNDS, LEAST_GAIN_SHARE = 10, 0.1
 """The iteration ends unless the misplaced area decreases by this share within this many rounds."""

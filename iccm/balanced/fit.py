@@ -43,7 +43,7 @@ LAYERED = "Where the shape overlaps itself, pictures show the layer that is fart
 EVEN_BALANCE = 1.0  # the balance with equal weights of angles and areas
 # Relative to the whole map's dilatation: a partial map with less is suggested.
 WORTHWHILE_DILATATION_SHARE = 0.5
-MOST_LIMITS = 1.05
+MOST_LIMIT_RATIO = 1.05
 """Distance relative to its limit up to which a soft pin counts as met; the last steps still move it a little."""
 NOTED_AREA_SHARE = 5e-4  # relative to the area; less is not reported
 
@@ -64,7 +64,7 @@ def solve(
         InputError: no one-to-one map meets the pins or strokes.
     """
     fit = solve_once(problem, options, start)
-    if problem.size_map and options.balance >= cartogram.LEAST_BALANCE:
+    if problem.size_map and options.balance >= cartogram.AREAS_MET_BALANCE:
         whole = replace(options, fit="whole")
         fit = cartogram.match_areas(
             problem.size_map,
@@ -553,7 +553,7 @@ def near_places(map: TriangulatedMap, pins: Complex, limits: Real) -> bool:
     if not len(pins):
         return True
     here, there = pins.T
-    return bool((np.abs(map(here) - there) <= MOST_LIMITS * limits).all())
+    return bool((np.abs(map(here) - there) <= MOST_LIMIT_RATIO * limits).all())
 
 
 def soft_pin_notes(map: TriangulatedMap, pins: Complex) -> list[str]:

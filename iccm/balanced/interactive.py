@@ -44,14 +44,14 @@ from .search.warm_start import AT_REST_DECREASE, on_its_mesh
 
 COARSE_MESH_SIZE = 0.06
 """Edge length of coarse meshes of domains of area one: 1200 triangles, on which a map is updated in 25 ms."""
-FORWARD, BACKWARD = 8, 3  # Newton steps on the map, then on its inverse
+FORWARD_STEPS, BACKWARD_STEPS = 8, 3  # Newton steps on the map, then on its inverse
 BUDGET_TRIANGLE_STEPS = 60_000
 """Newton steps in one step of a drag, times the number of triangles: some 35 of the 60 ms that an update may take."""
 SQUEEZED_AREA_RATIO = 0.01
 """Relative to the smallest area on the mesh when it was new. Smaller triangles are between corners of source
 and target that would pass each other on the outline, which is possible on a new mesh only.
 """
-STEPS_A_MESH = 20
+STEPS_PER_MESH = 20
 """Steps of a drag between two new fine meshes. A new mesh costs as much as some ten other steps, which is a
 noticeable delay; with 20 to 40 steps per second, there is at most one per second.
 """
@@ -180,7 +180,7 @@ class Live:
     state: DiscreteMap
     least: float
     coarse: bool
-    age: int = STEPS_A_MESH
+    age: int = STEPS_PER_MESH
     behind: bool = False
     stiffening: Real = field(default_factory=lambda: np.empty(0))
 
@@ -220,7 +220,7 @@ class Live:
             settings = pair.with_patches(settings, patches)
             coarse = bool(len(given.outer) or given.strokes)
             state, coarse = pair.carried_anyhow(before, given, settings, coarse=coarse)
-        age = STEPS_A_MESH if given is own_pins else 0
+        age = STEPS_PER_MESH if given is own_pins else 0
         live = cls(pair, settings, given, patches, state, _least_area(state), coarse, age)
         return live if given is not own_pins else live.moved(pins, strokes, softness, dragged=dragged)
 
@@ -258,8 +258,8 @@ class Live:
         """Return the map updated to exact pins and strokes, and to the soft pins of its energy."""
         others = self._changes_vertices(given)
         coarse = self.coarse or others
-        waits = dragged and not others and self.age + 1 < STEPS_A_MESH
-        steps = max(2, BUDGET_TRIANGLE_STEPS // len(self.state.faces)) if dragged else 2 * FORWARD
+        waits = dragged and not others and self.age + 1 < STEPS_PER_MESH
+        steps = max(2, BUDGET_TRIANGLE_STEPS // len(self.state.faces)) if dragged else 2 * FORWARD_STEPS
         state, least, age = self._pulled(given, steps), self.least, self.age + 1
         behind = state is None or not _at_sources(state)
         if state is not None and (dragged or not behind):
@@ -282,7 +282,7 @@ class Live:
         if state is None or behind:
             return replace(self, state=state or self.state, age=age, behind=True)
         if not waits and not area >= SQUEEZED_AREA_RATIO * least:
-            age, free = 0, state.forward(FINE_POWER, FORWARD, AT_REST_DECREASE, corners=False)
+            age, free = 0, state.forward(FINE_POWER, FORWARD_STEPS, AT_REST_DECREASE, corners=False)
             with suppress(NoMapError):
                 anew = self.pair.carried(free, given, self.settings, coarse=coarse)
                 state = min(anew, state, key=lambda each: each.miss)
@@ -383,8 +383,8 @@ def _towards(state: DiscreteMap) -> DiscreteMap:
     """Return the map after some Newton steps at FINE_POWER, like the converged map; at 1 if that does not reach
     the goals.
     """
-    found = state.forward(FINE_POWER, FORWARD, AT_REST_DECREASE, corners=True)
-    return found if found.miss == 0 else state.forward(1.0, FORWARD, AT_REST_DECREASE, corners=True)
+    found = state.forward(FINE_POWER, FORWARD_STEPS, AT_REST_DECREASE, corners=True)
+    return found if found.miss == 0 else state.forward(1.0, FORWARD_STEPS, AT_REST_DECREASE, corners=True)
 
 
 def _within(state: DiscreteMap) -> DiscreteMap:
@@ -397,4 +397,4 @@ def _within(state: DiscreteMap) -> DiscreteMap:
 
 def _relax(state: DiscreteMap) -> DiscreteMap:
     """Return the map after some Newton steps on its inverse, if it has reached its goals."""
-    return state if state.miss > 0 else state.backward(FINE_POWER, BACKWARD, AT_REST_DECREASE)
+    return state if state.miss > 0 else state.backward(FINE_POWER, BACKWARD_STEPS, AT_REST_DECREASE)

@@ -11,11 +11,11 @@ from ..maps import cauchy_green
 from .harmonic_measure import Circle, HarmonicMeasure
 
 # Chosen by hand, and nobody knows better, where a line does not say how a number was found.
-COARSE = 150  # panels of a boundary while parameters are searched
+COARSE_PANELS = 150  # panels of a boundary while parameters are searched
 TURN = 2 * np.pi
-KNOT_EVERY = 3  # panels of either shape
+PANELS_PER_KNOT = 3  # panels of either shape
 MOST_KNOTS = 500
-CLOSEST = 1e-14  # knots, in turns
+CLOSEST_TURNS = 1e-14  # knots, in turns
 LAPS = np.array([-1, 0, 1])[:, None]
 
 
@@ -51,7 +51,7 @@ class Coarse:
 
     def __init__(self, measure: HarmonicMeasure, mass: Real):
         """Join neighbouring panels."""
-        first = np.arange(0, mass.size, max(1, mass.size // COARSE))
+        first = np.arange(0, mass.size, max(1, mass.size // COARSE_PANELS))
         self.length = measure.curve.length
         self.lengths = np.add.reduceat(measure.lengths, first)
         self.weight = 0.5 * self.lengths / self.length
@@ -146,7 +146,7 @@ class CircleMap:
         order = np.argsort(a - lap, kind="stable")
         a, b = (a - lap)[order], (b - lap)[order]
         keep = _apart(a, b)
-        keep = keep[:: max(KNOT_EVERY, len(keep) // MOST_KNOTS)]
+        keep = keep[:: max(PANELS_PER_KNOT, len(keep) // MOST_KNOTS)]
         return cls(a[keep], b[keep])
 
     def __call__(self, turn: Real) -> Real:
@@ -191,8 +191,8 @@ def _apart(a: Real, b: Real) -> list[int]:
     """Return indices of knots that double precision distinguishes, on both circles."""
     keep = [0]
     for k in range(1, a.size):
-        if a[k] - a[keep[-1]] > CLOSEST and b[k] - b[keep[-1]] > CLOSEST:
+        if a[k] - a[keep[-1]] > CLOSEST_TURNS and b[k] - b[keep[-1]] > CLOSEST_TURNS:
             keep.append(k)
-    while a[keep[0]] + 1 - a[keep[-1]] <= CLOSEST or b[keep[0]] + 1 - b[keep[-1]] <= CLOSEST:
+    while a[keep[0]] + 1 - a[keep[-1]] <= CLOSEST_TURNS or b[keep[0]] + 1 - b[keep[-1]] <= CLOSEST_TURNS:
         keep.pop()
     return keep

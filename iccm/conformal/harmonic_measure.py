@@ -22,10 +22,10 @@ from . import triangulation
 from .panels import CORNER
 
 # Chosen by hand, and nobody knows better, where a line does not say how a number was found.
-GROW = 0.35  # growth of the element size with the distance from the boundary
-SHAKE = 0.1  # of the points, relative to their cell
-SUBDIVISIONS = 6  # of a panel, for interpolation
-REPAIRS = 3
+GROWTH_PER_DISTANCE = 0.35  # growth of the element size with the distance from the boundary
+SHAKE_CELL_SHARE = 0.1  # of the points, relative to their cell
+PANEL_SUBDIVISIONS = 6  # of a panel, for interpolation
+REPAIR_ROUNDS = 3
 """Rounds of splitting panels that are not edges of the Delaunay triangulation; each adds at most as many."""
 
 
@@ -51,11 +51,11 @@ class HarmonicMeasure:
         """
         self.curve = curve
         inner = inner_points(curve, ends)
-        for repair in range(REPAIRS + 1):
+        for repair in range(REPAIR_ROUNDS + 1):
             nodes = np.concatenate([curve.at(ends), inner])
             mesh = triangulation.delaunay(nodes)
             missing = triangulation.missing(mesh, ends.size, nodes.size)
-            if repair == REPAIRS or not missing.any():
+            if repair == REPAIR_ROUNDS or not missing.any():
                 break
             following = np.append(ends[1:], ends[0] + curve.length)
             ends = np.sort(np.concatenate([ends, 0.5 * (ends + following)[missing]]))
@@ -108,7 +108,7 @@ class Circle:
 
     def _subdivide(self, power: Real, falling: np.ndarray) -> None:
         """Fill a table finer than the panels: monotone cubic inside them, a power law in those that touch a corner."""
-        parts = np.where(power == 1, SUBDIVISIONS, 1)
+        parts = np.where(power == 1, PANEL_SUBDIVISIONS, 1)
         panel = np.repeat(np.arange(parts.size), parts)
         t = (np.arange(panel.size) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[panel]
         long_s = np.concatenate([self.knots[:-1] - self.length, self.knots, self.knots[1:] + self.length])
@@ -175,8 +175,12 @@ def inner_points(curve: Curve, ends: Real) -> Complex:
     shake = np.random.default_rng(0)  # no four points on a circle, whose triangulation rounding would decide
     while cells.size:
         distance, k = tree.query(xy_of(cells), k=4)
-        split = side > (sizes[k] + GROW * distance).min(axis=1)
-        shift = SHAKE * side * (shake.uniform(-1, 1, cells.size) + 1j * shake.uniform(-1, 1, cells.size))
+        split = side > (sizes[k] + GROWTH_PER_DISTANCE * distance).min(axis=1)
+        shift = (
+            SHAKE_CELL_SHARE
+            * side
+            * (shake.uniform(-1, 1, cells.size) + 1j * shake.uniform(-1, 1, cells.size))
+        )
         leaves.append((cells + shift)[~split & (distance[:, 0] > 0.55 * side)])
         cells, away = cells[split], distance[split, 0] > side
         away[away] = ~curve.contains(cells[away])

@@ -41,32 +41,32 @@ from .triangulation import TooThinError
 from .vertices import Allowance, around_corners, clean, radius_along
 
 # Chosen by hand, and nobody knows better, where a line does not say how a number was found.
-LONGEST_PANEL_RADII = 0.05  # longest panel of the harmonic measure, in radii, at COARSEST
-CORNER_PANEL_RADII = 1e-3  # panel length at corners, in radii, at COARSEST
-COARSEST, FINEST = 1e-3, 1e-6
+LONGEST_PANEL_RADII = 0.05  # longest panel of the harmonic measure, in radii, at COARSEST_SHARE
+CORNER_PANEL_RADII = 1e-3  # panel length at corners, in radii, at COARSEST_SHARE
+COARSEST_SHARE, FINEST_SHARE = 1e-3, 1e-6
 """Tolerances: between them panels shrink with the fourth root, at corners with the power 2/3."""
-LEAST_AT_CORNERS = 1e-6
-LARGEST_IMAGE = 0.01  # of a panel at a corner, relative to the diagonal of the other shape
-DEEPENINGS = 3
+LEAST_CORNER_PANEL_SHARE = 1e-6
+LARGEST_IMAGE_SHARE = 0.01  # of a panel at a corner, relative to the diagonal of the other shape
+MOST_DEEPENINGS = 3
 SIMPLIFIED_FROM_VERTICES = 1000  # vertices of an outline before it is simplified
-HAIR, HAIRS_AREA = 1e-7, 1e-4
+HAIR_WIDTH_SHARE, HAIR_AREA_SHARE = 1e-7, 1e-4
 """Half the width of a hair, by the diagonal; what leaving hairs out may change, of the area."""
 SIMPLIFIED_TOLERANCE_SHARE = 0.2  # by this share of the tolerance
-FIRST_ERROR = 0.6
+FIRST_ERROR_TOLERANCES = 0.6
 """Of the interpolation between vertices, as a share of the tolerance; halved from round to round."""
-LEAST_ERROR = 1e-7  # relative to the diagonal
+LEAST_ERROR_SHARE = 1e-7  # relative to the diagonal
 POLYGON_ROUNDS = 4
-RELAXATIONS = 8  # steps of a round
-SLIDES = 3
+RELAXATION_STEPS = 8  # steps of a round
+MOST_SLIDES = 3
 WORTHWHILE_GAP_RATIO = 0.8  # a round that leaves more than this share of the gap is the last
 FOLD_POWER = 0.25
 """A residual above the error allowed hints at folds: such maps count as worse, by this power of it."""
 MOST_VERTICES = 1500  # of the polygon
 MOST_PANELS = 20_000  # of a boundary: 1.5 GB and half a minute, where usual are hundreds
-CONSISTENCY = 1e-3
-SETTLED = 2e-3  # relative decrease of the energy at which constraints count as met
-ULPS = 16  # least distance of vertices in the user's coordinates, in units of the last place
-CROWDED = 1e-14  # harmonic measure, below which the places on the source are not distinguished
+CONSISTENCY_SHARE = 1e-3
+SETTLED_DECREASE = 2e-3  # relative decrease of the energy at which constraints count as met
+LEAST_DISTANCE_ULPS = 16  # least distance of vertices in the user's coordinates, in units of the last place
+CROWDED_MEASURE = 1e-14  # harmonic measure, below which the places on the source are not distinguished
 
 
 @on_one_thread
@@ -94,7 +94,7 @@ def _solve(problem: NormalisedProblem, settings: Options):
     else:
         source, notes = simplify(source, settings.tolerance, "source")
     target, more = simplify(from_farthest(problem.target), settings.tolerance, "target")
-    fineness = float(np.clip(settings.tolerance / COARSEST, FINEST / COARSEST, 1.0))
+    fineness = float(np.clip(settings.tolerance / COARSEST_SHARE, FINEST_SHARE / COARSEST_SHARE, 1.0))
     try:
         chosen = normalise(problem, source, target, fineness)
     except TooThinError:
@@ -118,7 +118,7 @@ def _solve(problem: NormalisedProblem, settings: Options):
 
 def distinct_vertices(z: Complex) -> list[int]:
     """Return indices of vertices that the rounding of the user's coordinates leaves apart from the one before."""
-    least = ULPS * np.spacing(np.abs(z).max())
+    least = LEAST_DISTANCE_ULPS * np.spacing(np.abs(z).max())
     keep = [0]
     for k in range(1, z.size):
         if abs(z[k] - z[keep[-1]]) > least and abs(z[k] - z[0]) > least:
@@ -149,15 +149,15 @@ def without_hairs(curve: Curve, name: str) -> tuple[Curve, list[str]]:
     Raises:
         TooThinError: more would be lost than hairs.
     """
-    width, sharp = HAIR * curve.diagonal, {"join_style": "mitre"}
+    width, sharp = HAIR_WIDTH_SHARE * curve.diagonal, {"join_style": "mitre"}
     shape = curve.polygon
     parts = shapely.get_parts(shape.buffer(width, **sharp).buffer(-2 * width, **sharp).buffer(width, **sharp))
     whole = max(parts, key=shapely.area, default=shapely.Polygon())
-    if abs(whole.area - shape.area) > HAIRS_AREA * shape.area:
+    if abs(whole.area - shape.area) > HAIR_AREA_SHARE * shape.area:
         raise TooThinError
     z = complex_of(shapely.get_coordinates(whole.simplify(width).exterior)[:-1])
     shorter = 1 - Curve(z).length / curve.length
-    if shorter < HAIR:
+    if shorter < HAIR_WIDTH_SHARE:
         return curve, []
     return Curve.domain(z, name), [
         f"{name}: ignored slits and spikes without width, {shorter:.1%} of the outline's length"
@@ -175,7 +175,7 @@ def normalise(problem: NormalisedProblem, source: Curve, target: Curve, fineness
     Args:
         problem: for its pins and strokes.
         source, target: the boundaries, perhaps simplified.
-        fineness: the tolerance relative to COARSEST, at most one.
+        fineness: the tolerance relative to COARSEST_SHARE, at most one.
     """
     spacing = LONGEST_PANEL_RADII * fineness**0.25
     inside, wanted = constraint_points(problem)
@@ -183,7 +183,7 @@ def normalise(problem: NormalisedProblem, source: Curve, target: Curve, fineness
     pins = np.column_stack([source.pulled_in(inside), np.where(target.contains(wanted), wanted, near)])
     sharp = [at_corners(curve, CORNER_PANEL_RADII * fineness ** (2 / 3)) for curve in (source, target)]
     c = search(measure(source, sharp[0], spacing), measure(target, sharp[1], spacing), pins, problem.upright)
-    for _ in range(DEEPENINGS):
+    for _ in range(MOST_DEEPENINGS):
         deeper = [
             grade_corners(source, sharp[0], c.forward, target),
             grade_corners(target, sharp[1], c.backward, source),
@@ -221,8 +221,8 @@ def grade_corners(curve: Curve, sharp: Real, to: Callable[[Real], Real], other: 
     """Panel lengths at the corners, shorter where the other side of the correspondence blows a corner's panels up."""
     s = curve.knots[:-1][corners(curve)]
     extent = np.maximum(to(s + sharp) - to(s), to(s) - to(s - sharp)) / other.diagonal
-    shrink = np.clip((LARGEST_IMAGE / np.maximum(extent, 1e-9)) ** 1.5, 1e-2, 1.0)
-    return np.where(extent > LARGEST_IMAGE, np.maximum(sharp * shrink, LEAST_AT_CORNERS), sharp)
+    shrink = np.clip((LARGEST_IMAGE_SHARE / np.maximum(extent, 1e-9)) ** 1.5, 1e-2, 1.0)
+    return np.where(extent > LARGEST_IMAGE_SHARE, np.maximum(sharp * shrink, LEAST_CORNER_PANEL_SHARE), sharp)
 
 
 def crowding(c: Correspondence) -> dict[str, str]:
@@ -232,9 +232,9 @@ def crowding(c: Correspondence) -> dict[str, str]:
     there = np.diff(c.between.inverse(c.target.circle.turns))
     here = np.diff(c.between(c.source.circle.turns))
     parts = [("target", c.target.circle, there), ("source", c.source.circle, here)]
-    shares = {name: float(v.lengths[gaps < CROWDED].sum() / v.length) for name, v, gaps in parts}
+    shares = {name: float(v.lengths[gaps < CROWDED_MEASURE].sum() / v.length) for name, v, gaps in parts}
     return {
-        name: f"crowding: {share:.1%} of the {name}'s boundary has a harmonic measure below {CROWDED:.0e} "
+        name: f"crowding: {share:.1%} of the {name}'s boundary has a harmonic measure below {CROWDED_MEASURE:.0e} "
         "per panel, so the map is inaccurate there"
         for name, share in shares.items()
         if share >= 1e-3
@@ -248,17 +248,17 @@ def correspond(c: Correspondence, settings: Options) -> tuple[State, list[dict[s
         The best state, and the energies of each step.
     """
     source, target = c.source.measure.curve, c.target.measure.curve
-    error = FIRST_ERROR * settings.tolerance * target.diameter
+    error = FIRST_ERROR_TOLERANCES * settings.tolerance * target.diameter
     own = source.z.size if settings.vertices == "source" else settings.vertices
     radius, most = radius_along(source, LONGEST_PANEL_RADII), int(own or MOST_VERTICES)
     c = replace(c, between=CircleMap.of(c))
     energies: list[dict[str, float]] = []
     best: tuple[float, float, State] | None = None  # score, gap, state
     for _ in progress.counted("rounds", range(POLYGON_ROUNDS)):
-        allowed = Allowance(radius, error, LEAST_ERROR * target.diameter)
-        c, states = relax(c, pairs, allowed, most, RELAXATIONS)
+        allowed = Allowance(radius, error, LEAST_ERROR_SHARE * target.diameter)
+        c, states = relax(c, pairs, allowed, most, RELAXATION_STEPS)
         state = states[-1]
-        tau, residual = newton(source, state.s, target, state.tau, SLIDES, allowed)
+        tau, residual = newton(source, state.s, target, state.tau, MOST_SLIDES, allowed)
         states.append(replace(state, tau=tau, residual=residual))
         energies += [{"consistency": e.energy, "total": e.energy} for e in states]
         before = best[1] if best else np.inf
@@ -302,8 +302,8 @@ def improve(
     default is zeroth order.
     """
     order = settings.order if settings.order is not None else int(settings.quasi is None)
-    mu = CONSISTENCY if settings.consistency is None else settings.consistency
-    decrease = SETTLED if settings.decrease is None else settings.decrease
+    mu = CONSISTENCY_SHARE if settings.consistency is None else settings.consistency
+    decrease = SETTLED_DECREASE if settings.decrease is None else settings.decrease
     settings = replace(settings, order=order, consistency=mu, samples_per_edge=2, decrease=decrease)
     system = System(
         assemble(problem, settings, basis, polygon, weights), settings.tangential if order else 1.0

@@ -23,26 +23,30 @@ from .harmonic_measure import HarmonicMeasure
 from .panels import thickness
 
 # Chosen by hand, and nobody knows better, where a line does not say how a number was found.
-CENTRES = 8
-CLEARANCE = 0.25  # least clearance of a centre, relative to the largest
-ROTATIONS = 16
-POLISHED = 6
-FAR = 1.5  # hyperbolic distance from a centre, beyond which another one sees better
+CENTRES_TRIED = 8
+CLEARANCE_SHARE = 0.25  # least clearance of a centre, relative to the largest
+ROTATIONS_TRIED = 16
+POLISHED_CANDIDATES = 6
+FAR_HYPERBOLIC_DISTANCE = 1.5  # hyperbolic distance from a centre, beyond which another one sees better
 SIMPLEX = np.array([[0, 0, 0], [0.3, 0, 0], [0, 0.3, 0], [0, 0, 0.2]])
 ROUGH_SEARCH = {"maxfev": 250, "xatol": 1e-2, "fatol": 1e-3}
 FINE_SEARCH = {"maxfev": 250, "xatol": 1e-5, "fatol": 1e-7}
-NEARLY_BEST = 1.05  # candidates this close to the least are polished to the end
-APART = 0.25  # mean distance on the unit circle between the places of candidates that are different
+NEARLY_BEST_RATIO = 1.05  # candidates this close to the least are polished to the end
+APART_CIRCLE_DISTANCE = 0.25
+"""Mean distance on the unit circle between the places of candidates that are different."""
 UPRIGHT = np.radians(30)  # turns that do not count, and so do not decide between neighbouring optima
-UPSIDE_DOWN = 1.5  # a map that turns the picture upside down is as good as one that distorts so much more
-LESS = 0.05  # radians that a turn must be less by, to be worth it
-FLAT = 3e-3  # distortions that differ by less are the same
-SYMMETRIC = 0.05  # distortion that a turn by a right angle is worth on its own, which decides between equals
-EQUAL = 1e-6  # scores that differ by less are the same: the first is taken
+UPSIDE_DOWN_RATIO = 1.5
+"""A map that turns the picture upside down is as good as one that distorts so much more."""
+LEAST_ROTATION_GAIN_RADIANS = 0.05  # radians that a turn must be less by, to be worth it
+SAME_DISTORTION = 3e-3  # distortions that differ by less are the same
+RIGHT_ANGLE_DISTORTION = 0.05
+"""Distortion that a turn by a right angle is worth on its own, which decides between equals."""
+SAME_SCORE = 1e-6  # scores that differ by less are the same: the first is taken
 
 
 def centres(curve: Curve, spacing: float) -> Complex:
-    """Up to CENTRES points spread over the medial axis, the widest place first: each sees its surroundings sharply."""
+    """Up to CENTRES_TRIED points spread over the medial axis, the widest place first: each sees its surroundings
+    sharply."""
     edge, z, radius = thickness(curve, spacing)
     middle = z - radius * curve.normals[edge]
     inside = curve.contains(middle)
@@ -50,10 +54,10 @@ def centres(curve: Curve, spacing: float) -> Complex:
     if not middle.size:
         raise InputError("an outline is too thin; simplify it, or make it wider")
     clear = curve.distances(middle)
-    fair = (clear > 0.5 * radius) & (clear > CLEARANCE * clear.max())
+    fair = (clear > 0.5 * radius) & (clear > CLEARANCE_SHARE * clear.max())
     middle, clear = middle[fair], clear[fair]
     chosen = [int(np.argmax(clear))]
-    for _ in range(CENTRES - 1):
+    for _ in range(CENTRES_TRIED - 1):
         apart = np.min([np.abs(middle - middle[k]) / (clear + clear[k]) for k in chosen], axis=0)
         if apart.max() < 0.7:
             break
@@ -86,7 +90,7 @@ def distortion(source: Coarse, target: Coarse, m: Moebius) -> Real:
 def charged_distortion(distortion: Real, cosine: Real) -> Real:
     """Distortion, and more by the cosine of the angle that the picture is turned by: it is looked at upright."""
     beyond = np.maximum(np.cos(UPRIGHT) - cosine, 0) / (np.cos(UPRIGHT) + 1)
-    return distortion * (1 + (UPSIDE_DOWN - 1) * beyond) + SYMMETRIC * (1 - cosine)
+    return distortion * (1 + (UPSIDE_DOWN_RATIO - 1) * beyond) + RIGHT_ANGLE_DISTORTION * (1 - cosine)
 
 
 def search(
@@ -102,13 +106,13 @@ def search(
     wish = Wish(pins if pins is not None and pins.size else None, upright)
     pairs = [(a, b) for a in views[0] for b in views[1]]
     tried = [t for a, b in progress.counted("Möbius maps", pairs) for t in wish.rotations(a, b)]
-    tried.sort(key=lambda t: round(t.score / EQUAL))
+    tried.sort(key=lambda t: round(t.score / SAME_SCORE))
     starts = _distinct(tried)
     rough = [wish.polished(t, ROUGH_SEARCH) for t in progress.counted("Möbius maps polished", starts)]
-    close = NEARLY_BEST * min(t.score for t in rough) + EQUAL
+    close = NEARLY_BEST_RATIO * min(t.score for t in rough) + SAME_SCORE
     found = [*starts, *(wish.finished(t, views) for t in rough if t.score <= close)]
     least = min(t.score for t in found)
-    return wish.stood(next(t for t in found if t.score <= least + EQUAL)).correspondence
+    return wish.stood(next(t for t in found if t.score <= least + SAME_SCORE)).correspondence
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +140,7 @@ class Wish:
 
     def rotations(self, a: View, b: View) -> list[Candidate]:
         """Rotations of the circle, all round."""
-        rho = TURN * np.arange(ROTATIONS) / ROTATIONS
+        rho = TURN * np.arange(ROTATIONS_TRIED) / ROTATIONS_TRIED
         m = Moebius(0, rho[:, None])
         costs = self.cost(a, b)(m)
         scores = self.score(a, b, m, costs)
@@ -162,14 +166,18 @@ class Wish:
     def finished(self, t: Candidate, views: list[list[View]]) -> Candidate:
         """Return a candidate polished to the end, from the centres that see it best unless that leads elsewhere."""
         polished = self.polished(_seen_well(t, views), FINE_SEARCH)
-        return polished if polished.cost <= NEARLY_BEST * t.cost else self.polished(t, FINE_SEARCH)
+        return polished if polished.cost <= NEARLY_BEST_RATIO * t.cost else self.polished(t, FINE_SEARCH)
 
     def stood(self, t: Candidate) -> Candidate:
         """Return a candidate turned upright, if any turn is as good, as between discs."""
-        if self.pins is not None or (turned := self._turned(t)) < LESS:
+        if self.pins is not None or (turned := self._turned(t)) < LEAST_ROTATION_GAIN_RADIANS:
             return t
-        up = self.polished(t, FINE_SEARCH, turn=SYMMETRIC)
-        return up if up.cost <= t.cost + FLAT and turned - self._turned(up) > LESS else t
+        up = self.polished(t, FINE_SEARCH, turn=RIGHT_ANGLE_DISTORTION)
+        return (
+            up
+            if up.cost <= t.cost + SAME_DISTORTION and turned - self._turned(up) > LEAST_ROTATION_GAIN_RADIANS
+            else t
+        )
 
     def _turned(self, t: Candidate) -> float:
         """Radians from the upright."""
@@ -212,10 +220,10 @@ def _distinct(tried: list[Candidate]) -> list[Candidate]:
         a, b = t.source.coarse, t.target.coarse
         probes = np.interp(np.arange(8) / 8 * a.length + a.knots[0], a.knots, a.turns)
         place = np.exp(1j * TURN * b.arclength(probes + t.p[2] / TURN) / b.length)
-        if all(np.mean(np.abs(place - other)) > APART for other in places):
+        if all(np.mean(np.abs(place - other)) > APART_CIRCLE_DISTANCE for other in places):
             chosen.append(t)
             places.append(place)
-        if len(chosen) == POLISHED:
+        if len(chosen) == POLISHED_CANDIDATES:
             break
     return chosen
 
@@ -225,7 +233,7 @@ def _seen_well(t: Candidate, views: list[list[View]]) -> Candidate:
 
     Polishing may lead far from the centres it began at, where they see everything crowded in one place.
     """
-    if np.hypot(*t.p[:2]) <= FAR:
+    if np.hypot(*t.p[:2]) <= FAR_HYPERBOLIC_DISTANCE:
         return t
     forward, best = t.correspondence.forward, (0.0, t)
     for a in views[0]:

@@ -11,9 +11,9 @@ from ..curve import Curve
 CORNER = np.radians(
     12
 )  # a vertex that turns by more is a corner: densities and derivatives are singular there
-GRADE = 0.4  # growth of the panel length with the distance from a corner
-MOST_PAIRS = 1 << 21  # of samples that are looked at at a time: 0.1 GB
-THIN = 0.35  # longest panel relative to the local thickness
+GROWTH_PER_DISTANCE = 0.4  # growth of the panel length with the distance from a corner
+PAIRS_AT_ONCE = 1 << 21  # of samples that are looked at at a time: 0.1 GB
+THICKNESS_SHARE = 0.35  # longest panel relative to the local thickness
 
 
 def corners(curve: Curve, least: float = CORNER) -> np.ndarray:
@@ -31,7 +31,7 @@ def thickness(curve: Curve, per_length: float) -> tuple[np.ndarray, Complex, Rea
     edge = np.repeat(np.arange(counts.size), counts)
     t = (np.arange(edge.size) - np.repeat(np.cumsum(counts) - counts, counts) + 0.5) / counts[edge]
     z = curve.z[edge] + t * curve.edges[edge]
-    rows = max(1, MOST_PAIRS // edge.size)
+    rows = max(1, PAIRS_AT_ONCE // edge.size)
     radius = np.concatenate([_touching(curve, edge, z, k, k + rows) for k in range(0, edge.size, rows)])
     return edge, z, np.minimum(radius, curve.diagonal)
 
@@ -65,9 +65,11 @@ def graded(curve: Curve, longest: float, at_corners: Real) -> Real:
         t = _positions(int(mine.sum()))
         here = curve.z[k] + t * curve.edges[k]
         thin = np.interp(t, np.abs(z[mine] - curve.z[k]) / length, radius[mine])
-        size = np.clip(THIN * thin, 0.02 * longest, longest)
+        size = np.clip(THICKNESS_SHARE * thin, 0.02 * longest, longest)
         if where.size:
-            size = np.minimum(size, (at_corners + GRADE * np.abs(here[:, None] - where)).min(axis=1))
+            size = np.minimum(
+                size, (at_corners + GROWTH_PER_DISTANCE * np.abs(here[:, None] - where)).min(axis=1)
+            )
         work = np.concatenate([[0.0], np.cumsum(np.diff(t) * length * 0.5 * (1 / size[1:] + 1 / size[:-1]))])
         count = max(1, int(np.ceil(work[-1] - 1e-6)))
         out.append(curve.knots[k] + length * np.interp(work[-1] * np.arange(count) / count, work, t))

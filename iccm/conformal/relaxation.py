@@ -21,16 +21,17 @@ from .riemann_hilbert import LEAST_DAMPING, consistency, interpolate_means, shar
 from .vertices import Allowance, place
 
 # Chosen by hand, and nobody knows better, where a line does not say how a number was found.
-ENOUGH = 0.6  # residual, relative to the error allowed
+ENOUGH_ERROR_SHARE = 0.6  # residual, relative to the error allowed
 ROUGH_SLOPE = 0.5
 """Relative change of dw/dturn from vertex to vertex, from which on a vertex loses its weight."""
-FADE = 4  # power by which it does
-QUOTIENT_STEP = 0.05  # step of the difference quotients along the target, relative to the vertices' spacing
-MOST_STRAIN = 1.0  # of one step
-PRIOR = 0.1  # strain that is thought likely, squared and inverted, relative to the residual
+FADE_POWER = 4  # power by which it does
+QUOTIENT_STEP_SPACINGS = 0.05
+"""Step of the difference quotients along the target, relative to the vertices' spacing."""
+MOST_STEP_STRAIN = 1.0  # of one step
+PRIOR_WEIGHT = 0.1  # strain that is thought likely, squared and inverted, relative to the residual
 FIRST_DAMPING = 1e-3
 MOST_DAMPING = 1e3
-SLOW = 0.9  # stop when a step leaves more than this share of the residual
+SLOW_RESIDUAL_SHARE = 0.9  # stop when a step leaves more than this share of the residual
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +116,7 @@ def relax(
     states, damping = [lay(c, pairs, allowed, most)], FIRST_DAMPING
     for _ in range(steps):
         state = states[-1]
-        if state.norm <= ENOUGH:
+        if state.norm <= ENOUGH_ERROR_SHARE:
             break
         between = circle_map(c)
         solve = relaxation_step(c, state)
@@ -130,7 +131,7 @@ def relax(
             break
         c, damping = trial, max(damping / 10, LEAST_DAMPING)
         states.append(found)
-        if found.norm > SLOW * before:
+        if found.norm > SLOW_RESIDUAL_SHARE * before:
             break
     return c, states
 
@@ -147,12 +148,12 @@ def relaxation_step(c: Correspondence, state: State) -> Callable[[float], tuple[
     image = between(turn)
     across = np.roll(image, -1) - np.roll(image, 1)
     across[[0, -1]] += 1
-    step = np.maximum(QUOTIENT_STEP * across, 1e-15)
+    step = np.maximum(QUOTIENT_STEP_SPACINGS * across, 1e-15)
     ahead, back = (state.target.at(c.target.circle.arclength(image + sign * step)) for sign in (1, -1))
     slope = (ahead - back) / (2 * step)
     change = np.abs(np.roll(slope, -1) - np.roll(slope, 1)) / np.maximum(np.abs(slope), 1e-300)
     rough = np.minimum(np.maximum.reduce([change, np.roll(change, 1), np.roll(change, -1)]), 1e30)
-    weight = state.weight / (1 + (rough / ROUGH_SLOPE) ** FADE)
+    weight = state.weight / (1 + (rough / ROUGH_SLOPE) ** FADE_POWER)
     moved = (weight[:, None] * state.defect * slope) @ between.hats(turn)
     tail = np.cumsum(moved[:, ::-1], axis=1)[:, ::-1]  # what moving all knots from k on does
     drift = moved @ (between.b - between.b[0])  # the gaps keep their sum
@@ -164,12 +165,12 @@ def relaxation_step(c: Correspondence, state: State) -> Callable[[float], tuple[
     residual = weight * state.residual
     gram = columns.real.T @ columns.real + columns.imag.T @ columns.imag
     load = columns.real.T @ residual.real + columns.imag.T @ residual.imag
-    prior = PRIOR * state.norm**2 / between.gaps.size / scale**2
+    prior = PRIOR_WEIGHT * state.norm**2 / between.gaps.size / scale**2
 
     def solve(damping: float) -> tuple[Real, float]:
         damped = gram + np.diag(1e-2 * damping + prior + 1e-12)
         x = -scipy.linalg.cho_solve(scipy.linalg.cho_factor(damped, check_finite=False), load) / scale
-        shrink = min(1.0, MOST_STRAIN / max(float(np.abs(x[:-1]).max()), 1e-300))
+        shrink = min(1.0, MOST_STEP_STRAIN / max(float(np.abs(x[:-1]).max()), 1e-300))
         return shrink * x[:-1], float(shrink * x[-1])
 
     return solve

@@ -21,10 +21,10 @@ from .vertices import Allowance
 # Chosen by hand, and nobody knows better, where a line does not say how a number was found.
 LEAST_DAMPING = 1e-6  # relative; picks the least change among the three real parameters that are free
 MOST_DAMPING = 1e2
-STALLED = 0.98  # stop when a step leaves more than this share of the residual
-FLOOR = 1e-13  # of the largest diagonal entry: columns below it carry rounding only
+STALLED_RESIDUAL_SHARE = 0.98  # stop when a step leaves more than this share of the residual
+ROUNDING_DIAGONAL_SHARE = 1e-13  # of the largest diagonal entry: columns below it carry rounding only
 RAISE = 1 / 6  # derived: see `interpolate_means`
-SHORTEST = 1e-15  # gap, relative to the length of the boundary
+SHORTEST_GAP_SHARE = 1e-15  # gap, relative to the length of the boundary
 
 
 def cyclic_gaps(s: Real, length: float) -> Real:
@@ -124,7 +124,7 @@ def newton(
         if after >= before:
             break
         tau, residual, damping = trial, found, max(damping / 10, LEAST_DAMPING)
-        if after > STALLED * before:
+        if after > STALLED_RESIDUAL_SHARE * before:
             break
     return tau, residual
 
@@ -142,7 +142,7 @@ def _steps(defect: Complex, residual: Complex, target: Curve, tau: Real, q: Real
     diagonal = gram.diagonal()
 
     def step(damping: float) -> Real:
-        damped = gram + np.diag(damping * diagonal + FLOOR * diagonal.max())
+        damped = gram + np.diag(damping * diagonal + ROUNDING_DIAGONAL_SHARE * diagonal.max())
         return -scale * scipy.linalg.cho_solve(scipy.linalg.cho_factor(damped, check_finite=False), load)
 
     return step
@@ -150,10 +150,10 @@ def _steps(defect: Complex, residual: Complex, target: Curve, tau: Real, q: Real
 
 def keep_order(tau: Real, step: Real, length: float) -> Real:
     """τ + step with every gap kept positive: a gap shrinks exponentially where the step would turn it around."""
-    gaps = np.maximum(cyclic_gaps(tau, length), SHORTEST * length)
+    gaps = np.maximum(cyclic_gaps(tau, length), SHORTEST_GAP_SHARE * length)
     change = (np.roll(step, -1) - step) / gaps
     gaps = gaps * np.where(change > -0.5, 1 + change, 0.5 * np.exp(np.clip(2 * change + 1, -5, 0)))
-    gaps = np.maximum(gaps, SHORTEST * length)
+    gaps = np.maximum(gaps, SHORTEST_GAP_SHARE * length)
     gaps *= length / gaps.sum()
     moved = np.concatenate([[0.0], np.cumsum(gaps[:-1])])
     return moved + np.mean(tau + step - moved)

@@ -12,7 +12,7 @@ from ..curve import Curve
 from ..errors import InputError
 from ..plane import triangle_areas
 
-FLAT = 1e-12
+FLAT_AREA_SHARE = 1e-12
 """Twice the area, by the square of the longest edge: rounding leaves less between nodes on a line."""
 
 
@@ -74,7 +74,7 @@ def inside(curve: Curve, nodes: Complex, mesh: PlaneMesh) -> Index:
     """
     a, b, c = nodes[mesh.faces].T
     longest = np.maximum.reduce([np.abs(b - a), np.abs(c - b), np.abs(a - c)])
-    faces = mesh.faces[2 * triangle_areas(nodes[mesh.faces]) > FLAT * longest**2]
+    faces = mesh.faces[2 * triangle_areas(nodes[mesh.faces]) > FLAT_AREA_SHARE * longest**2]
     return faces[curve.contains(nodes[faces].mean(axis=1))]
 
 

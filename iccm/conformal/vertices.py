@@ -17,8 +17,8 @@ from ..curve import Curve
 from .panels import corners, thickness
 
 # Chosen by hand, and nobody knows better, where a line does not say how a number was found.
-RELATIVE = 0.05  # allowed error relative to the image of the local thickness
-CLOSE = 1e-14  # closest arclengths, relative to the length of the boundary
+ERROR_THICKNESS_SHARE = 0.05  # allowed error relative to the image of the local thickness
+CLOSEST_LENGTH_SHARE = 1e-14  # closest arclengths, relative to the length of the boundary
 OFFSETS = np.geomspace(
     1e-6, 0.03, 22
 )  # of the points around a corner, relative to the length of the boundary
@@ -31,7 +31,7 @@ def clean(s: Real, tau: Real, source: Curve, target: Curve) -> tuple[Real, Real]
     order = np.lexsort((tau, s))
     s, tau = s[order], tau[order]
     ahead = np.maximum.accumulate(tau)
-    least_s, least_tau = CLOSE * source.length, CLOSE * target.length
+    least_s, least_tau = CLOSEST_LENGTH_SHARE * source.length, CLOSEST_LENGTH_SHARE * target.length
     keep = [0]
     for k in range(1, s.size):
         if s[k] - s[keep[-1]] > least_s and tau[k] - tau[keep[-1]] > least_tau and tau[k] >= ahead[k]:
@@ -72,7 +72,7 @@ class Allowance:
 
     def __call__(self, s: Real, stretch: Real) -> Real:
         """Return allowed error at arclengths s, where lengths grow by `stretch`."""
-        return np.clip(RELATIVE * stretch * self.radius(s), self.least, self.error)
+        return np.clip(ERROR_THICKNESS_SHARE * stretch * self.radius(s), self.least, self.error)
 
 
 def place(
@@ -106,7 +106,7 @@ def place(
         out.append(np.concatenate([[first], inner]))
     placed = np.concatenate(out)
     # the source's vertices stay where their images can't be distinguished: without them it would be another domain
-    placed = placed[np.diff(placed, prepend=-np.inf) > CLOSE * source.length]
+    placed = placed[np.diff(placed, prepend=-np.inf) > CLOSEST_LENGTH_SHARE * source.length]
     return placed, np.interp(placed, x, y)
 
 

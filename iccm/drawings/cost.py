@@ -1,6 +1,6 @@
 """The cost by which maps of a pair of drawings are compared, whatever their frames and their fit.
 
-    cost = ((1 - lost) · E + lost · LOST) · turning
+    cost = ((1 - lost) · E + lost · LOST_POINT_ENERGY) · turning
 
 E is the mean balanced energy over the visible area: the part of the source's painted area whose image lies in the
 target's painted area. `lost` is half the share of the source that is hidden, because it lands in gaps of the target or
@@ -8,7 +8,7 @@ is not mapped at all, plus half the share of the target that stays bare, because
 lands there, or nothing at all. `turning` is the cost of rotating the picture (`balanced.minimise.upright`).
 """
 
-LOST = 5.05
+LOST_POINT_ENERGY = 5.05
 """Energy counted for a point without a partner: that of a map that stretches lengths ten times in one direction,
 (10 + 1/10)/2. Pictures with K95 of 8 were judged usable, with 24 useless."""
 
@@ -27,4 +27,4 @@ def price(energy: float, lost: tuple[float, float], turning: float) -> float:
     """
     share = min(1.0, 0.5 * sum(lost))
     seen = (1 - share) * energy if share < 1 else 0.0
-    return float((seen + share * LOST) * turning)
+    return float((seen + share * LOST_POINT_ENERGY) * turning)

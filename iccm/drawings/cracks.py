@@ -9,11 +9,11 @@ from ..pixels.canvas import Canvas, proportional
 from .drawing import Drawing
 from .raster import painted_share
 
-RASTER = 512
+RASTER_PIXELS = 512
 """Pixels of the target drawing's longer side."""
-RADIUS = 3
+CRACK_RADIUS_PIXELS = 3
 """Radius in pixels of the disk by which the result is closed, which fills slits up to twice as wide."""
-PAINTED = 0.5
+PAINTED_ALPHA = 0.5
 """Share of a pixel from which it counts as painted."""
 
 
@@ -39,29 +39,29 @@ def crack_share(target: Drawing, layers: Sequence[Sequence[Complex]]) -> float:
     """
     left, low, right, high = target.painted.bounds
     box = complex(left, low), complex(right, high)
-    canvas = Canvas.about(*proportional(RASTER, box[1] - box[0]), box)
-    painted = painted_share(target.rings, canvas) >= PAINTED
+    canvas = Canvas.about(*proportional(RASTER_PIXELS, box[1] - box[0]), box)
+    painted = painted_share(target.rings, canvas) >= PAINTED_ALPHA
     result = painted.copy()
     for rings in layers:
-        result &= painted_share(rings, canvas) >= PAINTED
+        result &= painted_share(rings, canvas) >= PAINTED_ALPHA
     if not painted.any() or (result == painted).all():
         return 0.0
     # the padding keeps the erosion away from the raster's border
-    grown = _dilated(np.pad(result, 2 * RADIUS))
+    grown = _dilated(np.pad(result, 2 * CRACK_RADIUS_PIXELS))
     closed = ~_dilated(~grown)
-    inner = slice(2 * RADIUS, -2 * RADIUS)
+    inner = slice(2 * CRACK_RADIUS_PIXELS, -2 * CRACK_RADIUS_PIXELS)
     filled = closed[inner, inner] & painted & ~result
     return float(filled.sum() / painted.sum())
 
 
 def _dilated(mask: Flags) -> Flags:
     """Dilate a mask by the disk. Written here since importing a library for it takes longer than the dilation."""
-    wide = np.pad(mask, RADIUS)
+    wide = np.pad(mask, CRACK_RADIUS_PIXELS)
     height, width = mask.shape
     grown = np.zeros_like(mask)
-    for down in range(-RADIUS, RADIUS + 1):
-        reach = int(np.sqrt(RADIUS**2 - down**2))
+    for down in range(-CRACK_RADIUS_PIXELS, CRACK_RADIUS_PIXELS + 1):
+        reach = int(np.sqrt(CRACK_RADIUS_PIXELS**2 - down**2))
         for right in range(-reach, reach + 1):
-            top, left = RADIUS + down, RADIUS + right
+            top, left = CRACK_RADIUS_PIXELS + down, CRACK_RADIUS_PIXELS + right
             grown |= wide[top : top + height, left : left + width]
     return grown

@@ -16,10 +16,10 @@ from ..curve import Curve
 from ..errors import InputError
 from ..polygons import Polygons, fill_holes, neighbourhoods, offset, offset_each, polygons_of, unite
 
-FIRST_RADIUS = 0.005
+FIRST_RADIUS_SHARE = 0.005
 """Smallest closing radius that is tried, relative to the drawing's size (the square root of its hull's area): about two
 pixels of 512; anything narrower is not perceived as a gap."""
-RADIUS_STEP = 1.25
+RADIUS_STEP_RATIO = 1.25
 """Ratio of successive closing radii that are tried, until one joins all parts. The width of the neck between two parts
 is the excess of the radius over half their distance, so the ratio also bounds how thin a neck can be."""
 WIDER_RADII = (1.0, 2.5)
@@ -27,21 +27,21 @@ WIDER_RADII = (1.0, 2.5)
 MANY_PARTS = 1000
 """Number of parts from which only the first of these frames is computed: each takes half a second for a thousand
 letters (measured), and between so many parts wider closings hardly differ."""
-LARGEST_RADIUS = 2.0
+LARGEST_RADIUS_SHARE = 2.0
 """Relative to the drawing's size: for larger radii the convex hull is used."""
-SINGLE_PART_RADIUS = 0.05
+SINGLE_PART_RADIUS_SHARE = 0.05
 """First closing radius of a drawing of one part, which needs no joining, relative to its size."""
 MAIN_PART_SHARE = 0.9
 """Of the painted area: a part with at least this share may represent the drawing, which then loses the rest."""
-DETAIL = 1e-3
+DETAIL_SHARE = 1e-3
 """Tolerance of closings, relative to the drawing's size. The painted outline itself is kept exactly."""
-HAIRLINE_WIDTH = 1e-3
+HAIRLINE_WIDTH_SHARE = 1e-3
 """Relative to the drawing's size: half a pixel of 512. Narrower gaps are filled."""
-HAIRLINE_LENGTH = 0.02
+HAIRLINE_LENGTH_SHARE = 0.02
 """Relative to the drawing's size, both sides together: shorter hairlines are left as they are."""
 MITRE_LIMIT = 20.0
 """Relative to the offset: blunts corners sharper than six degrees."""
-SLIVER_WIDTH = 1e-6
+SLIVER_WIDTH_SHARE = 1e-6
 """Relative to the drawing's size: narrower gaps come from rounding."""
 ARC_SEGMENTS = 6
 """Segments per quarter circle in closings: their corners deviate by at most radius · (1 - cos(π/24))."""
@@ -96,8 +96,8 @@ def frames_of(painted: shapely.Geometry) -> list[Frame]:
     if main.area >= MAIN_PART_SHARE * total:
         found.append(Frame(_outline(main), 0.0, 1 - main.area / total))
     filled = fill_holes(painted)  # frames have no holes
-    simple = shapely.simplify(filled, DETAIL * size)
-    radius, joined = SINGLE_PART_RADIUS * size, None
+    simple = shapely.simplify(filled, DETAIL_SHARE * size)
+    radius, joined = SINGLE_PART_RADIUS_SHARE * size, None
     if len(parts) > 1:
         radius, joined = _joining_radius(simple, size)
     for times in WIDER_RADII if len(parts) < MANY_PARTS else WIDER_RADII[:1]:
@@ -136,7 +136,7 @@ def close_hairlines(painted: shapely.Geometry) -> shapely.Geometry:
     They are invisible, but a map would have to follow both of their sides. A region without any is returned as it is.
     """
     size = float(np.sqrt(shapely.convex_hull(painted).area))
-    width = HAIRLINE_WIDTH * size
+    width = HAIRLINE_WIDTH_SHARE * size
     mitred = {
         "join_style": "mitre",
         "mitre_limit": MITRE_LIMIT,
@@ -147,14 +147,14 @@ def close_hairlines(painted: shapely.Geometry) -> shapely.Geometry:
     # Gaps may be so narrow that they have no area, but each has a boundary on both sides.
     less = shapely.length(nearby) - shapely.length(filled)
     closed = filled[less > 0]
-    if np.dot(shares, np.maximum(less, 0)) < HAIRLINE_LENGTH * size:
+    if np.dot(shares, np.maximum(less, 0)) < HAIRLINE_LENGTH_SHARE * size:
         return painted
-    return shapely.make_valid(shapely.simplify(unite([painted, *closed]), SLIVER_WIDTH * size))
+    return shapely.make_valid(shapely.simplify(unite([painted, *closed]), SLIVER_WIDTH_SHARE * size))
 
 
 def _without_slivers(gaps: shapely.Geometry, size: float) -> shapely.Geometry:
     """Drop slivers that come from rounding, and widen gaps a little so that they overlap their surroundings."""
-    width = SLIVER_WIDTH * size
+    width = SLIVER_WIDTH_SHARE * size
     return offset(offset(gaps, -width, join_style="mitre"), 2 * width, join_style="mitre")
 
 
@@ -167,12 +167,12 @@ def _joining_radius(simple: shapely.Geometry, size: float) -> tuple[float, shape
     """Return the smallest tried radius whose closing joins all parts, and that closing; None if no radius does."""
     parts = polygons_of(simple)
     near = shapely.STRtree(parts)
-    radius = FIRST_RADIUS * size
-    while radius < LARGEST_RADIUS * size:
+    radius = FIRST_RADIUS_SHARE * size
+    while radius < LARGEST_RADIUS_SHARE * size:
         closed = _joined(simple, radius) if _form_one_group(parts, near, 2 * radius) else None
         if closed is not None:
             return radius, closed
-        radius *= RADIUS_STEP
+        radius *= RADIUS_STEP_RATIO
     return radius, None
 
 
@@ -211,7 +211,7 @@ def _distinct(frames: list[Frame]) -> list[Frame]:
     kept: list[Frame] = []
     for frame in frames:
         same = kept and kept[-1].left_out == frame.left_out
-        if same and abs(frame.outline.area - kept[-1].outline.area) <= DETAIL * frame.outline.area:
+        if same and abs(frame.outline.area - kept[-1].outline.area) <= DETAIL_SHARE * frame.outline.area:
             continue
         kept.append(frame)
     return kept

@@ -10,8 +10,8 @@ from ..curve import Curve, polygon_of
 
 MOST_HOLES = 64
 """Holes that are mapped at most, the largest first, since each costs a chain of vertices on every mesh."""
-SPECK = 1e-5  # of the area inside the outline: a smaller hole would need equally small triangles
-CLOSE = 2e-4
+SPECK_AREA_SHARE = 1e-5  # of the area inside the outline: a smaller hole would need equally small triangles
+CLOSE_SHARE = 2e-4
 """Of the diagonal: a hole closer than this to the outline, or to another hole, leaves no room for a map."""
 
 
@@ -21,11 +21,11 @@ def mappable(curve: Curve, holes: Sequence[Complex]) -> list[int]:
     sizes = shapely.area(rings)
     domain = curve.polygon
     outline = domain.exterior
-    near = CLOSE * curve.diagonal
+    near = CLOSE_SHARE * curve.diagonal
     kept: list[int] = []
     for k in np.argsort(-sizes, kind="stable"):
         ring = rings[k]
-        if len(kept) == MOST_HOLES or not (ring.is_valid and sizes[k] > SPECK * curve.area):
+        if len(kept) == MOST_HOLES or not (ring.is_valid and sizes[k] > SPECK_AREA_SHARE * curve.area):
             continue
         if ring.buffer(-near).is_empty:  # a hairline, as between parts that almost touch
             continue

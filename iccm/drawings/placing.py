@@ -17,36 +17,36 @@ from ..pixels.canvas import Canvas, proportional
 from ..plane import Similarity
 from .raster import painted_share, rings_of
 
-RASTER = 96
+RASTER_PIXELS = 96
 """Pixels of the outer region's longer side: places are found to a hundredth of its size, and refined from there."""
-SCALE_STEP = 0.93
+SCALE_STEP_RATIO = 0.93
 """Ratio of successive scales that are tried on the raster, from an upper bound downwards."""
 MOST_SCALES = 64
 """Number of these scales: the smallest is a hundredth of the upper bound."""
-EDGE_TOLERANCE = 0.15
+EDGE_TOLERANCE_SHARE = 0.15
 """Area outside, in pixels per pixel of the copy's boundary, that is put down to rasterization."""
 MOST_PLACES = 4
 """Places found on the raster that are refined, the best first."""
-SIMPLIFIED = 5e-4
+SIMPLIFIED_SHARE = 5e-4
 """Tolerance of boundaries in the search, relative to a region's size. The exact regions decide at the end."""
-SAMPLE_SPACING = 0.02
+SAMPLE_SPACING_SHARE = 0.02
 """Relative to the copy's extent: spacing of the boundary points that the linear programs keep inside."""
-NUDGE = 2e-3
+NUDGE_SHARE = 2e-3
 """Relative to the copy's extent: the nearest boundary of the outer region is measured from this far inside a boundary
 point, so that its direction is defined where both touch."""
-MOST_PROGRAMS = 16
+MOST_LINEAR_PROGRAMS = 16
 """Linear programs from each place: more than 10 were never needed."""
-FIRST_STEP = 0.05
+FIRST_STEP_SHARE = 0.05
 """Relative to the copy's extent: how far the first linear program may move it."""
-LAST_STEP = 2e-4
+LAST_STEP_SHARE = 2e-4
 """Relative to the copy's extent: the iteration ends when steps are smaller."""
-ANY_ROTATIONS = 24
+ROTATIONS_TRIED = 24
 """Number of rotations tried where any is allowed: every 15 degrees."""
-UPRIGHT_GAIN = 0.98
+UPRIGHT_GAIN_RATIO = 0.98
 """Of the largest scale: among copies at least this large, the one with the least rotation is preferred."""
-CENTRING = 0.985
+CENTRING_RATIO = 0.985
 """Of the largest scale: size of the copy while it is centred in its room."""
-MUCH_ROOM = 0.06
+MUCH_ROOM_SHARE = 0.06
 """Relative to the copy's extent: twice the room that this shrinking makes. A copy with less room stays where it can be
 largest."""
 SCALE_PRECISION = 1e-4
@@ -84,7 +84,7 @@ def largest_copy(
     found = [copy for copy in grown if copy is not None]
     if not found:
         return None
-    least = UPRIGHT_GAIN * max(abs(copy.factor) for copy in found)
+    least = UPRIGHT_GAIN_RATIO * max(abs(copy.factor) for copy in found)
     large = [copy for copy in found if abs(copy.factor) >= least]
     best = min(large, key=lambda copy: (round(abs(np.angle(copy.factor)), 3), -abs(copy.factor)))
     shapely.prepare(outer)
@@ -113,9 +113,9 @@ def largest_copy_about(
     shapely.prepare(outer)
     turn = complex(np.exp(1j * rotation))
     scale = float(np.sqrt(outer.area / inner.area))
-    smallest = scale * SCALE_STEP**MOST_SCALES
+    smallest = scale * SCALE_STEP_RATIO**MOST_SCALES
     while not _is_inside(centred, outer, Similarity(scale * turn, image)):
-        scale *= (3 + SCALE_STEP) / 4
+        scale *= (3 + SCALE_STEP_RATIO) / 4
         if scale < smallest:
             return None
     largest = _enlarge(centred, outer, Similarity(scale * turn, image))
@@ -147,7 +147,7 @@ class _Search(NamedTuple):
         extent = float(np.abs(complex_of(shapely.get_coordinates(simple))).max())
         points, inward = [], []
         for ring in rings_of(simple):
-            dense = shapely.segmentize(shapely.LinearRing(xy_of(ring)), SAMPLE_SPACING * extent)
+            dense = shapely.segmentize(shapely.LinearRing(xy_of(ring)), SAMPLE_SPACING_SHARE * extent)
             z = complex_of(shapely.get_coordinates(dense)[:-1])
             along = np.roll(z, -1) - np.roll(z, 1)
             points.append(z)
@@ -156,14 +156,14 @@ class _Search(NamedTuple):
 
 
 def _simplified(region: shapely.Geometry) -> shapely.Geometry:
-    return shapely.simplify(region, SIMPLIFIED * float(np.sqrt(region.area)))
+    return shapely.simplify(region, SIMPLIFIED_SHARE * float(np.sqrt(region.area)))
 
 
 def _angles() -> Sequence[float]:
     """Return the rotations to try, in radians, from upright outwards."""
-    steps = np.arange(ANY_ROTATIONS)
+    steps = np.arange(ROTATIONS_TRIED)
     signed = np.where(steps % 2, 1, -1) * ((steps + 1) // 2)
-    return (signed * 2 * np.pi / ANY_ROTATIONS).tolist()
+    return (signed * 2 * np.pi / ROTATIONS_TRIED).tolist()
 
 
 def _starts(search: _Search, angles: Sequence[float]) -> Iterator[Similarity]:
@@ -171,9 +171,9 @@ def _starts(search: _Search, angles: Sequence[float]) -> Iterator[Similarity]:
     rotation."""
     low_x, low_y, high_x, high_y = search.outer.bounds
     box = complex(low_x, low_y), complex(high_x, high_y)
-    canvas = Canvas.about(*proportional(RASTER, box[1] - box[0]), box)
+    canvas = Canvas.about(*proportional(RASTER_PIXELS, box[1] - box[0]), box)
     outside = np.pad(1 - painted_share(rings_of(search.outer), canvas), 1, constant_values=1.0)
-    near = 1 / RASTER * float(np.sqrt(search.outer.area))
+    near = 1 / RASTER_PIXELS * float(np.sqrt(search.outer.area))
     circle = shapely.maximum_inscribed_circle(search.outer, near)  # a line from its centre to its boundary
     middle, edge = complex_of(shapely.get_coordinates(circle))
     yield Similarity(complex(np.exp(1j * angles[0]) * abs(edge - middle) / search.extent), complex(middle))
@@ -181,8 +181,8 @@ def _starts(search: _Search, angles: Sequence[float]) -> Iterator[Similarity]:
     for angle in angles:
         turn = complex(np.exp(1j * angle))
         bound = _scale_bound(search, turn)
-        for scale in bound * SCALE_STEP ** np.arange(MOST_SCALES):
-            if scale < SCALE_STEP * largest:
+        for scale in bound * SCALE_STEP_RATIO ** np.arange(MOST_SCALES):
+            if scale < SCALE_STEP_RATIO * largest:
                 break
             places = list(_places(search, canvas, outside, complex(scale * turn)))
             yield from places
@@ -217,7 +217,7 @@ def _places(
     own = Canvas(width, height, (corner - 1j * height * step, corner + width * step))
     painted = painted_share(rings_of(copy), own)
     beyond = signal.fftconvolve(outside, painted[::-1, ::-1], mode="valid")
-    allowed = EDGE_TOLERANCE * shapely.length(copy) / step
+    allowed = EDGE_TOLERANCE_SHARE * shapely.length(copy) / step
     labels, count = ndimage.label(beyond <= allowed)
     if not count:
         return
@@ -234,15 +234,15 @@ def _grow(search: _Search, start: Similarity, *, turns: bool) -> Similarity | No
     if current is None:
         return None
     current = _enlarge(search.inner, search.outer, current)
-    step = FIRST_STEP
-    for _ in range(MOST_PROGRAMS):
+    step = FIRST_STEP_SHARE
+    for _ in range(MOST_LINEAR_PROGRAMS):
         aim = _program(search, current, step, turns=turns)
         inside = aim and _shrink(search.inner, search.outer, aim)
         if inside and abs(inside.factor) > abs(current.factor) * (1 + SCALE_PRECISION):
             current = inside
         else:
             step /= 3
-        if step < LAST_STEP:
+        if step < LAST_STEP_SHARE:
             break
     return _enlarge(search.inner, search.outer, current)
 
@@ -258,13 +258,13 @@ def _program(search: _Search, copy: Similarity, step: float, *, turns: bool) -> 
     extent = abs(copy.factor) * search.extent
     x = copy(search.points)
     normal = search.inward * (copy.factor / abs(copy.factor))
-    nudged = x + NUDGE * extent * normal
+    nudged = x + NUDGE_SHARE * extent * normal
     lines = shapely.shortest_line(shapely.points(xy_of(nudged)), shapely.boundary(search.outer))
     y = complex_of(shapely.get_coordinates(lines)[1::2])
     away = y - nudged
     distance = np.abs(away)
     inside = shapely.contains_xy(search.outer, nudged.real, nudged.imag)
-    near = inside & (distance > 0) & (distance < (2 * step + 2 * NUDGE) * extent)
+    near = inside & (distance > 0) & (distance < (2 * step + 2 * NUDGE_SHARE) * extent)
     if not near.any():
         return Similarity(copy.factor * (1 + step), copy.shift)
     x, n, y = x[near], away[near] / distance[near], y[near]
@@ -287,13 +287,13 @@ def _program(search: _Search, copy: Similarity, step: float, *, turns: bool) -> 
 
 def _centred(search: _Search, copy: Similarity) -> Similarity:
     """Shrink a copy slightly, and centre it in the horizontal and vertical room around it where there is much."""
-    smaller = Similarity(CENTRING * copy.factor, copy.shift)
+    smaller = Similarity(CENTRING_RATIO * copy.factor, copy.shift)
     if not _is_inside(search.inner, search.outer, smaller):
         return copy
     extent = abs(copy.factor) * search.extent
     for direction in (1.0, 1j, 1.0, 1j):
         ahead, behind = (_room(search, smaller, sign * direction * extent) for sign in (1, -1))
-        if ahead + behind > MUCH_ROOM:
+        if ahead + behind > MUCH_ROOM_SHARE:
             away = 0.5 * (ahead - behind) * direction * extent
             smaller = Similarity(smaller.factor, smaller.shift + away)
     return smaller if _is_inside(search.inner, search.outer, smaller) else copy
@@ -306,10 +306,10 @@ def _room(search: _Search, copy: Similarity, vector: complex) -> float:
         at = Similarity(copy.factor, copy.shift + distance * vector)
         return _is_inside(search.inner, search.outer, at)
 
-    inside, beyond = 0.0, NUDGE
+    inside, beyond = 0.0, NUDGE_SHARE
     while fits(beyond):
         inside, beyond = beyond, 1.5 * beyond
-    while beyond - inside > NUDGE:
+    while beyond - inside > NUDGE_SHARE:
         middle = (inside + beyond) / 2
         inside, beyond = (middle, beyond) if fits(middle) else (inside, middle)
     return inside

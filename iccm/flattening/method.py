@@ -34,7 +34,7 @@ KEPT_DILATATION_P95 = 1.3  # 95th percentile of the dilatation at which angles c
 ANGLE_ROUNDS = 8  # most times that a seam is lengthened for angles; most meshes that need it need 1 to 4
 LEAST_DECREASE, LEAST_DECREASE_OF_SEAMS = 1e-5, 1e-4
 """Relative decrease that ends the iteration, finally and while the seam grows."""
-THETAS_TO_CONFORMAL = 0.1, 0.01
+CONTINUATION_THETAS = 0.1, 0.01
 """θ on the way from even to conformal: Newton's method does not converge from an even layout at 0 directly."""
 
 
@@ -197,7 +197,7 @@ def _roughly(start: Flattening) -> tuple[Flattening, Elastic, float]:
 def _conformal(even: Flattening, sheet: Elastic, steps: Iterable[int] = range(SCAFFOLD_STEPS)) -> Flattening:
     """Continue from an even layout to a conformal one."""
     found = even
-    for theta in THETAS_TO_CONFORMAL:
+    for theta in CONTINUATION_THETAS:
         found = _relax(found, sheet, theta, steps)
     return replace(found, method="conformal", even=even)
 

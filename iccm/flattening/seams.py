@@ -18,10 +18,10 @@ from ..meshes.patch import Patch
 from ..meshes.topology import walk
 
 # Measured on eight benchmark meshes: 3 paths at a time gave shorter seams than 6, and dividing gains by the square root
-# of the length gave shorter seams than the power 0.35. RELIEVED values of 0.3 and 0.6 gave about the same.
-TRIED = 2  # candidate vertices; the one whose layout has the least energy is taken
-AT_ONCE = 3  # paths added per round for angles
-RELIEVED = 0.3  # factor on the dilatation beside a new path, which the path relieves
+# of the length gave shorter seams than the power 0.35. RELIEVED_SHARE values of 0.3 and 0.6 gave about the same.
+SEAMS_TRIED = 2  # candidate vertices; the one whose layout has the least energy is taken
+POINTS_AT_ONCE = 3  # paths added per round for angles
+RELIEVED_SHARE = 0.3  # factor on the dilatation beside a new path, which the path relieves
 
 
 class Ways(NamedTuple):
@@ -53,7 +53,7 @@ def ends(result: Flattening, joins: bool) -> Iterator[int]:
     """
     patch, sources = result.patch, _sources(result, joins)
     strain = at_vertices(np.log(result.strain), patch.faces, len(patch.points))
-    for _ in range(TRIED):
+    for _ in range(SEAMS_TRIED):
         ways = Ways.of(patch, sources, joins)
         end = int(np.argmax(strain * np.where(np.isfinite(ways.reach), ways.reach, 0)))
         if not 0 < ways.reach[end] < np.inf:
@@ -85,11 +85,11 @@ def sharper(result: Flattening) -> Patch:
     reached = np.zeros(inner.size, bool)
     reached[result.loop] = True
     found = []
-    for _ in range(AT_ONCE):
+    for _ in range(POINTS_AT_ONCE):
         way = _worthwhile(patch, np.flatnonzero(reached), dilated, convex)
         reached[way] = True
         beside = np.unique(patch.faces[np.isin(patch.faces, way).any(axis=1)])
-        dilated[beside] *= RELIEVED
+        dilated[beside] *= RELIEVED_SHARE
         dilated[way] = 0
         found.append(way)
     return cut_along(patch, found)

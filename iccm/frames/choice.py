@@ -27,7 +27,7 @@ from ..balanced.model.measures import stretch_quantile
 from ..balanced.model.mesh_map import MeshMap
 from ..balanced.model.settings import Settings
 from ..balanced.search.candidates import HOPELESS
-from ..drawings.cost import LOST, price
+from ..drawings.cost import LOST_POINT_ENERGY, price
 from ..drawings.drawing import Drawing
 from ..drawings.frame import Frame
 from ..drawings.pairing import pair_by_place
@@ -36,27 +36,27 @@ from ..plane import triangle_areas
 
 Way = Literal["whole", "cover", "contain"]
 
-GOOD_STRETCH = 2.2
+GOOD_STRETCH_P95 = 2.2
 """A map of whole outlines is accepted without further search if its stretch on 95 % of the area is at most this."""
-GOOD_LOST = 0.02
+GOOD_LOST_SHARE = 0.02
 """It must also hide or leave bare at most this share of either drawing."""
 GOOD_COST = 1.5
 """And it must cost at most this: where stretch is small on 95 %, the rest may still be stretched into stripes, which
 shows in the mean energy.
 """
-CRACK_WIDTH = 3 / 512
+CRACK_WIDTH_SHARE = 3 / 512
 """Relative to the target's size: narrower slits count as cracks of this width."""
 MOST_MATCHED_HOLES = 3
 """Drawings with more holes are mapped with their holes filled, since each hole needs a separate boundary."""
 MOST_PAIRED_PARTS = 8
 """Drawings with more parts are mapped as wholes, since each pair of parts needs a separate map."""
-GIVEN_UP = 4 / 3
+GIVEN_UP_COST_RATIO = 4 / 3
 """Relative to the least cost found: a descent at a higher cost is abandoned. On 36 pairs of drawings with many parts or
 long outlines, no such descent reached the cheapest frames; abandoning them halves the time of the search."""
-CLOSED_GAIN = 0.95
+CLOSED_COST_RATIO = 0.95
 """Relative to the cost with the source's tightest frame: a frame that shows more gaps of the source must cost less than
 this, since missing pieces of an outline are more conspicuous than the mean over the area suggests."""
-PAIRED_GAIN = 0.95
+PAIRED_COST_RATIO = 0.95
 """Relative to the cost of the best map of wholes: pairing parts must cost less than this, since it moves parts relative
 to each other."""
 
@@ -108,10 +108,10 @@ def choices(
     """
     drawings = source, target, settings, free_gaps, framed
     paired = _paired(source, target, settings, free_gaps=free_gaps) if pair_parts else None
-    if paired is not None and _search(*drawings).starts_above(GIVEN_UP * paired.cost):
+    if paired is not None and _search(*drawings).starts_above(GIVEN_UP_COST_RATIO * paired.cost):
         return [paired]
     found = list(_joined(*drawings))
-    if paired is not None and paired.cost < PAIRED_GAIN * found[0].cost:
+    if paired is not None and paired.cost < PAIRED_COST_RATIO * found[0].cost:
         return [paired, *found]
     return found
 
@@ -149,7 +149,7 @@ def _joined(
     found += search.descents()
     found.sort(key=lambda choice: choice.cost)
     least_closed = [choice for choice in found if choice.frames[0].radius <= tightest[0].radius]
-    if least_closed and not free_gaps and found[0].cost > CLOSED_GAIN * least_closed[0].cost:
+    if least_closed and not free_gaps and found[0].cost > CLOSED_COST_RATIO * least_closed[0].cost:
         found.remove(least_closed[0])
         found.insert(0, least_closed[0])
     return tuple(found or [Choice(tightest)])
@@ -172,9 +172,9 @@ class _Judge:
         found = Choice(frames, way, holed, shown.cost(coarse.turning), shown)
         self.least_cost = min(self.least_cost, found.cost)
         if (
-            max(shown.hidden, shown.bare) <= GOOD_LOST
+            max(shown.hidden, shown.bare) <= GOOD_LOST_SHARE
             and found.cost <= GOOD_COST
-            and stretch_quantile(*_of_area_one(coarse.map), 0.95) <= GOOD_STRETCH
+            and stretch_quantile(*_of_area_one(coarse.map), 0.95) <= GOOD_STRETCH_P95
         ):
             self._good.add(found)
         return found
@@ -205,7 +205,7 @@ class _Judge:
         slits = shapely.union_all(shapely.make_valid(triangles))
         # both sides of a slit are its boundary
         length = shapely.length(shapely.intersection(slits.boundary, self.target.painted)) / 2
-        width = CRACK_WIDTH * np.sqrt(shapely.convex_hull(self.target.painted).area)
+        width = CRACK_WIDTH_SHARE * np.sqrt(shapely.convex_hull(self.target.painted).area)
         return shown._replace(bare=min(1.0, shown.bare + length * width / target.area))
 
 
@@ -234,7 +234,7 @@ class _FrameSearch:
         """Return the choice for a pair of frames; None where no map is found, or its energy is much too high."""
         if pair not in self._compared:
             frames = self._sides[0][pair[0]], self._sides[1][pair[1]]
-            most = HOPELESS * min(self.judge.least_cost, LOST)
+            most = HOPELESS * min(self.judge.least_cost, LOST_POINT_ENERGY)
             coarse = coarse_map(frames[0].outline, frames[1].outline, self.judge.settings, most=most)
             self._compared[pair] = None if coarse is None else self.judge.choice(frames, "whole", coarse)
         return self._compared[pair]
@@ -277,7 +277,7 @@ class _FrameSearch:
     def _is_given_up(self, pair: tuple[int, int]) -> bool:
         """Return whether a pair of frames costs so much that its neighbours are not visited."""
         cost = self._cost(self._compared.get(pair))
-        return bool(GIVEN_UP * self.judge.least_cost < cost < np.inf)
+        return bool(GIVEN_UP_COST_RATIO * self.judge.least_cost < cost < np.inf)
 
 
 def _of_area_one(map: MeshMap) -> tuple[Complex, Complex, Index]:

@@ -25,14 +25,14 @@ from ..plane import Similarity
 from ..result import Fit
 from .solve import Solver, without_outline_losses
 
-ROUNDED = 1e-9
+ROUNDING_SHARE = 1e-9
 """Relative to the target's diagonal: points closer than this are equal."""
-MOST_CUT = 0.5
+MOST_CUT_SHARE = 0.5
 """Of the copy's area: if pins put more of it outside, the drawing has no place there."""
-HIDDEN_INSIDE = 3.0
+HIDDEN_INSIDE_WEIGHT = 3.0
 """Weight of source area that gaps of the target hide, with `inside`. It puts a drawing beside the hole of a ring, but
 does not avoid small holes."""
-SLIVER = 1e-4
+SLIVER_AREA_SHARE = 1e-4
 """Of the copy's area: smaller pieces that are cut off come from rounding."""
 
 
@@ -53,7 +53,7 @@ class Placement(NamedTuple):
 
     @property
     def _near(self) -> float:
-        return ROUNDED * self.target.diagonal
+        return ROUNDING_SHARE * self.target.diagonal
 
 
 def fit_placed(
@@ -171,9 +171,11 @@ def _within(copy: Curve, outer: shapely.Geometry) -> Curve:
     if shapely.covers(outer, region):
         return copy
     pieces = shapely.get_parts(shapely.intersection(region, outer))
-    pieces = [each for each in pieces if each.geom_type == "Polygon" and each.area > SLIVER * region.area]
+    pieces = [
+        each for each in pieces if each.geom_type == "Polygon" and each.area > SLIVER_AREA_SHARE * region.area
+    ]
     outside = 1 - sum(each.area for each in pieces) / region.area
-    if outside > MOST_CUT:
+    if outside > MOST_CUT_SHARE:
         raise InputError(
             f"place: with these pins {outside:.0%} of the copy lies outside the target; move the pins, or "
             "use place fill"
@@ -193,5 +195,5 @@ def _cost(placement: Placement, source: Drawing, target: Drawing, place: str, *,
     covered = (seen_through.area if opaque else shown) * abs(placement.similarity.factor) ** 2
     hidden, bare = 1 - shown / source.region.area, 1 - covered / target.region.area
     if place == "inside":
-        hidden *= HIDDEN_INSIDE
+        hidden *= HIDDEN_INSIDE_WEIGHT
     return price(1.0, (hidden, bare), 1.0)

@@ -14,9 +14,9 @@ from .choice import Choice, Way, choices, may_pair
 Solver = Callable[..., Fit]
 """Solves for the map of two outlines: `solver(source, target, source_holes, target_holes, options)`."""
 
-LEAST_LEFT_OUT = 1e-3
+LEAST_LEFT_OUT_SHARE = 1e-3
 """Of a drawing's area: if parts left out sum to less, they are specks and not reported."""
-MOST_SOLVED = 3  # choices that are tried, cheapest first, until one has a map without folds
+MOST_SOLVED_CHOICES = 3  # choices that are tried, cheapest first, until one has a map without folds
 
 
 def fit_drawings(
@@ -57,7 +57,7 @@ def fit_drawings(
     ranked.sort(key=lambda choice: _excess(choice, options))
     missed: Fit | None = None
     failure: InputError | None = None
-    for choice in ranked[:MOST_SOLVED]:
+    for choice in ranked[:MOST_SOLVED_CHOICES]:
         try:
             found = solve_choice(choice, source, target, options, solver)
         except InputError as error:  # folds, or an outline too fine for its mesh: another frame may work
@@ -117,7 +117,7 @@ def _parts_left_out(choice: Choice) -> list[str]:
     return [
         f"Small parts, {frame.left_out:.1%} of the {side} drawing, are left out; fit frame includes them."
         for frame, side in zip(choice.frames, ("source", "target"))
-        if frame.left_out >= LEAST_LEFT_OUT
+        if frame.left_out >= LEAST_LEFT_OUT_SHARE
     ]
 
 

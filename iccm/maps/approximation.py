@@ -28,8 +28,9 @@ ERROR_TEXELS = 0.02  # texels of 1024², at which refinement ends
 ALIKE_ERROR_SHARE = 0.9
 """Of ERROR_TEXELS: that is also taken where an error is asked for that is hardly smaller, as of a picture a little
 larger than its shape."""
-CUBIC = 3**0.5 / 36  # the largest of |t (t - 1/2) (t - 1)|
-LOGARITHM = 3  # how much larger errors are beside z log z than beside a cubic with the same tangent
+CUBIC_MAXIMUM = 3**0.5 / 36  # the largest of |t (t - 1/2) (t - 1)|
+LOGARITHM_ERROR_RATIO = 3
+"""How much larger errors are beside z log z than beside a cubic with the same tangent."""
 REFINEMENT_ROUNDS = 40  # of refinement (by hand)
 MOST_TRIANGLES = 400_000  # triangles (by hand): a wild map may ask for more than any use of it
 DIGITS_SHARE = 1e-13  # of the coordinates: shorter edges have too few of them to be cut (by hand)
@@ -130,7 +131,7 @@ class Samples:
         along, step = z[j] - z[i], self.w[j] - self.w[i]
         with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
             first, last = (self.p[k] * step + self.q[k] * step.conj() for k in (i, j))
-            bulge, error = 0.25 * (first - last), CUBIC * np.abs(first + last - 2 * along)
+            bulge, error = 0.25 * (first - last), CUBIC_MAXIMUM * np.abs(first + last - 2 * along)
             corners = np.flatnonzero(np.minimum(i, j) < self.map.polygon.size)
             bulge[corners], error[corners] = self._beside_corners(
                 z, edges.ends[corners], first[corners], last[corners]
@@ -150,7 +151,12 @@ class Samples:
         bulge = 2 * self._off(0.5 * (self.w[i] + self.w[j]), middle)[0]
         corner = ends < self.map.polygon.size
         known = np.where(corner[:, 0], last, first)
-        error = LOGARITHM * CUBIC * 2 * np.abs(known - along - np.where(corner[:, 0], -2, 2) * bulge)
+        error = (
+            LOGARITHM_ERROR_RATIO
+            * CUBIC_MAXIMUM
+            * 2
+            * np.abs(known - along - np.where(corner[:, 0], -2, 2) * bulge)
+        )
         return bulge, np.where(corner.all(axis=1), np.inf, error)
 
     def triangles(self, mesh: Triangulation, bulge: Complex, marked: Flags) -> Flags:

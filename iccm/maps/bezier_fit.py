@@ -11,7 +11,7 @@ from ..arrays import Complex
 HALVING_ROUNDS = 14  # of halving intervals
 DIFFERENCE_STEP = 1e-3  # of an interval, for the one-sided differences that give its end tangents
 # Of a chord: no shorter control arm than that shows where the curve goes; a straight line's is a third.
-STILL = 0.15
+STILL_SPEED_SHARE = 0.15
 INNER = np.array([0.15, 0.35, 0.5, 0.65, 0.85])  # where a fit is held against the curve
 
 Image = Callable[[NDArray[np.intp], NDArray[np.float64]], Complex]
@@ -67,7 +67,7 @@ def _cubics(
     w = image(np.repeat(which, u.size), t.ravel()).reshape(t.shape)
     start = (-3 * w[:, 0] + 4 * w[:, 1] - w[:, 2]) / (2 * DIFFERENCE_STEP)
     end = (3 * w[:, -1] - 4 * w[:, -2] + w[:, -3]) / (2 * DIFFERENCE_STEP)
-    least = 3 * np.minimum(tolerance, STILL * np.abs(w[:, -1] - w[:, 0]))
+    least = 3 * np.minimum(tolerance, STILL_SPEED_SHARE * np.abs(w[:, -1] - w[:, 0]))
     start[np.abs(start) < least], end[np.abs(end) < least] = 0, 0
     control = np.stack([w[:, 0], w[:, 0] + start / 3, w[:, -1] - end / 3, w[:, -1]], axis=1)
     s = INNER

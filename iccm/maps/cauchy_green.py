@@ -21,7 +21,7 @@ from ..parallel import over_slices
 TAU_I = 2j * np.pi
 # Chosen by hand, and nobody knows better, where a line does not say how a number was found.
 BLOCK_ENTRIES = 1 << 21  # entries of one complex block: 32 MB, a handful of which are alive at a time
-SLICE, MANY = 64, 1024  # points a thread takes at a time, of matrices and of jets
+SLICE_POINTS, SLICE_JET_POINTS = 64, 1024  # points a thread takes at a time, of matrices and of jets
 
 _coordinates = function(
     """int64_t iccm_maps_coordinates(
@@ -58,7 +58,7 @@ def jets(polygon: Complex, densities: Complex, z: Complex, threads: int | None =
         lambda part: _jets(polygon, polygon.size, densities, slopes, m, z, part.start, part.stop, count, out),
         count,
         threads,
-        MANY,
+        SLICE_JET_POINTS,
     )
     return out / TAU_I
 
@@ -85,7 +85,9 @@ def _filled(kernel: Function, polygon: Complex, z: Complex) -> Complex:
     """Return the matrix that a kernel fills, on all threads; what it holds does not depend on their number."""
     polygon, z = np.ascontiguousarray(polygon, dtype=complex), np.ascontiguousarray(z, dtype=complex)
     out = np.empty((z.size, polygon.size), dtype=np.complex128)
-    over_slices(lambda rows: kernel(polygon, polygon.size, z, rows.start, rows.stop, out), z.size, step=SLICE)
+    over_slices(
+        lambda rows: kernel(polygon, polygon.size, z, rows.start, rows.stop, out), z.size, step=SLICE_POINTS
+    )
     return out
 
 

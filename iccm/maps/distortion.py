@@ -16,8 +16,11 @@ from .inverse import extended_inverse
 from .triangulated.map import TriangulatedMap, inverted
 from .triangulated.patches import cross
 
-STRETCHED, DILATED = 5.0, 10.0  # over 5 % of the target: from here pictures look stretched into stripes
-SQUEEZED = 100.0  # dilatation from which a triangle counts as all but folded (by hand)
+STRETCHED_P95, DILATED_P95 = (
+    5.0,
+    10.0,
+)  # over 5 % of the target: from here pictures look stretched into stripes
+SQUEEZED_DILATATION = 100.0  # dilatation from which a triangle counts as all but folded (by hand)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,13 +79,14 @@ class Distortion:
     def strain(self) -> tuple[float, float] | None:
         """Stretch and dilatation beyond which 5 % of the target are, where that is far; else None."""
         stretch, dilatation = (self.quantile(each, 0.95) for each in (self.stretches, self.dilatations))
-        return (stretch, dilatation) if stretch > STRETCHED or dilatation > DILATED else None
+        return (stretch, dilatation) if stretch > STRETCHED_P95 or dilatation > DILATED_P95 else None
 
     @property
     def squeezed(self) -> float:
-        """The larger of the shares of source and target on which the map all but folds: dilatation over SQUEEZED."""
+        """The larger of the shares of source and target on which the map all but folds: dilatation over
+        SQUEEZED_DILATATION."""
         before = self.area / np.maximum(np.abs(np.abs(self.f_z) ** 2 - np.abs(self.f_zbar) ** 2), 1e-300)
-        on = self.dilatations > SQUEEZED
+        on = self.dilatations > SQUEEZED_DILATATION
         return max(float(area @ on / area.sum()) for area in (self.area, before))
 
     @property

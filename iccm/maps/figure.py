@@ -23,8 +23,8 @@ from .approximation import AnyMap
 from .harmonic import area_scale, dilatation
 from .summary import in_words
 
-LINES, PER_LINE, PIXELS = 24, 400, 220
-WIDE, MOST_LINES = 50, 24  # of the words, in letters and lines that the panel holds
+GRID_LINES, POINTS_PER_LINE, HEAT_PIXELS = 24, 400, 220
+PANEL_CHARACTERS, PANEL_LINES = 50, 24  # of the words, in letters and lines that the panel holds
 INK, SOFT, ACROSS, UP, MARK = "#22262b", "#8a929b", "#2a78b8", "#d1662b", "#b0122f"
 
 
@@ -108,7 +108,9 @@ def draw_carried(axes: Any, carried: tuple[NDArray, Box], target: Curve) -> None
     axes.set_aspect("equal")
 
 
-def write_words(lines: Sequence[str], axes: Any, wide: int = WIDE, most: int = MOST_LINES) -> None:
+def write_words(
+    lines: Sequence[str], axes: Any, wide: int = PANEL_CHARACTERS, most: int = PANEL_LINES
+) -> None:
     """Lines as the text of a panel, as wide and as many as it holds."""
     axes.set_axis_off()
     wrapped = [
@@ -124,7 +126,10 @@ def write_words(lines: Sequence[str], axes: Any, wide: int = WIDE, most: int = M
 
 
 def grid(
-    outline: np.ndarray, lines: int = LINES, per_line: int = PER_LINE, holes: Sequence[np.ndarray] = ()
+    outline: np.ndarray,
+    lines: int = GRID_LINES,
+    per_line: int = POINTS_PER_LINE,
+    holes: Sequence[np.ndarray] = (),
 ) -> tuple[np.ndarray, np.ndarray]:
     """Grid lines inside an outline: (lines, points) complex arrays, NaN outside and in holes, first across and then
     up."""
@@ -185,7 +190,7 @@ def _clipped(text: str, width: int = 52) -> str:
 def _distortion(map: AnyMap, source: Curve, holes: list[Complex], left: Any, right: Any) -> None:
     """log10 of the area scale (relative to its median) and the dilatation, over the source."""
     low, high = source.box
-    step = longer_side(low, high) / PIXELS
+    step = longer_side(low, high) / HEAT_PIXELS
     x, y = np.arange(low.real + step / 2, high.real, step), np.arange(low.imag + step / 2, high.imag, step)
     z = _inside(x[None, :] + 1j * y[:, None], map.polygon, 1e-3 * source.diagonal, holes)
     area, shear = np.full(z.shape, np.nan), np.full(z.shape, np.nan)

@@ -12,7 +12,7 @@ from .harmonic import HarmonicMap
 
 DEPTHS = np.concatenate([10 ** np.arange(-4.0, -1.0, 0.25), 10 ** np.arange(-1.0, -0.04, 0.05)])
 """Relative to the inradius of the source."""
-BISECTIONS = 3  # between two depths (by hand)
+DEPTH_BISECTIONS = 3  # between two depths (by hand)
 TINIEST_ROUNDINGS = 8  # image of a piece, in units of rounding
 CLOSER_ROUNDS = 12  # rounds of halving pieces whose images come close
 SHORTEST_EDGE_SHARE = 1e-12  # edge of a ring moved inwards, relative to its length
@@ -75,7 +75,7 @@ def certify(f: HarmonicMap, depths: Real = DEPTHS) -> Certificate:
             low, failed = middle, tried
     if found is None:
         return failed
-    for _ in range(BISECTIONS):
+    for _ in range(DEPTH_BISECTIONS):
         tried = source.at_depth(float(np.sqrt(failed.depth * found.depth)))
         if tried.certified:
             found = tried

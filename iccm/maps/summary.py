@@ -2,11 +2,11 @@
 
 from typing import Any
 
-SEEN_FOLDS = 2e-3
+SEEN_FOLDS_SHARE = 2e-3
 """Of the source's area: folds on less are noise of the sampling."""
-WELL_SEEN = 0.8
+WELL_SEEN_SHARE = 0.8
 """Of a drawing's painted area: where less is shown, or covered, the summary says so."""
-SEEN_CRACKS = 5e-3
+SEEN_CRACKS_SHARE = 5e-3
 """Of the target drawing's painted area: where cracks take more, the summary says so."""
 CERTAIN_SHARE = 0.99
 """Of the source's area: where the map is proven one-to-one on less, the summary says so."""
@@ -95,7 +95,7 @@ def _outline_gap(report: dict[str, Any]) -> str:
 def _shares_seen(report: dict[str, Any]) -> str:
     """Return how much of both drawings is seen, where much of either is not."""
     shown, covered = report.get("shown"), report.get("covered")
-    if shown is None or covered is None or min(shown, covered) >= WELL_SEEN:
+    if shown is None or covered is None or min(shown, covered) >= WELL_SEEN_SHARE:
         return ""
     return f"shows {_percent(shown)} of the source, covers {_percent(covered)} of the target"
 
@@ -103,7 +103,7 @@ def _shares_seen(report: dict[str, Any]) -> str:
 def _cracks(report: dict[str, Any]) -> str:
     """Return how much of the target drawing cracks take, where they are seen."""
     cracks = report.get("cracks") or 0.0
-    return f"CRACKS on {_percent(cracks)} of the target" if cracks > SEEN_CRACKS else ""
+    return f"CRACKS on {_percent(cracks)} of the target" if cracks > SEEN_CRACKS_SHARE else ""
 
 
 def _scale(scale: dict[str, Any]) -> str:
@@ -114,7 +114,7 @@ def _scale(scale: dict[str, Any]) -> str:
 def _folds(injective: dict[str, Any]) -> str:
     """Return whether the map folds: by what the inverse does not bring back, else by the certificate."""
     folded, share = injective.get("folded") or 0.0, injective.get("share") or 0.0
-    if folded >= SEEN_FOLDS:
+    if folded >= SEEN_FOLDS_SHARE:
         return f"FOLDS on {_percent(folded)}"
     if not injective["certified"]:
         return "not certified one-to-one"

@@ -16,7 +16,7 @@ from ..native import function
 from ..parallel import over_slices
 from ..pixels.padding import pad
 from ..pixels.sampler import Sampler, put
-from ..pixels.stmap import FINEST, st_of
+from ..pixels.stmap import FINEST_TEXELS_ACROSS, st_of
 from ..pixels.texture import Placing
 from ..plane import cross
 from .flatten import Flattening
@@ -113,7 +113,7 @@ def bake_stmap(
         found[:, :2], found[:, 3] = st_of(part.placing, origins(slice(0, count))[0]), 1
         return found
 
-    return out, _filled(out, parts, grid, shade, padding, max_error / FINEST, threads)
+    return out, _filled(out, parts, grid, shade, padding, max_error / FINEST_TEXELS_ACROSS, threads)
 
 
 def _filled(

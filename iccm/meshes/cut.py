@@ -14,16 +14,13 @@ from .geodesics import GeodesicGraph
 from .patch import Patch
 from .topology import Triangles, walk
 
-MOST_GEODESIC = 100_000  # triangles: with more, ways along edges do (by hand)
-CORRIDOR_EDGES = (
-    2.0  # mean edges beside a way that is nearly shortest, in which it is looked for again (by hand)
-)
-PARTS_OF_EDGE = (
-    32  # parts of an edge beside a geodesic: maps of four models by landmarks are then as with exact ones
-)
-MOST_KEPT_PATHS = (
-    64  # ways that are remembered: orders of up to six landmarks share 30 on each of two surfaces
-)
+MOST_GEODESIC_TRIANGLES = 100_000  # triangles: with more, ways along edges do (by hand)
+CORRIDOR_EDGES = 2.0
+"""Mean edges beside a way that is nearly shortest, in which it is looked for again (by hand)."""
+PARTS_OF_EDGE = 32
+"""Parts of an edge beside a geodesic: maps of four models by landmarks are then as with exact ones."""
+MOST_KEPT_PATHS = 64
+"""Ways that are remembered: orders of up to six landmarks share 30 on each of two surfaces."""
 
 
 def open_to_disk(whole: Patch) -> Patch:
@@ -70,7 +67,7 @@ def way_through(whole: Patch, stops: Sequence[int], dear: Sequence[Real] | None 
         InputError: there are no such ways.
     """
     free, found = np.ones(whole.triangles.count, bool), list(stops[:1])
-    small = len(whole.faces) <= MOST_GEODESIC
+    small = len(whole.faces) <= MOST_GEODESIC_TRIANGLES
     free[list(stops)] = False
     for k, (start, end) in enumerate(pairwise(stops)):
         joined = ((whole.faces == start).any(axis=1) & (whole.faces == end).any(axis=1)).any()

@@ -17,9 +17,10 @@ from ..errors import InputError
 from ..parallel import over_slices
 from ..plane import cross, triangle_areas
 
-FARTHEST = 1e60
+MOST_COORDINATE = 1e60
 """The largest coordinate of a vertex: squares of areas stay finite."""
-MOST_EARS = 100  # corners of a polygon that is cut into ears, which takes their number to the third power
+MOST_EAR_CORNERS = 100
+"""Corners of a polygon that is cut into ears, which takes their number to the third power."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,11 +152,11 @@ def check(mesh: Mesh) -> Mesh:
         _refuse_corner(
             mesh, mesh.normal_corners >= len(mesh.normals), "uses a normal that is not in the file"
         )
-    bad = ~(np.abs(mesh.points) <= FARTHEST).all(axis=1)  # NaN included
+    bad = ~(np.abs(mesh.points) <= MOST_COORDINATE).all(axis=1)  # NaN included
     if bad.any():
         vertex = int(np.flatnonzero(bad)[0])
         raise InputError(
-            f"{mesh.name}: {mesh.vertex_name(vertex)}: is not finite, or larger than {FARTHEST:g}"
+            f"{mesh.name}: {mesh.vertex_name(vertex)}: is not finite, or larger than {MOST_COORDINATE:g}"
         )
     return mesh
 
@@ -195,10 +196,10 @@ def triangulate(mesh: Mesh) -> Index:
 def fans(mesh: Mesh) -> tuple[Index, Index]:
     """Return (k, 3) corners of triangles that some program or other may cut faces into, and (k,) the face of each.
 
-    Those of all fans of quads, and of larger polygons, up to MOST_EARS corners, that are convex in space.
+    Those of all fans of quads, and of larger polygons, up to MOST_EAR_CORNERS corners, that are convex in space.
     """
     found, owners = [np.zeros((0, 3), np.int64)], [np.zeros(0, np.int64)]
-    for size in range(4, min(int(mesh.sizes.max(initial=3)), MOST_EARS) + 1):
+    for size in range(4, min(int(mesh.sizes.max(initial=3)), MOST_EAR_CORNERS) + 1):
         k = np.arange(size)
         i, j = (each.ravel() for each in np.meshgrid(k, k))
         triples = np.unique(np.sort(np.column_stack([i, (i + 1) % size, j]), axis=1), axis=0)
@@ -315,7 +316,7 @@ def _split_polygon(polygon: Real) -> Index:
     right = np.cross(axis, normal)
     up = np.cross(normal, right)
     z = polygon @ right / np.linalg.norm(right) + 1j * (polygon @ up) / np.linalg.norm(up)
-    return _ears(z) if k <= MOST_EARS else _delaunay(z)
+    return _ears(z) if k <= MOST_EAR_CORNERS else _delaunay(z)
 
 
 def _delaunay(z: NDArray[np.complex128]) -> Index:

@@ -19,13 +19,13 @@ _pack = function("""int64_t iccm_meshes_pack(
     const double *corners, const int64_t *starts, int64_t k, int64_t orientations, int64_t *taken, int64_t width,
     int64_t height, int64_t margin, const bool *alike, double *places)""")
 
-CELLS = 1024  # cells along the longer side of the region: the texels of a usual texture
-COARSE_CELLS = 256  # in which the scale is looked for first, as that takes a sixteenth of the time
+GRID_CELLS_ACROSS = 1024  # cells along the longer side of the region: the texels of a usual texture
+COARSE_GRID_CELLS_ACROSS = 256
+"""In which the scale is looked for first, as that takes a sixteenth of the time."""
 FIRST_FILLED_SHARE = 0.8  # of the region: good packers fill 0.6 to 0.8
-COARSE_STEP, FINE_STEP = 1.06, 1.02  # factors of the scale at which charts fit, and do not
-LEAST_SCALE_SHARE = (
-    0.02  # of the scale at which charts would fill the region: with less, there is no room for them
-)
+COARSE_STEP_RATIO, FINE_STEP_RATIO = 1.06, 1.02  # factors of the scale at which charts fit, and do not
+LEAST_SCALE_SHARE = 0.02
+"""Of the scale at which charts would fill the region: with less, there is no room for them."""
 WORD_BITS = 64
 
 
@@ -59,9 +59,9 @@ def pack(
     Args:
         charts: (n,) positions of each, at one scale, and (m, 3) triangles.
         region: a polygon, or several.
-        margin: distance between charts, and half of it to the region's outline, in texels, of which there are `CELLS`
-            along the region's longer side.
-        rotates: whether charts may be rotated: their smallest rectangle upright, then by quarters.
+        margin: distance between charts, and half of it to the region's outline, in texels, of which there are
+            `GRID_CELLS_ACROSS` along the region's longer side. rotates: whether charts may be rotated: their smallest
+            rectangle upright, then by quarters.
 
     Returns:
         Their places.
@@ -81,7 +81,7 @@ def pack(
 
     def at(scale: float, cells: int) -> Real | None:
         """Return places of all charts at a scale, in units of the region's plane; None where one does not fit."""
-        texels = max(1, round(margin * cells / CELLS)) if margin else 0
+        texels = max(1, round(margin * cells / GRID_CELLS_ACROSS)) if margin else 0
         if cells not in outside:
             outside[cells] = _outside(region, low, high, side / cells, -(-texels // 2))
         found = stacked.placed(scale * cells / side, outside[cells].copy(), texels)
@@ -89,15 +89,15 @@ def pack(
 
     most = np.sqrt(region.area / max(area, 1e-300))
     scale = most * np.sqrt(FIRST_FILLED_SHARE)
-    while at(scale, COARSE_CELLS) is None:
-        scale /= COARSE_STEP
+    while at(scale, COARSE_GRID_CELLS_ACROSS) is None:
+        scale /= COARSE_STEP_RATIO
         if scale < LEAST_SCALE_SHARE * most:
             raise InputError(
                 f"there is no room for {len(charts)} pieces in this outline; choose one with --parts largest"
             )
-    scale *= COARSE_STEP
-    while (places := at(scale, CELLS)) is None:
-        scale /= FINE_STEP
+    scale *= COARSE_STEP_RATIO
+    while (places := at(scale, GRID_CELLS_ACROSS)) is None:
+        scale /= FINE_STEP_RATIO
     factor, shift = np.zeros((2, len(charts)), complex)
     factor[order] = scale * np.array(turned)[order] * 1j ** places[:, 0]
     shift[order] = complex_of(places[:, 1:]) + low

@@ -23,27 +23,29 @@ from .locate import along, barycentric
 from .mesh import face_areas
 from .surface import texels
 
-SAME = 1e-6  # of the diagonal: corners this close are the same
+SAME_PLACE_SHARE = 1e-6  # of the diagonal: corners this close are the same
 SAME_PLACE = 2e-3
 """Difference of texture coordinates below which two triangles show the same place: two texels of 1024 (by hand)."""
-SEARCHED = 5_000  # points that are looked for at a time: 0.8 s on a busy machine, 82k triangles (measured)
+POINTS_AT_ONCE = 5_000
+"""Points that are looked for at a time: 0.8 s on a busy machine, 82k triangles (measured)."""
 TILE_GRID_CELLS = 1024  # across a grid on which overlaps of tiles are looked for (by hand)
-PROBED = 128  # texels across a layout by which the size of pictures is chosen (by hand)
-COLOURS = 1024
+PROBED_TEXELS_ACROSS = 128  # texels across a layout by which the size of pictures is chosen (by hand)
+COLOUR_TEXELS_ACROSS = 1024
 """Texels across a picture of charts of less than two texels, which say nothing of its size (by hand)."""
 MOST_TEXELS_ACROSS = 1e60
-"""Texels that are counted across a layout, whose square stays finite; far fewer are ever made (LARGEST)."""
-LARGEST = 4096  # texels across that are made unasked, but where the old texture has more
+"""Texels that are counted across a layout, whose square stays finite; far fewer are ever made
+(LARGEST_TEXELS_ACROSS)."""
+LARGEST_TEXELS_ACROSS = 4096  # texels across that are made unasked, but where the old texture has more
 MOST_MAGNIFIED = 2
 """Times as wide as the old texture, with all of its repetitions, that pictures are made unasked, at most (by hand)."""
 LOST_UNSEEN = 1.1
 """Texels of the old texture across one of a new picture up to which no loss of detail is visible (by hand)."""
 TEXELS_PER_REPETITION = 8
 """Texels of a new picture across one repetition of the old texture below which it is hardly recognizable (by hand)."""
-MEAN_COLOURS = 256
+MEAN_COLOUR_TEXELS = 256
 """Texels across a picture that shows hardly more than mean colours of a texture, each of which takes long: its
 footprint in the texture is large (by hand)."""
-ROWS = 64  # of the layout that are filtered at a time (by hand)
+ROWS_AT_ONCE = 64  # of the layout that are filtered at a time (by hand)
 
 
 class Conflicts(NamedTuple):
@@ -171,7 +173,7 @@ class Origin:
         corners = self.new.uv[self.new.uv_faces]
         spans = corners.max(axis=1) - corners.min(axis=1)
         flat = triangle_areas(complex_of(corners)) == 0
-        return int(((spans > 1 + SAME).any(axis=1) & ~flat).sum()) if self.wraps else 0
+        return int(((spans > 1 + SAME_PLACE_SHARE).any(axis=1) & ~flat).sum()) if self.wraps else 0
 
     def over(self, old: Charted) -> "Origin":
         """Return the same places for other texture coordinates of the old mesh."""
@@ -257,7 +259,7 @@ def texels_across(
     most = (square + np.sqrt(np.maximum(square * square - 4 * area * area, 0))) / 2
     extent = 1 + 1j if tiles is None else tiles[1] - tiles[0]
     spots = _extents(probe.old)[probe.triangles[rows, columns]] * size < (2 * extent.real, 2 * extent.imag)
-    most[spots.all(axis=1)] = COLOURS**2
+    most[spots.all(axis=1)] = COLOUR_TEXELS_ACROSS**2
     own = probe.grid.owners.owner[rows, columns]
     areas = np.maximum(np.abs(triangle_areas(complex_of(probe.grid.corners[own]))), 1e-300)
     mean = np.average(most, weights=areas / np.bincount(own)[own])
@@ -293,8 +295,8 @@ class TextureUse:
     def most_texels_across(self) -> int:
         """How wide pictures of it are made at most, if no size is asked for."""
         doubled = 2 ** int(np.log2(MOST_MAGNIFIED * max(self.size) * self.repetitions))
-        largest = max(doubled, COLOURS) if self.spots else doubled
-        return max(min(LARGEST, largest), _power_of_two(max(self.size)))
+        largest = max(doubled, COLOUR_TEXELS_ACROSS) if self.spots else doubled
+        return max(min(LARGEST_TEXELS_ACROSS, largest), _power_of_two(max(self.size)))
 
 
 def limited(across: int, use: TextureUse) -> int:
@@ -311,7 +313,7 @@ def limited(across: int, use: TextureUse) -> int:
         return 0
     largest = use.most_texels_across
     if across * TEXELS_PER_REPETITION > largest * max(use.size):
-        return min(MEAN_COLOURS, largest)
+        return min(MEAN_COLOUR_TEXELS, largest)
     return min(_power_of_two(across / LOST_UNSEEN), largest)
 
 
@@ -412,7 +414,7 @@ def paint(
 
     for mesh in (origin.old, origin.new):  # once, not in every thread
         _ = mesh.frames, mesh.hands
-    over_slices(fill, len(out), threads, ROWS)
+    over_slices(fill, len(out), threads, ROWS_AT_ONCE)
 
 
 def spread(out: NDArray, known: Flags, padding: int | None) -> None:
@@ -428,7 +430,7 @@ def partners(old: Charted, new: Charted) -> tuple[Index, Index]:
 
     first, at = distinct_rows(old.points)
     away, near = cKDTree(old.points[first]).query(
-        new.points, distance_upper_bound=SAME * max(old.diagonal, 1e-300)
+        new.points, distance_upper_bound=SAME_PLACE_SHARE * max(old.diagonal, 1e-300)
     )
     theirs, ours = at[old.faces], np.where(np.isfinite(away), near, -1)[new.faces]
     rank_old, rank = np.argsort(theirs, axis=1), np.argsort(ours, axis=1)
@@ -465,8 +467,8 @@ def nearest(old: Charted, points: Real) -> tuple[Index, Real, Real]:
     tree, mesh = igl.AABB(), (old.points, np.ascontiguousarray(old.faces))
     tree.init(*mesh)
     parts = [  # no thread runs while one of them is made, and no signal is heard
-        tree.squared_distance(*mesh, np.ascontiguousarray(points[k : k + SEARCHED]))
-        for k in counted("nearest points", range(0, len(points), SEARCHED))
+        tree.squared_distance(*mesh, np.ascontiguousarray(points[k : k + POINTS_AT_ONCE]))
+        for k in counted("nearest points", range(0, len(points), POINTS_AT_ONCE))
     ]
     squared, triangle, closest = (np.concatenate(found) for found in zip(*parts))
     return triangle, barycentric(old.points[old.faces[triangle]], closest), np.sqrt(squared)

@@ -12,7 +12,8 @@ from .energies import Basis, Target, Term, fixed, points, smoothness
 from .least_squares import System
 from .normalised import NormalisedProblem, measure_of
 
-LEAST_SHRINKAGE = 0.05  # a fitted similarity that shrinks the shape below this share of its size says nothing
+LEAST_SHRINKAGE_RATIO = 0.05
+"""A fitted similarity that shrinks the shape below this share of its size says nothing."""
 PIN_RANK_SHARE = 1e-6
 """Singular values of the pins' coordinates below this share of the largest: as good as one place."""
 
@@ -73,6 +74,6 @@ def similarity(source: Complex, target: Complex, least: complex) -> tuple[comple
         return least, 0j
     apart = float(np.sum(np.abs(source - source.mean()) ** 2)) > 1e-12
     scale = Similarity.fit(source, target).factor if apart else 0j
-    if abs(scale) < LEAST_SHRINKAGE:
+    if abs(scale) < LEAST_SHRINKAGE_RATIO:
         scale = least
     return scale, complex(target.mean() - scale * source.mean())

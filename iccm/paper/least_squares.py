@@ -8,7 +8,7 @@ import scipy.linalg
 from ..arrays import Complex
 from .energies import Target, Term
 
-RANK_CUT = 1e-10  # singular values below this share of the largest carry rounding only
+RANK_CUT_SHARE = 1e-10  # singular values below this share of the largest carry rounding only
 
 
 class System:
@@ -29,7 +29,7 @@ class System:
         self.scales = [t.scale * (np.sqrt(tangential) if t.tangent else 1.0) for t in self.terms]
         stacked = np.vstack([s[:, None] * t.matrix for s, t in zip(self.scales, self.terms)])
         u, s, vh = scipy.linalg.svd(stacked, full_matrices=False, check_finite=False, lapack_driver="gesdd")
-        rank = int(np.count_nonzero(s > RANK_CUT * s[0]))
+        rank = int(np.count_nonzero(s > RANK_CUT_SHARE * s[0]))
         self.left = np.split(u[:, :rank], np.cumsum([t.measure.size for t in self.terms])[:-1])
         self.back = vh[:rank].conj().T / s[:rank]
 

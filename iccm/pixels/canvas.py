@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from ..arrays import Box, Complex
 
-BAND = 128  # rows that are worked on at a time (by hand)
-LONGER_SIDE = 1024  # of a picture, in pixels, unless stated otherwise
+BAND_ROWS = 128  # rows that are worked on at a time (by hand)
+LONGER_SIDE_PIXELS = 1024  # of a picture, in pixels, unless stated otherwise
 
 
 def proportional(longer: int, extent: complex) -> tuple[int, int]:

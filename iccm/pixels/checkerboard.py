@@ -40,7 +40,7 @@ def _cell(i: int, j: int, cells: int) -> list[int]:
 
 def _number(out: NDArray[np.uint8], text: str, x: float, y: float, cell: float, light: int) -> None:
     """Write text centred at (x, y), dark on light cells and light on dark ones."""
-    digits = [_drawn(digit, HEIGHT * cell) for digit in text]
+    digits = [_drawn(digit, DIGIT_HEIGHT_CELLS * cell) for digit in text]
     mask = np.concatenate(digits, axis=1)
     top, left = round(y - mask.shape[0] / 2), round(x - mask.shape[1] / 2)
     place = out[max(0, top) : top + mask.shape[0], max(0, left) : left + mask.shape[1]]
@@ -55,8 +55,8 @@ def _arc(x: float, y: float, width: float, height: float, start: int, end: int) 
     return list(zip(x + width * np.cos(angles), y + height * np.sin(angles)))
 
 
-HEIGHT, WIDTH = 0.27, 0.68  # of digits' strokes, by the cell; by that height
-BOLD, GAP = 0.22, 0.24  # how thick they are, and how far apart, by their height
+DIGIT_HEIGHT_CELLS, DIGIT_WIDTH_HEIGHTS = 0.27, 0.68  # of digits' strokes, by the cell; by that height
+STROKE_WIDTH_HEIGHTS, GAP_HEIGHTS = 0.22, 0.24  # how thick they are, and how far apart, by their height
 STROKES: tuple[Sequence[Sequence[tuple[float, float]]], ...] = (
     [_arc(0.5, 0.5, 0.5, 0.5, 0, 360)],
     [[(0.1, 0.2), (0.55, 0), (0.55, 1)], [(0.1, 1), (1, 1)]],
@@ -75,12 +75,15 @@ STROKES: tuple[Sequence[Sequence[tuple[float, float]]], ...] = (
 @cache
 def _drawn(digit: str, height: float) -> NDArray[np.float32]:
     """Return (rows, columns) how much of each pixel a digit covers, with the gap to its neighbours."""
-    rows, columns = round((1 + 2 * BOLD) * height), round((WIDTH + BOLD + GAP) * height)
+    rows, columns = (
+        round((1 + 2 * STROKE_WIDTH_HEIGHTS) * height),
+        round((DIGIT_WIDTH_HEIGHTS + STROKE_WIDTH_HEIGHTS + GAP_HEIGHTS) * height),
+    )
     x, y = np.meshgrid(np.arange(columns) - (columns - 1) / 2, np.arange(rows) - (rows - 1) / 2)
     z, nearest = x + 1j * y, np.full((rows, columns), np.inf)
     for stroke in STROKES[int(digit)]:
-        points = [height * complex(WIDTH * (u - 0.5), v - 0.5) for u, v in stroke]
+        points = [height * complex(DIGIT_WIDTH_HEIGHTS * (u - 0.5), v - 0.5) for u, v in stroke]
         for a, b in pairwise(points):
             along = np.clip(((z - a) * (b - a).conjugate()).real / abs(b - a) ** 2, 0, 1)
             nearest = np.minimum(nearest, np.abs(z - a - along * (b - a)))
-    return np.clip(BOLD / 2 * height + 0.5 - nearest, 0, 1).astype(np.float32)
+    return np.clip(STROKE_WIDTH_HEIGHTS / 2 * height + 0.5 - nearest, 0, 1).astype(np.float32)

@@ -12,7 +12,7 @@ HALF = np.finfo(np.float16).max
 _encode_bytes = function("""int64_t iccm_pixels_encode_bytes(
     const float *values, int64_t count, int64_t c, int64_t alpha, const double *edges, const uint8_t *start,
     uint8_t *out)""")
-FINE = 4096  # cells of the table from linear light to sRGB bytes, narrower than any byte's share
+TABLE_CELLS = 4096  # cells of the table from linear light to sRGB bytes, narrower than any byte's share
 
 
 def linear_from_srgb(v):
@@ -90,10 +90,10 @@ def encode(values: Float, dtype: np.dtype, alpha: int, *, srgb: bool, associated
 
 @cache
 def byte_edges() -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
-    """Linear values at which sRGB bytes 0 .. 255 begin (and infinity), and the byte where each of FINE cells starts, in
-    none of which begins more than one other."""
+    """Linear values at which sRGB bytes 0 .. 255 begin (and infinity), and the byte where each of TABLE_CELLS cells
+    starts, in none of which begins more than one other."""
     edges = linear_from_srgb((np.arange(256) - 0.5) / 255)
-    start = np.searchsorted(edges, np.arange(FINE + 1) / FINE, side="right") - 1
+    start = np.searchsorted(edges, np.arange(TABLE_CELLS + 1) / TABLE_CELLS, side="right") - 1
     return np.append(edges, np.inf), start.astype(np.uint8)
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..arrays import Box, Complex
 from ..plane import polygon_area
 from . import preimages
-from .canvas import BAND, Band, Canvas, Diagnostics, Mixed
+from .canvas import BAND_ROWS, Band, Canvas, Diagnostics, Mixed
 from .coverage import coverage
 
 
@@ -41,7 +41,7 @@ def _band_of_several(
     A pixel shows the first part that covers half of it, or else the one that covers most; what is seen of another
     one there is mixed in, the first part lying over the others. Counts are of all parts, hidden ones included.
     """
-    shape = min(BAND, canvas.height - row), canvas.width
+    shape = min(BAND_ROWS, canvas.height - row), canvas.width
     nothing = complex(np.nan, np.nan)
     z, right, down = (np.full(shape, nothing, kind) for kind in (np.complex128, np.complex64, np.complex64))
     out = Band(row, np.zeros(shape, np.float32), z, right, down, Diagnostics())

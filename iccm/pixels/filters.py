@@ -32,7 +32,7 @@ _paint = function("""int64_t iccm_pixels_paint(
     const Pyramid *picture, const Complex *z, const Complex64 *right, const Complex64 *down, const float *covered,
     int64_t rows, int64_t width, int64_t first, int64_t last, const double *corner, int64_t kernel, bool clamped,
     int64_t alpha, const double *edges, const uint8_t *start, uint8_t *out)""")
-LANES = 4  # numbers that are written at a time, beyond the last pixel's channels
+LANE_NUMBERS = 4  # numbers that are written at a time, beyond the last pixel's channels
 NEAREST, LINEAR, CUBIC, LANCZOS, SPLINE = 0, 1, 2, 3, 4
 FILTERS = {"nearest": NEAREST, "linear": LINEAR, "cubic": CUBIC, "lanczos": LANCZOS, "spline": SPLINE}
 
@@ -82,8 +82,8 @@ def read(tex: Pyramid, xy: Real, turn: Real, kind: int, clamped: bool = False) -
     """
     c, count = tex.base.shape[2], len(xy)
     xy, turn = np.ascontiguousarray(xy, np.float64), np.ascontiguousarray(turn, np.float64)
-    numbers = np.empty(count * c + LANES, np.float32)
-    out = numbers[:-LANES].reshape(-1, c)
+    numbers = np.empty(count * c + LANE_NUMBERS, np.float32)
+    out = numbers[:-LANE_NUMBERS].reshape(-1, c)
     if kind == NEAREST:
         _nearest(tex.picture, xy, count, out)
         return out

@@ -16,16 +16,17 @@ from .padding import pad
 from .raster import dilated, eroded
 from .texture import Texture
 
-REACH = 2  # texels that a cubic filter reads to either side, and an antialiased edge is wide
-NONE = 0.1  # of the alpha inside: so little counts as nothing (by hand: lossy pictures have some)
-BYTES = 64  # that each texel takes on the way (by hand)
+REACH_TEXELS = 2  # texels that a cubic filter reads to either side, and an antialiased edge is wide
+NO_ALPHA_SHARE = 0.1  # of the alpha inside: so little counts as nothing (by hand: lossy pictures have some)
+BYTES_PER_TEXEL = 64  # that each texel takes on the way (by hand)
 
 
 def without_own_edge(texture: Texture, outlines: Sequence[Complex]) -> Texture:
     """Return the texture with its inside bled beyond the outlines, if they are where its alpha ends; else as it is.
 
-    They are if along most of them alpha all but ends: more than a texel and at most REACH outside, it is under NONE of
-    the greatest inside. Texels outside change, and the alpha of those inside that fade towards the outline.
+    They are if along most of them alpha all but ends: more than a texel and at most REACH_TEXELS outside, it is under
+    NO_ALPHA_SHARE of the greatest inside. Texels outside change, and the alpha of those inside that fade towards the
+    outline.
 
     Args:
         texture: with an alpha channel, or it stays as it is.
@@ -36,20 +37,20 @@ def without_own_edge(texture: Texture, outlines: Sequence[Complex]) -> Texture:
         return texture
     top = np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else 1
     alpha = _framed(pixels[..., channel].astype(np.float32) / top)
-    if not alpha[REACH:-REACH, REACH:-REACH].min() < 1:  # opaque, or not finite
+    if not alpha[REACH_TEXELS:-REACH_TEXELS, REACH_TEXELS:-REACH_TEXELS].min() < 1:  # opaque, or not finite
         return texture
     inside = _framed(_inside(texture, outlines))
-    most = dilated(np.where(inside, alpha, 0), REACH)
-    beyond = dilated(np.where(eroded(~inside), alpha, 0), REACH)
+    most = dilated(np.where(inside, alpha, 0), REACH_TEXELS)
+    beyond = dilated(np.where(eroded(~inside), alpha, 0), REACH_TEXELS)
     rim = inside & ~eroded(inside)
-    falls = rim & (beyond < NONE * most)
+    falls = rim & (beyond < NO_ALPHA_SHARE * most)
     if 2 * falls.sum() <= rim.sum():
         return texture
-    fading = inside & dilated(falls, REACH)
+    fading = inside & dilated(falls, REACH_TEXELS)
     full = np.where(fading, _risen(alpha, inside), alpha)
     known = inside & (alpha > 0) & (2 * alpha >= full)  # beyond the alpha's edge a colour says little
     wanted = fading & ~known | ~inside
-    crop = (slice(REACH, -REACH), slice(REACH, -REACH))
+    crop = (slice(REACH_TEXELS, -REACH_TEXELS), slice(REACH_TEXELS, -REACH_TEXELS))
     inside, full, known, wanted = (each[crop] for each in (inside, full, known, wanted))
     out = pixels.copy()
     out[..., channel] = np.rint(full * top) if top > 1 else full
@@ -87,13 +88,13 @@ def _inside(texture: Texture, outlines: Sequence[Complex]) -> NDArray[np.bool_]:
 
 def _framed(values: NDArray) -> NDArray:
     """With nothing around."""
-    return np.pad(values, REACH)
+    return np.pad(values, REACH_TEXELS)
 
 
 def _risen(alpha: NDArray[np.float32], inside: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """Alpha that does not fall towards the outline in the outermost REACH + 1 rows of texels."""
+    """Alpha that does not fall towards the outline in the outermost REACH_TEXELS + 1 rows of texels."""
     rows = [inside]
-    for _ in range(REACH + 1):
+    for _ in range(REACH_TEXELS + 1):
         rows.append(eroded(rows[-1]))
     out = alpha.copy()
     for deeper, row in zip(rows[:0:-1], rows[-2::-1]):

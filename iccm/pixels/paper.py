@@ -11,14 +11,14 @@ from .texture import Texture
 INK_SHARE = 0.15
 """Of the drawing's own mean colour in the colour of the paper, at least: enough to tell it from white if the drawing is
 dark."""
-PAPER_CONTRAST = 1.25
+PAPER_CONTRAST_RATIO = 1.25
 """Between paper and white, so that the target's form is seen on a white page. Of a light drawing, paper halves the
 contrast (in logarithms) between the drawing and white, if that is less."""
-LEAST_CONTRAST = 1.3
+LEAST_CONTRAST_RATIO = 1.3
 """Between a drawing and white (WCAG 2.2: from 1 to 21): one that contrasts less is drawn for a dark page."""
-SHARES = 100
+LEVELS_TRIED = 100
 """Of ink in paper that are compared: neighbours differ by less than can be seen."""
-LUMINANCE = (0.2126, 0.7152, 0.0722)  # of red, green and blue in linear light (IEC 61966-2-1)
+LUMINANCE_WEIGHTS = (0.2126, 0.7152, 0.0722)  # of red, green and blue in linear light (IEC 61966-2-1)
 
 
 def on_paper(texture: Texture) -> Texture:
@@ -56,11 +56,11 @@ def on_paper(texture: Texture) -> Texture:
 def _paper(mean: Float, is_srgb: bool) -> Float:
     """Return the colour of the paper (c,) below a drawing of a mean colour (c,)."""
     contrast = _contrast_with_white(mean[None], is_srgb)[0]
-    if contrast < LEAST_CONTRAST:
+    if contrast < LEAST_CONTRAST_RATIO:
         return (INK_SHARE * mean).astype(np.float32)
-    shares = np.linspace(INK_SHARE, 1, SHARES)[:, None]
+    shares = np.linspace(INK_SHARE, 1, LEVELS_TRIED)[:, None]
     papers = shares * mean + (1 - shares)
-    wanted = min(PAPER_CONTRAST, np.sqrt(contrast))
+    wanted = min(PAPER_CONTRAST_RATIO, np.sqrt(contrast))
     first = np.argmax(_contrast_with_white(papers, is_srgb) >= wanted)
     return papers[first].astype(np.float32)
 
@@ -69,5 +69,5 @@ def _contrast_with_white(colours: Float | Real, is_srgb: bool) -> Float:
     """Return the contrast (n,) of colours (n, c) with white (WCAG 2.2)."""
     light = decode(colours[None].astype(np.float32), -1, srgb=is_srgb, associated=False, premultiply=False)
     count = colours.shape[1]
-    weights = np.array(LUMINANCE) if count == 3 else np.full(count, 1 / count)
+    weights = np.array(LUMINANCE_WEIGHTS) if count == 3 else np.full(count, 1 / count)
     return 1.05 / (light[0] @ weights + 0.05)

@@ -10,8 +10,10 @@ from ..maps.triangulated.map import TriangulatedMap
 from .canvas import Band, Canvas
 from .triangulated_preimages import TriangulatedPreimages
 
-USUAL = 0.05  # the error of source points asked for that ERROR_TEXELS of a triangulated map keeps, in the same units
-OUTLINE = 0.01  # pixels, that the outline may be off: less than one of 255 levels of coverage takes
+USUAL_ERROR_TEXELS = 0.05
+"""The error of source points asked for that ERROR_TEXELS of a triangulated map keeps, in the same units."""
+OUTLINE_ERROR_PIXELS = 0.01
+"""Pixels, that the outline may be off: less than one of 255 levels of coverage takes."""
 
 
 Bands = Callable[[int], Band]
@@ -38,8 +40,8 @@ def of(map: AnyMap, canvas: Canvas, tolerance: float, slopes: bool = True) -> Ba
         slopes: whether the bands' `right` and `down` are wanted.
     """
     if isinstance(map, HarmonicMap):
-        edge = outline(map, OUTLINE * min(canvas.step))
-        drawn = triangulated(map, ERROR_TEXELS / USUAL * tolerance)
+        edge = outline(map, OUTLINE_ERROR_PIXELS * min(canvas.step))
+        drawn = triangulated(map, ERROR_TEXELS / USUAL_ERROR_TEXELS * tolerance)
         return TriangulatedPreimages(drawn, canvas, slopes, edge).band
     if isinstance(map, TriangulatedMap):
         return TriangulatedPreimages(map, canvas, slopes).band

@@ -19,12 +19,13 @@ _halve = function("""int64_t iccm_pixels_halve(
     float *out)""")
 _decode = function("""int64_t iccm_pixels_decode(
     const uint8_t *pixels, int64_t bytes, int64_t count, int64_t c, const float *table, int64_t alpha, float *out)""")
-FRAME = 12  # texels around a spline's coefficients: the spline's pole to this power is 0.43 ** 12 = 4e-5
+FRAME_TEXELS = 12
+"""Texels around a spline's coefficients: the spline's pole to this power is 0.43 ** 12 = 4e-5."""
 CLAMP, CLEAR, REPEAT, MIRROR = 0, 1, 2, 3
 EDGES = {"clamp": CLAMP, "transparent": CLEAR, "repeat": REPEAT, "mirror": MIRROR}
-STRIP, LEAST_ROWS = 1 << 20, 64
+STRIP_VALUES, LEAST_ROWS = 1 << 20, 64
 """Numbers of a picture, and rows of a wide one, that are worked on at a time (by hand)."""
-HALO = (0, 6, 20)  # rows around them that so many reductions by two reach: 6 + 2 · 6, in whole fours
+HALO_ROWS = (0, 6, 20)  # rows around them that so many reductions by two reach: 6 + 2 · 6, in whole fours
 
 
 class Pyramid(NamedTuple):
@@ -38,7 +39,8 @@ class Pyramid(NamedTuple):
         size: (l,) how many texels of the picture a level's texel is wide; 1 is the picture itself.
         start, height, width: (l,) where a level begins in `texels`, and its size.
         edge: one of EDGES, what lies outside.
-        spline: (h + 2 FRAME, w + 2 FRAME, c) coefficients of the quintic spline through the picture, or nothing.
+        spline: (h + 2 FRAME_TEXELS, w + 2 FRAME_TEXELS, c) coefficients of the quintic spline through the picture, or
+            nothing.
     """
 
     base: NDArray
@@ -133,7 +135,7 @@ def ready(pixels: NDArray, decode: Float, alpha: int) -> Float:
 
 def strip_rows(width: int, channels: int) -> int:
     """Return how many rows of a picture are worked on at a time."""
-    return max(LEAST_ROWS, STRIP // max(1, width * channels) // 8 * 8)
+    return max(LEAST_ROWS, STRIP_VALUES // max(1, width * channels) // 8 * 8)
 
 
 def _reductions(
@@ -182,10 +184,10 @@ def _shrink(
 
     def strip(rows: slice) -> None:
         if edge in (REPEAT, MIRROR):
-            above = HALO[halvings]
+            above = HALO_ROWS[halvings]
             part = read(_repeated(np.arange(rows.start - above, rows.stop + above), height, edge))
         else:
-            above, below = min(rows.start, HALO[halvings]), min(height - rows.stop, HALO[halvings])
+            above, below = min(rows.start, HALO_ROWS[halvings]), min(height - rows.stop, HALO_ROWS[halvings])
             part = read(slice(rows.start - above, rows.stop + below))
         for _ in range(halvings):
             part = _reduced(part, edge, clamped)
@@ -234,7 +236,7 @@ def _coefficients(picture: Float, edge: int) -> Float:
     """Quintic B-spline coefficients (Unser 1999) of the picture in a frame of what lies outside."""
     from scipy.ndimage import spline_filter1d
 
-    framed = _framed(picture, [(FRAME, FRAME), (FRAME, FRAME), (0, 0)], edge)
+    framed = _framed(picture, [(FRAME_TEXELS, FRAME_TEXELS), (FRAME_TEXELS, FRAME_TEXELS), (0, 0)], edge)
     out = np.empty_like(framed)
     for k in range(framed.shape[2]):
         along = spline_filter1d(framed[..., k], 5, 0, output=np.float64, mode="mirror")

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 Float = NDArray[np.float32]
 
 BAND_ROWS = 256  # rows of a result that are computed at a time
-NARROW = 4.0  # pixels: standard deviation from twice which on a Gaussian is applied at a lower resolution
+NARROW_SIGMA_PIXELS = 4.0
+"""Pixels: standard deviation from twice which on a Gaussian is applied at a lower resolution."""
 
 _nearest_known = function(
     """int64_t iccm_pixels_nearest_known(
@@ -157,7 +158,8 @@ def _interpolate(values: Float, before: Float, after: Float) -> None:
 def blurred(pixels: NDArray, sigma: float) -> Float:
     """Return pixels (h, w, c) or (h, w) convolved with a Gaussian, mirrored at the sides.
 
-    Wide ones are applied at a lower resolution, at which they are NARROW pixels wide: they would hide the rest.
+    Wide ones are applied at a lower resolution, at which they are NARROW_SIGMA_PIXELS pixels wide: they would hide the
+    rest.
 
     Args:
         pixels: of any type.
@@ -166,7 +168,7 @@ def blurred(pixels: NDArray, sigma: float) -> Float:
     from scipy import ndimage
 
     height, width = pixels.shape[:2]
-    by = max(1, int(sigma / NARROW))
+    by = max(1, int(sigma / NARROW_SIGMA_PIXELS))
     if by > 1:
         size = max(1, width // by), max(1, height // by)
         small = blurred(resized_by_area(np.asarray(pixels, np.float32), size), sigma / by)

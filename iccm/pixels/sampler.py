@@ -16,9 +16,9 @@ from .colour import Float
 from .normals import rotate
 from .texture import Places, Texture, check_kind, mend, strip_bytes
 
-LARGE = 1 << 27
+LARGE_VALUES = 1 << 27
 """Numbers in a texture from which it is not turned into floats: half a gigabyte of them (by hand)."""
-SLICE = 1 << 15  # points that are filtered at a time (by hand)
+SLICE_POINTS = 1 << 15  # points that are filtered at a time (by hand)
 KINDS = ("colour", "data", "normal", "normal-down")
 
 
@@ -91,7 +91,7 @@ class Sampler:
 
         height, width = self.texture.pixels.shape[:2]
         try:
-            self.memory.threads(1, own_edge.BYTES * height * width, "the texture's edge")
+            self.memory.threads(1, own_edge.BYTES_PER_TEXEL * height * width, "the texture's edge")
         except InputError:
             self.faded = True
         else:
@@ -104,7 +104,7 @@ class Sampler:
         ready: Callable[[NDArray], Float]
         if pixels.dtype.kind == "u" and not texture.associated:
             decode = colour.tables(pixels.dtype, self.channels, texture.alpha, srgb=self.srgb)
-            if pixels.size > LARGE:
+            if pixels.size > LARGE_VALUES:
                 return pyramid.compact(
                     pixels, decode, over, edge, memory, threads, reduced=reduced, clamped=self.clamped
                 )
@@ -147,7 +147,7 @@ class Sampler:
             out[part] = self.stored(self.values(places(part)))
             self.memory.release()
 
-        over_slices(fill, count, threads, SLICE)
+        over_slices(fill, count, threads, SLICE_POINTS)
         return out
 
     def values(self, at: Places) -> Float:

@@ -19,11 +19,14 @@ from ..parallel import in_order
 from ..plane import diagonal, triangle_areas
 from ..transform import Transform
 from . import preimages
-from .canvas import BAND, Band, Canvas, Diagnostics
+from .canvas import BAND_ROWS, Band, Canvas, Diagnostics
 from .texture import Placing, Texture
 
-JUMP, STEEPER = 1 / 512, 4  # of the picture, and times the step on the other side: what is a seam (by hand)
-FINEST = 16384  # texels across: the accuracy that suits any picture (by hand)
+JUMP_PICTURE_SHARE, STEEPER_RATIO = (
+    1 / 512,
+    4,
+)  # of the picture, and times the step on the other side: what is a seam (by hand)
+FINEST_TEXELS_ACROSS = 16384  # texels across: the accuracy that suits any picture (by hand)
 
 
 def stmap(
@@ -33,7 +36,7 @@ def stmap(
     *,
     placing: Placing | None = None,
     max_error: float = 0.05,
-    texels: int = FINEST,
+    texels: int = FINEST_TEXELS_ACROSS,
     threads: int | None = None,
 ) -> Iterator[NDArray[np.float32]]:
     """Yield the rows of an STMap, band by band from the top.
@@ -60,7 +63,7 @@ def stmap(
         out[seen, :2], out[seen, 3] = st_of(lying, band.z[seen]), band.coverage[seen]
         return out
 
-    starts = range(0, canvas.height, BAND)
+    starts = range(0, canvas.height, BAND_ROWS)
     for row, block in zip(starts, in_order(rows, starts, threads)):
         progress.tell("resample", row, canvas.height)
         yield block
@@ -100,7 +103,7 @@ def transform(st: NDArray, box: Box, canvas: Canvas) -> Transform:
         InputError: no three pixels beside each other say where they come from.
     """
     stored, size = Stored(st, 1.0), box[1] - box[0]
-    bands = [stored.band(row) for row in range(0, canvas.height, BAND)]
+    bands = [stored.band(row) for row in range(0, canvas.height, BAND_ROWS)]
     z, right, down = (
         np.concatenate([getattr(band, part) for band in bands]) for part in ("z", "right", "down")
     )
@@ -132,7 +135,7 @@ def _torn(z: Complex, slope: Complex, axis: int) -> Flags:
     usual = np.abs(slope)
     first, last = (np.take(usual, range(k, z.shape[axis] - 1 + k), axis) for k in (0, 1))
     step = np.abs(np.diff(z, axis=axis))
-    return (step > JUMP) & (step > STEEPER * np.maximum(first, last))
+    return (step > JUMP_PICTURE_SHARE) & (step > STEEPER_RATIO * np.maximum(first, last))
 
 
 class Stored:
@@ -154,7 +157,7 @@ class Stored:
 
     def band(self, row: int) -> Band:
         """Return the band that starts at the given row."""
-        last = min(row + BAND, self.canvas.height)
+        last = min(row + BAND_ROWS, self.canvas.height)
         first, end = max(row - 1, 0), min(last + 1, self.canvas.height)
         st = self.st[first:end].astype(np.float64)
         z = st[..., 0] * self.aspect + 1j * st[..., 1]
@@ -175,6 +178,6 @@ def _slope(z: NDArray[np.complex128], axis: int) -> NDArray[np.complex128]:
     before, after = np.take(wide, range(n), axis), np.take(wide, range(1, n + 1), axis)
     out = np.where(np.isnan(before), after, np.where(np.isnan(after), before, 0.5 * (before + after)))
     low, high = np.minimum(np.abs(before), np.abs(after)), np.maximum(np.abs(before), np.abs(after))
-    seam = (high > JUMP) & (high > STEEPER * low)  # one of the two is to another chart
+    seam = (high > JUMP_PICTURE_SHARE) & (high > STEEPER_RATIO * low)  # one of the two is to another chart
     out = np.where(seam, np.where(np.abs(before) < np.abs(after), before, after), out)
     return np.nan_to_num(out, nan=0.0)

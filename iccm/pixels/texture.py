@@ -18,7 +18,7 @@ _place = function("""int64_t iccm_pixels_place(
     const Complex *z, const Complex *right, const Complex *down, int64_t count, const double *corner,
     double *xy, double *turn)""")
 Corner = tuple[float, float, float, float]
-MENDING = 48  # bytes that each texel takes on the way where some are not finite (by hand)
+MENDING_BYTES_PER_TEXEL = 48  # bytes that each texel takes on the way where some are not finite (by hand)
 
 
 def check_kind(kind: str, channels: int, name: str = "the picture") -> None:
@@ -62,7 +62,7 @@ def mend(picture: Float, alpha: int = -1, memory: Memory | None = None, threads:
     from .padding import pad
 
     height, width, channels = picture.shape
-    memory.threads(1, MENDING * height * width, "a texture with pixels that are not finite")
+    memory.threads(1, MENDING_BYTES_PER_TEXEL * height * width, "a texture with pixels that are not finite")
     for k in sorted(range(channels), key=lambda k: k != alpha):  # alpha first
         known = np.isfinite(picture[..., k])
         picture[..., k][~known] = 0
@@ -98,7 +98,7 @@ class Placing(Protocol):
         """Return places of points z (p,), given their derivatives (p,) by the output's x and y."""
 
 
-ROUNDED = 1e-6  # texels beyond the texture's edge that are still on it (by hand: above round-off)
+ROUNDED_TEXELS = 1e-6  # texels beyond the texture's edge that are still on it (by hand: above round-off)
 
 
 Wrap = tuple[str, str]
@@ -110,7 +110,7 @@ def wrapped(at: Places, size: tuple[float, float], wrap: Wrap = REPEAT) -> Place
     """Return places in a picture of this width and height of those beyond its edges."""
     xy, turn = at.xy.copy(), at.turn.copy()
     for k, (extent, how) in enumerate(zip(size, wrap)):
-        beyond = np.flatnonzero((xy[:, k] < -ROUNDED) | (xy[:, k] > extent + ROUNDED))
+        beyond = np.flatnonzero((xy[:, k] < -ROUNDED_TEXELS) | (xy[:, k] > extent + ROUNDED_TEXELS))
         if how == "clamp" or not beyond.size:
             continue
         tile, xy[beyond, k] = np.divmod(xy[beyond, k], extent)

@@ -5,7 +5,7 @@ import io
 import numpy as np
 from numpy.typing import NDArray
 
-LARGEST = 640
+LARGEST_SIDE_PIXELS = 640
 """Pixels of the longer side: larger pictures are thinned out, since a notebook keeps what it shows."""
 
 
@@ -13,7 +13,7 @@ def png(pixels: NDArray) -> bytes:
     """Return a PNG of (h, w, c) pixels, integers or floats of 0..1, of grey or colours with or without alpha."""
     from PIL import Image
 
-    step = max(1, -(-max(pixels.shape[:2]) // LARGEST))
+    step = max(1, -(-max(pixels.shape[:2]) // LARGEST_SIDE_PIXELS))
     shown = pixels[::step, ::step]
     if shown.dtype.kind == "f":
         shown = np.clip(np.nan_to_num(shown.astype(np.float32)), 0, 1) * 255 + 0.5

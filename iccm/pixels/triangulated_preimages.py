@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..arrays import Complex, Index
 from ..maps.triangulated.map import TriangulatedMap
 from ..native import function
-from .canvas import BAND, Band, Canvas, Diagnostics
+from .canvas import BAND_ROWS, Band, Canvas, Diagnostics
 from .coverage import coverage, coverage_box
 
 EMPTY, FILLED, TOUCHED = 0, 1, 2  # states of a pixel; the last: only the outline comes near its centre
@@ -22,7 +22,7 @@ _fill = function("""int64_t iccm_pixels_fill(
     const Complex *corners, const Complex *powers, const int64_t *chosen, const double *reach, int64_t count,
     int64_t row, int64_t rows, int64_t width, const float *covered, Complex *z, Complex64 *right, Complex64 *down,
     bool slopes, uint8_t *state)""")
-BYTES = 33  # of a pixel: 16 for z, 8 for right and for down, and its state
+BYTES_PER_PIXEL = 33  # of a pixel: 16 for z, 8 for right and for down, and its state
 
 
 @dataclass(eq=False)
@@ -56,7 +56,7 @@ class TriangulatedPreimages:
 
     def band(self, row: int) -> Band:
         """Return the band that starts at the given row."""
-        rows, width = min(BAND, self.canvas.height - row), self.canvas.width
+        rows, width = min(BAND_ROWS, self.canvas.height - row), self.canvas.width
         area = coverage_box(self.loop, row, rows, width)
         z, right, down, state = self.blocks.arrays(rows, width)
         state.fill(EMPTY)
@@ -117,7 +117,7 @@ class Blocks:
     """
 
     def __init__(self, width: int):
-        self.size = BYTES * BAND * width
+        self.size = BYTES_PER_PIXEL * BAND_ROWS * width
         self.free: list[ctypes.Array] = []
 
     def arrays(self, rows: int, width: int) -> tuple[Complex, NDArray, NDArray, NDArray[np.uint8]]:
@@ -128,7 +128,7 @@ class Blocks:
             memory = (ctypes.c_ubyte * self.size).from_buffer(np.empty(self.size, np.uint8))  # type: ignore[arg-type]
         shape, count = (rows, width), rows * width
         # Its own base is not an array, so that it is the base of all its views, and dies with the last of them.
-        block: NDArray[np.uint8] = np.frombuffer(memory, np.uint8, BYTES * count)  # type: ignore[call-overload]
+        block: NDArray[np.uint8] = np.frombuffer(memory, np.uint8, BYTES_PER_PIXEL * count)  # type: ignore[call-overload]
         weakref.finalize(block, self.free.append, memory).atexit = False
         z, right, down, state = np.split(block, [16 * count, 24 * count, 32 * count])
         across, below = (part.view(np.complex64).reshape(shape) for part in (right, down))

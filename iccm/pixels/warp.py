@@ -11,21 +11,21 @@ from ..arrays import Box, Complex
 from ..errors import InputError
 from ..parallel import in_order
 from . import preimages
-from .canvas import BAND, Band, Canvas, Diagnostics
+from .canvas import BAND_ROWS, Band, Canvas, Diagnostics
 from .preimages import AnyMap
-from .sampler import SLICE, Sampler, put
+from .sampler import SLICE_POINTS, Sampler, put
 from .texture import Places, Placing, Texture
 
 __all__ = ["Box", "Canvas", "Sampler", "Texture", "Warp", "Warped", "padded", "warp", "whole"]
 
-ACROSS = SLICE // BAND  # columns of a band that are filtered at a time
-PIXEL, SAMPLE = 96, 1024
+ACROSS = SLICE_POINTS // BAND_ROWS  # columns of a band that are filtered at a time
+BYTES_PER_PIXEL, BYTES_PER_SAMPLE = 96, 1024
 """Bytes that each pixel of a band, and of those filtered at a time, takes: arrays counted."""
 
 
 def band_bytes(width: int) -> int:
     """Bytes that a thread takes to make rows of a picture."""
-    return width * BAND * PIXEL + SLICE * SAMPLE
+    return width * BAND_ROWS * BYTES_PER_PIXEL + SLICE_POINTS * BYTES_PER_SAMPLE
 
 
 def whole_bytes(height: int, width: int, channels: int, itemsize: int) -> int:
@@ -160,7 +160,7 @@ class Warp:
 
         each, what = band_bytes(self.canvas.width), f"rows of {self.canvas.width} pixels"
         threads = self.sampler.memory.threads(threads, each, what)
-        rows = range(0, self.canvas.height, BAND)
+        rows = range(0, self.canvas.height, BAND_ROWS)
         for row, (block, seen) in zip(rows, in_order(finished, rows, threads)):
             progress.tell("resample", row, self.canvas.height)
             self.diagnostics.add(seen)

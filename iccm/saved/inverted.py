@@ -7,7 +7,7 @@ import numpy as np
 
 from ..arrays import Complex
 from ..maps.triangulated.map import TriangulatedMap
-from ..pixels.canvas import BAND, Band, Canvas, Diagnostics
+from ..pixels.canvas import BAND_ROWS, Band, Canvas, Diagnostics
 from ..pixels.coverage import coverage
 from ..pixels.preimages import Bands
 
@@ -52,7 +52,7 @@ def _band(map: TriangulatedMap, canvas: Canvas, loops: list[Complex], row: int) 
     """Return the band that starts at a row, of a canvas in whose pixels the source's boundaries are `loops`; of what is
     only touched the nearest boundary point counts.
     """
-    rows = min(BAND, canvas.height - row)
+    rows = min(BAND_ROWS, canvas.height - row)
     area, inside = coverage(loops[0], row, rows, canvas.width)
     for loop in loops[1:]:
         hole, within = coverage(loop, row, rows, canvas.width)

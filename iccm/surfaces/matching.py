@@ -12,7 +12,7 @@ from ..arrays import Index, Real, distinct_rows
 from ..errors import InputError
 from ..meshes.charted import Charted
 from ..meshes.mesh import Mesh
-from ..meshes.relayout import SAME, partners
+from ..meshes.relayout import SAME_PLACE_SHARE, partners
 from .isomorphism import Polygons, isomorphism
 
 
@@ -122,7 +122,8 @@ def _by_similarity(old: Charted, new: Charted) -> Charted | None:
     for signs in ((1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)):
         turn = frames[1].T @ np.diag(np.multiply(signs, (1, 1, upright))) @ frames[0]
         away = tree.query(
-            (ours - middles[1]) @ turn * scale + middles[0], distance_upper_bound=SAME * old.diagonal
+            (ours - middles[1]) @ turn * scale + middles[0],
+            distance_upper_bound=SAME_PLACE_SHARE * old.diagonal,
         )[0]
         if np.isfinite(away).mean() > 0.5:
             normals = None if new.normals is None else new.normals @ turn

@@ -31,7 +31,7 @@ from .problem import Layouts, SurfaceProblem
 from .target_mesh_map import OwnMap, on_own_mesh
 
 SURE_ENERGY = 1.3  # energy of a map between similar surfaces below which no other map is sought, by hand
-MOST_SLIDES, WORTHWHILE_SLIDE = (
+MOST_SLIDES, WORTHWHILE_SLIDE_DECREASE = (
     4,
     1e-3,
 )  # times that the boundary is slid until it is stable, and the least relative decrease for one more
@@ -211,7 +211,7 @@ def _slid(asked: SurfaceProblem, own: OwnMap, level: Level) -> OwnMap:
         except Stuck:
             break
         other = _descended(asked, other)
-        if not other.state.value < (1 - WORTHWHILE_SLIDE) * own.state.value:
+        if not other.state.value < (1 - WORTHWHILE_SLIDE_DECREASE) * own.state.value:
             break
         own = other
     return own

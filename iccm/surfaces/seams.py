@@ -27,7 +27,7 @@ from .trilateration import same_way
 MOST_TRIANGLES = 20_000  # with more, the order is left as given: a search would take over ten seconds
 BEAM_WIDTH = 50_000
 """Partial orders that are kept, the cheapest ones: with up to eight landmarks these are all that exist."""
-ASTRAY, LONGER = 0.5, 0.2
+ASTRAY_RADIANS, LONGER_LOG_RATIO = 0.5, 0.2
 """Difference in direction (radians) and in log length that doubles the cost of a path; by hand."""
 ORDERS_TRIED = 8  # orders whose layouts are compared
 FEWEST_STOPS = 4  # landmarks needed for trilateration: two places may be equally far from three points
@@ -172,7 +172,7 @@ def _cost(source: Patch, target: Patch, stops: Index) -> Real:
         turn = turns[np.abs(_wrapped(turns - turns[:, None])).sum(axis=1).argmin()]
         row[others] = _wrapped(turns - turn)
     ratio = np.log(np.maximum(here, 1e-300) / np.maximum(there, 1e-300))
-    astray = (away**2 + away.T**2) / ASTRAY**2 + (ratio / LONGER) ** 2
+    astray = (away**2 + away.T**2) / ASTRAY_RADIANS**2 + (ratio / LONGER_LOG_RATIO) ** 2
     return 0.5 * (here + there) * (1 + astray)
 
 

@@ -31,7 +31,7 @@ from . import attributes
 from .document import MappedDocument
 from .mapping import PathMapping
 
-TOLERANCE = 2e-4  # of the target's diagonal
+TOLERANCE_SHARE = 2e-4  # of the target's diagonal
 
 
 def check(source: Shape, target: Shape, copies: int = 1) -> None:
@@ -58,7 +58,7 @@ def carry(
         map: source → target, core plane.
         target: its canvas becomes the drawing's.
         path: the SVG file to write.
-        tolerance: of the paths, in the target's units; by default TOLERANCE times the target's diagonal.
+        tolerance: of the paths, in the target's units; by default TOLERANCE_SHARE times the target's diagonal.
 
     Returns:
         A note, with a count, for each kind of content that was clipped, omitted or approximated.
@@ -92,7 +92,7 @@ def carry_parts(
         opacity: of content outside the painted area.
     """
     drawing = _document(parts[0][0], target, len(parts) if each else 1)
-    mapping = PathMapping(parts, tolerance or TOLERANCE * target.curve.diagonal)
+    mapping = PathMapping(parts, tolerance or TOLERANCE_SHARE * target.curve.diagonal)
     mapping.carry(drawing.elements, drawing.effects)
     mapping.carry_pictures(drawing.pictures)
     if painted:

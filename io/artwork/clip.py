@@ -22,11 +22,12 @@ from ...plane import cross
 from ..svg.curves import Bezier, Piece
 from ..svg.path_data import PenPath
 
-CORNER = 0.2  # radians: an arc of the boundary is split at corners that turn by more
-MOST = 4096  # vertices of one segment's polyline
-OFF_MIDDLE = 0.217  # of the inscribed radius: an arbitrary number that drawings are unlikely to use
-FLAT = 1e-6  # of a subpath's length: one that stays closer to a line encloses nothing
-TAIL = 20  # times the distance that counts as inside: the longest line end that is trimmed there
+CORNER_RADIANS = 0.2  # radians: an arc of the boundary is split at corners that turn by more
+MOST_PIECE_VERTICES = 4096  # vertices of one segment's polyline
+OFF_MIDDLE_RADIUS_SHARE = 0.217
+"""Of the inscribed radius: an arbitrary number that drawings are unlikely to use."""
+FLAT_LENGTH_SHARE = 1e-6  # of a subpath's length: one that stays closer to a line encloses nothing
+TAIL_DISTANCES = 20  # times the distance that counts as inside: the longest line end that is trimmed there
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +137,7 @@ class Domain:
     @cached_property
     def _corners(self) -> dict[Curve, NDArray[np.float64]]:
         return {
-            each: each.knots[:-1][corners(each, CORNER)]
+            each: each.knots[:-1][corners(each, CORNER_RADIANS)]
             for each in (self.rim, *(hole for hole, _ in self.holes))
         }
 
@@ -227,7 +228,7 @@ class Domain:
         for end, cut, inward in ((0, cuts[0], 1), (-1, cuts[-1], -1)):
             steps = inward * self.near * np.concatenate([[0.0], 0.05 * 2.0 ** np.arange(8)])
             at = _between(stretch.place, stretch.z, np.array([cut]))
-            near = abs(at[0] - stretch.z[end]) < TAIL * self.near
+            near = abs(at[0] - stretch.z[end]) < TAIL_DISTANCES * self.near
             places = np.concatenate([[stretch.place[end]], cut + steps / _speed(pieces, cut) if near else []])
             z = np.array([_point(pieces, place) for place in places])
             inside = shapely.contains_xy(self.polygon, z.real, z.imag)
@@ -269,14 +270,14 @@ def is_flat(pieces: Sequence[Part]) -> bool:
     z = np.concatenate([piece.at(np.linspace(0, 1, 17)) for piece in pieces])
     away = z - z[0]
     far = away[np.argmax(np.abs(away))]
-    return bool(np.abs(cross(far, away)).max() <= FLAT * abs(far) ** 2)
+    return bool(np.abs(cross(far, away)).max() <= FLAT_LENGTH_SHARE * abs(far) ** 2)
 
 
 def _point_in(hole: Curve) -> complex:
     """Return a point deep in a hole, but not its centre, since drawings often pass through centres."""
     circle = shapely.get_coordinates(shapely.maximum_inscribed_circle(polygon_of(hole.z)))
     middle, touched = complex_of(circle)
-    return complex(middle + OFF_MIDDLE * (touched - middle))
+    return complex(middle + OFF_MIDDLE_RADIUS_SHARE * (touched - middle))
 
 
 def _shrunk(hole: shapely.Polygon, near: float) -> shapely.Polygon:
@@ -287,7 +288,10 @@ def _shrunk(hole: shapely.Polygon, near: float) -> shapely.Polygon:
 
 def _polyline(pieces: Sequence[Piece], tolerance: float) -> tuple[NDArray[np.float64], Complex]:
     """Return positions (index + parameter) and points of a polyline within a tolerance of a subpath."""
-    counts = [min(MOST, max(1, math.ceil(math.sqrt(piece.bend() / (8 * tolerance))))) for piece in pieces]
+    counts = [
+        min(MOST_PIECE_VERTICES, max(1, math.ceil(math.sqrt(piece.bend() / (8 * tolerance)))))
+        for piece in pieces
+    ]
     t = [np.arange(count) / count for count in counts]
     place = np.concatenate([k + part for k, part in enumerate(t)] + [[len(pieces)]])
     points = [piece.at(part) for piece, part in zip(pieces, t)]

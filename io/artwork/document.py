@@ -261,7 +261,7 @@ class MappedDocument:
             self.notes["<image> that cannot be read, omitted"] += 1
             return
         content, width, height = found
-        self.carried.spend(embedded.COST)
+        self.carried.spend(embedded.COUNTED_CURVES)
         place = _picture_place(node, width / height, height)
         if min(place[2:]) <= 0:
             return

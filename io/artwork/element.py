@@ -20,7 +20,7 @@ from ..svg.tree import Node
 from .clip import Clipped
 
 SVG = "{http://www.w3.org/2000/svg}"
-FAR = 10**7  # beyond any canvas
+BEYOND_CANVAS = 10**7  # beyond any canvas
 # Properties that apply to an element as a whole, with the values that have no effect.
 _WHOLE = {"opacity": "1", "filter": "none", "mask": "none", "clip-path": "none", "mix-blend-mode": "normal"}
 _ENDS = {"marker-start": "none", "marker-end": "none"}
@@ -184,4 +184,6 @@ def _outer(run: list[Complex]) -> Complex:
 
 def _square(turns: int) -> str:
     """Return path data of a square beyond any canvas, run `turns` times, clockwise on the screen if negative."""
-    return f"M-{FAR} -{FAR}{'V{0}H{0}V-{0}Z' if turns > 0 else 'H{0}V{0}H-{0}Z'}".format(FAR) * abs(turns)
+    return f"M-{BEYOND_CANVAS} -{BEYOND_CANVAS}{'V{0}H{0}V-{0}Z' if turns > 0 else 'H{0}V{0}H-{0}Z'}".format(
+        BEYOND_CANVAS
+    ) * abs(turns)

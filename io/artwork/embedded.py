@@ -17,7 +17,7 @@ from ... import deadline
 from ...arrays import Box, Complex, complex_of
 from ...errors import InputError
 from ...pixels import preimages
-from ...pixels.canvas import BAND, Canvas
+from ...pixels.canvas import BAND_ROWS, Canvas
 from ...pixels.padding import pad
 from ...pixels.sampler import Sampler
 from ...pixels.texture import Places, Texture
@@ -31,21 +31,21 @@ from ..svg.drawing import Rectangle
 from .references import typed
 from .regions import Region
 
-MAX_PIXELS = 1 << 24
+MOST_PIXELS = 1 << 24
 """Pixels of one resampled picture at most: more than screens and most prints show of a part of a drawing."""
-MAX_ENLARGEMENT = 4
+MOST_ENLARGEMENT_RATIO = 4
 """Ratio of resampled to original pixels at most."""
-COST = 200
+COUNTED_CURVES = 200
 """Number of lines and curves as which a picture counts towards the limits of a drawing."""
 LEAST_PIXELS = 1 << 18
 """Pixels that even a tiny picture may get, so that the map's curvature shows between its texels."""
-FINE_SHARE = 0.25
+FINE_AREA_SHARE = 0.25
 """Share of a picture that may be shown with less than one pixel per original pixel."""
-ACROSS = 33  # points of a picture in each direction at which the map is sampled
-OUTLINE_POINTS = 128  # per side of a picture; between them its image is straight to less than a pixel
+SAMPLES_ACROSS = 33  # points of a picture in each direction at which the map is sampled
+POINTS_PER_SIDE = 128  # per side of a picture; between them its image is straight to less than a pixel
 MARGIN_PIXELS = 2  # around the mapped area, since viewers interpolate between pixels
-TOLERANCE_PIXELS = 5  # times the tolerance of paths: a pixel of small pictures, a thousandth of the target
-TEXEL_ERROR = 0.1  # error of texture coordinates in texels
+PATH_TOLERANCES = 5  # times the tolerance of paths: a pixel of small pictures, a thousandth of the target
+ERROR_TEXELS = 0.1  # error of texture coordinates in texels
 NEAREST = frozenset(["pixelated", "crisp-edges", "optimizeSpeed"])
 
 
@@ -89,7 +89,7 @@ class EmbeddedPicture:
             image = image_files.read_held(self.content, "embedded picture")
         except InputError as error:
             return f"{error}; omitted"
-        finest = 1 / (TOLERANCE_PIXELS * tolerance)
+        finest = 1 / (PATH_TOLERANCES * tolerance)
         notes = [self._resampled(region, polygon, image, finest, alone=len(met) == 1) for region in met]
         return next((note for note in notes if note), "")
 
@@ -106,7 +106,7 @@ class EmbeddedPicture:
         texels = to_root.inverse
         _, w, alpha, beta = region.jet(z)
         scales = np.sqrt(np.maximum(np.abs(np.abs(alpha) ** 2 - np.abs(beta) ** 2), 1e-300))
-        density = float(np.sqrt(abs(texels.determinant)) / np.quantile(scales, FINE_SHARE))
+        density = float(np.sqrt(abs(texels.determinant)) / np.quantile(scales, FINE_AREA_SHARE))
         _, rim, _, _ = region.jet(_outline(visible))
         box = bounding_box(np.concatenate([w, rim]))
         texel_count = width * height * min(1.0, visible.area / polygon.area)
@@ -177,10 +177,10 @@ def _warped(
     texture: Texture = image.texture((0j, complex(width, height)))
     sampler = Sampler(texture, "auto" if smooth else "nearest")
     placing = _Placing(texels)
-    bands = preimages.of(region.map, canvas, TEXEL_ERROR / placing.scale[0])
+    bands = preimages.of(region.map, canvas, ERROR_TEXELS / placing.scale[0])
     out = np.zeros((canvas.height * canvas.width, sampler.channels), sampler.dtype)
     known = np.zeros(canvas.height * canvas.width, bool)
-    for row in range(0, canvas.height, BAND):
+    for row in range(0, canvas.height, BAND_ROWS):
         deadline.check("carrying embedded pictures")
         band = bands(row)
         at = np.flatnonzero(band.coverage)
@@ -206,7 +206,7 @@ def _warped(
 def _canvas(box: Box, density: float, texels: float) -> Canvas:
     """Return a raster for a box at a density of pixels per unit, reduced if it would exceed the limits of pictures."""
     width, height = _size(box)
-    most = min(MAX_PIXELS, max(MAX_ENLARGEMENT * texels, LEAST_PIXELS))
+    most = min(MOST_PIXELS, max(MOST_ENLARGEMENT_RATIO * texels, LEAST_PIXELS))
     density *= min(1.0, np.sqrt(most / max(width * density * height * density, 1e-300)))
     columns, rows = (max(1, int(np.ceil(side * density))) + 2 * MARGIN_PIXELS for side in (width, height))
     middle, half = (box[0] + box[1]) / 2, complex(columns, rows) / (2 * density)
@@ -234,14 +234,14 @@ def _affine_map(
 def _inside(visible: shapely.Geometry, polygon: shapely.Polygon) -> Complex:
     """Return points (p,) distributed over the visible part of a picture, in the core plane."""
     a, b, _, d = complex_of(shapely.get_coordinates(polygon)[:4])
-    share = (np.arange(ACROSS) + 0.5) / ACROSS
+    share = (np.arange(SAMPLES_ACROSS) + 0.5) / SAMPLES_ACROSS
     z = (a + share * (b - a) + share[:, None] * (d - a)).ravel()
     return z[shapely.contains_xy(visible, z.real, z.imag)]
 
 
 def _outline(visible: shapely.Geometry) -> Complex:
     """Return closely spaced points on the outline of the visible part of a picture."""
-    step = max(np.ptp(shapely.get_coordinates(visible), axis=0).max() / OUTLINE_POINTS, 1e-300)
+    step = max(np.ptp(shapely.get_coordinates(visible), axis=0).max() / POINTS_PER_SIDE, 1e-300)
     return complex_of(shapely.get_coordinates(shapely.segmentize(visible, step)))
 
 

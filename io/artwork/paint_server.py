@@ -23,8 +23,8 @@ from ..svg.tree import LINKS, Document
 from .affine_part import AffinePart
 from .element import SVG, MappedElement, box_of, length_of, restyle
 
-CURVED = 0.05  # of a shape's size: deviation from the affine part above which a note is given
-UNEVEN = 1.5  # ratio of scales along a line above which a note says that its width is constant
+CURVED_SIZE_SHARE = 0.05  # of a shape's size: deviation from the affine part above which a note is given
+UNEVEN_SCALE_RATIO = 1.5  # ratio of scales along a line above which a note says that its width is constant
 _REFERENCE = re.compile(r"""url\(\s*["']?#([^"')]+?)["']?\s*\)""")
 _FOCUS = (("fx", "x", ""), ("fy", "y", ""), ("fr", "r", ""))
 _GRADIENTS = {
@@ -239,7 +239,9 @@ def _following(new: Element, name: str, to_root: Affine, kind: str) -> Apply:
 def told(kind: str, over: AffinePart) -> str:
     """Return a note for content that follows only the map's affine part, where that is not accurate enough."""
     return (
-        f"{kind} that follows the map only approximately (by an affine map)" if over.curved > CURVED else ""
+        f"{kind} that follows the map only approximately (by an affine map)"
+        if over.curved > CURVED_SIZE_SHARE
+        else ""
     )
 
 
@@ -265,7 +267,7 @@ def lined(shape: MappedElement, element: Element, said: Mapping[str, str], space
             style["stroke-dasharray"] = " ".join(f"{dash * dash_unit * over.scale:.6g}" for dash in dashes)
             style["stroke-dashoffset"] = f"{offset * dash_unit * over.scale:.6g}"
         restyle(shape.out, style)
-        wide = max(over.uneven, unevenness(space.affine)) > UNEVEN
+        wide = max(over.uneven, unevenness(space.affine)) > UNEVEN_SCALE_RATIO
         return (
             "line with constant width, although the map would vary it (convert strokes to paths to avoid this)"
             if wide

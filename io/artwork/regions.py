@@ -14,10 +14,10 @@ from ..shapes.shape import Shape
 from ..svg.path_data import PenPath
 from .clip import Domain
 
-NEAR = 3e-4  # of the source's diagonal: points this close outside count as on the outline, which is flattened
-EXACTER = (
-    0.1  # of the tolerance: allowed error of the map when paths are fitted within the tolerance (by hand)
-)
+NEAR_DIAGONAL_SHARE = 3e-4
+"""Of the source's diagonal: points this close outside count as on the outline, which is flattened."""
+MAP_ERROR_SHARE = 0.1
+"""Of the tolerance: allowed error of the map when paths are fitted within the tolerance (by hand)."""
 ALONG = np.arange(9) / 8  # parameters at which segments are tested
 
 
@@ -32,10 +32,12 @@ class Region:
 
     def __init__(self, source: Shape, map: AnyMap, tolerance: float):
         exact = isinstance(map, HarmonicMap)
-        self.map: Any = triangulated(map, image_error=EXACTER * tolerance) if exact else map
+        self.map: Any = triangulated(map, image_error=MAP_ERROR_SHARE * tolerance) if exact else map
         self.rims = [Curve(rim) for rim in map.rims]
         gap = float(self.rims[0].distances(source.curve.z).max())
-        self.domain = Domain(self.rims[0], max(1.2 * gap, NEAR * source.curve.diagonal), self.rims[1:])
+        self.domain = Domain(
+            self.rims[0], max(1.2 * gap, NEAR_DIAGONAL_SHARE * source.curve.diagonal), self.rims[1:]
+        )
 
     def jet(self, z: Complex) -> tuple[Complex, ...]:
         """Return points, images and derivatives; points outside are moved to the outline."""

@@ -26,7 +26,7 @@ from . import attributes, rasterize
 from .element import SVG, restyle
 from .references import confine, typed
 
-ROUNDING = 1e-9  # relative margin, so that rounding does not lose a pixel of a whole number
+ROUNDING_SHARE = 1e-9  # relative margin, so that rounding does not lose a pixel of a whole number
 _CONSTRAINTS = (reader.PIN, reader.STROKE)
 _OF_TEXT = ("x", "y", "dx", "dy", "rotate", "textLength", "lengthAdjust")
 
@@ -79,7 +79,7 @@ def pixels_across(box: Box, density: float, most: int) -> tuple[int, int]:
     density = min(density, math.sqrt(most / (extent.real * extent.imag)))
     longest = min(limits.SIDE, most)
     width, height = (
-        max(1, min(longest, math.floor(side * density * (1 + ROUNDING))))
+        max(1, min(longest, math.floor(side * density * (1 + ROUNDING_SHARE))))
         for side in (extent.real, extent.imag)
     )
     return width, height

@@ -21,9 +21,9 @@ from .pools import Pool
 
 SCHEMA = "iccm.result/1"
 # relative to --timeout: time limit of the solver, since a job that is killed leaves no output (chosen by hand)
-EARLY = 0.8
-POLL = 0.2  # seconds until a signal or an expired job is noticed at the latest
-NAMED = 3  # running jobs whose names are shown
+EARLY_TIMEOUT_SHARE = 0.8
+POLL_SECONDS = 0.2  # seconds until a signal or an expired job is noticed at the latest
+NAMED_JOBS = 3  # running jobs whose names are shown
 GOOD = ("done",)
 
 
@@ -53,7 +53,7 @@ class Policy:
         """The time limit of a job in seconds."""
         if self.time_limit is not None:
             return self.time_limit
-        return deadline.DEFAULT_SECONDS if self.timeout is None else EARLY * self.timeout
+        return deadline.DEFAULT_SECONDS if self.timeout is None else EARLY_TIMEOUT_SHARE * self.timeout
 
 
 @dataclass
@@ -166,7 +166,7 @@ def execute(
         # Wait a moment for answers, or not at all if there was a result, since further results may be known
         # immediately. A worker that has died gives no answer. One that was given a bundle answers for the first of its
         # jobs if these took long; the others go back to the front of the queue, in order.
-        for items, answers in _collect(running, pool, policy, 0.0 if known else POLL):
+        for items, answers in _collect(running, pool, policy, 0.0 if known else POLL_SECONDS):
             if answers is None:
                 again, answers = _retry(items, policy, warn)
             else:
@@ -218,8 +218,8 @@ def _map_of(task: Task) -> str:
 def _tell(running: dict[Future, list[_Running]], pending: int, count: int) -> None:
     """Report the names of running jobs, and the number of completed ones."""
     names = [item.task.name for items in running.values() for item in items]
-    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
-    progress.tell(", ".join(names[:NAMED]) + more or "jobs", count - pending - len(names), count)
+    more = f" and {len(names) - NAMED_JOBS} more" if len(names) > NAMED_JOBS else ""
+    progress.tell(", ".join(names[:NAMED_JOBS]) + more or "jobs", count - pending - len(names), count)
 
 
 def _capacity(pool: Pool, running: dict[Future, list[_Running]], pending: deque[_Running]) -> int:

@@ -25,7 +25,7 @@ from ..spec import Spec, path_of
 from . import commands, names
 from .globs import Globs
 
-LONGEST = 500  # characters of a mistake that are shown at most
+SHOWN_CHARACTERS = 500  # characters of a mistake that are shown at most
 FORMER = {old: new for kind in KINDS.values() for old, new in kind.former_names().items()}
 """Current names of keys by their former names."""
 JOURNAL = ".iccm-journal.jsonl"
@@ -35,7 +35,10 @@ class ManifestError(InputError):
     """Lists every mistake in a manifest, one per line."""
 
     def __init__(self, found: list[str]) -> None:
-        found = [printable(line if len(line) <= LONGEST else line[:LONGEST] + "…") for line in found]
+        found = [
+            printable(line if len(line) <= SHOWN_CHARACTERS else line[:SHOWN_CHARACTERS] + "…")
+            for line in found
+        ]
         super().__init__(f"{found[0]} (and {len(found) - 1} more)" if len(found) > 1 else found[0])
         self.mistakes = found
 

@@ -12,8 +12,8 @@ from ...errors import InputError
 from .. import formats
 from ..page import Cell, Row, address, page
 
-THUMBNAIL = 96  # longer side in pixels
-PICTURED = 1000  # jobs with a thumbnail at most
+THUMBNAIL_PIXELS = 96  # longer side in pixels
+PICTURED_JOBS = 1000  # jobs with a thumbnail at most
 COLUMNS = ["job", "result", "status", "figures", "seconds", "message"]
 
 
@@ -22,9 +22,9 @@ def html(results: list[dict[str, Any]], jobs: str, where: str) -> bytes:
     results = sorted(results, key=lambda result: result["job"])
     counts = Counter(result["status"] for result in results)
     told = ", ".join(f"{number} {status}" for status, number in counts.most_common())
-    if len(results) > PICTURED:
-        told += f"; the first {PICTURED} have thumbnails"
-    rows = [_row(result, where, k < PICTURED) for k, result in enumerate(results)]
+    if len(results) > PICTURED_JOBS:
+        told += f"; the first {PICTURED_JOBS} have thumbnails"
+    rows = [_row(result, where, k < PICTURED_JOBS) for k, result in enumerate(results)]
     return page(f"iccm batch {jobs}", told, COLUMNS, rows)
 
 
@@ -79,6 +79,6 @@ def thumbnail(path: str) -> str | None:
         pixels = (pixels >> 8).astype(np.uint8)
     elif pixels.dtype != np.uint8:
         pixels = (255 * np.clip(np.nan_to_num(pixels), 0, 1)).astype(np.uint8)
-    step = max(1, max(pixels.shape[:2]) // (4 * THUMBNAIL))
+    step = max(1, max(pixels.shape[:2]) // (4 * THUMBNAIL_PIXELS))
     channels = {1: [0, 0, 0], 2: [0, 0, 0, 1]}.get(pixels.shape[2], range(min(pixels.shape[2], 4)))
-    return address(np.ascontiguousarray(pixels[::step, ::step][..., list(channels)]), THUMBNAIL)
+    return address(np.ascontiguousarray(pixels[::step, ::step][..., list(channels)]), THUMBNAIL_PIXELS)

@@ -15,13 +15,15 @@ from typing import Any, Protocol
 from ...errors import InputError
 from . import worker
 
-GRACE = 3.0  # seconds that a worker has to end on its own (chosen by hand)
-AHEAD = 1  # tasks that wait at a thread of a cluster for the one before to end, so that it need not wait itself: 200 of
+GRACE_SECONDS = 3.0  # seconds that a worker has to end on its own (chosen by hand)
+WAITING_TASKS = 1
+"""Tasks that wait at a thread of a cluster for the one before to end, so that it need not wait itself: 200 of."""
 # 50 ms on two workers took 48 to 101 ms each with 0, 29 and 32 with 1, 27 and 64 with 2 (a busy machine; 25 is least)
-TASK = 0.5  # seconds that short jobs take together in one task; Dask's overhead (8.6 ms) is 2 % of that
-MOST = 64  # jobs in a task at most (chosen by hand)
-RECENT = 15  # jobs from whose times the next ones' are predicted (chosen by hand)
-PATIENCE = "10s"  # time for a cluster to answer (chosen by hand)
+TASK_SECONDS = 0.5
+"""Seconds that short jobs take together in one task; Dask's overhead (8.6 ms) is 2 % of that."""
+MOST_TASK_JOBS = 64  # jobs in a task at most (chosen by hand)
+RECENT_JOBS = 15  # jobs from whose times the next ones' are predicted (chosen by hand)
+CLUSTER_TIMEOUT = "10s"  # time for a cluster to answer (chosen by hand)
 
 
 class Pool(Protocol):
@@ -117,7 +119,7 @@ class Processes:
         lanes = [lane for lane in self._lanes if lane.future in futures]
         for lane in lanes:
             lane.signal(signal.SIGTERM)
-        deadline = time.monotonic() + GRACE
+        deadline = time.monotonic() + GRACE_SECONDS
         for lane in lanes:
             while not lane.broken and time.monotonic() < deadline:
                 time.sleep(0.02)
@@ -177,7 +179,7 @@ class _Lane:
         if self.broken:
             return
         with contextlib.suppress(Exception):
-            os.kill(self._pid.result(timeout=GRACE), number)
+            os.kill(self._pid.result(timeout=GRACE_SECONDS), number)
 
 
 class Dask:
@@ -205,7 +207,7 @@ class Dask:
                 "--dask: the package distributed is not installed; run `pip install 'iccm[dask]'`"
             ) from None
         try:
-            self._client = Client(address, timeout=PATIENCE)
+            self._client = Client(address, timeout=CLUSTER_TIMEOUT)
         except (OSError, ValueError) as error:
             raise InputError(
                 f"--dask: no scheduler answers at {address}: {' '.join(str(error).split())}"
@@ -216,18 +218,18 @@ class Dask:
             raise InputError(
                 f"--dask: the scheduler at {address} has no workers; start some with `dask worker {address}`"
             )
-        self.ahead = AHEAD * self.size if ahead else 0
+        self.ahead = WAITING_TASKS * self.size if ahead else 0
         self._recent: tuple[float, ...] = ()  # seconds of the jobs that ended last
         self._executor = self._client.get_executor(pure=False, retries=0)
 
     def together(self, left: int) -> int:
-        """Return the number of jobs that take about `TASK` seconds, judging by those that ended last.
+        """Return the number of jobs that take about `TASK_SECONDS` seconds, judging by those that ended last.
 
         It is smaller towards the end, so that all threads have work.
         """
         if not (self.ahead and self._recent):
             return 1
-        short = int(TASK / max(median(self._recent), TASK / MOST))
+        short = int(TASK_SECONDS / max(median(self._recent), TASK_SECONDS / MOST_TASK_JOBS))
         return max(1, min(short, left // (self.size + self.ahead)))
 
     def submit(self, payloads: list[dict[str, Any]]) -> Future:
@@ -239,7 +241,7 @@ class Dask:
     def _learn(self, future: Future) -> None:
         with contextlib.suppress(Exception):  # jobs that died report nothing
             seconds = [answer["seconds"] for answer in future.result()]
-            self._recent = (*self._recent, *seconds)[-RECENT:]
+            self._recent = (*self._recent, *seconds)[-RECENT_JOBS:]
 
     def abandon(self, futures: list[Future]) -> None:
         """Cancel jobs that have not started; running ones end in their own time."""

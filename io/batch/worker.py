@@ -22,15 +22,15 @@ THREADS = (
     "MKL_NUM_THREADS",
     "OPENCV_FOR_THREADS_NUM",
 )
-GRACE = 5.0  # seconds for a worker that has lost its parent to clean up (chosen by hand)
+GRACE_SECONDS = 5.0  # seconds for a worker that has lost its parent to clean up (chosen by hand)
 PR_SET_PDEATHSIG = 1  # option of prctl, from linux/prctl.h
 # seconds after which the remaining jobs of a bundle are returned, if one took longer than expected (chosen by hand)
-SPAN = 1.0
+RETURN_SECONDS = 1.0
 FIGURES = (
     *("boundary", "dilatation", "log10_area", "injective", "shown", "covered", "cracks"),
     *("uv", "distance", "same_triangles"),
 )
-NOTES = 5  # notes of a job in its line of the journal at most (chosen by hand)
+KEPT_NOTES = 5  # notes of a job in its line of the journal at most (chosen by hand)
 
 
 _state = {"busy": False}  # whether a job is running
@@ -66,8 +66,9 @@ def prepare(threads: int, of_main_thread: bool) -> None:
 
 
 def run_bundle(payloads: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Run jobs one after another; start none after `SPAN` seconds. Return the answers of those that were run."""
-    end, answers = time.monotonic() + SPAN, list[dict[str, Any]]()
+    """Run jobs one after another; start none after `RETURN_SECONDS` seconds. Return the answers of those that were
+    run."""
+    end, answers = time.monotonic() + RETURN_SECONDS, list[dict[str, Any]]()
     while len(answers) < len(payloads) and (not answers or time.monotonic() < end):
         answers.append(run_job(payloads[len(answers)]))
     return answers
@@ -113,7 +114,10 @@ def _run(payload: dict[str, Any]) -> dict[str, Any]:
 
 def _first_notes(notes: tuple[str, ...]) -> list[str]:
     """Return the first notes, since a drawing with a thousand strokes would otherwise flood the results."""
-    return [*notes[:NOTES], *([f"and {len(notes) - NOTES} more"] if len(notes) > NOTES else [])]
+    return [
+        *notes[:KEPT_NOTES],
+        *([f"and {len(notes) - KEPT_NOTES} more"] if len(notes) > KEPT_NOTES else []),
+    ]
 
 
 def _failure(error: Exception) -> dict[str, Any]:
@@ -155,7 +159,7 @@ def _end_with_parent() -> None:
     if parent is not None:
         parent.join()
         os.kill(os.getpid(), signal.SIGTERM)
-        time.sleep(GRACE)
+        time.sleep(GRACE_SECONDS)
         os._exit(1)
 
 

@@ -42,7 +42,7 @@ class Figure(StrictModel):
     ignore: bool = False
 
 
-SHARES_APART = 0.002
+MOST_SHARE_DIFFERENCE = 0.002
 """Tolerance for shares of a drawing."""
 REPORT = {
     "seconds*": Figure(ignore=True),
@@ -50,9 +50,9 @@ REPORT = {
     "inputs.*.path": Figure(ignore=True),
     "job.*": Figure(ignore=True),
     # counted by samples and pixels, which may fall on either side of an edge
-    "shown": Figure(abs=SHARES_APART),
-    "covered": Figure(abs=SHARES_APART),
-    "cracks": Figure(abs=SHARES_APART),
+    "shown": Figure(abs=MOST_SHARE_DIFFERENCE),
+    "covered": Figure(abs=MOST_SHARE_DIFFERENCE),
+    "cracks": Figure(abs=MOST_SHARE_DIFFERENCE),
 }
 
 

@@ -17,7 +17,7 @@ from ..page import Cell, Row, address, page
 from .compare import Verdict
 from .regression import as_picture
 
-LISTED = 50  # files in a summary at most
+LISTED_FILES = 50  # files in a summary at most
 RAMP = np.array(
     [[0, 0, 0], [170, 0, 0], [255, 136, 0], [255, 255, 0], [255, 255, 255]]
 )  # of `page.html`'s scale
@@ -110,9 +110,9 @@ def markdown(verdicts: list[Verdict]) -> str:
     lines = [f"### iccm check: {'no regression' if not bad else 'regression'}", "", told(verdicts), ""]
     if bad:
         lines += ["| file | state | problem |", "|---|---|---|"]
-        lines += [f"| {_text(v.name)} | {v.state} | {_text(v.problems[0])} |" for v in bad[:LISTED]]
-    if len(bad) > LISTED:
-        lines += ["", f"and {len(bad) - LISTED} more"]
+        lines += [f"| {_text(v.name)} | {v.state} | {_text(v.problems[0])} |" for v in bad[:LISTED_FILES]]
+    if len(bad) > LISTED_FILES:
+        lines += ["", f"and {len(bad) - LISTED_FILES} more"]
     return "\n".join(lines).rstrip() + "\n"
 
 

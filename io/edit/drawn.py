@@ -20,7 +20,7 @@ Point = tuple[float, float]
 Pins = Sequence[tuple[str, Point]]
 Strokes = Sequence[tuple[str, Sequence[Point]]]
 LABEL = "inkscape:label"
-RADIUS = 0.008  # relative to the diagonal of the canvas: radius of the circles that show pins
+PIN_RADIUS_SHARE = 0.008  # relative to the diagonal of the canvas: radius of the circles that show pins
 
 
 def copy_with(of: Shape, pins: Pins, strokes: Strokes) -> bytes:
@@ -44,7 +44,7 @@ def copy_with(of: Shape, pins: Pins, strokes: Strokes) -> bytes:
         start = b
     # larger circles would be read as the sizes of the pins' patches
     mark = 0.5 * MARK_SHARE * float(np.sqrt(abs(of.curve.area)))
-    drawn = "\n".join(_elements(pins, strokes, min(RADIUS * abs(high - low), mark)))
+    drawn = "\n".join(_elements(pins, strokes, min(PIN_RADIUS_SHARE * abs(high - low), mark)))
     return b"".join([*kept, data[start:end], drawn.encode("ascii", "xmlcharrefreplace"), b"\n", data[end:]])
 
 

@@ -29,9 +29,9 @@ KINDS = ("follow", "solve", "compare")
 Answered = Place | Suggest | Save | Draw | Export | Forget | ReadPins | WritePins
 Keep = Callable[[Session, Scene], None]
 SENTENCES = ("message", "error", "notes")  # fields of messages that contain text for the user
-IDLE = 0.5  # seconds without a change before a map is compared with the one from scratch
-GRACE = 3.0  # seconds that the server waits for a page that is being reloaded to be requested
-LOADING = 30.0  # seconds within which a requested page must connect
+IDLE_SECONDS = 0.5  # seconds without a change before a map is compared with the one from scratch
+RELOAD_GRACE_SECONDS = 3.0  # seconds that the server waits for a page that is being reloaded to be requested
+LOADING_SECONDS = 30.0  # seconds within which a requested page must connect
 UNSUPPORTED = 1003  # close code (RFC 6455, 7.4.1): the type of data is not accepted
 TAKE_OVER = '{"type":"take"}'  # sent by a waiting page when its user wants to edit there again
 MISTAKE = "internal error, please report it ({}: {})"
@@ -45,7 +45,7 @@ class Links:
     """
 
     def __init__(
-        self, workspace: Workspace, gone: Callable[[], None], keep: Keep, grace: float = GRACE
+        self, workspace: Workspace, gone: Callable[[], None], keep: Keep, grace: float = RELOAD_GRACE_SECONDS
     ) -> None:
         self._workspace, self._gone, self._keep, self._grace = workspace, gone, keep, grace
         self._open: set[WebSocket] = set()
@@ -68,7 +68,7 @@ class Links:
         finally:
             self._open.discard(socket)
             if not self._open:
-                self._leave(LOADING if self._expected else self._grace)
+                self._leave(LOADING_SECONDS if self._expected else self._grace)
 
     async def _edit(self, socket: WebSocket) -> bool:
         """Let a page edit in place of the current one; return whether another page took over before it was closed."""
@@ -100,7 +100,7 @@ class Links:
         """Note that a page was requested, and wait for it to connect."""
         self._expected = True
         if self._leaving:
-            self._leave(LOADING)
+            self._leave(LOADING_SECONDS)
 
     def _leave(self, seconds: float | None) -> None:
         """Schedule the end of the server in some seconds; None cancels it."""
@@ -229,7 +229,7 @@ class _Link:
         session, queue = self._session, self._newest["compare"]
         while True:
             message: Solve = await queue.get()
-            await asyncio.sleep(IDLE)
+            await asyncio.sleep(IDLE_SECONDS)
             if session.scene is message.scene and queue.empty():
                 shown: Any = await self._done("compare", session.compare, message.scene)
                 if isinstance(shown, MapUpdate) and session.scene is message.scene:

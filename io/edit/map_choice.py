@@ -9,7 +9,7 @@ import numpy as np
 from ...maps.triangulated.map import TriangulatedMap
 
 # relative to the target's diagonal: maps are the same if 95 % of the points move by less (4 pixels of 800)
-AGREED = 0.005
+AGREED_DIAGONAL_SHARE = 0.005
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,4 +44,4 @@ def same(one: TriangulatedMap, other: TriangulatedMap) -> bool:
     inner = np.setdiff1d(np.arange(one.source.size), np.concatenate(one.loops))
     gaps = np.abs(other(one.source[inner]) - one.image[inner])
     gaps = gaps[np.isfinite(gaps)]
-    return bool(gaps.size) and float(np.quantile(gaps, 0.95)) <= AGREED * one.image_diagonal
+    return bool(gaps.size) and float(np.quantile(gaps, 0.95)) <= AGREED_DIAGONAL_SHARE * one.image_diagonal

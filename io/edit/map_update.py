@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import Complex
-from ...balanced.fit import MOST_LIMITS
+from ...balanced.fit import MOST_LIMIT_RATIO
 from ...balanced.search.partial import GOOD_STRETCH
 from ...errors import InputError
-from ...maps.summary import WELL_SEEN
+from ...maps.summary import WELL_SEEN_SHARE
 from ...maps.triangulated.map import TriangulatedMap
 from ...result import Fit
 from ...status import Status
@@ -22,8 +22,8 @@ from .messages import Scene
 
 SEEN = ("shown", "covered")  # figures of maps of whole drawings
 LOST = ("left_out", "uncovered")  # figures of partial maps
-MISSED = 1e-6  # relative to the target's diagonal; exact pins are met to 1e-9
-MISSED_STROKE = 1e-3  # the same for strokes, whose points lie on their images to 2e-4
+MISSED_DIAGONAL_SHARE = 1e-6  # relative to the target's diagonal; exact pins are met to 1e-9
+MISSED_STROKE_SHARE = 1e-3  # the same for strokes, whose points lie on their images to 2e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +108,7 @@ def verdict(status: Status, report: dict[str, Any], *, deformed: bool) -> str:
     lost = [
         f"{1 - report[name]:.0%} of the {side} {what}"
         for name, side, what in (("shown", "source", "is hidden"), ("covered", "target", "stays bare"))
-        if report.get(name, 1) < WELL_SEEN
+        if report.get(name, 1) < WELL_SEEN_SHARE
     ]
     if lost:
         return (
@@ -128,9 +128,9 @@ def missed_constraints(report: dict[str, Any], scene: Scene) -> dict[str, list[i
         "pins": [
             k
             for k, pin in enumerate(pins)
-            if not pin["error"] <= MOST_LIMITS * pin.get("tolerance", 0) + MISSED
+            if not pin["error"] <= MOST_LIMIT_RATIO * pin.get("tolerance", 0) + MISSED_DIAGONAL_SHARE
         ],
-        "strokes": [k for k, stroke in enumerate(strokes) if not stroke["error"] <= MISSED_STROKE],
+        "strokes": [k for k, stroke in enumerate(strokes) if not stroke["error"] <= MISSED_STROKE_SHARE],
     }
 
 

@@ -12,7 +12,7 @@ from ..shapes.shape import Shape
 from ..svg.document import drawing_bytes, root
 from .scene import png
 
-SIDE = 2048
+SIDE_PIXELS = 2048
 """Pixels of the longer side of a drawing in the browser."""
 
 
@@ -37,7 +37,7 @@ def _drawing(shape: Shape) -> bytes:
     """
     drawn, corners = root(drawing_bytes(shape.path)), shape.to_file(np.array(shape.box))
     (x, y), (width, height) = corners.min(axis=0), np.ptp(corners, axis=0)
-    scale = SIDE / max(width, height)
+    scale = SIDE_PIXELS / max(width, height)
     drawn.attrib |= {
         "viewBox": f"{x} {y} {width} {height}",
         "width": f"{scale * width:.0f}",

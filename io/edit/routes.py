@@ -33,8 +33,8 @@ CONTENT_TYPES = {
     ".js": "text/javascript",
     ".svg": "image/svg+xml",
 }
-LEAST_TEXELS = 2048  # of a texture's side: supported by every WebGL 2 implementation
-MAX_SIDE_DIGITS = 5  # of a texture's side in a request
+LEAST_SIDE_TEXELS = 2048  # of a texture's side: supported by every WebGL 2 implementation
+MOST_SIDE_DIGITS = 5  # of a texture's side in a request
 
 
 def page_files() -> dict[str, tuple[bytes, str]]:
@@ -107,8 +107,8 @@ class _Answers:
         if session is None:
             return Response(status_code=404)
         side = request.query_params.get("side", "")
-        most = int(side) if side.isdecimal() and len(side) <= MAX_SIDE_DIGITS else LEAST_TEXELS
-        most = min(max(most, LEAST_TEXELS), limits.PAGE_TEXELS)
+        most = int(side) if side.isdecimal() and len(side) <= MOST_SIDE_DIGITS else LEAST_SIDE_TEXELS
+        most = min(max(most, LEAST_SIDE_TEXELS), limits.PAGE_TEXELS)
         return Response(session.texture(most), media_type="image/png")
 
     def triangles(self, request: Request) -> Response:

@@ -17,7 +17,7 @@ from . import autosave
 from .routes import app
 from .workspace import Workspace, remove_old_copies
 
-BROWSER_DELAY = 0.3
+BROWSER_DELAY_SECONDS = 0.3
 """Seconds before the browser is opened; by then the server must be listening."""
 
 
@@ -66,7 +66,7 @@ def serve(workspace: Workspace, *, port: int, browser: bool, show: Callable[[str
         address = f"http://127.0.0.1:{port}/{token}/"
         show(address)
         if browser:
-            threading.Timer(BROWSER_DELAY, _open, (address,)).start()
+            threading.Timer(BROWSER_DELAY_SECONDS, _open, (address,)).start()
         server.run(sockets=[listener])
 
 

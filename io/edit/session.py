@@ -47,23 +47,31 @@ from ..shapes.mesh_shape import MeshShape
 from ..shapes.shape import Shape
 from ..shapes.starts import StartingMap
 from .map_choice import MapChoice, same
-from .map_update import MISSED, MapUpdate, Solved, figures, missed_constraints, refusal, verdict
+from .map_update import (
+    MISSED_DIAGONAL_SHARE,
+    MapUpdate,
+    Solved,
+    figures,
+    missed_constraints,
+    refusal,
+    verdict,
+)
 from .messages import Scene, scene_of
 from .own_drawing import own_drawing
 from .scene import PageHalf, patches, png
 from .suggest import axis, corners, suggested
 from .surface_view import SurfaceView, lay_out
 
-ON_OUTLINE = 2e-3
+ON_OUTLINE_SHARE = 2e-3
 """Relative to the diagonal: points this close to an outline are carried to the other outline. Twice the tolerance of
 pins.
 """
-FOLLOWED_LIMITS = 1.5
+FOLLOWED_LIMIT_RATIO = 1.5
 """How far a soft pin may be from its place while it is dragged, relative to its limit, since the map lags behind."""
 # a map from scratch that ends like this replaces no other
 LOST_ON_THE_WAY = (Status.PINS, Status.GAP, Status.SOURCE_GAP)
 # significant digits of coordinates relative to the shape's size, the same on the page and in files
-DIGITS = 7
+PLACE_DIGITS = 7
 
 
 class PlacedConstraints(NamedTuple):
@@ -191,7 +199,7 @@ class Session:
             "edge": job.edge,
             "filter": job.filter,
             "holes": job.holed,
-            "digits": DIGITS,
+            "digits": PLACE_DIGITS,
         }
         how |= {"mean": self._magnification, "deforming": self.deforming}
         return as_json({"source": sides[0], "target": sides[1], "notes": self.notes, **scenes, **how})
@@ -441,8 +449,10 @@ class Session:
         softness = softness_of(pins, live.patches.points, live.patches.softness)
         found = replace(found, patches=self._patches(scene, pins, pins, softness))
         gap = np.abs(map(pins[:, 0]) - pins[:, 1])
-        far = gap > FOLLOWED_LIMITS * softness.limits
-        missed = np.where(softness.is_soft, far, ~live.met & (gap > MISSED * self.target.curve.diagonal))
+        far = gap > FOLLOWED_LIMIT_RATIO * softness.limits
+        missed = np.where(
+            softness.is_soft, far, ~live.met & (gap > MISSED_DIAGONAL_SHARE * self.target.curve.diagonal)
+        )
         if live.met and not missed.any():
             return found
         found = replace(found, ok=False)
@@ -519,11 +529,11 @@ class Session:
         if not np.isfinite(w).all():
             raise InputError("this point is not part of the map; place the pin elsewhere")
         s = shape.curve.closest(z)
-        rim = (np.abs(shape.curve.at(s) - z) < ON_OUTLINE * shape.curve.diagonal) & (not self.deforming)
+        rim = (np.abs(shape.curve.at(s) - z) < ON_OUTLINE_SHARE * shape.curve.diagonal) & (not self.deforming)
         w[rim] = other.curve.nearest(w[rim])
         if surface := self.surfaces[side == "source"]:
-            return surface.places(w, DIGITS)
-        digits = DIGITS - int(np.floor(np.log10(other.curve.diagonal)))
+            return surface.places(w, PLACE_DIGITS)
+        digits = PLACE_DIGITS - int(np.floor(np.log10(other.curve.diagonal)))
         return [[round(value, digits) for value in place] for place in other.to_file(w).tolist()]
 
     def read_pins(self, name: str, text: str) -> list[dict[str, Any]]:
@@ -640,7 +650,7 @@ def _on(surface: SurfaceView, given: Any) -> Any:
     if isinstance(given, list):
         return [_on(surface, place) for place in given]
     flat = isinstance(given, tuple) and len(given) == 2
-    return tuple(surface.places(surface.shape.to_core([given]), DIGITS)[0]) if flat else given
+    return tuple(surface.places(surface.shape.to_core([given]), PLACE_DIGITS)[0]) if flat else given
 
 
 def _bare(name: str) -> str:

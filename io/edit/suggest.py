@@ -15,9 +15,11 @@ from ..shapes.shape import Shape
 
 ROUGHLY, SHARP = 0.01, np.pi / 4
 """An outline simplified to this tolerance, relative to its diagonal, turns by at least this angle at a corner."""
-NEAR = 0.05  # relative to the diagonal: corners that are farther apart after mapping are not paired
-APART = 0.1  # relative to the diagonal: if pins were closer, their handles would overlap in a small window
-MOST = 12  # pins that are suggested at most
+NEAR_DIAGONAL_SHARE = 0.05
+"""Relative to the diagonal: corners that are farther apart after mapping are not paired."""
+APART_DIAGONAL_SHARE = 0.1
+"""Relative to the diagonal: if pins were closer, their handles would overlap in a small window."""
+MOST_SUGGESTED_PINS = 12  # pins that are suggested at most
 
 
 def corners(curve: Curve) -> tuple[Complex, Real]:
@@ -49,12 +51,14 @@ def suggested(map: TriangulatedMap, source: Shape, target: Shape, taken: Complex
     names, places, _ = parts.namesakes(source, target)
     named = [(name, *pair) for name, pair in zip(names, places.tolist())]
     for name, z, w in (*named, *_corners(map, source, target)):
-        beside = np.abs(taken - [z, w]) < APART * np.array([source.curve.diagonal, target.curve.diagonal])
+        beside = np.abs(taken - [z, w]) < APART_DIAGONAL_SHARE * np.array(
+            [source.curve.diagonal, target.curve.diagonal]
+        )
         if not beside.any():
             taken = np.append(taken, [[z, w]], axis=0)
             ends = (tuple(shape.to_file(x).tolist()) for shape, x in ((source, z), (target, w)))
             found.append(Pin(name=name, source=next(ends), target=next(ends)))
-    return found[:MOST]
+    return found[:MOST_SUGGESTED_PINS]
 
 
 def _corners(map: TriangulatedMap, source: Shape, target: Shape) -> list[tuple[str, complex, complex]]:
@@ -66,7 +70,11 @@ def _corners(map: TriangulatedMap, source: Shape, target: Shape) -> list[tuple[s
     away = np.where(ways[:, None] == turns, np.abs(carried[:, None] - there), np.inf)
     nearest, back = away.argmin(axis=1), away.argmin(axis=0)
     order = np.argsort(away.min(axis=1), kind="stable")
-    near = [k for k in order if back[nearest[k]] == k and away[k, nearest[k]] < NEAR * target.curve.diagonal]
+    near = [
+        k
+        for k in order
+        if back[nearest[k]] == k and away[k, nearest[k]] < NEAR_DIAGONAL_SHARE * target.curve.diagonal
+    ]
     s, tau = source.curve.closest(here), target.curve.closest(there)[nearest]
     kept: list[int] = []
     for k in near:

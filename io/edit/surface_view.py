@@ -15,8 +15,9 @@ from ..pictures.image import Image
 from ..run.job import Job
 from ..shapes.mesh_shape import MeshShape
 
-ROWS = 64  # rows of the picture made at a time
-SHARPER = 1.5  # texels per texel of the texture, in each direction, since flattening rotates and stretches it
+ROWS_AT_ONCE = 64  # rows of the picture made at a time
+TEXELS_PER_TEXEL = 1.5
+"""Texels per texel of the texture, in each direction, since flattening rotates and stretches it."""
 
 
 class SurfaceView:
@@ -67,19 +68,19 @@ def lay_out(job: Job, shape: MeshShape, image: Image, box: Box, most: int) -> Im
     texture = image.texture(box, kind=job.kind)
     placing = shape.placing(texture)
     size = box[1] - box[0]
-    step = max(1 / (SHARPER * max(placing.scale)), max(size.real, size.imag) / most)
+    step = max(1 / (TEXELS_PER_TEXEL * max(placing.scale)), max(size.real, size.imag) / most)
     width, height = (max(1, round(side / step)) for side in (size.real, size.imag))
     sampler = Sampler(texture, job.filter, job.kind, "clamp")
     x = box[0].real + size.real * (np.arange(width) + 0.5) / width
     y = box[1].imag - size.imag * (np.arange(height) + 0.5) / height
     out = np.empty((height, width, sampler.channels), sampler.dtype)
     right, down = complex(size.real / width), -1j * size.imag / height
-    for row in range(0, height, ROWS):
-        z = (x + 1j * y[row : row + ROWS, None]).ravel()
+    for row in range(0, height, ROWS_AT_ONCE):
+        z = (x + 1j * y[row : row + ROWS_AT_ONCE, None]).ravel()
 
         def places(part: slice, z: Complex = z) -> Any:
             points = z[part]
             return placing.places(points, np.full(points.size, right), np.full(points.size, down))
 
-        out[row : row + ROWS] = sampler(places, z.size).reshape(-1, width, sampler.channels)
+        out[row : row + ROWS_AT_ONCE] = sampler(places, z.size).reshape(-1, width, sampler.channels)
     return image.with_pixels(out, texture.alpha)

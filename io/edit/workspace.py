@@ -32,11 +32,11 @@ SAMPLES = {
     "A feather, by strokes": ("strokes", "straight.svg", "bent.svg", "barbs.jpg"),
 }
 """Samples: folder, source, target and texture."""
-KEPT = 30  # days after which a file dropped on the page is removed, unless it was opened since
+KEPT_DAYS = 30  # days after which a file dropped on the page is removed, unless it was opened since
 ALL = "all"
 """The name that the page gives to the whole drawing among its parts."""
-PARTS = 30  # parts of a drawing, the largest first, that are shown as thumbnails
-POINTS = 300  # approximate number of points of a thumbnail's outline
+SHOWN_PARTS = 30  # parts of a drawing, the largest first, that are shown as thumbnails
+THUMBNAIL_POINTS = 300  # approximate number of points of a thumbnail's outline
 ROLES = ("source", "target", "texture")
 AUTOMATIC, WHOLE_PICTURE = "automatic", "whole picture"
 """The names of the shapes that a picture can be read as, besides its silhouette."""
@@ -164,12 +164,12 @@ def _name_of(content: bytes) -> str:
 
 
 def remove_old_copies(now: float | None = None) -> None:
-    """Remove copies of the browser's files that were last opened more than KEPT days ago. `now` is in seconds since
-    1970.
+    """Remove copies of the browser's files that were last opened more than KEPT_DAYS days ago. `now` is in seconds
+    since 1970.
 
     Files that were changed since, or are not such copies, belong to the user and are kept.
     """
-    oldest = (time.time() if now is None else now) - KEPT * 86400
+    oldest = (time.time() if now is None else now) - KEPT_DAYS * 86400
     for path in _copies().glob("*/*"):
         with suppress(OSError):
             plain = path.is_file() and not (path.is_symlink() or path.parent.is_symlink())
@@ -200,7 +200,7 @@ def parts_of(path: str) -> list[dict[str, Any]]:
     if formats.suffix_of(path) in formats.holding("picture"):
         return _parts_of_picture(path)
     found = shape.read_all(path)
-    parts = [_part(each, f"{path}#{each.part}", ", ".join(each.names[:1])) for each in found[:PARTS]]
+    parts = [_part(each, f"{path}#{each.part}", ", ".join(each.names[:1])) for each in found[:SHOWN_PARTS]]
     if len(found) > 1:
         with suppress(InputError):  # its largest part may not be a shape
             parts.insert(0, _part(shape.read(path, whole=True), path, ALL))
@@ -223,7 +223,7 @@ def _parts_of_picture(path: str) -> list[dict[str, Any]]:
         with suppress(InputError):  # nothing stands out from the background
             parts.append(_part(shape.read(spec, whole=True), spec, name))
     with suppress(InputError):
-        pieces = shape.read_all(path)[:PARTS]
+        pieces = shape.read_all(path)[:SHOWN_PARTS]
         parts += [_part(piece, f"{path}#{piece.part}", "") for piece in pieces] if len(pieces) > 1 else []
     if not parts:
         shape.read(path, whole=True)  # raises the error
@@ -238,7 +238,7 @@ def _part(part: Shape, spec: str, name: str) -> dict[str, Any]:
     rings = part.drawing.rings if part.drawing else (part.curve.z, *part.holes)
 
     def ring(z: np.ndarray) -> str:
-        points = xy_of((np.asarray(z)[:: max(1, len(z) // POINTS)] - low) / size)
+        points = xy_of((np.asarray(z)[:: max(1, len(z) // THUMBNAIL_POINTS)] - low) / size)
         return "M" + "L".join(f"{x:.3f} {1 - y:.3f}" for x, y in points) + "Z"
 
     width, height = (high - low).real / size, (high - low).imag / size

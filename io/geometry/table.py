@@ -17,7 +17,7 @@ from .document import NOWHERE, Document, Geometry, Images
 
 MISSING = frozenset(["na", "n/a", "#n/a", "nan", "null", "none", "missing"])
 """Cells, in lower case, that say that there is no value."""
-LOOKED_AT = 50  # rows by which a delimiter and decimal commas are found
+SNIFFED_ROWS = 50  # rows by which a delimiter and decimal commas are found
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
 _INNER_COMMA = re.compile(r"(?<=\d),(?=\d)")
 
@@ -116,7 +116,7 @@ def _delimiter(text: str) -> str:
     """Return what parts the cells: tabs where there are any, semicolons where commas are only inside numbers, else
     commas.
     """
-    lines = text.split("\n", LOOKED_AT)[:LOOKED_AT]
+    lines = text.split("\n", SNIFFED_ROWS)[:SNIFFED_ROWS]
     first = lines[0]
     if "\t" in first:
         return "\t"
@@ -129,7 +129,7 @@ def _delimiter(text: str) -> str:
 
 def _has_decimal_commas(rows: list[list[str]], at: tuple[int, int]) -> bool:
     """Return whether coordinates have a comma before their decimals."""
-    cells = (row[k].strip() for row in rows[:LOOKED_AT] for k in at if k < len(row))
+    cells = (row[k].strip() for row in rows[:SNIFFED_ROWS] for k in at if k < len(row))
     return any(_DECIMAL_COMMA.fullmatch(cell) for cell in cells)
 
 

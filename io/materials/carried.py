@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from ...arrays import Flags, Index
 from ...meshes.charted import Charted
 from ...meshes.relayout import (
-    COLOURS,
-    PROBED,
+    COLOUR_TEXELS_ACROSS,
+    PROBED_TEXELS_ACROSS,
     Origin,
     TextureUse,
     carry,
@@ -27,13 +27,13 @@ from ...pixels import colour
 from ...pixels.sampler import Sampler
 from ...pixels.texture import check_kind
 from .. import formats, limits
-from ..meshes.gltf_materials import BASE, CUTOFF, DIFFUSE, kind_of
+from ..meshes.gltf_materials import BASE, DEFAULT_ALPHA_CUTOFF, DIFFUSE, kind_of
 from ..pictures.image import Image, prepare
 from ..pictures.image_files import as_png
 from .material_set import Material, MaterialMap, MaterialSet
 
 Pictures = dict[str, Image]  # by slot
-FLAT = (128 / 255, 128 / 255, 1.0)  # a normal that changes nothing
+FLAT_NORMAL = (128 / 255, 128 / 255, 1.0)  # a normal that changes nothing
 
 
 @dataclass(frozen=True)
@@ -182,12 +182,12 @@ class MaterialBaker:
             for slot, each in self.material_set.materials[k].maps.items()
             if slots is None or slot in slots
         ]
-        return (max(sides, default=0) or COLOURS,) * 2
+        return (max(sides, default=0) or COLOUR_TEXELS_ACROSS,) * 2
 
     def _across(self, material: int, map: MaterialMap) -> int:
         """Return how many texels wide a picture is that shows a material's."""
         if id(map) not in self._sides:
-            probe = self.origin((PROBED, PROBED))
+            probe = self.origin((PROBED_TEXELS_ACROSS, PROBED_TEXELS_ACROSS))
             shown = probe.reached(self.settings.limit) & (
                 self.material_set.owner[probe.triangles] == material
             )
@@ -234,7 +234,7 @@ class MaterialBaker:
         for k, each, image, factor in zip(self.materials, maps, read, factors):
             own = owner == k
             if each is None or image is None:
-                level = FLAT if kind == "normal" else (1.0, 1.0, 1.0)
+                level = FLAT_NORMAL if kind == "normal" else (1.0, 1.0, 1.0)
                 out[own] = np.rint(np.array((*level, 1.0)[:channels]) * top)
             else:
                 _, sampler = self._ready(each, _widen(image, np.dtype(dtype), clear))
@@ -264,7 +264,9 @@ class MaterialBaker:
         if source.get("alphaMode") == "MASK":
             top = np.iinfo(image.pixels.dtype).max
             by = factor[3] if len(factor) > 3 else 1.0
-            seen = by * image.pixels[own, image.alpha] >= source.get("alphaCutoff", CUTOFF) * top
+            seen = (
+                by * image.pixels[own, image.alpha] >= source.get("alphaCutoff", DEFAULT_ALPHA_CUTOFF) * top
+            )
             image.pixels[own, image.alpha] = np.where(seen, top, 0)
 
 

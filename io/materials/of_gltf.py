@@ -154,7 +154,10 @@ def unpictured(material: dict[str, Any]) -> dict[str, Any]:
     }
     gltf_materials.bare(left, set())
     left = {key: value for key, value in left.items() if key not in PICTURED and value not in ({}, False)}
-    mode, cutoff = left.pop("alphaMode", "OPAQUE"), left.pop("alphaCutoff", gltf_materials.CUTOFF)
+    mode, cutoff = (
+        left.pop("alphaMode", "OPAQUE"),
+        left.pop("alphaCutoff", gltf_materials.DEFAULT_ALPHA_CUTOFF),
+    )
     return left | scales | {"alphaMode": mode} | ({"alphaCutoff": cutoff} if mode == "MASK" else {})
 
 

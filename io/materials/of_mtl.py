@@ -21,7 +21,7 @@ COLOURS = ("map_ka", "map_kd", "map_ks", "map_ke", "decal")
 NORMALS = ("norm", "map_norm")
 BUMPS = ("bump", "map_bump")  # heights as the format has it, but most programs write normals there
 ELSEWHERE = ("refl", "map_refl")  # what is around, not on the surface
-BLUE, LEAN = 0.7, 0.15
+LEAST_MEAN_BLUE, MOST_MEAN_LEAN = 0.7, 0.15
 """Of the mean of a normal map: at least so blue, so far from grey in red and green (by hand)."""
 
 
@@ -125,4 +125,6 @@ def _shows_normals(picture: Path, most: int) -> bool:
     if image.pixels.shape[2] < 3 or image.pixels.dtype.kind == "f":
         return False
     red, green, blue = image.pixels[..., :3].mean(axis=(0, 1)) / np.iinfo(image.pixels.dtype).max
-    return bool(blue > BLUE and abs(red - 0.5) < LEAN and abs(green - 0.5) < LEAN)
+    return bool(
+        blue > LEAST_MEAN_BLUE and abs(red - 0.5) < MOST_MEAN_LEAN and abs(green - 0.5) < MOST_MEAN_LEAN
+    )

@@ -19,20 +19,19 @@ from numpy.typing import NDArray
 
 from ...arrays import Index, Real
 from ...errors import InputError
-from ...meshes.mesh import FARTHEST, Mesh
+from ...meshes.mesh import MOST_COORDINATE, Mesh
 from ...pixels.texture import REPEAT, Wrap
 from .. import files, limits, references
 from . import gltf_compressed, gltf_schema
 from .gltf_materials import base, set_of
-from .gltf_schema import COMPONENTS, DTYPES, TRIANGLES
+from .gltf_schema import COMPONENTS, DTYPES, TRIANGLES_MODE
 from .odd_forms import strip
 
-LINES, STRIP, FAN = 1, 5, 6
+LINES_MODE, STRIP_MODE, FAN_MODE = 1, 5, 6
 WRAPS = {33071: "clamp", 33648: "mirror"}
-SAME_PLACE_SHARE = (
-    1e-4  # of the largest number in several transforms: numbers closer than this are equal up to rounding
-)
-ALIGNED = 8  # bytes to which views are aligned, as required by the strictest extension
+SAME_PLACE_SHARE = 1e-4
+"""Of the largest number in several transforms: numbers closer than this are equal up to rounding."""
+VIEW_ALIGNMENT_BYTES = 8  # bytes to which views are aligned, as required by the strictest extension
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,8 +117,10 @@ class Gltf:
             number, above = waiting.pop()
             if number not in found:
                 found[number] = matrix = above @ _matrix(nodes[number])
-                if not (np.abs(matrix) <= FARTHEST).all():  # NaN included
-                    raise ValueError(f"nodes/{number}: its transform moves vertices beyond {FARTHEST:g}")
+                if not (np.abs(matrix) <= MOST_COORDINATE).all():  # NaN included
+                    raise ValueError(
+                        f"nodes/{number}: its transform moves vertices beyond {MOST_COORDINATE:g}"
+                    )
                 waiting += [(child, matrix) for child in reversed(nodes[number].get("children", []))]
         return found
 
@@ -174,10 +175,10 @@ class Primitive:
             flat = self.document.values(self.tree["indices"]).ravel().astype(np.int64)
         else:
             flat = np.arange(self.document.tree["accessors"][self.attributes["POSITION"]]["count"])
-        mode = self.tree.get("mode", TRIANGLES)
-        if mode == STRIP:
+        mode = self.tree.get("mode", TRIANGLES_MODE)
+        if mode == STRIP_MODE:
             return strip(flat)
-        if mode == FAN:
+        if mode == FAN_MODE:
             return np.column_stack([np.full(max(flat.size - 2, 0), flat[0]), flat[1:-1], flat[2:]])
         return flat.reshape(-1, 3)
 
@@ -296,10 +297,10 @@ def primitives(document: Gltf) -> dict[str, Primitive]:
     found: dict[str, Primitive | None] = {}
     for k, mesh in enumerate(document.tree.get("meshes", [])):
         for number, primitive in enumerate(mesh["primitives"]):
-            mode = primitive.get("mode", TRIANGLES)
-            if mode not in (0, LINES, TRIANGLES, STRIP, FAN):
+            mode = primitive.get("mode", TRIANGLES_MODE)
+            if mode not in (0, LINES_MODE, TRIANGLES_MODE, STRIP_MODE, FAN_MODE):
                 continue
-            shown = mode >= TRIANGLES
+            shown = mode >= TRIANGLES_MODE
             name = _unique(mesh.get("name") or "GLTF", found)
             found[name] = Primitive(document, k, number) if shown else None
     return {name: primitive for name, primitive in found.items() if primitive is not None}
@@ -311,8 +312,8 @@ def glb(tree: dict[str, Any], views: list[bytes]) -> bytes:
     places = []
     for view, data in zip(tree.get("bufferViews", []), views):
         places.append({**view, "buffer": 0, "byteOffset": offset, "byteLength": len(data)})
-        held += [data, bytes(-len(data) % ALIGNED)]
-        offset += len(data) + -len(data) % ALIGNED
+        held += [data, bytes(-len(data) % VIEW_ALIGNMENT_BYTES)]
+        offset += len(data) + -len(data) % VIEW_ALIGNMENT_BYTES
     if places:
         first = {key: value for key, value in (tree.get("buffers") or [{}])[0].items() if key != "uri"}
         tree |= {"bufferViews": places, "buffers": [{**first, "byteLength": offset}]}

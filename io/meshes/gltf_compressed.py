@@ -14,7 +14,7 @@ import numpy as np
 
 from ...errors import InputError
 from .. import limits
-from .gltf_schema import DTYPES, TRIANGLES
+from .gltf_schema import DTYPES, TRIANGLES_MODE
 
 DRACO = "KHR_draco_mesh_compression"
 MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
@@ -115,7 +115,7 @@ def without_draco(path: Path, tree: dict[str, Any], views: list[bytes]) -> tuple
         found = decoded[at]
         if "indices" not in primitive or not hasattr(found, "faces"):
             raise ValueError(f"bufferViews/{at}: contains no triangles")
-        primitive["mode"] = TRIANGLES
+        primitive["mode"] = TRIANGLES_MODE
         put(primitive["indices"], found.faces.reshape(-1, 1))
         for name, number in said["attributes"].items():
             attribute = found.get_attribute_by_unique_id(number)

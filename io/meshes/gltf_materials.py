@@ -6,7 +6,7 @@ from typing import Any
 BASE = "pbrMetallicRoughness/baseColorTexture"
 NORMALS = "normalTexture"
 DIFFUSE = "extensions/KHR_materials_pbrSpecularGlossiness/diffuseTexture"  # shown by programs that support it
-CUTOFF = 0.5  # default of a mask (Khronos, *glTF 2.0*, §3.9.4)
+DEFAULT_ALPHA_CUTOFF = 0.5  # default of a mask (Khronos, *glTF 2.0*, §3.9.4)
 NEW = {"name": "iccm", "pbrMetallicRoughness": {"metallicFactor": 0.0}}
 REPEATING = {"wrapS": 10497, "wrapT": 10497}  # a sampler that shows the texture again beyond its edges
 COLOURS = ("basecolor", "diffuse", "emissive", "sheencolor", "specularcolor")

@@ -10,7 +10,7 @@ from .. import limits
 
 DTYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
-TRIANGLES = 4
+TRIANGLES_MODE = 4
 TRANSFORM = {"offset": (float, 2), "scale": (float, 2), "rotation": float, "texCoord": int}
 INFO = {
     "index": "textures",

@@ -18,7 +18,7 @@ from ...meshes.charted import Charted
 from ...surfaces.subdivided import Mixtures, Subdivision
 from .. import formats
 from . import gltf_materials
-from .gltf import TRIANGLES, Gltf, Primitive, glb
+from .gltf import TRIANGLES_MODE, Gltf, Primitive, glb
 from .gltf_materials import set_of
 from .splitting import Split, with_triangles
 
@@ -208,7 +208,7 @@ def _change(
     old = part.document.floats(before["TEXCOORD_0"]) if "TEXCOORD_0" in before else np.zeros((count, 2))
     values = split.values(np.column_stack([uv[:, 0], 1 - uv[:, 1]]), old).astype("<f4")
     attributes["TEXCOORD_0"] = editor.accessor(values, COORDINATES, ATTRIBUTE, attributes.get("TEXCOORD_0"))
-    if split.copies.size or not faces.all() or primitive.get("mode", TRIANGLES) != TRIANGLES:
+    if split.copies.size or not faces.all() or primitive.get("mode", TRIANGLES_MODE) != TRIANGLES_MODE:
         _index(editor, primitive, split.number, primitive.get("indices"), split.order.size)
     _rebind(editor, primitive, pictures, kept)
     if "TANGENT" in attributes and "normalTexture" in pictures:
@@ -351,7 +351,7 @@ def plain(
     owner = np.zeros(len(faces), np.int64) if owner is None else owner
     made: list[dict[str, Any]] = []
     for k in range(int(owner.max()) + 1):
-        made.append({"attributes": dict(attributes), "mode": TRIANGLES})
+        made.append({"attributes": dict(attributes), "mode": TRIANGLES_MODE})
         primitives["primitives"] = [*made, {"attributes": attributes}]  # so that they count as used
         _index(editor, made[-1], faces[owner == k].ravel(), None, len(at))
     primitives["primitives"] = made
@@ -380,8 +380,8 @@ def _index(editor: GltfEditor, primitive: dict, vertices: Index, instead: int | 
     values = vertices.astype({5121: "<u1", 5123: "<u2", 5125: "<u4"}[kind])[:, None]
     said = {"componentType": kind, "type": "SCALAR"}
     primitive["indices"] = editor.accessor(values, said, INDEX, instead)
-    if primitive.get("mode", TRIANGLES) != TRIANGLES:
-        primitive["mode"] = TRIANGLES
+    if primitive.get("mode", TRIANGLES_MODE) != TRIANGLES_MODE:
+        primitive["mode"] = TRIANGLES_MODE
 
 
 def _copy(editor: GltfEditor, primitive: dict, split: Split, but: set[str]) -> None:

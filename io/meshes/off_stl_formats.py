@@ -13,7 +13,7 @@ from . import odd_forms
 from .mesh_format import MeshContent, MeshFile, MeshFormat
 
 HEAD_BYTES = 1 << 16  # limit on the header of an OFF file, including comments
-STL_HEAD, STL_FACE = 84, 50
+STL_HEAD_BYTES, STL_FACE_BYTES = 84, 50
 """Bytes of a binary STL file before its faces, ending with their count, and bytes of each face; text needs more."""
 
 
@@ -50,13 +50,13 @@ class StlFormat(MeshFormat):
     def count_faces(self, most: int) -> int:
         """Read the count of a binary file, or estimate it from the size of a text file, whose faces need more bytes."""
         with files.opened(self.path) as file:
-            head = file.read(STL_HEAD)
+            head = file.read(STL_HEAD_BYTES)
         size = self.path.stat().st_size
-        if len(head) == STL_HEAD:
-            count = struct.unpack_from("<I", head, STL_HEAD - 4)[0]
-            if STL_HEAD + STL_FACE * count == size:
+        if len(head) == STL_HEAD_BYTES:
+            count = struct.unpack_from("<I", head, STL_HEAD_BYTES - 4)[0]
+            if STL_HEAD_BYTES + STL_FACE_BYTES * count == size:
                 return count
-        return size // STL_FACE
+        return size // STL_FACE_BYTES
 
     def read(self) -> dict[str, MeshFile]:
         """Read the file."""

@@ -9,8 +9,8 @@ from ...arrays import Complex, complex_of, xy_of
 from ...polygons import polygons_of, unite
 
 Rings = list[Complex]
-NEAR = 1e-6  # degrees: a tenth of a metre
-POLE = 90.0
+NEAR_DEGREES = 1e-6  # degrees: a tenth of a metre
+POLE_DEGREES = 90.0
 
 
 def joined(polygons: Sequence[Rings]) -> Sequence[Rings]:
@@ -52,7 +52,10 @@ def _turns(polygons: Sequence[Rings]) -> list[int]:
 
 
 def _is_in_degrees(ring: Complex) -> bool:
-    return bool((np.abs(ring.real) <= 180 + NEAR).all() and (np.abs(ring.imag) <= POLE + NEAR).all())
+    return bool(
+        (np.abs(ring.real) <= 180 + NEAR_DEGREES).all()
+        and (np.abs(ring.imag) <= POLE_DEGREES + NEAR_DEGREES).all()
+    )
 
 
 def _unwrapped(ring: Complex) -> Complex:
@@ -62,7 +65,7 @@ def _unwrapped(ring: Complex) -> Complex:
     step = np.diff(ring.real, append=ring.real[:1])
     # the edge of a map of the world, or of a polygon that was closed along 180°, runs along the pole
     turns = np.where(step > 180, -1, np.where(step < -180, 1, 0))
-    if not turns.any() or turns.sum() or (np.abs(ring.imag) >= POLE - NEAR).any():
+    if not turns.any() or turns.sum() or (np.abs(ring.imag) >= POLE_DEGREES - NEAR_DEGREES).any():
         return ring
     return ring + 360 * np.concatenate([[0], np.cumsum(turns)[:-1]])
 
@@ -75,4 +78,6 @@ def _beside(rings: Rings) -> Rings:
 
 def _snapped(ring: Complex) -> Complex:
     """Return what is all but at 180° exactly there, so that halves meet."""
-    return np.where(np.abs(np.abs(ring.real) - 180) <= NEAR, 180 * np.sign(ring.real) + 1j * ring.imag, ring)
+    return np.where(
+        np.abs(np.abs(ring.real) - 180) <= NEAR_DEGREES, 180 * np.sign(ring.real) + 1j * ring.imag, ring
+    )

@@ -20,7 +20,7 @@ from ...plane import diagonal
 from .. import files, limits
 from ..svg.drawing import Drawing
 
-JOINED = 1e-6  # of the drawing's diagonal: ends so close to each other meet
+JOINED_DIAGONAL_SHARE = 1e-6  # of the drawing's diagonal: ends so close to each other meet
 NO_FONTS = {"version": 2, "font-faces": []}
 """An empty font list in ezdxf's format, so that ezdxf does not scan the system's fonts. It is rebuilt for other
 versions.
@@ -68,7 +68,7 @@ def read(
     if not all((np.abs(z) <= limits.SVG_NUMBER).all() for each in curves.values() for z in each):
         raise InputError(f"{path}: a coordinate is not finite, or too large")
     drawing = Drawing([], None, flip=False, ids=dict.fromkeys(curves))
-    near = JOINED * diagonal(np.concatenate([z for each in curves.values() for z in each]))
+    near = JOINED_DIAGONAL_SHARE * diagonal(np.concatenate([z for each in curves.values() for z in each]))
     for layer in curves if chosen is None else {chosen} & curves.keys():
         _add(drawing, layer, curves[layer], near)
     drawing.outlines.sort(key=lambda outline: -outline.area)

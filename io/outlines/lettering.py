@@ -17,9 +17,9 @@ from ..svg.fill import FilledOutline, outlines
 from ..svg.fonts import Font
 from ..svg.path_data import subpaths
 
-SIZE = 100.0  # units to the em
+UNITS_PER_EM = 100.0  # units to the em
 TEXT = "text="
-LINE = 0.8, 1.0  # ems above the baseline, and in all, of the canvas where letters do not reach beyond it
+LINE_EMS = 0.8, 1.0  # ems above the baseline, and in all, of the canvas where letters do not reach beyond it
 SAY = "a font needs a text, such as {}#text=Word"
 
 
@@ -38,8 +38,8 @@ def read(
         raise InputError(f"{path}: the text has more than {limits.SVG_LETTERS} letters; shorten it")
     try:
         font = Font(files.as_text(path))
-        sets, width = font.sets(text), font.width(text) * SIZE
-        glyphs = font.set_at(text, 0.0, LINE[0] * SIZE, SIZE) if sets else []
+        sets, width = font.sets(text), font.width(text) * UNITS_PER_EM
+        glyphs = font.set_at(text, 0.0, LINE_EMS[0] * UNITS_PER_EM, UNITS_PER_EM) if sets else []
     except (OSError, RuntimeError, ValueError) as error:
         raise InputError(f"{path}: cannot read this font: {error}") from None
     if not sets:
@@ -57,7 +57,7 @@ def read(
     ]
     every = np.concatenate([outline.z for outline in found])
     left, top = min(0.0, every.real.min()), min(0.0, every.imag.min())
-    right, bottom = max(width, every.real.max()), max(LINE[1] * SIZE, every.imag.max())
+    right, bottom = max(width, every.real.max()), max(LINE_EMS[1] * UNITS_PER_EM, every.imag.max())
     canvas = float(left), float(top), float(right - left), float(bottom - top)
     return Drawing(found, canvas, flip=True, refused=refused, ids={chosen or "": None})
 

@@ -14,12 +14,12 @@ from ..svg.drawing import Drawing
 from . import antimeridian, topology
 
 Found = tuple[tuple[str, ...], list[Complex], str]  # names, rings, and the rule that they are filled by
-DEEPEST = 50  # collections in each other
+MOST_NESTED_COLLECTIONS = 50  # collections in each other
 MEMBERS = {"FeatureCollection": "features", "GeometryCollection": "geometries"}
 NAMES = ("name", "id", "label", "title", "class")
 """What a property whose value names a feature is called, or ends with."""
 POLYGONS = {"Polygon", "MultiPolygon"}
-NAMED = 5  # features that a note names
+NAMED_FEATURES = 5  # features that a note names
 RECORD_SEPARATOR = b"\x1e \t\r"
 
 
@@ -122,7 +122,7 @@ def geometries(
         InputError: a collection has no list of members.
     """
     kind = ""
-    if isinstance(item, dict) and depth <= DEEPEST:
+    if isinstance(item, dict) and depth <= MOST_NESTED_COLLECTIONS:
         item.pop("bbox", None)
         kind = str(item.get("type"))
     if kind == "Feature":
@@ -164,8 +164,8 @@ def _geojson(content: dict[str, Any], notes: list[str]) -> Iterator[Found]:
     if others:
         notes.append("left out " + ", ".join(f"{count} {kind}" for kind, count in others.items()))
     if joined:
-        more = f" and {len(joined) - NAMED} more" if len(joined) > NAMED else ""
-        notes.append(f"{', '.join(joined[:NAMED])}{more}: crossing 180°, joined there")
+        more = f" and {len(joined) - NAMED_FEATURES} more" if len(joined) > NAMED_FEATURES else ""
+        notes.append(f"{', '.join(joined[:NAMED_FEATURES])}{more}: crossing 180°, joined there")
 
 
 def _labelme(content: dict[str, Any]) -> Iterator[Found]:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ...errors import InputError
 
-DEEPEST = 50  # collections in each other
+MOST_NESTED_COLLECTIONS = 50  # collections in each other
 
 
 def as_geojson(content: dict[str, Any]) -> dict[str, Any]:
@@ -45,7 +45,7 @@ def _feature(
     in.
     """
     kind = geometry.get("type")
-    if kind == "GeometryCollection" and depth < DEEPEST:
+    if kind == "GeometryCollection" and depth < MOST_NESTED_COLLECTIONS:
         members = [_feature(each, arcs, "", depth + 1) for each in geometry["geometries"]]
         return {"type": "FeatureCollection", "features": members}
     found: dict[str, Any] = {"type": kind, "coordinates": []}

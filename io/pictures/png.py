@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from ..formats import PNG
 
-UP = 2  # the filter: what is stored is the difference from the row above
-LEVEL = 2  # of ISA-L's four: the smallest files of pictures and drawings (by hand)
+UP_FILTER = 2  # the filter: what is stored is the difference from the row above
+COMPRESSION_LEVEL = 2  # of ISA-L's four: the smallest files of pictures and drawings (by hand)
 
 
 class PngOutput:
@@ -45,7 +45,7 @@ class PngOutput:
         if not (self.said.open(name, one) and self.said.write_image(row) and self.said.close()):
             return False
         before = _until_pixels(path.read_bytes(), spec.height)
-        self.stream = isal_zlib.compressobj(LEVEL)
+        self.stream = isal_zlib.compressobj(COMPRESSION_LEVEL)
         self.above = np.zeros(row.size * row.itemsize, np.uint8)
         self.file = path.open("wb", buffering=0)
         return self._put(before)
@@ -54,7 +54,7 @@ class PngOutput:
         """Return as `ImageOutput.write_scanlines`: (rows, w, c) uint8 or uint16 that follow the ones before."""
         stored = rows.astype(rows.dtype.newbyteorder(">"), copy=False).view(np.uint8).reshape(end - first, -1)
         lines = np.empty((len(stored), stored.shape[1] + 1), np.uint8)
-        lines[:, 0] = UP
+        lines[:, 0] = UP_FILTER
         np.subtract(stored[0], self.above, out=lines[0, 1:])
         np.subtract(stored[1:], stored[:-1], out=lines[1:, 1:])
         self.above = stored[-1].copy()

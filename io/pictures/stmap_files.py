@@ -9,14 +9,14 @@ from ...arrays import Box, Real
 from ...errors import InputError
 from ...memory import Memory
 from ...pixels import stmap
-from ...pixels.canvas import BAND, Canvas
+from ...pixels.canvas import BAND_ROWS, Canvas
 from ...pixels.sampler import Sampler
 from ...pixels.texture import Placing
-from ...pixels.warp import PIXEL, Warp
+from ...pixels.warp import BYTES_PER_PIXEL, Warp
 from .. import formats, limits
 from . import image_files
 
-EDGE = 1e-4  # of a tile (by hand)
+TILE_EDGE_SHARE = 1e-4  # of a tile (by hand)
 _SAID = "STMap: R = s from the left, G = t from the bottom, 0..1; A = coverage"
 
 
@@ -70,7 +70,7 @@ def _like() -> image_files.Image:
 
 def band_bytes(width: int) -> int:
     """Bytes that a thread takes to make rows of an STMap."""
-    return width * BAND * PIXEL
+    return width * BAND_ROWS * BYTES_PER_PIXEL
 
 
 def check(path: str | Path) -> None:
@@ -100,7 +100,7 @@ def places(st: NDArray) -> Real:
     known = np.isfinite(st[..., :2]).all(axis=-1)
     known &= st[..., 3] > 0 if st.shape[2] > 3 else (st[..., :2] != 0).any(axis=-1)
     found = st[known][:, :2].astype(float)
-    return found[(np.abs(found - np.round(found)) > EDGE).all(axis=1)]
+    return found[(np.abs(found - np.round(found)) > TILE_EDGE_SHARE).all(axis=1)]
 
 
 def apply(

@@ -18,7 +18,7 @@ from . import image_files
 from .image import Image
 
 MARK = "<UDIM>"
-ACROSS = 10
+TILES_PER_ROW = 10
 
 
 def is_pattern(name: str | Path | bytes | None) -> bool:
@@ -28,8 +28,8 @@ def is_pattern(name: str | Path | bytes | None) -> bool:
 
 def number_of(tile: complex) -> int | None:
     """Return the number of the tile with this lower left corner, or None where it has none."""
-    number = 1001 + int(tile.real) + ACROSS * int(tile.imag)
-    return number if 0 <= tile.real < ACROSS and tile.imag >= 0 and number <= limits.TILE else None
+    number = 1001 + int(tile.real) + TILES_PER_ROW * int(tile.imag)
+    return number if 0 <= tile.real < TILES_PER_ROW and tile.imag >= 0 and number <= limits.TILE else None
 
 
 def name_of(pattern: str, number: int) -> str:

@@ -22,7 +22,7 @@ from ..shapes.shape import Shape
 from .parts import Pair
 
 SOURCE, TARGET = 0, 1
-SAME_AREA = 1e-6
+SAME_AREA_SHARE = 1e-6
 """Relative to the area inside a map's outlines: a smaller difference to what a drawing paints is rounding."""
 
 
@@ -65,7 +65,7 @@ class MorphPath:
         return all(
             outline is not None
             and abs(outline.area - sum(abs(hole.area) for hole in holes) - drawing.region.area)
-            <= SAME_AREA * outline.area
+            <= SAME_AREA_SHARE * outline.area
             for (outline, holes), drawing in zip(outlines, self.drawings)
         )
 

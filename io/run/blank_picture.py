@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-ALIKE = 0.01  # relative to white, or to the largest value: colours that differ by less look the same
-OPAQUE = 0.99  # alpha above which a pixel counts as opaque (chosen by hand)
+ALIKE_VALUE_SHARE = 0.01
+"""Relative to white, or to the largest value: colours that differ by less look the same."""
+OPAQUE_ALPHA = 0.99  # alpha above which a pixel counts as opaque (chosen by hand)
 
 
 class Colours:
@@ -30,7 +31,7 @@ class Colours:
         white = np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else 1.0
         if alpha >= 0:
             self.empty = self.empty and not pixels[..., alpha].any()
-            seen = pixels[pixels[..., alpha] >= OPAQUE * white]
+            seen = pixels[pixels[..., alpha] >= OPAQUE_ALPHA * white]
             seen = np.delete(seen, alpha, axis=1)
         else:
             self.empty = self.empty and not pixels.size
@@ -42,7 +43,7 @@ class Colours:
         self._low = low if self._low is None else np.minimum(low, self._low)
         self._high = high if self._high is None else np.maximum(high, self._high)
         largest = white if pixels.dtype.kind == "u" else np.abs([self._low, self._high]).max()
-        self._several = bool((self._high - self._low > ALIKE * largest).any())
+        self._several = bool((self._high - self._low > ALIKE_VALUE_SHARE * largest).any())
 
     def note(self, covered: bool, textured: bool) -> str | None:
         """Return a note if the picture is blank, else None.

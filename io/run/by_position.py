@@ -13,13 +13,12 @@ from ..point_syntax import Place
 if TYPE_CHECKING:
     from .state import Run
 
-PINS, PINS_OF_CUT = 24, 6
+MOST_PINS, MOST_PINS_OF_CUT = 24, 6
 """Numbers of pins. For a head and its subdivision, p95 of `apart` is 0.21 without pins and 0.09 with 24; with more,
 pins contradict each other. A closed mesh is cut through all of its pins, which leaves room for only a few.
 """
-NEAR_SHARE = (
-    0.05  # relative to the target's diagonal: points farther from the source are not pinned (chosen by hand)
-)
+NEAR_SHARE = 0.05
+"""Relative to the target's diagonal: points farther from the source are not pinned (chosen by hand)."""
 
 
 def pins_by_position(run: Run) -> list[tuple[Place, Place]]:
@@ -44,7 +43,7 @@ def pins_by_position(run: Run) -> list[tuple[Place, Place]]:
     if not near.size:
         return []
     is_cut = bool(len(source.seam) or len(target.seam))
-    chosen = near[_spread_out(target.points[near], PINS_OF_CUT if is_cut else PINS)]
+    chosen = near[_spread_out(target.points[near], MOST_PINS_OF_CUT if is_cut else MOST_PINS)]
     base = as_mesh(run.target).file.mesh.base
     return [(tuple(nearest[k].tolist()), f"v{target.vertex[k] + base}") for k in chosen]
 

@@ -27,12 +27,12 @@ if TYPE_CHECKING:
     from ..shapes.shape import Shape
 
 
-MORE = 1.5
+MOST_ENERGY_RATIO = 1.5
 """Factor between energies: a map continued from another is replaced by a new one if its energy exceeds both that of the
 other and that of the new map by more.
 """
 CONSTRAINTS = "pins", "strokes", "rigid", "rigid_target", "importance", "size_map"
-ROUNDED = 1e-9  # relative to the diagonal: outlines no farther apart than this are the same
+SAME_OUTLINE_SHARE = 1e-9  # relative to the diagonal: outlines no farther apart than this are the same
 Names = tuple[list[str], list[str]]  # of pins and of strokes; empty strings for unnamed ones
 
 
@@ -154,7 +154,7 @@ def by_names(
     """Return the map of two shapes; use parts with the same name as pins if that helps.
 
     If the unconstrained map does not carry a named part onto its namesake, a map that starts from these parts as pins
-    is preferred, unless it costs more than `MORE` times as much.
+    is preferred, unless it costs more than `MOST_ENERGY_RATIO` times as much.
     """
     from ...drawings.cost import price
 
@@ -180,7 +180,7 @@ def by_names(
         free = fit(**given | {"start": pinned.map, "fit": way} | ({"turn": "any"} if says else {}))
         costs = [price(_cost(each), (each.left_out, each.uncovered), 1.0) for each in (found, free)]
         gained = [name for name, lost, is_lost in zip(names, before, missed(free)) if lost and not is_lost]
-        if free.status.ok and missed(free).sum() < before.sum() and costs[1] <= MORE * costs[0]:
+        if free.status.ok and missed(free).sum() < before.sum() and costs[1] <= MOST_ENERGY_RATIO * costs[0]:
             tell(
                 f"{target.spec}: the search starts from elements with the same names in both drawings: "
                 f"{', '.join(gained)} (names)"
@@ -252,14 +252,15 @@ def better(start: Fit, found: Fit | None, anew: Callable[[], Fit]) -> Fit:
     Args:
         start: the earlier map.
         found: the map continued from it; None if that failed.
-        anew: computes a map of the same shapes from scratch. It is called if the continued map costs more than `MORE`
-            times as much as the earlier one, or if protrusions have merged or separated. Its map is returned if it
+        anew: computes a map of the same shapes from scratch. It is called if the continued map costs more than
+            `MOST_ENERGY_RATIO` times as much as the earlier one, or if protrusions have merged or separated. Its map is
+            returned if it
             costs less: by that factor in the first case, by any amount in the second.
     """
     if found is None or not found.status.ok:
         return anew()
     outlines = (start.source, found.source), (start.target, found.target)
-    more = 1.0 if any(a and b and is_reshaped(a, b) for a, b in outlines) else MORE
+    more = 1.0 if any(a and b and is_reshaped(a, b) for a, b in outlines) else MOST_ENERGY_RATIO
     if more > 1 and _cost(found) <= more * _cost(start):
         return found
     other = anew()
@@ -277,7 +278,7 @@ def _have_holes(start: Fit, source: Shape, target: Shape | None) -> bool:
 def _is_same(outlines: list[Curve], others: list[Curve]) -> bool:
     """Return whether outlines are the same up to rounding and the choice of the first vertex, in the same order."""
     return len(outlines) == len(others) and all(
-        a.z.size == b.z.size and b.distances(a.z).max() <= ROUNDED * a.diagonal
+        a.z.size == b.z.size and b.distances(a.z).max() <= SAME_OUTLINE_SHARE * a.diagonal
         for a, b in zip(outlines, others)
     )
 

@@ -11,20 +11,20 @@ import numpy as np
 
 from ...arrays import Box
 from ...errors import InputError
-from ...pixels.canvas import LONGER_SIDE, proportional
-from ..options import FREE
+from ...pixels.canvas import LONGER_SIDE_PIXELS, proportional
+from ..options import FREE_SCALE
 from .job import Job
 
 if TYPE_CHECKING:
     from ..shapes.shape import Shape
 
 # relative to the canvas: pictures of a shape that takes up no more show its bounding box instead
-SMALL = 0.25
-UNLIKE = 0.05  # logarithm of the ratio of proportions: larger stretch is reported
-CELLS = 8  # squares along a side of the checkerboard
+SMALL_CANVAS_SHARE = 0.25
+UNLIKE_SIDE_SHARE = 0.05  # logarithm of the ratio of proportions: larger stretch is reported
+SQUARES_PER_SIDE = 8  # squares along a side of the checkerboard
 # squares that should at least lie on a shape's bounding box; with fewer, squares are smaller
 FEWEST_SQUARES = 10
-OFF = 0.01  # relative to a shape's size: parts that reach out of the canvas farther are reported
+OFF_CANVAS_SHARE = 0.01  # relative to a shape's size: parts that reach out of the canvas farther are reported
 
 
 def picture_box(job: Job, target: Shape) -> Box:
@@ -43,7 +43,7 @@ def _why_not_canvas(job: Job, target: Shape) -> str:
     if _reach(target, target.box) >= 1:
         return "lies outside its canvas"
     share = _share(target)
-    return f"takes up {share:.0%} of the sides of its canvas" if share <= SMALL else ""
+    return f"takes up {share:.0%} of the sides of its canvas" if share <= SMALL_CANVAS_SHARE else ""
 
 
 def texture_box(job: Job, source: Shape, proportions: float | None = None) -> Box:
@@ -94,7 +94,7 @@ def stretch_notes(job: Job, source: Shape, shape: tuple[int, ...]) -> list[str]:
         return []
     height, width = shape[:2]
     size = source.box[1] - source.box[0]
-    if abs(math.log(width / height * size.imag / size.real)) <= UNLIKE:
+    if abs(math.log(width / height * size.imag / size.real)) <= UNLIKE_SIDE_SHARE:
         return []
     text = f"{width}x{height} pixels are stretched to the canvas of {size.real:g}x{size.imag:g}"
     return [f"{job.texture}: {text}; crop the picture to these proportions to avoid this"]
@@ -113,8 +113,8 @@ def checkerboard_cells(source: Shape) -> int:
     It is doubled for long, thin shapes, which would otherwise be narrower than a square, and cut through all numbers.
     """
     size = source.bounds[1] - source.bounds[0]
-    squares = CELLS**2 * min(size.real, size.imag) / max(size.real, size.imag)
-    return CELLS if squares >= FEWEST_SQUARES else 2 * CELLS
+    squares = SQUARES_PER_SIDE**2 * min(size.real, size.imag) / max(size.real, size.imag)
+    return SQUARES_PER_SIDE if squares >= FEWEST_SQUARES else 2 * SQUARES_PER_SIDE
 
 
 def remarks(job: Job, source: Shape, target: Shape) -> list[str]:
@@ -125,7 +125,7 @@ def remarks(job: Job, source: Shape, target: Shape) -> list[str]:
     if why := _why_not_canvas(job, target):
         text = "pictures show the shape's bounding box; use --target-box viewbox to show the canvas"
         said.append(f"{target.spec}: {why}, so {text}")
-    if job.target and (out := _reach(target, picture_box(job, target))) > OFF:
+    if job.target and (out := _reach(target, picture_box(job, target))) > OFF_CANVAS_SHARE:
         text = f"{out:.0%} of its extent lies outside its canvas and is not shown"
         cure = (
             "use names with <UDIM> to write a picture for each tile"
@@ -139,10 +139,10 @@ def remarks(job: Job, source: Shape, target: Shape) -> list[str]:
     cure = "use --texture-box bbox to cover it"
     if source.is_layout:  # outside of the canvas the texture repeats or continues
         return said
-    if (out := _reach(source, source.box)) > OFF:
+    if (out := _reach(source, source.box)) > OFF_CANVAS_SHARE:
         text = f"{out:.0%} of its extent lies outside its canvas, beyond the texture"
         said.append(f"{source.spec}: {text}; {cure}")
-    elif job.texture and not job.texture_box and (share := _share(source)) <= SMALL:
+    elif job.texture and not job.texture_box and (share := _share(source)) <= SMALL_CANVAS_SHARE:
         text = f"takes up {share:.0%} of the sides of its canvas, and shows only that part of the texture"
         said.append(f"{source.spec}: {text}; {cure} with the whole texture")
     return said
@@ -161,7 +161,7 @@ def canvas_size(job: Job, box: Box) -> tuple[int, int]:
     Raises:
         InputError: more pixels than --max-pixels.
     """
-    return size_within(job.size or (LONGER_SIDE,), box[1] - box[0], job.max_pixels)
+    return size_within(job.size or (LONGER_SIDE_PIXELS,), box[1] - box[0], job.max_pixels)
 
 
 def size_within(size: tuple[int, ...], extent: complex, most: int) -> tuple[int, int]:
@@ -171,9 +171,9 @@ def size_within(size: tuple[int, ...], extent: complex, most: int) -> tuple[int,
         InputError: there are more pixels than `most`.
     """
     width, height = size if len(size) == 2 else proportional(size[0], extent)
-    if width == FREE:
+    if width == FREE_SCALE:
         width = max(1, round(height * extent.real / extent.imag))
-    elif height == FREE:
+    elif height == FREE_SCALE:
         height = max(1, round(width * extent.imag / extent.real))
     if width * height > most:
         raise InputError(f"--size: {width}x{height} exceeds the limit of {most} pixels; raise --max-pixels")

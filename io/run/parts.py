@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 Pair = tuple["Shape", "Shape"]
 Pairs = list[Pair]
 
-LISTED = 12
-TOUCHING = 1e-3  # relative to the smaller part's area: parts that overlap by less only touch
+LISTED_PARTS = 12
+TOUCHING_AREA_SHARE = 1e-3  # relative to the smaller part's area: parts that overlap by less only touch
 FIGURES = ("status", "boundary", "dilatation", "log10_area", "injective", "notes")
 
 
@@ -147,17 +147,17 @@ def _overlaps(shapes: Sequence[Shape]) -> tuple[float, list[tuple[Shape, Shape]]
     common = shapely.area(shapely.intersection(regions[first], regions[second]))
     areas = shapely.area(regions)
     least = np.minimum(areas[first], areas[second])
-    partly = (common > TOUCHING * least) & (common < (1 - TOUCHING) * least)
+    partly = (common > TOUCHING_AREA_SHARE * least) & (common < (1 - TOUCHING_AREA_SHARE) * least)
     total = float(areas.sum())
     share = 1 - float(shapely.area(shapely.union_all(regions))) / total
-    return (share if share > TOUCHING else 0.0), [
+    return (share if share > TOUCHING_AREA_SHARE else 0.0), [
         (shapes[i], shapes[j]) for i, j in zip(first[partly], second[partly])
     ]
 
 
 def _unpaired(alone: Sequence[Shape], others: str) -> str:
-    more = f" and {len(alone) - LISTED} more" if len(alone) > LISTED else ""
-    return f"{alone[0].spec}: no matching part in {others} for {', '.join(map(_name, alone[:LISTED]))}{more}"
+    more = f" and {len(alone) - LISTED_PARTS} more" if len(alone) > LISTED_PARTS else ""
+    return f"{alone[0].spec}: no matching part in {others} for {', '.join(map(_name, alone[:LISTED_PARTS]))}{more}"
 
 
 def _name(shape: Shape) -> str:

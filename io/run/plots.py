@@ -24,8 +24,11 @@ from .framing import square
 
 INK, ACROSS, UP, EDGE, MARK = "#22262b", "#2a78b8", "#d1662b", "#c6ccd2", "#b0122f"
 MOST_EDGES = 20000
-PIXELS = 900
-WIDE, MOST_LINES = 150, 10  # of the summary: characters per line and lines that fit into the panel
+LONGER_SIDE_PIXELS = 900
+PANEL_CHARACTERS, PANEL_LINES = (
+    150,
+    10,
+)  # of the summary: characters per line and lines that fit into the panel
 
 
 def draw(
@@ -61,7 +64,7 @@ def draw(
         axes.set_aspect("equal")
         axes.set_axis_off()
         axes.set_title(title, fontsize=11, color=INK)
-    write_words(words, panels["words"], WIDE, MOST_LINES)
+    write_words(words, panels["words"], PANEL_CHARACTERS, PANEL_LINES)
     save(figure, path)
 
 
@@ -77,7 +80,7 @@ def surface(
     map: AnyMap | None = None,
     source: Shape | None = None,
     texture: Texture | None = None,
-    size: int = PIXELS,
+    size: int = LONGER_SIDE_PIXELS,
 ) -> NDArray[np.uint8]:
     """Return (h, w, 4) a picture of the textured surface, or of a checkerboard if there is no texture."""
     piece = target.flattening.patch

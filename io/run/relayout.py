@@ -15,9 +15,9 @@ from ...errors import InputError
 from ...meshes.charted import Charted
 from ...meshes.mesh import check
 from ...meshes.relayout import (
-    COLOURS,
-    PROBED,
-    SAME,
+    COLOUR_TEXELS_ACROSS,
+    PROBED_TEXELS_ACROSS,
+    SAME_PLACE_SHARE,
     Conflicts,
     Origin,
     TextureUse,
@@ -44,7 +44,7 @@ from .inputs import expand_tiles
 from .job import STEM, Outcome, RelayoutJob, name_each
 
 SCHEMA = "iccm.relayout/1"
-SEEN_BLACK = 0.01
+SEEN_BLACK_SHARE = 0.01
 """Share of a picture: less black outside the charts is not reported."""
 CONFLICTING_SHARE = 1e-3
 """Share of the covered texels: fewer conflicting ones are at most seams of rounded coordinates (by hand)."""
@@ -179,7 +179,7 @@ class _Pictures:
         """Return width and height at which pictures show as much detail as the textures."""
         sides = [0]
         for tile in self.tiles:
-            probe = self._origin(PROBED, PROBED, tile)
+            probe = self._origin(PROBED_TEXELS_ACROSS, PROBED_TEXELS_ACROSS, tile)
             shown = probe.reached(self.settings.limit)
             for image, box in self.read:
                 size = image.pixels.shape[1::-1]
@@ -189,7 +189,7 @@ class _Pictures:
                 sides.append(limited(wanted, use))
                 if loses_detail(wanted, sides[-1]):
                     self.cut.append(too_small(wanted, sides[-1], use))
-        return (max(sides) or COLOURS,) * 2
+        return (max(sides) or COLOUR_TEXELS_ACROSS,) * 2
 
     def _origin(self, width: int, height: int, tile: complex | None) -> Origin:
         return Origin.of(self.before, self.after, width, height, tile, self.pairs)
@@ -228,7 +228,7 @@ class _Pictures:
 def _black(name: str, texture: str, made: NDArray, reached: NDArray) -> list[str]:
     """Return a note if much of a picture without alpha is black because it lies outside the charts."""
     share = (~reached & ~made.any(axis=-1)).mean()
-    if share < SEEN_BLACK:
+    if share < SEEN_BLACK_SHARE:
         return []
     return [
         f"{name}: {share:.0%} of the picture is black, outside the charts, because {texture} has no alpha channel; "
@@ -346,7 +346,7 @@ def _blank(origins: Sequence[Origin], new: str) -> list[str]:
     own, every = np.sum(
         [origin.blank for origin in {id(each.partner): each for each in origins}.values()], axis=0
     )
-    if own <= SAME * every:
+    if own <= SAME_PLACE_SHARE * every:
         return []
     return [
         f"{new}: {own / every:.1%} of the surface shows no texture, because its texture coordinates have no area"

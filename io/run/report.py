@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ... import __version__
-from ...maps.summary import CERTAIN_SHARE, SEEN_FOLDS
+from ...maps.summary import CERTAIN_SHARE, SEEN_FOLDS_SHARE
 from ...result import FAR_OFF_TOLERANCES
 from ...status import Status
 from .. import files
@@ -127,10 +127,10 @@ def doubts(found: dict[str, Any], tolerance: float, quasi: bool, *, weighed: boo
     if gap > FAR_OFF_TOLERANCES * tolerance and (pulled or found["status"] not in ("gap", "crowded")):
         said.append(Doubt("the mapped outline is far from the target's outline (boundary)"))
     if not injective["certified"]:
-        seen = injective["folded"] >= SEEN_FOLDS
+        seen = injective["folded"] >= SEEN_FOLDS_SHARE
         what = "not one-to-one, so the picture overlaps itself" if seen else "not certified to be one-to-one"
         said.append(Doubt(f"the map is {what} (injective)"))
-    elif injective["share"] < CERTAIN_SHARE and not injective["folded"] >= SEEN_FOLDS:
+    elif injective["share"] < CERTAIN_SHARE and not injective["folded"] >= SEEN_FOLDS_SHARE:
         said.append(
             f"the picture may overlap itself near the outline: only {injective['share']:.1%} of the "
             "source's area is certified one-to-one (injective)"

@@ -15,7 +15,7 @@ from ...arrays import Box, Complex
 from ...curve import polygon_of
 from ...drawings.drawing import Drawing
 from ...errors import InputError
-from ...maps.summary import WELL_SEEN
+from ...maps.summary import WELL_SEEN_SHARE
 from ...plane import bounding_box
 from .. import formats
 from ..spec import Spec
@@ -30,25 +30,25 @@ if TYPE_CHECKING:
     from ..pictures.tiles import TiledImage
     from ..shapes.shape import Shape
 
-RENDERED = 1024  # pixels of the longer side of a drawing, until the resolution needed by a map is known
-HELD = 2048  # pixels of the longer side of a drawing on a mesh
-BESIDE = 1 / 16
+FIRST_RENDERED_PIXELS = 1024
+"""Pixels of the longer side of a drawing, until the resolution needed by a map is known."""
+HELD_PIXELS = 2048  # pixels of the longer side of a drawing on a mesh
+BESIDE_SIZE_SHARE = 1 / 16
 """Margin around a drawing's box that is rendered for filters reading beyond the outline, relative to the shape's
 size.
 """
-MOST_RENDERED = 1 << 24
+MOST_RENDERED_PIXELS = 1 << 24
 """Largest number of pixels of a drawing rendered for a map: 4096 by 4096, which takes about a second."""
-TEXELS_PER_PIXEL = 1024
+MOST_PIXELS_PER_PIXEL = 1024
 """Pixels of a drawing rendered for a map, per pixel of the result: 32 by 32, which suffices for every filter."""
-RENDERED_BYTES = (
-    16  # of memory per rendered pixel: its four channels as a PNG, decoded, and while it is rotated
-)
-MOST_STRETCHED = 0.98
+BYTES_PER_RENDERED_PIXEL = 16
+"""Of memory per rendered pixel: its four channels as a PNG, decoded, and while it is rotated."""
+MOST_STRETCHED_SHARE = 0.98
 """Share of the source; the rest may be stretched more, and then has fewer texels than pixels."""
-MOST_PAINTED_BY_LINES = 1 / 3
+MOST_PAINTED_BY_LINES_SHARE = 1 / 3
 """Relative to its convex hull: a drawing that paints less consists of lines."""
 CELL_PIXELS = 128  # side of a square of the checkerboard
-KEPT = 1 << 24  # numbers in a picture that is cached for the next job at most (chosen by hand)
+KEPT_VALUES = 1 << 24  # numbers in a picture that is cached for the next job at most (chosen by hand)
 
 
 def on_mesh(job: Job, source: Shape) -> bool:
@@ -105,7 +105,7 @@ def notes_on_lines(job: Job, source: Shape, fit: Fit) -> list[str]:
     if source.ink is None or fit.seen is None or not shows_itself(job, source):
         return []
     painted = source.ink.region.area / source.ink.hull_region.area
-    if fit.seen.hidden <= 1 - WELL_SEEN or painted >= MOST_PAINTED_BY_LINES:
+    if fit.seen.hidden <= 1 - WELL_SEEN_SHARE or painted >= MOST_PAINTED_BY_LINES_SHARE:
         return []
     return [
         f"{source.spec}: drawn with lines, of which the target shows only short pieces; show the drawing in a "
@@ -135,7 +135,7 @@ def rendered(
         job: the job.
         source: the shape that it lies on.
         room: rejects more than --memory.
-        density: pixels per unit of the source's plane; None: `RENDERED` pixels along the longer side.
+        density: pixels per unit of the source's plane; None: `FIRST_RENDERED_PIXELS` pixels along the longer side.
         own_box: visible box of a drawing that is its own texture, by default `own_box_of(source)`.
         pixels: number of pixels of the result, which limits those of the drawing.
 
@@ -150,7 +150,7 @@ def rendered(
     box = rendering.canvas_of(path) if job.texture else own_box or own_box_of(source)
     extent = box[1] - box[0]
     if density is None:
-        density = RENDERED / max(extent.real, extent.imag)
+        density = FIRST_RENDERED_PIXELS / max(extent.real, extent.imag)
     elif job.texture:  # it may be stretched onto the source
         covered = framing.texture_box(job, source, extent.real / extent.imag)
         density *= abs(covered[1] - covered[0]) / abs(extent)
@@ -161,9 +161,9 @@ def rendered(
 
 def _most_pixels(job: Job, pixels: float) -> int:
     """Return the largest number of pixels of a drawing for a result of so many, within --max-pixels and --memory."""
-    within_memory = [max(1, job.memory // RENDERED_BYTES)] if job.memory else []
-    needed = max(RENDERED**2, TEXELS_PER_PIXEL * min(pixels, MOST_RENDERED))
-    return min(job.max_pixels, MOST_RENDERED, int(needed), *within_memory)
+    within_memory = [max(1, job.memory // BYTES_PER_RENDERED_PIXEL)] if job.memory else []
+    needed = max(FIRST_RENDERED_PIXELS**2, MOST_PIXELS_PER_PIXEL * min(pixels, MOST_RENDERED_PIXELS))
+    return min(job.max_pixels, MOST_RENDERED_PIXELS, int(needed), *within_memory)
 
 
 def held_drawing(job: Job, source: Shape) -> bytes | None:
@@ -181,7 +181,7 @@ def held_drawing(job: Job, source: Shape) -> bytes | None:
     box = rendering.canvas_of(path) if job.texture else framing.texture_box(job, source)
     extent = box[1] - box[0]
     size = rendering.pixels_across(
-        box, HELD / max(extent.real, extent.imag), min(job.max_pixels, MOST_RENDERED)
+        box, HELD_PIXELS / max(extent.real, extent.imag), min(job.max_pixels, MOST_RENDERED_PIXELS)
     )
     return rendering.render_png(path, box, size)
 
@@ -189,7 +189,7 @@ def held_drawing(job: Job, source: Shape) -> bytes | None:
 def own_box_of(source: Shape) -> Box:
     """Return the box that is rendered of a drawing that is its own texture."""
     low, high = source.bounds
-    margin = BESIDE * max((high - low).real, (high - low).imag) * (1 + 1j)
+    margin = BESIDE_SIZE_SHARE * max((high - low).real, (high - low).imag) * (1 + 1j)
     return low - margin, high + margin
 
 
@@ -209,7 +209,7 @@ def density_needed(fits: Sequence[Fit], step: float) -> float:
         stretches.append(np.abs(a) + np.abs(b))
     all_stretches = np.concatenate(stretches)
     all_stretches = all_stretches[np.isfinite(all_stretches)]
-    return float(np.quantile(all_stretches, MOST_STRETCHED)) / step if all_stretches.size else 1 / step
+    return float(np.quantile(all_stretches, MOST_STRETCHED_SHARE)) / step if all_stretches.size else 1 / step
 
 
 def _scattered(outline: Complex) -> Complex:
@@ -269,7 +269,7 @@ class LastValueCache:
         if self._held is not None and self._held[0] == key:
             return self._held[1]
         made = make()
-        self._held = (key, made) if key is not None and size(made) <= KEPT else None
+        self._held = (key, made) if key is not None and size(made) <= KEPT_VALUES else None
         return made
 
 

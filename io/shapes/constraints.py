@@ -20,9 +20,9 @@ from .shape import Shape
 if TYPE_CHECKING:
     from .listing import ConstraintsFile, Pin, Stroke
 
-TURNED, CIRCLE = 0.05, 6
+ROTATED_RADIANS, LEAST_CIRCLE_POINTS = 0.05, 6
 """Of the diagonal: the radius of what turns with a pin, if there is room, and how many pins around make it turn."""
-LEAST_ROOM = 2e-3
+LEAST_ROOM_SHARE = 2e-3
 """Of the diagonal: about a pin that turns the shape."""
 
 
@@ -147,11 +147,13 @@ def _around(source: Shape, target: Shape, listed: list[Pin]) -> list[tuple]:
             continue
         away = [each.distances(z[k : k + 1])[0] for each in outlines]
         room = min([*away, *np.abs(np.delete(z, k) - z[k])])
-        if room < LEAST_ROOM * size:
+        if room < LEAST_ROOM_SHARE * size:
             raise InputError(
                 f"pin {k + 1}: too close to the outline or to other pins to rotate the shape; move it away"
             )
-        around = min(TURNED * size, room / 2) * np.exp(2j * np.pi * np.arange(CIRCLE) / CIRCLE)
+        around = min(ROTATED_RADIANS * size, room / 2) * np.exp(
+            2j * np.pi * np.arange(LEAST_CIRCLE_POINTS) / LEAST_CIRCLE_POINTS
+        )
         goals = target.at(pin.target) + around * np.exp(1j * np.radians(pin.turn))
         found += [(*pair, pin.weight, pin.name, {}) for pair in zip(z[k] + around, goals)]
     return found

@@ -19,9 +19,9 @@ from ...solve import Fit
 from . import parts
 from .shape import Shape
 
-FILLED_BY_LINES = 0.01
+FILLED_BY_LINES_SHARE = 0.01
 """Of a drawing's area: where lines surround less than that, filling them changes nothing that is seen."""
-LINES = 1 / 3  # of a silhouette: where less of it is drawn lines draw it
+LINES_AREA_SHARE = 1 / 3  # of a silhouette: where less of it is drawn lines draw it
 UNMAPPED = (
     "found no map without folds that takes holes onto holes, so the map ignores them and the target's "
     "holes stay transparent"
@@ -48,9 +48,9 @@ def named_partners(
 def is_drawn_by_lines(shape: Shape) -> bool:
     """Return whether the holes of a shape are much larger than what is drawn of it, as where lines alone draw it."""
     if shape.drawing is not None and shape.ink is not None:
-        return shape.ink.region.area < (1 - FILLED_BY_LINES) * shape.drawing.region.area
+        return shape.ink.region.area < (1 - FILLED_BY_LINES_SHARE) * shape.drawing.region.area
     holes = sum(abs(polygon_area(hole)) for hole in shape.holes)
-    return holes > (1 - LINES) * shape.curve.area
+    return holes > (1 - LINES_AREA_SHARE) * shape.curve.area
 
 
 def filled(shape: Shape) -> Shape:

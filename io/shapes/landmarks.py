@@ -24,7 +24,7 @@ Axes = Literal["image", "upward", "lower-edge"]
 Point = tuple[float, float]
 SUFFIXES = (".csv", ".points", ".tps")
 BIGWARP_COLUMNS = 6  # of a row in the plane: name, active, two coordinates in both images
-BIGWARP_SPATIAL = 8  # of a row in space
+BIGWARP_SPATIAL_COLUMNS = 8  # of a row in space
 QGIS_HEADER = "mapX,mapY,sourceX,sourceY,enable,dX,dY,residual"
 QGIS_SOURCE = (("sourceX", "sourceY"), ("pixelX", "pixelY"))  # of newer and older versions
 NO = ("false", "0", "no")
@@ -120,7 +120,7 @@ def _rows(text: str) -> list[tuple[int, list[str]]]:
 def _read_bigwarp(text: str) -> LandmarkPairs:
     pairs = LandmarkPairs("image", [], [], [])
     for line, row in _rows(text):
-        if len(row) == BIGWARP_SPATIAL:
+        if len(row) == BIGWARP_SPATIAL_COLUMNS:
             raise InputError(f"line {line}: landmarks in space are not supported; use two coordinates")
         if len(row) != BIGWARP_COLUMNS:
             raise InputError(

@@ -46,7 +46,7 @@ from .shape import Shape
 from .starts import StartingMap
 
 OPTIONAL = "radius", "tolerance", "scale"  # settings of a pin that are not written unless they are given
-SAME_SIZE = 1e-3  # relative
+SAME_SIZE_SHARE = 1e-3  # relative
 Size = Annotated[float, Field(gt=0, le=limits.COORDINATE, strict=True)]
 Polygon = Annotated[list[Place], Field(min_length=3)]
 Positive = Annotated[float, Field(gt=0, le=limits.COORDINATE, strict=True)]
@@ -165,7 +165,7 @@ class ConstraintsFile(StrictModel):
         for shape, sheet in ((source, self.files.source), (target, self.files.target)):
             low, high = shape.box
             size = np.array([(high - low).real, (high - low).imag])
-            if sheet and not np.allclose(size, sheet.size, rtol=SAME_SIZE):
+            if sheet and not np.allclose(size, sheet.size, rtol=SAME_SIZE_SHARE):
                 expected, actual = ("{:g} x {:g}".format(*each) for each in (sheet.size, size))
                 cure = 'scale the points, or remove the size from "files"'
                 raise InputError(

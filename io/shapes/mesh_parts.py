@@ -13,7 +13,7 @@ from ...meshes.patch import Patch
 from ..meshes.mesh_format import MeshFile
 from .mesh_shape import MeshShape
 
-GAP = 0.02  # of the larger side, between pieces that are laid side by side (by hand)
+GAP_SIDE_SHARE = 0.02  # of the larger side, between pieces that are laid side by side (by hand)
 
 
 def side_by_side(shapes: list[MeshShape]) -> list[MeshShape]:
@@ -21,7 +21,7 @@ def side_by_side(shapes: list[MeshShape]) -> list[MeshShape]:
     if len(shapes) == 1:
         return shapes
     sizes = [shape.curve.box[1] - shape.curve.box[0] for shape in shapes]
-    gap = GAP * max(max(size.real, size.imag) for size in sizes)
+    gap = GAP_SIDE_SHARE * max(max(size.real, size.imag) for size in sizes)
     width = max(
         max(size.real for size in sizes), np.sqrt(sum((s.real + gap) * (s.imag + gap) for s in sizes))
     )

@@ -15,7 +15,7 @@ from ..pictures.image_files import Image
 from ..spec import Spec
 from .silhouette import Reading, handed, interpret, opaque_part, part_of, straight_colours
 
-FAINT = 0.05  # coverage: of less the colour cannot be reported from the background's
+FAINT_COVERAGE = 0.05  # coverage: of less the colour cannot be reported from the background's
 
 
 def read(spec: Spec, trace: str = "auto", *, anew: bool = False, **options: Any) -> Image:
@@ -77,7 +77,7 @@ def _unmix(colours: NDArray[np.float32], alpha: NDArray[np.float32]) -> NDArray[
     which drawing programs mix along edges. (Compositing in linear light would be exact for photographs.)"""
     border = np.concatenate([colours[0], colours[-1], colours[:, 0], colours[:, -1]])
     background = np.median(border, axis=0)
-    mixed = (alpha > FAINT) & (alpha < 1)
+    mixed = (alpha > FAINT_COVERAGE) & (alpha < 1)
     out, share = colours.copy(), alpha[mixed][:, None]
     out[mixed] = np.clip((colours[mixed] - (1 - share) * background) / share, 0, 1)
     return out

@@ -9,7 +9,7 @@ from ...arrays import Complex, Real, complex_of, xy_of
 from ...drawings.pairing import pair_by_cost
 from .shape import Shape
 
-NAMED = 100.0  # taken off a pair's cost for each name that both have: it outweighs place and size
+NAME_GAIN = 100.0  # taken off a pair's cost for each name that both have: it outweighs place and size
 LEAST_COMMON_NAMES_SHARE = 1 / 3
 """Of the named elements of the drawing with fewer of them: maps of India and Canada have two ids of 13 in common, the
 provinces `nl` and `sk`, which mean nothing."""
@@ -34,7 +34,7 @@ def pair(sources: Sequence[Shape], targets: Sequence[Shape], turn: float = 0.0) 
     placed[:, :2] = xy_of(complex_of(placed[:, :2]) * np.exp(1j * np.radians(turn)))
     names = [[words_of(shape.names) for shape in shapes] for shapes in (sources, targets)]
     shared = np.array([[len(a & b) for b in names[1]] for a in names[0]])
-    return pair_by_cost((placed, aims), (size, large), NAMED * shared)
+    return pair_by_cost((placed, aims), (size, large), NAME_GAIN * shared)
 
 
 def _fit_to_unit(shapes: Sequence[Shape], spatial: bool) -> tuple[Real, Real]:

@@ -14,7 +14,7 @@ from ..meshes import obj
 from ..meshes.obj import Obj
 from ..svg.drawing import Drawing
 
-FLAT = 1e-6  # largest deviation from a plane z = constant, relative to the extent
+FLAT_EXTENT_SHARE = 1e-6  # largest deviation from a plane z = constant, relative to the extent
 
 _LINE = re.compile(rb"^[ \t]*l[ \t]+([^\r\n]*)", re.MULTILINE)
 _VERTEX = re.compile(rb"^[ \t]*v[ \t]", re.MULTILINE)
@@ -78,7 +78,7 @@ def _planar(content: Obj, used: NDArray) -> Real:
     if wrong.any():
         raise InputError(f"{content.path}: vertex {int(used[wrong][0]) + 1} is not finite, or too large")
     extent = np.ptp(v, axis=0)
-    if extent[2] > FLAT * extent.max():
+    if extent[2] > FLAT_EXTENT_SHARE * extent.max():
         raise InputError(
             f"{content.path}: does not lie in a plane z = constant{_remedy(extent, len(content.starts) - 1)}"
         )
@@ -87,7 +87,9 @@ def _planar(content: Obj, used: NDArray) -> Real:
 
 def _remedy(extent: Real, faces: int) -> str:
     """Return what to do about points with an extent along z."""
-    upright = next((axis for axis, size in zip("xy", extent) if size <= FLAT * extent.max()), None)
+    upright = next(
+        (axis for axis, size in zip("xy", extent) if size <= FLAT_EXTENT_SHARE * extent.max()), None
+    )
     if upright:
         where = f" but {upright} = constant; export it with z up (Blender: Forward Axis Y, Up Axis Z)"
         return where + (", or flatten it first with iccm flatten" if faces else "")

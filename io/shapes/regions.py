@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     from ..point_syntax import Place
 
 MARK = "#"  # what an element of the source's drawing begins with
-WHITER = 0.1  # of white: what is darker counts as this
-WHITE = 0.5  # brightness from which a mask says rigid
-GREY = 0.1  # of what is not black in a mask: less grey is the edge of what is white
+NEAR_WHITE = 0.1  # of white: what is darker counts as this
+WHITE_BRIGHTNESS = 0.5  # brightness from which a mask says rigid
+GREY_EDGE_SHARE = 0.1  # of what is not black in a mask: less grey is the edge of what is white
 
 
 def read(
@@ -77,7 +77,7 @@ def fields(source: Shape, importance: str | None, size_map: str | None) -> dict[
         if source.is_mesh:
             raise InputError(f"{option}: only works for drawings and pictures, and {source.spec} is a mesh")
         bright = _brightness(Path(path), option)
-        found[name] = Field.of(least + bright, source.box, WHITER, f"{option} {path}")
+        found[name] = Field.of(least + bright, source.box, NEAR_WHITE, f"{option} {path}")
     return found
 
 
@@ -93,11 +93,12 @@ def greys(source: Shape, given: Sequence[str | list[Place]]) -> dict[str, Field]
     found = [
         bright
         for bright in found
-        if ((bright > WHITER) & (bright < WHITE)).sum() > GREY * (bright > WHITER).sum()
+        if ((bright > NEAR_WHITE) & (bright < WHITE_BRIGHTNESS)).sum()
+        > GREY_EDGE_SHARE * (bright > NEAR_WHITE).sum()
     ]
     if len({bright.shape for bright in found}) > 1:
         raise InputError("--rigid: masks with grey have different sizes; give them the same size")
-    return {"importance": Field.of(np.max(found, axis=0), source.box, WHITER, "--rigid")} if found else {}
+    return {"importance": Field.of(np.max(found, axis=0), source.box, NEAR_WHITE, "--rigid")} if found else {}
 
 
 def _refuse_missing(shape: Shape, name: str, option: str) -> None:
@@ -154,7 +155,7 @@ def _triangles(shape: MeshShape, name: str, option: str) -> list[Complex]:
 def _mask(shape: Shape, path: Path, option: str) -> list[Complex]:
     """Return the outlines of what is white in a picture."""
     bright = _brightness(path, option)
-    if not (bright >= WHITE).any():
+    if not (bright >= WHITE_BRIGHTNESS).any():
         raise InputError(f"{option} {path}: contains no white; paint the rigid region white")
     with naming(f"{option} {path}"):
         outlines, _ = silhouette.traced(bright)

@@ -11,20 +11,20 @@ from scipy import ndimage
 from ...errors import InputError
 from ...pixels.raster import Float, blurred, depths, nearest, pieces, resized_by_area
 
-SIDE = 2048  # pixels of the longer side that are looked at (by hand: bounds the time)
-BLOCKS = 48  # of the picture, the longer way, whose medians the background is fitted to (by hand)
-LEVEL = 1e-3  # of the range of colours: smaller differences from the background are none (by hand)
-DRAWS = 500  # of blocks along the border: 12 lie on paper that makes up 70 % of it once in 70
-NOISE = 3  # times what the background varies by: less does not stand out
-SPECK = 1 / 200  # of the longer side: what is smaller both ways is noise (by hand)
-GAP = 1 / 32  # of the longer side: radius of the largest disk that closes gaps (by hand)
-BACKGROUND = 0.9
+LONGER_SIDE_PIXELS = 2048  # pixels of the longer side that are looked at (by hand: bounds the time)
+BLOCKS_ACROSS = 48  # of the picture, the longer way, whose medians the background is fitted to (by hand)
+LEAST_DIFFERENCE = 1e-3  # of the range of colours: smaller differences from the background are none (by hand)
+BORDER_DRAWS = 500  # of blocks along the border: 12 lie on paper that makes up 70 % of it once in 70
+NOISE_DEVIATIONS = 3  # times what the background varies by: less does not stand out
+SPECK_SIDE_SHARE = 1 / 200  # of the longer side: what is smaller both ways is noise (by hand)
+GAP_SIDE_SHARE = 1 / 32  # of the longer side: radius of the largest disk that closes gaps (by hand)
+BACKGROUND_SHARE = 0.9
 """Of a picture's border: where less is background, things in it are cut off, as in most photographs. Coins on a table
 leave 92 %, a portrait outdoors 81 %."""
-PAPER = 0.7  # the same of a drawing of lines, beside which a table may be seen
-SCATTERED = 50  # pieces (limits.PIECES are traced); a page of text or a field of stars has hundreds
-FAINTEST = 0.1  # of what stands out from a plain background: half of a line's pixels stand out by more
-LINE = 0.2  # of what it encloses: what covers less is a line around it (by hand)
+PAPER_SHARE = 0.7  # the same of a drawing of lines, beside which a table may be seen
+SCATTERED_PIECES = 50  # pieces (limits.PIECES are traced); a page of text or a field of stars has hundreds
+FAINTEST_SHARE = 0.1  # of what stands out from a plain background: half of a line's pixels stand out by more
+LINE_AREA_SHARE = 0.2  # of what it encloses: what covers less is a line around it (by hand)
 
 
 class Photograph(InputError):
@@ -57,11 +57,11 @@ def field_of(colours: Float, trace: str, *, photographs: bool = False) -> tuple[
     away = {"auto": np.abs(away), "dark": away, "light": -away}[trace]
     distance = np.clip(away.max(axis=2), 0, None)
     usual = np.median(distance[distance > 0.25 * distance.max()])
-    if usual / 2 <= NOISE * noise:
+    if usual / 2 <= NOISE_DEVIATIONS * noise:
         raise InputError("no shape stands out from the background; cut the shape out, or trace it by hand")
     mask = distance >= usual / 2
     inside = inside or (trace == "auto" and is_line(mask))
-    if photographs and not is_on_background(mask, PAPER if inside else BACKGROUND):
+    if photographs and not is_on_background(mask, PAPER_SHARE if inside else BACKGROUND_SHARE):
         raise Photograph(
             "there is no plain background from which a shape stands out; cut the shape out, "
             "or trace it by hand"
@@ -71,9 +71,10 @@ def field_of(colours: Float, trace: str, *, photographs: bool = False) -> tuple[
 
 
 def _shrunk(colours: Float) -> tuple[Float, float]:
-    """Return a picture of at most SIDE pixels a side, slightly blurred, and how many pixels each of these is wide."""
+    """Return a picture of at most LONGER_SIDE_PIXELS pixels a side, slightly blurred, and how many pixels each of these
+    is wide."""
     height, width = colours.shape[:2]
-    by = max(1.0, max(height, width) / SIDE)
+    by = max(1.0, max(height, width) / LONGER_SIDE_PIXELS)
     size = max(1, round(width / by)), max(1, round(height / by))
     return blurred(resized_by_area(colours, size), 1), width / size[0]
 
@@ -87,7 +88,7 @@ def is_scattered(mask: NDArray[np.bool_]) -> bool:
     """Return whether a mask is made of so many pieces that they are a texture, as of gravel or stars, and not a
     shape.
     """
-    return pieces(_without_specks(mask), diagonally=True).count >= SCATTERED
+    return pieces(_without_specks(mask), diagonally=True).count >= SCATTERED_PIECES
 
 
 def border_of(picture: NDArray) -> NDArray:
@@ -105,7 +106,7 @@ def is_line(mask: NDArray[np.bool_]) -> bool:
     ink = _without_specks(mask)
     for radius in (0, *_radii(mask)):
         whole = _largest(_closed(ink, radius, fill=True))
-        if np.count_nonzero(_closed(ink, radius) & whole) < LINE * np.count_nonzero(whole):
+        if np.count_nonzero(_closed(ink, radius) & whole) < LINE_AREA_SHARE * np.count_nonzero(whole):
             return True
     return False
 
@@ -130,13 +131,13 @@ def thin_line(colours: Float, ink: Float | None = None) -> tuple[Float, float] |
     for hat in (ndimage.black_tophat, ndimage.white_tophat):
         away = hat(small, size=(around, around, 1)).max(axis=2)
         strong = away[away > 0.25 * away.max()]
-        if not strong.size or np.median(strong) / 2 <= NOISE * np.median(away):
+        if not strong.size or np.median(strong) / 2 <= NOISE_DEVIATIONS * np.median(away):
             continue
         usual = np.median(strong)
         line = away >= usual / 2
-        if ink is not None and np.median(_resized(ink, line.shape)[line]) < FAINTEST:
+        if ink is not None and np.median(_resized(ink, line.shape)[line]) < FAINTEST_SHARE:
             continue
-        if is_on_background(line, PAPER) and is_line(
+        if is_on_background(line, PAPER_SHARE) and is_line(
             line
         ):  # in this order: the second takes ten times as long
             return smooth(inside_of(line)), by
@@ -167,7 +168,7 @@ def inside_of(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 def _radii(mask: NDArray) -> list[int]:
     """Of disks that close gaps, each twice the one before."""
-    most = max(1, round(GAP * max(mask.shape)))
+    most = max(1, round(GAP_SIDE_SHARE * max(mask.shape)))
     return [*(1 << k for k in range(most.bit_length() - 1)), most]
 
 
@@ -190,7 +191,7 @@ def _largest(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 def _without_specks(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Without pieces and holes that are small both ways."""
-    least = SPECK * max(mask.shape)
+    least = SPECK_SIDE_SHARE * max(mask.shape)
     for _ in range(2):
         connected = pieces(mask, diagonally=True)
         mask = ~connected.where(
@@ -208,7 +209,7 @@ def _around(colours: Float) -> tuple[Float, float]:
 def _surface(colours: Float) -> tuple[Float, float]:
     """Return a surface of second degree through the background, each channel on its own, and what this varies by."""
     height, width, channels = colours.shape
-    step = max(1, -(-max(height, width) // BLOCKS))
+    step = max(1, -(-max(height, width) // BLOCKS_ACROSS))
     rows, columns = np.arange(0, height, step), np.arange(0, width, step)
     blocks = np.array(
         [[np.median(colours[i : i + step, j : j + step], axis=(0, 1)) for j in columns] for i in rows]
@@ -219,7 +220,7 @@ def _surface(colours: Float) -> tuple[Float, float]:
     fitted = _most(powers[near], blocks[near])
     for _ in range(8):
         apart = np.abs(blocks - powers @ fitted).max(axis=1)
-        near = apart <= max(NOISE * np.median(apart[near]), LEVEL)
+        near = apart <= max(NOISE_DEVIATIONS * np.median(apart[near]), LEAST_DIFFERENCE)
         fitted = np.linalg.lstsq(powers[near], blocks[near], rcond=None)[0]
     down, across = np.mgrid[:height, :width]
     ground = _powers((across.ravel()) / width, down.ravel() / height) @ fitted
@@ -233,7 +234,7 @@ def _most(powers: NDArray, values: NDArray) -> NDArray:
     """
     rng, (count, terms) = np.random.default_rng(0), powers.shape
     tried = [np.linalg.lstsq(powers, values, rcond=None)[0]]
-    for _ in range(DRAWS):
+    for _ in range(BORDER_DRAWS):
         chosen = rng.choice(count, min(count, 2 * terms), replace=False)
         tried.append(np.linalg.lstsq(powers[chosen], values[chosen], rcond=None)[0])
     return min(tried, key=lambda fitted: float(np.median(np.abs(values - powers @ fitted).max(axis=1))))

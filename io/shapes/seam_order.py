@@ -20,8 +20,10 @@ from ..meshes.mesh_format import MeshFormat
 from ..point_syntax import Place
 from .mesh_reading import point_of, split_at
 
-MAPS = 3  # of meshes of few triangles that are looked at for one that is not twisted, each by another seam
-MARKS = 5  # vertices of meshes of the same connectivity that are pins: of a body, its head, hands and feet
+MAPS_TRIED = 3
+"""Of meshes of few triangles that are looked at for one that is not twisted, each by another seam."""
+PINNED_VERTICES = 5
+"""Vertices of meshes of the same connectivity that are pins: of a body, its head, hands and feet."""
 
 
 def same_vertices(specs: tuple[str, str], opened: tuple[MeshFormat, MeshFormat]) -> list[tuple[Place, Place]]:
@@ -48,7 +50,7 @@ def same_vertices(specs: tuple[str, str], opened: tuple[MeshFormat, MeshFormat])
         partner[target.faces.ravel()] = source.faces.ravel()[corner]
     graph, count = GeodesicGraph.of(target.points, target.triangles), len(target.points)
     stops = [int(np.argmax(graph.distances(np.zeros(1, np.int64))[0, :count]))]
-    while len(stops) < min(MARKS, count):
+    while len(stops) < min(PINNED_VERTICES, count):
         stops.append(int(np.argmax(graph.distances(np.array(stops))[:, :count].min(axis=0))))
     rows = source.vertex[partner[stops]] + found[0].mesh.base, target.vertex[stops] + found[1].mesh.base
     return [(f"v{a}", f"v{b}") for a, b in zip(*rows)]
@@ -84,7 +86,7 @@ def seam_order(
     if any(np.unique(side).size < side.size for side in stops.T):
         return given, None
     orders = agreed_orders(source, target, stops)
-    tried = ((order, same_seam(source, target, stops[order])) for order in orders[:MAPS])
+    tried = ((order, same_seam(source, target, stops[order])) for order in orders[:MAPS_TRIED])
     best = next(tried)
     if len(orders) > 1 and max(len(source.faces), len(target.faces)) <= COARSE_TRIANGLES:
         fine = (seam for seam in chain([best], tried) if not _twists(source, target, stops[seam[0]], seam[1]))

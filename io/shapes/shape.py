@@ -260,7 +260,8 @@ class Shape:
         return xy_of(_core(np.asarray(z, dtype=complex), self.flip))
 
 
-THINNEST = 1e6  # square of the outline's length by the area: of a strip, four times its length by its width
+THINNEST_RATIO = 1e6
+"""Square of the outline's length by the area: of a strip, four times its length by its width."""
 READERS = {
     **dict.fromkeys((".svg", ".svgz"), svg.read),
     ".obj": planar_obj.read,
@@ -299,7 +300,7 @@ def read(
     if whole and chosen.number is None and vertices is None:
         return _whole(drawing, text, spec, notes, trace)
     curve = Curve.domain(_core(outline.z, drawing.flip), text)
-    if curve.length**2 > THINNEST * curve.area:
+    if curve.length**2 > THINNEST_RATIO * curve.area:
         times = curve.length**2 / (4 * curve.area)
         raise InputError(
             f"{text}: the outline is too long for the area that it encloses (like a strip {times:.2g} "

@@ -23,19 +23,20 @@ from ..svg.fill import FilledOutline
 if TYPE_CHECKING:
     from ..pictures.image import Image
 
-STRAY = 1e-3  # of the pixels: so few transparent ones in an opaque picture are not shape
-SPECK = 4  # pixels; smaller pieces are noise
+STRAY_PIXEL_SHARE = 1e-3  # of the pixels: so few transparent ones in an opaque picture are not shape
+SPECK_PIXELS = 4  # pixels; smaller pieces are noise
 # Tolerances of outlines in pixels. A hard mask knows its outline to half a pixel, and a straight edge in
 # it is a staircase that far to either side: less than 0.75 would keep the stairs.
-SOFT, HARD = 0.25, 0.75
-UNEVEN = 0.1  # of the border's pixels: if more are neither background nor shape, it is not a plain background (by hand)
-EXACT, ALIKE = 0.03, 0.06
+SOFT_ALPHA, HARD_ALPHA = 0.25, 0.75
+UNEVEN_BORDER_SHARE = 0.1
+"""Of the border's pixels: if more are neither background nor shape, it is not a plain background (by hand)."""
+EXACT_COLOUR_DISTANCE, ALIKE_COLOUR_DISTANCE = 0.03, 0.06
 """Differences of colours that are nothing, as those of a flat background, and those of noise and of JPEG files."""
-FLAT_SHARE, HALF, CUT_SIDES, SLIVER = 0.9, 0.5, 2, 0.02
+FLAT_BORDER_SHARE, HALF_BORDER_SHARE, CUT_SIDES, SLIVER_SHARE = 0.9, 0.5, 2, 0.02
 """Of a border: the share of one colour that makes it plain. Or half of it, if what is cut off there reaches two sides
 at most, once each, as a bust does: a horizon, a flag's cross and what else fills a photograph reach three or four. What
-takes less of a side than SLIVER does not count."""
-LINE_SHARE = 32  # of the longer side: as wide as a pencil's line around a drawing may be (by hand)
+takes less of a side than SLIVER_SHARE does not count."""
+LINE_WIDTHS_PER_SIDE = 32  # of the longer side: as wide as a pencil's line around a drawing may be (by hand)
 FEW_SHARE = 0.005  # of the pixels: fewer of another colour, such as noise, do not make a second one
 CANVAS, SILHOUETTE = "canvas", "silhouette"
 PHOTOGRAPH = (
@@ -43,7 +44,7 @@ PHOTOGRAPH = (
     "(#silhouette or --trace uses the part that stands out)"
 )
 INSIDE = "the inside of the line is used; --trace dark uses the line itself"
-APART = 1e-3
+LEAST_LEVEL_DISTANCE = 1e-3
 """Coverage by which no pixel is nearer to the level than that: they keep contours apart (by hand)."""
 
 
@@ -127,7 +128,7 @@ def read(
     drawing.outlines.extend(_enlarged(each, reading.scale) for each in found)
     if rest:
         drawing.notes.append(
-            f"ignored {rest} speck{'s' * (rest > 1)} smaller than {SPECK} pixels or beyond the "
+            f"ignored {rest} speck{'s' * (rest > 1)} smaller than {SPECK_PIXELS} pixels or beyond the "
             f"{limits.PIECES} largest pieces"
         )
     return drawing
@@ -204,13 +205,14 @@ def interpret(pixels: NDArray, alpha: int, trace: str = "auto", part: str | None
 
 
 def _shrunk(pixels: NDArray) -> tuple[NDArray, float]:
-    """Return a picture of at most scan.SIDE pixels a side in place of one of more than twice as many, and how many
-    pixels each of these is wide: what of a picture is meant is seen as well in a small one, in a hundredth of the time.
+    """Return a picture of at most scan.LONGER_SIDE_PIXELS pixels a side in place of one of more than twice as many, and
+    how many pixels each of these is wide: what of a picture is meant is seen as well in a small one, in a hundredth of
+    the time.
     """
     from . import scan
 
     height, width, channels = pixels.shape
-    by = max(height, width) / scan.SIDE
+    by = max(height, width) / scan.LONGER_SIDE_PIXELS
     if by <= 2 or channels > 4 or pixels.dtype not in (np.uint8, np.uint16, np.float32):
         return pixels, 1.0
     size = max(1, round(width / by)), max(1, round(height / by))
@@ -229,8 +231,8 @@ def _opaque_reading(pixels: NDArray, alpha: int, trace: str, part: str | None) -
     if line is None:
         return reading
     field, scale = line
-    inside = field >= HALF
-    if reading.field is not None and np.mean(opaque_part(reading, inside.shape)[inside]) >= HALF:
+    inside = field >= HALF_BORDER_SHARE
+    if reading.field is not None and np.mean(opaque_part(reading, inside.shape)[inside]) >= HALF_BORDER_SHARE:
         return reading
     return Reading("line", field, scale, (INSIDE,))
 
@@ -283,18 +285,18 @@ def has_colours(pixels: NDArray, alpha: int, reading: Reading) -> bool:
     from . import scan
 
     # some of the pixels of a large picture, none of them a mixture of others
-    step = max(1, max(pixels.shape[:2]) // scan.SIDE)
+    step = max(1, max(pixels.shape[:2]) // scan.LONGER_SIDE_PIXELS)
     pixels = pixels[::step, ::step]
     height, width = pixels.shape[:2]
     mask = opaque_part(reading, (height, width)) >= 0.5
-    edge = max(height, width) // LINE_SHARE if reading.kind == "line" else 1
+    edge = max(height, width) // LINE_WIDTHS_PER_SIDE if reading.kind == "line" else 1
     if reading.field is not None:
         mask = (depths(np.pad(mask, 1)) > edge)[1:-1, 1:-1]
     colours = straight_colours(pixels, alpha)[mask]
     if not colours.size:
         return False
     low, high = np.quantile(colours, [FEW_SHARE, 1 - FEW_SHARE], axis=0)
-    return bool((high - low).max() > ALIKE)
+    return bool((high - low).max() > ALIKE_COLOUR_DISTANCE)
 
 
 def straight_colours(pixels: NDArray, alpha: int) -> NDArray[np.float32]:
@@ -313,20 +315,22 @@ def _is_plain(pixels: NDArray, alpha: int, field: NDArray[np.float32], *, strict
     from .scan import border_of, is_scattered
 
     border = border_of(field)
-    if np.mean((border > 0.25) & (border < 0.75)) >= UNEVEN:
+    if np.mean((border > 0.25) & (border < 0.75)) >= UNEVEN_BORDER_SHARE:
         return False
     if not strict:
         return True
     colours = border_of(straight_colours(pixels, alpha))
     away = np.abs(colours - np.median(colours, axis=0)).max(axis=1)
-    if np.mean(away <= EXACT) >= FLAT_SHARE:
+    if np.mean(away <= EXACT_COLOUR_DISTANCE) >= FLAT_BORDER_SHARE:
         return True
-    free = float(np.mean(away <= ALIKE))
+    free = float(np.mean(away <= ALIKE_COLOUR_DISTANCE))
     shape = field >= 0.5
     sides = [shape[0], shape[-1], shape[:, 0], shape[:, -1]]
     changes = sum(int(np.count_nonzero(np.diff(side))) for side in sides)
-    cut_off = sum(bool(np.mean(side) > SLIVER) for side in sides) <= CUT_SIDES and changes <= 2 * CUT_SIDES
-    return free >= HALF and (free >= FLAT_SHARE or cut_off) and not is_scattered(shape)
+    cut_off = (
+        sum(bool(np.mean(side) > SLIVER_SHARE) for side in sides) <= CUT_SIDES and changes <= 2 * CUT_SIDES
+    )
+    return free >= HALF_BORDER_SHARE and (free >= FLAT_BORDER_SHARE or cut_off) and not is_scattered(shape)
 
 
 def _enlarged(outline: FilledOutline, by: float) -> FilledOutline:
@@ -342,7 +346,9 @@ def _is_alpha(pixels: NDArray, alpha: int) -> bool:
         return False
     half = np.iinfo(pixels.dtype).max / 2 if pixels.dtype.kind == "u" else 0.5
     opaque = pixels[..., alpha]
-    return bool(float(opaque.max()) - float(opaque.min()) > half and (opaque < half).mean() >= STRAY)
+    return bool(
+        float(opaque.max()) - float(opaque.min()) > half and (opaque < half).mean() >= STRAY_PIXEL_SHARE
+    )
 
 
 def coverage(pixels: NDArray, alpha: int) -> NDArray[np.float32]:
@@ -361,7 +367,7 @@ def coverage(pixels: NDArray, alpha: int) -> NDArray[np.float32]:
     if alpha >= 0:
         opaque = pixels[..., alpha].astype(np.float32) / scale
         varies = opaque.max() - opaque.min() > 0.5
-        if varies and (opaque < 0.5).mean() >= STRAY:
+        if varies and (opaque < 0.5).mean() >= STRAY_PIXEL_SHARE:
             return np.clip(opaque, 0, 1)
         if opaque.max() <= 0.5:
             raise InputError("the picture is transparent everywhere")
@@ -388,13 +394,13 @@ def traced(field: NDArray[np.float32], flatness: float = 1e-4) -> tuple[list[Fil
     traced.
 
     Raises:
-        InputError: no piece has at least SPECK pixels.
+        InputError: no piece has at least SPECK_PIXELS pixels.
     """
     connected = pieces(field >= 0.5, diagonally=False)
     sizes = connected.sizes
-    order = [int(k) for k in np.argsort(-sizes, kind="stable")[: limits.PIECES] if sizes[k] >= SPECK]
+    order = [int(k) for k in np.argsort(-sizes, kind="stable")[: limits.PIECES] if sizes[k] >= SPECK_PIXELS]
     if not order:
-        raise InputError(f"no piece of at least {SPECK} pixels stands out from the background")
+        raise InputError(f"no piece of at least {SPECK_PIXELS} pixels stands out from the background")
     outlines = [_piece(field, connected, k, flatness) for k in progress.counted("tracing pieces", order)]
     found = [outline for outline in outlines if outline]
     if not found:
@@ -412,8 +418,8 @@ def _piece(field: NDArray, connected: Pieces, number: int, flatness: float) -> F
     rows, columns = slice(max(top - 1, 0), bottom + 1), slice(max(left - 1, 0), right + 1)
     own = connected.labels[rows, columns]
     values = np.where((own == number + 1) | (own == 0), field[rows, columns], 0)
-    near = np.abs(values - 0.5) < APART  # or contours could meet in a pixel's centre
-    values[near] = np.where(values[near] < 0.5, 0.5 - APART, 0.5 + APART)
+    near = np.abs(values - 0.5) < LEAST_LEVEL_DISTANCE  # or contours could meet in a pixel's centre
+    values[near] = np.where(values[near] < 0.5, 0.5 - LEAST_LEVEL_DISTANCE, 0.5 + LEAST_LEVEL_DISTANCE)
     # the frame of zeros closes outlines at the picture's edge, half a pixel beyond the outermost centres
     corner = columns.start - 0.5, rows.start - 0.5
     found = find_contours(np.pad(values, 1), 0.5)
@@ -424,9 +430,9 @@ def _piece(field: NDArray, connected: Pieces, number: int, flatness: float) -> F
     bounds = whole.bounds
     diagonal = np.hypot(bounds[2] - bounds[0], bounds[3] - bounds[1])
     soft = np.mean((values > 0.02) & (values < 0.98)) * values.size > 0.25 * len(whole.exterior.coords)
-    tolerance = max(SOFT if soft else HARD, flatness * diagonal)
+    tolerance = max(SOFT_ALPHA if soft else HARD_ALPHA, flatness * diagonal)
     smooth = smooth_outline(whole, tolerance, flatness * diagonal)
-    inner = [c for c in contours if c is not whole and c.area >= SPECK]
+    inner = [c for c in contours if c is not whole and c.area >= SPECK_PIXELS]
     holes = [smooth_outline(c, tolerance, flatness * diagonal) for c in inner]
     if not shapely.Polygon(smooth.exterior, [hole.exterior for hole in holes]).is_valid:
         smooth = shapely.simplify(

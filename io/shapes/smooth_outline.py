@@ -18,27 +18,27 @@ from scipy.sparse.linalg import spsolve
 from ...arrays import Complex, Real, complex_of, xy_of
 from ...plane import cross
 
-REACH = 1.5  # pixels that a vertex may move from where Douglas and Peucker have it
+REACH_PIXELS = 1.5  # pixels that a vertex may move from where Douglas and Peucker have it
 CUT_EDGE_PIXELS = 2.0  # length of the edge with which contours of pixels cut a corner at most, and its reach
-ALMOST_STRAIGHT = (
-    0.5  # relative to the tolerance: a fitted vertex nearer to the line of its neighbours is noise
-)
-CUT_PIXELS = (
-    1.0  # contours of pixels cut corners: that near to one, their points are not on either of its edges
-)
+ALMOST_STRAIGHT_TOLERANCES = 0.5
+"""Relative to the tolerance: a fitted vertex nearer to the line of its neighbours is noise."""
+CUT_PIXELS = 1.0
+"""Contours of pixels cut corners: that near to one, their points are not on either of its edges."""
 CORNER_TOLERANCES = 4.0
 """Height of a vertex above the chord between the middles of its edges, relative to the tolerance, from which on it is a
 corner. On a smooth curve an edge's sagitta is at most one tolerance, and the height of a vertex at most two."""
-LONG_EDGE = 3.0  # relative to its neighbour: the middle of a longer edge is straight
+LONG_EDGE_RATIO = 3.0  # relative to its neighbour: the middle of a longer edge is straight
 SMOOTHING_TOLERANCES = 2.2
 """Length over which curvature is smoothed, relative to the tolerance: steps of a staircase are shorter, details that
 the polygon keeps are longer."""
-ALONG = 0.3  # weight of distances along the curve relative to those across it, which alone are what is to be small
-STAY = 0.05  # weight of the distance from the place before, which decides where nothing else does
-ROUNDS = 3  # least squares solutions, between which points are projected onto the curve again (by hand)
-SAMPLES = 16  # points of the curve for each edge: of a sagitta of two tolerances they miss 1/128
+ALONG_WEIGHT = 0.3
+"""Weight of distances along the curve relative to those across it, which alone are what is to be small."""
+STAY_WEIGHT = 0.05  # weight of the distance from the place before, which decides where nothing else does
+FITTING_ROUNDS = 3
+"""Least squares solutions, between which points are projected onto the curve again (by hand)."""
+SAMPLES_PER_EDGE = 16  # points of the curve for each edge: of a sagitta of two tolerances they miss 1/128
 FINE_PIXELS = 0.02  # sagitta of the edges of the result, invisible when it is enlarged 30 times
-BLOCK = 4096  # points projected at a time, which bounds memory
+POINTS_AT_ONCE = 4096  # points projected at a time, which bounds memory
 NEIGHBOURS = np.array([-1, 0, 1, 2])  # of an edge: the vertices on which its part of the curve depends
 
 
@@ -93,7 +93,7 @@ def _fit_edges(z: Complex, corners: Complex, tolerance: float) -> tuple[Complex,
             if point is not None and max(abs(point - moved[k]), abs(point - moved[after])) <= CUT_EDGE_PIXELS:
                 moved[after], kept[k] = point, False
     moved, first = moved[kept], first[kept]
-    rest = shapely.simplify(shapely.Polygon(xy_of(moved)), ALMOST_STRAIGHT * tolerance)
+    rest = shapely.simplify(shapely.Polygon(xy_of(moved)), ALMOST_STRAIGHT_TOLERANCES * tolerance)
     number = _places(complex_of(shapely.get_coordinates(rest.exterior)[:-1]), moved)
     return moved[number], first[number]
 
@@ -133,10 +133,10 @@ def _meeting(before: Line, after: Line, corner: complex) -> complex:
     both.
     """
     point = _intersection(before, after)
-    if point is not None and abs(point - corner) <= REACH:
+    if point is not None and abs(point - corner) <= REACH_PIXELS:
         return point
     feet = [p + u * ((corner - p) * u.conjugate()).real for p, u in (before, after)]
-    return sum(feet) / 2 if max(abs(foot - corner) for foot in feet) <= REACH else corner
+    return sum(feet) / 2 if max(abs(foot - corner) for foot in feet) <= REACH_PIXELS else corner
 
 
 def _fit_curve(
@@ -162,11 +162,11 @@ def _fit_curve(
     edge, points = edge[used], points[used]
     fairness = _curvature_changes(start, sharp, SMOOTHING_TOLERANCES * tolerance)
     vertices = start
-    for _ in range(ROUNDS):
+    for _ in range(FITTING_ROUNDS):
         feet = _project(points, edge, _sections(basis, vertices))
         wanted = _solve(points, feet, basis, vertices, fairness)
         moved = wanted - start
-        vertices = start + moved * np.minimum(1, REACH / np.maximum(np.abs(moved), REACH))
+        vertices = start + moved * np.minimum(1, REACH_PIXELS / np.maximum(np.abs(moved), REACH_PIXELS))
     sections = _sections(basis, vertices)
     distance = _project(points, edge, sections).distance
     return sections[:, :-1].ravel(), float(distance.max(initial=0.0))
@@ -190,16 +190,16 @@ def _basis(polygon: Complex, sharp: NDArray[np.bool_]) -> Real:
     corner it is only the vertex.
 
     Returns:
-        (n, SAMPLES, 4) coefficients, for each edge, of the vertices NEIGHBOURS relative to its first one.
+        (n, SAMPLES_PER_EDGE, 4) coefficients, for each edge, of the vertices NEIGHBOURS relative to its first one.
     """
     length = np.maximum(np.abs(np.roll(polygon, -1) - polygon), 1e-9)
     previous = np.roll(length, 1)
     # shares of the edges before and after a vertex that its parabola takes
-    before = np.where(sharp, 0, np.minimum(previous, LONG_EDGE * length) / 2) / previous
-    after = np.where(sharp, 0, np.minimum(length, LONG_EDGE * previous) / 2) / length
+    before = np.where(sharp, 0, np.minimum(previous, LONG_EDGE_RATIO * length) / 2) / previous
+    after = np.where(sharp, 0, np.minimum(length, LONG_EDGE_RATIO * previous) / 2) / length
     next_before, next_after = np.roll(before, -1), np.roll(after, -1)
     start, end = (after * length)[:, None], ((1 - next_before) * length)[:, None]
-    s = np.linspace(0, 1, SAMPLES) * length[:, None]
+    s = np.linspace(0, 1, SAMPLES_PER_EDGE) * length[:, None]
     with np.errstate(divide="ignore", invalid="ignore"):
         first = _parabola(0.5 + 0.5 * s / start, before, after)
         last = _parabola(0.5 * (s - end) / (length[:, None] - end), next_before, next_after)
@@ -220,7 +220,7 @@ def _parabola(t: Real, before: Real, after: Real) -> Real:
 
 
 def _sections(basis: Real, vertices: Complex) -> Complex:
-    """Return (n, SAMPLES) points of the curve for each edge."""
+    """Return (n, SAMPLES_PER_EDGE) points of the curve for each edge."""
     number = np.arange(vertices.size)[:, None] + NEIGHBOURS
     return np.einsum("nsk,nk->ns", basis, vertices[number % vertices.size])
 
@@ -238,7 +238,7 @@ class Feet(NamedTuple):
 
 def _project(points: Complex, edge: NDArray[np.intp], sections: Complex) -> Feet:
     """Return the nearest points on the part of the curve that belongs to each point's edge and both its neighbours."""
-    n, steps = sections.shape[0], SAMPLES - 1
+    n, steps = sections.shape[0], SAMPLES_PER_EDGE - 1
     # nearer parts are not looked for elsewhere: across a thin part is the other side of it
     around = np.concatenate(
         [np.roll(sections, 1, axis=0)[:, :-1], sections[:, :-1], np.roll(sections, -1, axis=0)], 1
@@ -246,10 +246,10 @@ def _project(points: Complex, edge: NDArray[np.intp], sections: Complex) -> Feet
     along = np.diff(around, axis=1)
     square = np.maximum(np.abs(along) ** 2, 1e-18)
     found = list[Feet]()
-    for k in range(0, points.size, BLOCK):
-        own = edge[k : k + BLOCK]
+    for k in range(0, points.size, POINTS_AT_ONCE):
+        own = edge[k : k + POINTS_AT_ONCE]
         step = along[own]
-        offset = points[k : k + BLOCK, None] - around[own, :-1]
+        offset = points[k : k + POINTS_AT_ONCE, None] - around[own, :-1]
         share = np.clip((offset * step.conj()).real / square[own], 0, 1)
         distance = np.abs(offset - share * step)
         nearest = distance.argmin(axis=1)
@@ -294,13 +294,13 @@ def _solve(
     rows = np.repeat(np.arange(count), 2 * NEIGHBOURS.size)
     both = np.concatenate([columns, columns + n], axis=1).ravel()  # x of all vertices, then y
     system, wanted = list[sparse.csr_array](), list[Real]()
-    for direction in (1j * feet.tangent, ALONG * feet.tangent):
+    for direction in (1j * feet.tangent, ALONG_WEIGHT * feet.tangent):
         entries = [weights * part[:, None] for part in (direction.real, direction.imag)]
         values = np.concatenate(entries, axis=1).ravel()
         system.append(sparse.csr_array((values, (rows, both)), shape=(count, 2 * n)))
         wanted.append((direction.conj() * points).real)
-    system += [sparse.block_diag([fairness, fairness]), np.sqrt(STAY) * sparse.eye_array(2 * n)]
-    wanted += [np.zeros(2 * n), np.sqrt(STAY) * np.concatenate([vertices.real, vertices.imag])]
+    system += [sparse.block_diag([fairness, fairness]), np.sqrt(STAY_WEIGHT) * sparse.eye_array(2 * n)]
+    wanted += [np.zeros(2 * n), np.sqrt(STAY_WEIGHT) * np.concatenate([vertices.real, vertices.imag])]
     matrix = sparse.csr_array(sparse.vstack(system))
     found = spsolve((matrix.T @ matrix).tocsc(), matrix.T @ np.concatenate(wanted))
     return found[:n] + 1j * found[n:]

@@ -18,14 +18,14 @@ from .mesh_shape import MeshShape
 
 LEFT = "{} edges at the boundary stay straight, because adjacent triangles would flip (rim_edges_left)"
 
-COARSE = 10  # tolerances: an outline farther off between vertices is reported
+COARSE_TOLERANCES = 10  # tolerances: an outline farther off between vertices is reported
 
 
 def missed(boundary: Mapping[str, float], tolerance: float, split: bool) -> list[str]:
     """Return what is reported where chords between written coordinates are far off an outline, of the report's
     `boundary`.
     """
-    if (gap := boundary["hausdorff"]) <= COARSE * tolerance:
+    if (gap := boundary["hausdorff"]) <= COARSE_TOLERANCES * tolerance:
         return []
     said = (
         f"between vertices of the mesh, the boundary is up to {gap:.1%} of the diagonal away from the outline"

@@ -14,7 +14,7 @@ from .path_data import Subpath
 from .strokes import painted_by_stroke
 from .tree import Clip, Node
 
-HAIR = 1e-9  # of a shape's area: a smaller loss comes from rounding
+HAIR_AREA_SHARE = 1e-9  # of a shape's area: a smaller loss comes from rounding
 
 
 class Clips:
@@ -51,7 +51,7 @@ class Clips:
         if counts[0] * counts[1] > limits.CROSSINGS:
             crossings.check([*rings_of(region), *rings_of(area)])
         left = shapely.intersection(region, area)
-        return region if region.area - left.area <= HAIR * region.area else left
+        return region if region.area - left.area <= HAIR_AREA_SHARE * region.area else left
 
     def _area(self, clip: Clip) -> shapely.Geometry:
         if clip not in self.known:

@@ -10,10 +10,10 @@ from ...errors import InputError
 from ...plane import cross
 from .. import limits
 
-FEW = 300  # segments: fewer cannot cross too often
+FEW_SEGMENTS = 300  # segments: fewer cannot cross too often
 NESTED = "too many subpaths are nested; split the path (Inkscape: Path > Break Apart)"
-AT_ONCE = 200_000  # pairs that are tested at once
-FIRST = 16  # segments that are tested first, before the density of neighbours is known
+PAIRS_AT_ONCE = 200_000  # pairs that are tested at once
+FIRST_SEGMENTS = 16  # segments that are tested first, before the density of neighbours is known
 
 
 class TooMuch(InputError):
@@ -33,14 +33,14 @@ def check(lines: Sequence[Complex], *, reach: float = 0.0) -> None:
     _nested(lines)
     a = np.concatenate([*(z[:-1] for z in lines), np.empty(0, complex)])
     b = np.concatenate([*(z[1:] for z in lines), np.empty(0, complex)])
-    if a.size <= FEW:
+    if a.size <= FEW_SEGMENTS:
         return
     x, y = np.sort([a.real, b.real], axis=0), np.sort([a.imag, b.imag], axis=0)
     boxes = shapely.box(x[0], y[0], x[1] + reach, y[1] + reach)
     tree = shapely.STRtree(boxes)
     order = np.random.default_rng(0).permutation(a.size)
     met = near = start = 0
-    step = FIRST
+    step = FIRST_SEGMENTS
     while start < a.size:
         part = order[start : start + step]
         i, j = tree.query(boxes[part])
@@ -54,7 +54,7 @@ def check(lines: Sequence[Complex], *, reach: float = 0.0) -> None:
             )
         if near > limits.NEAR_SEGMENTS:
             raise TooMuch("too many lines lie close together; simplify the path (Inkscape: Path > Simplify)")
-        step = max(1, min(a.size, AT_ONCE * start // max(2 * near, 1)))
+        step = max(1, min(a.size, PAIRS_AT_ONCE * start // max(2 * near, 1)))
 
 
 def _nested(lines: Sequence[Complex]) -> None:

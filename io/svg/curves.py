@@ -11,7 +11,7 @@ import numpy as np
 from ...arrays import Complex, Real
 from .affine import Affine
 
-LEFT = 0.99  # `thinned` stops when a round leaves more than this share of the vertices
+WORTHWHILE_KEPT_SHARE = 0.99  # `thinned` stops when a round leaves more than this share of the vertices
 
 
 class Piece(ABC):
@@ -144,7 +144,7 @@ def thinned(z: Complex, tolerance: float, *, closed: bool) -> Complex:
         keep[at[gone]] = False
         before = z.size
         z, missing = z[keep], missing[keep]
-        if z.size > LEFT * before and parity:
+        if z.size > WORTHWHILE_KEPT_SHARE * before and parity:
             break
         parity = 1 - parity
     return z[:-1] if closed and z[0] == z[-1] else z

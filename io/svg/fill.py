@@ -15,13 +15,13 @@ from .. import limits
 from . import crossings
 
 # A self-crossing is harmless, and repaired, if the loops that it makes have at most this share of the area.
-HARMLESS = 1e-3
-AT_ONCE, MOST_PAIRS = 1 << 16, 1 << 20
+HARMLESS_AREA_SHARE = 1e-3
+SEGMENTS_AT_ONCE, MOST_PAIRS = 1 << 16, 1 << 20
 """Pairs of points and segments tested for crossings at once, and pairs of points and rings whose boxes overlap: a few
 MB of memory."""
-DRAWN_SHARE = 1 / 3
+DRAWN_LENGTH_SHARE = 1 / 3
 """Of the enclosed area: a drawing that paints less is a line drawing, outlines around empty insides."""
-BODY_SHARE = 1 / 2
+BODY_AREA_SHARE = 1 / 2
 """Of the area of the convex hulls of a drawing's parts. If lines and what they enclose cover less, most lines are open,
 as in a stick figure with a round head: filling the few closed ones would show a head without a body."""
 
@@ -64,9 +64,9 @@ def outlines(
     """Return the regions painted by filling rings together by `rule` (nonzero or evenodd), the largest first.
 
     Rings are closed implicitly, and may overlap, nest and touch each other; the result is what the fill shows. If a
-    ring crosses itself in loops of less than HARMLESS of its area, these are cut off. If the loops are larger, it is
-    painted as it is, with a note; or, without `crossed`, it is refused, and the others are painted without it. `paint`
-    replaces the function `painted`.
+    ring crosses itself in loops of less than HARMLESS_AREA_SHARE of its area, these are cut off. If the loops are
+    larger, it is painted as it is, with a note; or, without `crossed`, it is refused, and the others are painted
+    without it. `paint` replaces the function `painted`.
 
     Returns:
         The outlines; and for each refused ring the area at stake, and an error that says where and why.
@@ -132,13 +132,13 @@ def painted(rings: Sequence[Complex], rule: str) -> list[shapely.Polygon]:
 def with_lines_filled(ink: shapely.Geometry) -> shapely.Geometry:
     """Fill holes of an area if it covers so little of what it encloses that it is a line drawing."""
     whole = fill_holes(ink)
-    return whole if ink.area < DRAWN_SHARE * whole.area and has_body(whole) else ink
+    return whole if ink.area < DRAWN_LENGTH_SHARE * whole.area and has_body(whole) else ink
 
 
 def has_body(filled: shapely.Geometry) -> bool:
     """Return whether lines and what they enclose cover most of the convex hulls of their parts."""
     hulls = unite(list(shapely.convex_hull(shapely.get_parts(filled))))
-    return bool(filled.area >= BODY_SHARE * hulls.area)
+    return bool(filled.area >= BODY_AREA_SHARE * hulls.area)
 
 
 def _untangled(ring: Complex) -> tuple[list[Complex], float, str]:
@@ -156,7 +156,7 @@ def _untangled(ring: Complex) -> tuple[list[Complex], float, str]:
     area = shapely.area(faces)
     sign = 1 if area @ winding > 0 else -1
     once, twisted = winding == sign, (winding != sign) & (winding != 0)
-    if area[twisted].sum() > HARMLESS * area[once].sum():
+    if area[twisted].sum() > HARMLESS_AREA_SHARE * area[once].sum():
         return [ring], float(area[winding != 0].sum()), _place(polygon)
     lobes = shapely.orient_polygons(polygons_of(unite(faces[once])), exterior_cw=sign < 0)
     return [_z(part) for lobe in lobes for part in (lobe.exterior, *lobe.interiors)], 0.0, ""
@@ -206,7 +206,7 @@ class _Lines:
             work += int(self.sizes[ring].sum())
             if work > limits.WINDINGS:
                 raise crossings.TooMuch(crossings.NESTED)
-            parts = np.cumsum(self.sizes[ring]) // AT_ONCE
+            parts = np.cumsum(self.sizes[ring]) // SEGMENTS_AT_ONCE
             for pairs in np.split(np.arange(ring.size), np.flatnonzero(np.diff(parts)) + 1):
                 if pairs.size:
                     found = self._winding(ring[pairs], z[point[pairs]])

@@ -4,7 +4,7 @@ import re
 
 from .document import length
 
-MEDIUM = 16.0  # px
+MEDIUM_PIXELS = 16.0  # px
 LENGTHS = frozenset([
     *("x", "y", "width", "height", "cx", "cy", "r", "rx", "ry", "x1", "y1", "x2", "y2", "dx", "dy"),
     *("stroke-width", "stroke-dasharray", "stroke-dashoffset", "letter-spacing", "word-spacing"),
@@ -22,7 +22,7 @@ _SIZES = {
     "xxx-large": 3.0,
 }
 _RATIOS = {"smaller": 1 / 1.2, "larger": 1.2}
-_EX = 0.5  # in ems: height of an x, and about the width of a zero
+_EX_EMS = 0.5  # in ems: height of an x, and about the width of a zero
 _EM = re.compile(
     r"(?<![\w.#-])([+-]?(?:\d++\.?\d*+|\.\d++)(?:[eE][+-]?\d++)?)(em|rem|ex|ch)\b", re.IGNORECASE
 )
@@ -40,7 +40,7 @@ def px(text: str) -> float:
     try:
         return float(text)
     except ValueError:
-        return MEDIUM
+        return MEDIUM_PIXELS
 
 
 def size(text: str, outer: float, root: float) -> float:
@@ -51,7 +51,7 @@ def size(text: str, outer: float, root: float) -> float:
     """
     word = text.strip().lower()
     if word in _SIZES:
-        return MEDIUM * _SIZES[word]
+        return MEDIUM_PIXELS * _SIZES[word]
     if word in _RATIOS:
         return outer * _RATIOS[word]
     return length(without_ems(word, outer, root), (outer, outer), "y", "font-size")
@@ -61,7 +61,7 @@ def without_ems(text: str, font: float, root: float) -> str:
     """Replace lengths relative to font sizes by numbers, given the sizes of the element's and the root's font."""
     if not _EM.search(text):
         return text
-    units = {"em": font, "rem": root, "ex": _EX * font, "ch": _EX * font}
+    units = {"em": font, "rem": root, "ex": _EX_EMS * font, "ch": _EX_EMS * font}
     return _EM.sub(lambda found: repr(float(found[1]) * units[found[2].lower()]), text)
 
 

@@ -25,7 +25,7 @@ from .document import length, local
 from .fonts import Font, Spacing
 from .path_data import subpaths
 
-SECONDS = 5  # timeout for fontconfig
+FONTCONFIG_SECONDS = 5  # timeout for fontconfig
 INHERITED = (
     *("font", "font-family", "font-size", "font-style", "font-weight", "text-anchor", "direction"),
     *("letter-spacing", "word-spacing"),
@@ -57,7 +57,9 @@ def _matched(family: str, weight: int, slant: int) -> Font | None:
     near = _FONTCONFIG[min(900, max(100, round(weight, -2)))]
     line = [command, "-f", "%{family}\n%{file}\n%{index}", f"{asked}:weight={near}:slant={slant}"]
     try:
-        said = subprocess.run(line, capture_output=True, text=True, timeout=SECONDS, check=True).stdout
+        said = subprocess.run(
+            line, capture_output=True, text=True, timeout=FONTCONFIG_SECONDS, check=True
+        ).stdout
         names, path, number = said.split("\n")[:3]
         if family not in _GENERIC and family not in names.casefold().split(","):
             return None
@@ -176,12 +178,14 @@ class Lettering:
         try:
             if "font-size" in own:
                 around = fonts_in_css.px(outer.get("font-size", ""))
-                inner["font-size"] = repr(fonts_in_css.size(own["font-size"], around, fonts_in_css.MEDIUM))
+                inner["font-size"] = repr(
+                    fonts_in_css.size(own["font-size"], around, fonts_in_css.MEDIUM_PIXELS)
+                )
         except InputError:
             raise _NotPlainError from None
         size = fonts_in_css.px(inner.get("font-size", ""))
         for name in fonts_in_css.LENGTHS.intersection(own):
-            inner[name] = fonts_in_css.without_ems(inner[name], size, fonts_in_css.MEDIUM)
+            inner[name] = fonts_in_css.without_ems(inner[name], size, fonts_in_css.MEDIUM_PIXELS)
         if local(child) == "textPath" and ALONG not in outer:
             inner[ALONG] = self._along(child)
         elif local(child) != "tspan":

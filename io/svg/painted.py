@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 
 from ...polygons import fill_holes, polygons_of, unite
-from .fill import DRAWN_SHARE, has_body, with_lines_filled
+from .fill import DRAWN_LENGTH_SHARE, has_body, with_lines_filled
 from .gaps import bridges
 from .strokes import Fills, Seen, areas, width_of
 from .tree import Node
@@ -18,7 +18,7 @@ icon sets usually draw lines 2 of 20 units wide."""
 VISIBLE_WIDTH_SHARE = 1 / 512
 """Of the longer side of the drawing: a narrower stroke beside fills would be less than a pixel of 512."""
 
-MANY_VERTICES, FLATNESS = 2000, 1e-4
+MANY_VERTICES, FLATNESS_SHARE = 2000, 1e-4
 """Vertices of an area above which it is simplified, and the tolerance relative to the longer side. Curves and round
 line ends are flattened relative to their own size, which is far too fine for a drawing with hundreds of them."""
 
@@ -59,7 +59,7 @@ def painted_areas(
     lines = max(widths) <= LINE_WIDTH_SHARE * extent
     closed = fill_holes(_without_gaps(every, shapes, extent)) if lines else every
     enclosed = fill_holes(unite([both, closed]))
-    if lines and fills.area < DRAWN_SHARE * enclosed.area:
+    if lines and fills.area < DRAWN_LENGTH_SHARE * enclosed.area:
         whole = unite([with_lines_filled(fills), closed]) if has_body(enclosed) else both
         return _thinned(both, extent), _thinned(whole, extent)
     visible = [area for (_, area), width in zip(strokes, widths) if width >= VISIBLE_WIDTH_SHARE * extent]
@@ -75,11 +75,11 @@ def _without_gaps(lines: shapely.Geometry, shapes: Sequence[Seen], extent: float
 
 
 def _thinned(area: shapely.Geometry, extent: float) -> shapely.Geometry:
-    """Simplify an area with very many vertices, within FLATNESS relative to the whole drawing."""
+    """Simplify an area with very many vertices, within FLATNESS_SHARE relative to the whole drawing."""
     if shapely.get_num_coordinates(area) <= MANY_VERTICES:
         return area
     # part by part: GEOS compares every line of a region with all nearby parts
-    parts = shapely.simplify(polygons_of(area), FLATNESS * extent)
+    parts = shapely.simplify(polygons_of(area), FLATNESS_SHARE * extent)
     return unite(shapely.multipolygons(parts))
 
 

@@ -32,8 +32,8 @@ _STRETCH = {
     letter: re.compile(rf"(?:(?:\s*+{letter})?+(?:\s*+(?:,\s*+)?{_DIGITS}){{2}})++") for letter in "Ll"
 }
 _FLAG = re.compile(r"\s*+(?:,\s*+)?([01])")
-STRETCH = 8  # least number of consecutive lines that are stored as one piece
-LONG = 1 << 20  # characters of path data above which numbers are counted before parsing
+LINES_PER_PIECE = 8  # least number of consecutive lines that are stored as one piece
+LONG_CHARACTERS = 1 << 20  # characters of path data above which numbers are counted before parsing
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,7 +165,7 @@ class PenPath:
 def least(d: str) -> int:
     """Return a lower bound on the number of segments in path data, or of points in a list, without parsing it."""
     letters = sum(map(d.count, "LlHhVvCcSsQqTtAa"))
-    return max(letters, sum(1 for _ in _BARE.finditer(d)) // 7) if len(d) > LONG else letters
+    return max(letters, sum(1 for _ in _BARE.finditer(d)) // 7) if len(d) > LONG_CHARACTERS else letters
 
 
 def runs(
@@ -194,7 +194,7 @@ def runs(
             if pen.down:
                 found[-1].closed = True
             pen = _Pen(pen.start, pen.start)
-        if joined and kind == "L" and len(values) > STRETCH:
+        if joined and kind == "L" and len(values) > LINES_PER_PIECE:
             if not pen.down:
                 pen.down = True
                 found.append(PenPath(pen.at))

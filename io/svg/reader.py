@@ -33,13 +33,13 @@ from .tree import Node
 
 PIN, STROKE, RIGID = "pin-", "stroke-", "rigid"
 CANVAS, SILHOUETTE = "canvas", "silhouette"
-FAINT = 0.25
+FAINT_OPACITY = 0.25
 """Opacity below which paint is a shadow or a glow, and does not belong to the painted area. The lighter tone of
 two-tone icons has 0.4, and does."""
 # An unfilled subpath counts as closed if its ends are closer than its line is wide, or than this share of its size.
-GAP = 0.01
+GAP_SIDE_SHARE = 0.01
 # Subpaths with more points than this are simplified, within this share of the flatness.
-MANY, THINNED = 20_000, 0.1
+MANY_VERTICES, THINNED_TOLERANCE_SHARE = 20_000, 0.1
 
 
 def read(
@@ -210,7 +210,7 @@ def _candidate(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail
     notes = [f"{drawn.name}: its {name} is ignored" for name in _unknown(drawn)]
     notes += [
         f"{drawn.name}: simplified from {run.before} to {run.z.size} points, within "
-        f"{THINNED * detail.flatness:g} of its size"
+        f"{THINNED_TOLERANCE_SHARE * detail.flatness:g} of its size"
         for run in runs
         if run.before
     ]
@@ -329,7 +329,7 @@ def _paint(
 
 def _without_faint(drawn: Node) -> Node:
     """Return the shape without a fill or stroke that is hardly visible, such as that of a shadow."""
-    faint = [kind for kind in ("fill", "stroke") if drawn.alpha(kind) < FAINT]
+    faint = [kind for kind in ("fill", "stroke") if drawn.alpha(kind) < FAINT_OPACITY]
     return replace(drawn, properties={**drawn.properties, **dict.fromkeys(faint, "none")}) if faint else drawn
 
 
@@ -352,7 +352,7 @@ def _ring(run: Subpath, drawn: Node, notes: list[str]) -> Complex:
     z = distinct(run.z)
     gap = abs(run.z[-1] - run.z[0])
     reach = width_of(drawn) * math.sqrt(abs(drawn.affine.determinant))
-    if run.closed or z.size < 3 or gap <= max(reach, GAP * diagonal(z)):
+    if run.closed or z.size < 3 or gap <= max(reach, GAP_SIDE_SHARE * diagonal(z)):
         return z
     ends = " and ".join(f"({p.real:g}, {p.imag:g})" for p in (run.z[0], run.z[-1]))
     if not drawn.filled:
@@ -434,7 +434,9 @@ def runs_of(drawn: Node, flatness: float, budget: Budget | None = None) -> list[
     runs = [flatten(run, drawn.affine, flatness, budget) for run in pens]
     if not all((np.abs(run.z) <= limits.SVG_NUMBER).all() for run in runs):
         raise InputError("coordinates are too large")
-    return [_fewer(run, THINNED * flatness) if run.z.size > MANY else run for run in runs]
+    return [
+        _fewer(run, THINNED_TOLERANCE_SHARE * flatness) if run.z.size > MANY_VERTICES else run for run in runs
+    ]
 
 
 def _fewer(run: Subpath, share: float) -> Subpath:

@@ -20,8 +20,8 @@ from .tree import Node
 JOINS = {"round": "round", "bevel": "bevel"}  # others (arcs, miter-clip) are drawn as mitres
 CAPS = {"round": "round", "square": "square"}
 MITRE_LIMIT = 4.0  # SVG's default
-ROUND = 32  # segments per quarter circle: accurate to 3e-4 of half the width
-FIRST_LOOK, MORE = 2000, 4
+ROUND_SEGMENTS = 32  # segments per quarter circle: accurate to 3e-4 of half the width
+FIRST_LOOK_SEGMENTS, MORE_FACTOR = 2000, 4
 """Shapes' subpaths after which crossings are first checked, and the factor until the next check."""
 LARGEST_FILLS = 16  # fills that are tested for covering others (by hand)
 
@@ -50,7 +50,7 @@ def painted_by_stroke(drawn: Node, runs: Iterable[Subpath]) -> shapely.Geometry:
         return shapely.Polygon()
     own = affine.inverse
     style = {
-        "quad_segs": ROUND,
+        "quad_segs": ROUND_SEGMENTS,
         "cap_style": CAPS.get(drawn.properties.get("stroke-linecap", ""), "flat"),
         "join_style": JOINS.get(drawn.properties.get("stroke-linejoin", ""), "mitre"),
         "mitre_limit": MITRE_LIMIT,
@@ -135,11 +135,11 @@ def _bearable(shapes: Iterable[Seen], filled: Fills) -> Iterator[Seen]:
         InputError: lines cross too often, and are not all covered.
     """
     seen: list[Seen] = []
-    count, look = 0, FIRST_LOOK
+    count, look = 0, FIRST_LOOK_SEGMENTS
     for drawn, runs in shapes:
         if count >= look:  # more shapes follow; the caller makes the final check
             _base(seen, filled)
-            look = MORE * count
+            look = MORE_FACTOR * count
         seen.append((drawn, runs))
         count += len(runs) if drawn.filled else 0
         yield drawn, runs

@@ -192,7 +192,7 @@ class Document:
         self.lettering = lettering.Lettering(self.own, self.linked)
         self.unset_texts: set[int] = set()
         self.painted_texts: dict[Element, Node] = {}
-        self._root_font = fonts_in_css.MEDIUM
+        self._root_font = fonts_in_css.MEDIUM_PIXELS
         self.canvas: Rectangle | None = canvas(top)
         corner, size = (self.canvas[:2], self.canvas[2:]) if self.canvas else ((0.0, 0.0), None)
         self.root = self._resolved(Node(top, "g", IDENTITY, size, corner, depth=1), {})

@@ -18,7 +18,7 @@ import numpy as np
 from iccm.errors import InputError
 from iccm.io.edit.messages import Scene
 from iccm.io.edit.scene import frame
-from iccm.io.edit.session import DIGITS, Session
+from iccm.io.edit.session import PLACE_DIGITS, Session
 from iccm.io.run.job import make
 
 from . import shapes
@@ -41,7 +41,7 @@ def place(session: Session, side: int, z: complex) -> list[float]:
     """A point of a shape's plane as the page sends it."""
     surface, shape = session.surfaces[side], (session.source, session.target)[side]
     if surface:
-        return surface.places(np.array([z]), DIGITS)[0]
+        return surface.places(np.array([z]), PLACE_DIGITS)[0]
     found: list[float] = shape.to_file(z).tolist()
     return found
 

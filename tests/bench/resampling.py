@@ -19,7 +19,7 @@ from iccm.maps.approximation import triangulated
 from iccm.maps.harmonic import HarmonicMap
 from iccm.parallel import in_order
 from iccm.pixels import preimages
-from iccm.pixels.canvas import BAND, Canvas, Diagnostics
+from iccm.pixels.canvas import BAND_ROWS, Canvas, Diagnostics
 from iccm.pixels.warp import Sampler, Texture, Warp, warp
 
 from .goals import goal, unmeasured
@@ -74,7 +74,7 @@ def coordinates(size=4096):
             fresh = HarmonicMap(map.polygon, map.phi, map.psi)  # whose mesh is not known yet
             raster = preimages.of(fresh, canvas, 0.05 * texel, slopes=False)
             seen = Diagnostics()
-            for band in in_order(raster, range(0, canvas.height, BAND)):
+            for band in in_order(raster, range(0, canvas.height, BAND_ROWS)):
                 found[band.row : band.row + len(band.z)] = band.z
                 seen.add(band.diagnostics)
             return raster, seen
@@ -103,7 +103,7 @@ def coordinates(size=4096):
 def held_against_dense(map, raster, canvas, texel, count=20_000):
     """Errors in texels at random pixels, half of them within 8 of the outline; seconds a pixel of the dense sums."""
     rng, z, w, near = np.random.default_rng(1), [], [], []
-    for band in in_order(raster, range(0, canvas.height, BAND)):
+    for band in in_order(raster, range(0, canvas.height, BAND_ROWS)):
         inner = band.coverage == 1
         edge = inner & (cv2.erode(inner.astype(np.uint8), np.ones((17, 17), np.uint8)) == 0)
         z.append(band.z[inner])
@@ -180,11 +180,11 @@ def compared(map, g, texels, pixels, samples):
     rows = np.concatenate(
         [
             np.nan_to_num(g(band.z)).astype(np.float32)
-            for band in in_order(fine, range(0, pixels * samples, BAND))
+            for band in in_order(fine, range(0, pixels * samples, BAND_ROWS))
         ]
     )
     truth = rows.reshape(pixels, samples, pixels, samples).mean((1, 3))
-    bands = list(in_order(preimages.of(map, canvas, 1e-7), range(0, pixels, BAND)))
+    bands = list(in_order(preimages.of(map, canvas, 1e-7), range(0, pixels, BAND_ROWS)))
     z, right, down, cover = (
         np.concatenate([getattr(b, k) for b in bands]) for k in ("z", "right", "down", "coverage")
     )

@@ -175,7 +175,7 @@ def test_a_bound_on_memory_does_not_change_a_picture(shapes, iccm, monkeypatch, 
     image_files.write(shapes / f"t{suffix}", image_files.Image(pixels, 3, suffix == ".exr", "sRGB"))
     arguments = ("map", "square.svg", "blob.svg", *QUICK, "--texture", f"t{suffix}", "--size", "130x150")
     assert iccm(*arguments, "-o", f"free{suffix}", "--stmap", "free-map.exr").code == 0
-    monkeypatch.setattr(room, "SHARE", 0)  # nothing stays in memory
+    monkeypatch.setattr(room, "CACHE_MEMORY_SHARE", 0)  # nothing stays in memory
     assert iccm(*arguments, "-o", f"bound{suffix}", "--stmap", "map.exr", "--memory", "4G").code == 0
     assert Path(f"bound{suffix}").read_bytes() == Path(f"free{suffix}").read_bytes()
     assert Path("map.exr").read_bytes() == Path("free-map.exr").read_bytes()
@@ -399,7 +399,7 @@ def test_debug_shows_the_traceback(shapes, iccm):
 
 def test_a_reader_that_goes_away_is_no_error(shapes, shell):
     done = shell("set -o pipefail; iccm map square.svg blob.svg --report - -q | head -c 1")
-    assert done.stderr == "" and done.returncode in (0, logs.PIPE)
+    assert done.stderr == "" and done.returncode in (0, logs.EXIT_PIPE)
 
 
 @pytest.mark.slow

@@ -5,7 +5,7 @@ import pytest
 import shapely
 
 from iccm import deadline
-from iccm.drawings.frame import HAIRLINE_WIDTH, close_hairlines
+from iccm.drawings.frame import HAIRLINE_WIDTH_SHARE, close_hairlines
 from iccm.polygons import fill_holes, neighbourhoods, offset, offset_each, polygons_of, unite
 
 RING = shapely.Polygon([(0, 0), (5, 0), (6, 4), (0, 5)], [[(1, 1), (4, 1), (4, 3), (1, 3)]])
@@ -56,7 +56,7 @@ def test_hairlines_of_many_parts_are_those_of_the_region():
     boxes = [shapely.box(k, 0, k + 1 - 1e-3, height) for k, height in enumerate(heights)]
     boxes[6] = shapely.box(6.2, 0, 7 - 1e-3, heights[6])  # one gap is wide
     region = shapely.MultiPolygon(boxes)
-    half = 0.5 * HAIRLINE_WIDTH * np.sqrt(region.convex_hull.area)
+    half = 0.5 * HAIRLINE_WIDTH_SHARE * np.sqrt(region.convex_hull.area)
     assert half > 0.5e-3
     closed = close_hairlines(region)
     assert [len(part.interiors) for part in closed.geoms] == [0, 0]
@@ -78,7 +78,7 @@ def test_small_regions_are_offset_as_large_ones_are(monkeypatch):
     touching = shapely.MultiPolygon([shapely.box(0, 0, 1, 1), shapely.box(1, 0, 2, 3)])
     regions = np.array([RING, touching, shapely.MultiPolygon([RING, ISLAND, FAR])], dtype=object)
     at_once = {distance: offset_each(regions, distance, join_style="mitre") for distance in (0.3, -0.1)}
-    monkeypatch.setattr("iccm.polygons.SMALL_REGION", 0)
+    monkeypatch.setattr("iccm.polygons.SMALL_REGION_VERTICES", 0)
     monkeypatch.setattr("iccm.polygons.REGIONS_AT_ONCE", 2)
     for distance, found in at_once.items():
         apart = offset_each(regions, distance, join_style="mitre")

@@ -7,7 +7,7 @@ CLI = "tests/cli/test_cli.py"
 COMMANDS: list[Mutant] = [
     Mutant(
         "cli/logs.py",
-        "if isinstance(error, IccmError):\n        return str(error), INPUT",
+        "if isinstance(error, IccmError):\n        return str(error), EXIT_INPUT",
         "if isinstance(error, IccmError):\n        return str(error), 1",
         CLI,
         "wrong input ends with the exit code of a poor result",
@@ -21,14 +21,14 @@ COMMANDS: list[Mutant] = [
     ),
     Mutant(
         "cli/logs.py",
-        "log.setLevel(POOR if verbosity < 0 else",
+        "log.setLevel(POOR_LEVEL if verbosity < 0 else",
         "log.setLevel(logging.ERROR if verbosity < 0 else",
         "tests/cli/test_streams.py",
         "--quiet hides that a result is doubtful",
     ),
     Mutant(
         "cli/logs.py",
-        '"level": "warning" if record.levelno == POOR else record.levelname.lower()',
+        '"level": "warning" if record.levelno == POOR_LEVEL else record.levelname.lower()',
         '"level": record.levelname.lower()',
         "tests/cli/test_streams.py",
         "doubts have the level 'level 35' in JSON messages",

@@ -149,7 +149,7 @@ FILES: list[Mutant] = [
     ),
     Mutant(
         "io/pictures/stmap_files.py",
-        "return found[(np.abs(found - np.round(found)) > EDGE).all(axis=1)]",
+        "return found[(np.abs(found - np.round(found)) > TILE_EDGE_SHARE).all(axis=1)]",
         "return found",
         STMAPS,
         "texels on the edge of a tile ask for a neighbouring tile, too",
@@ -163,8 +163,8 @@ FILES: list[Mutant] = [
     ),
     Mutant(
         "io/pictures/tiles.py",
-        "number = 1001 + int(tile.real) + ACROSS * int(tile.imag)",
-        "number = 1001 + int(tile.imag) + ACROSS * int(tile.real)",
+        "number = 1001 + int(tile.real) + TILES_PER_ROW * int(tile.imag)",
+        "number = 1001 + int(tile.imag) + TILES_PER_ROW * int(tile.real)",
         TILES,
         "numbers of tiles (UDIM) count columns instead of rows",
     ),
@@ -368,7 +368,7 @@ FILES: list[Mutant] = [
     ),
     Mutant(
         "io/svg/fill.py",
-        "return whole if ink.area < DRAWN_SHARE * whole.area and has_body(whole) else ink",
+        "return whole if ink.area < DRAWN_LENGTH_SHARE * whole.area and has_body(whole) else ink",
         "return whole",
         SVG + " tests/io/svg/test_clips.py",
         "holes of all drawings are filled",
@@ -679,7 +679,7 @@ FILES: list[Mutant] = [
     ),
     Mutant(
         "io/batch/dispatch.py",
-        "return deadline.DEFAULT_SECONDS if self.timeout is None else EARLY * self.timeout",
+        "return deadline.DEFAULT_SECONDS if self.timeout is None else EARLY_TIMEOUT_SHARE * self.timeout",
         "return deadline.DEFAULT_SECONDS",
         BATCH,
         "jobs are killed at --timeout instead of ending with their best map before",
@@ -785,8 +785,8 @@ FILES: list[Mutant] = [
     ),
     Mutant(
         "io/run/framing.py",
-        "if abs(math.log(width / height * size.imag / size.real)) <= UNLIKE:",
-        "if abs(math.log(width / height * size.real / size.imag)) <= UNLIKE:",
+        "if abs(math.log(width / height * size.imag / size.real)) <= UNLIKE_SIDE_SHARE:",
+        "if abs(math.log(width / height * size.real / size.imag)) <= UNLIKE_SIDE_SHARE:",
         "tests/io/run/test_framing.py tests/cli/test_framing.py",
         "oblong textures that fit their canvas are noted as stretched",
     ),
@@ -827,8 +827,8 @@ FILES: list[Mutant] = [
     ),
     Mutant(
         "io/run/blank_picture.py",
-        "seen = pixels[pixels[..., alpha] >= OPAQUE * white]",
-        "seen = pixels[pixels[..., alpha] >= OPAQUE]",
+        "seen = pixels[pixels[..., alpha] >= OPAQUE_ALPHA * white]",
+        "seen = pixels[pixels[..., alpha] >= OPAQUE_ALPHA]",
         "tests/io/run/test_framing.py tests/cli/test_framing.py",
         "pictures of one colour with a soft edge are not noticed",
     ),
@@ -870,8 +870,8 @@ FILES: list[Mutant] = [
     ),
     Mutant(
         "io/outlines/lettering.py",
-        "glyphs = font.set_at(text, 0.0, LINE[0] * SIZE, SIZE) if sets else",
-        "glyphs = font.set_at(text, 0.0, LINE[0], SIZE) if sets else",
+        "glyphs = font.set_at(text, 0.0, LINE_EMS[0] * UNITS_PER_EM, UNITS_PER_EM) if sets else",
+        "glyphs = font.set_at(text, 0.0, LINE_EMS[0], UNITS_PER_EM) if sets else",
         "tests/io/outlines/test_outlines.py",
         "words stand above their canvas",
     ),

@@ -22,8 +22,8 @@ LIBRARY: list[Mutant] = [
     ),
     Mutant(
         "iccm/pixels/thumbnail.py",
-        "-(-max(pixels.shape[:2]) // LARGEST)",
-        "-(-pixels.shape[1] // LARGEST)",
+        "-(-max(pixels.shape[:2]) // LARGEST_SIDE_PIXELS)",
+        "-(-pixels.shape[1] // LARGEST_SIDE_PIXELS)",
         PIXELS + "test_thumbnail.py",
         "notebooks store tall pictures in full",
     ),
@@ -394,8 +394,8 @@ LIBRARY: list[Mutant] = [
     ),
     Mutant(
         "iccm/drawings/frame.py",
-        "width = HAIRLINE_WIDTH * size",
-        "width = HAIRLINE_WIDTH * size**2",
+        "width = HAIRLINE_WIDTH_SHARE * size",
+        "width = HAIRLINE_WIDTH_SHARE * size**2",
         DRAWINGS,
         "how wide a hairline may be depends on the unit of the drawing",
     ),
@@ -408,7 +408,7 @@ LIBRARY: list[Mutant] = [
     ),
     Mutant(
         "iccm/drawings/mappable_holes.py",
-        "sizes[k] > SPECK * curve.area",
+        "sizes[k] > SPECK_AREA_SHARE * curve.area",
         "sizes[k] > 0 * curve.area",
         DRAWINGS,
         "specks are mapped as holes",

@@ -17,7 +17,7 @@ from ...errors import ConstraintError
 from ...problem import ON_OUTLINE_SHARE
 
 # Relative to ON_OUTLINE_SHARE: length from its end on which a stroke may stay close to the outline.
-BESIDE_END = 20.0
+BESIDE_END_DISTANCES = 20.0
 SAMPLES_PER_LENGTH = 2.0  # of a stroke, per length ON_OUTLINE_SHARE
 SAME_POINT_SHARE = 1e-9  # relative to the diagonal: due to rounding
 NAMES = ("source", "target")
@@ -156,7 +156,7 @@ def _refuse_touching(curve: Curve, stroke: Curve, on_outline: tuple[bool, bool],
     bad = (curve.distances(z) < unit) | ~curve.contains(z)
     for end, from_end in ((0, s), (1, stroke.length - s)):
         if on_outline[end]:
-            bad &= from_end > BESIDE_END * unit
+            bad &= from_end > BESIDE_END_DISTANCES * unit
     if bad.any():
         raise ConstraintError(
             f"stroke {k + 1}: leaves the shape or touches its outline between its ends, in the "

@@ -20,7 +20,7 @@ from ..model.mesh_sizes import finer_at_pins
 from ..search.levels import subdivide_rings
 from ..search.rounding import on_grid
 
-SPACING = 0.75  # distance of the outline's vertices, in mesh sizes
+SPACING_MESH_SIZES = 0.75  # distance of the outline's vertices, in mesh sizes
 
 
 def mesh_of(
@@ -46,14 +46,15 @@ def mesh_of(
         Stuck: no mesh with these constraints was found.
     """
     drawn = drawn or [stroke.even for stroke in pins.strokes]
-    kept = inside(pins.strokes, drawn, SPACING * size, pins.inner)
+    kept = inside(pins.strokes, drawn, SPACING_MESH_SIZES * size, pins.inner)
     spaced = [
-        _spaced(each, min(SPACING * size, each.length / FEWEST_RIM_VERTICES), kept.z) for each in outlines
+        _spaced(each, min(SPACING_MESH_SIZES * size, each.length / FEWEST_RIM_VERTICES), kept.z)
+        for each in outlines
     ]
     # The triangulation is that of outlines on a coarse grid, so that noise far below the grid spacing does not
     # change it.
     outer, *holes = [rounded for rounded, _ in spaced]
-    bones = subdivide_rings(regions, SPACING * size)
+    bones = subdivide_rings(regions, SPACING_MESH_SIZES * size)
     points, around = kept_by(bones, kept.z)
     links = np.append(kept.links, np.where(around < 0, -1, kept.z.size + around))
     points = np.append(kept.z, points)

@@ -40,13 +40,13 @@ COARSE_MESH_SIZE = 0.08  # edge length h, for a domain of area one
 TRIANGLES_PER_AREA = 4.0  # number of triangles times h²
 MOVING_STEPS, SETTLING_STEPS, SETTLED = 60, 40, 1e-7
 # Relative to the constraints' spread: below it, the best rotation is undefined, as for mirrored points.
-UNTURNED = 1e-3
+UNROTATED_SPREAD_SHARE = 1e-3
 SAME_PLACE_SHARE = 1e-9  # of the root of the area
-ROUNDS, FORWARD, BACKWARD, ROUND_DECREASE = 4, 8, 3, 1e-4
+DEFORMATION_ROUNDS, FORWARD_STEPS, BACKWARD_STEPS, ROUND_DECREASE = 4, 8, 3, 1e-4
 """If strokes slide: rounds of steps, steps on the map and on its inverse, and the relative decrease that ends
 them.
 """
-RELEASES = 3  # meshes on which ends of strokes slide
+RELEASE_MESHES = 3  # meshes on which ends of strokes slide
 
 
 def solve(
@@ -108,7 +108,7 @@ def refine(
     levels = []
     if start is None:
         levels = [roughly(outlines, pins, energy, max(COARSE_MESH_SIZE, size))]
-        rough = levels[0].forward(1.0, FORWARD, SETTLED, corners=False) if pins.strokes else levels[0]
+        rough = levels[0].forward(1.0, FORWARD_STEPS, SETTLED, corners=False) if pins.strokes else levels[0]
         start, drawn = rough, rough.inside.matches
     else:
         drawn = aim_feet(
@@ -133,8 +133,8 @@ def roughly(outlines: Sequence[Curve], pins: Pins, energy: Energy, size: float) 
     """Return the deformation on a coarse mesh; ends of strokes that slide pass corners when the mesh is renewed."""
     state = aim_feet(pins.strokes, rigid_motion(mesh_of(outlines, pins, energy, size)), BESIDE)
     state = relax(satisfy_constraints(state, MOVING_STEPS, SETTLED), 1.0)
-    for _ in range(RELEASES if any(not all(stroke.sticks) for stroke in pins.strokes) else 0):
-        freed = state.forward(1.0, FORWARD, SETTLED, corners=False)
+    for _ in range(RELEASE_MESHES if any(not all(stroke.sticks) for stroke in pins.strokes) else 0):
+        freed = state.forward(1.0, FORWARD_STEPS, SETTLED, corners=False)
         new = start_from(mesh_of(outlines, pins, energy, size, freed.inside.matches), freed)
         new = relax(satisfy_constraints(new, MOVING_STEPS, SETTLED), 1.0)
         if new.miss > 0 or new.value > (1 - ROUND_DECREASE) * state.value:
@@ -163,7 +163,11 @@ def rigid_motion(state: DiscreteMap) -> DiscreteMap:
         here = np.append(here, state.energy.pins.source)
         there = np.append(there, state.energy.pins.target)
     turn = np.vdot(here - here.mean(), there - there.mean())
-    turn = turn / abs(turn) if abs(turn) > UNTURNED * np.sum(np.abs(here - here.mean()) ** 2) else 1.0
+    turn = (
+        turn / abs(turn)
+        if abs(turn) > UNROTATED_SPREAD_SHARE * np.sum(np.abs(here - here.mean()) ** 2)
+        else 1.0
+    )
     return replace(state, u=there.mean() + turn * (state.z - here.mean()))
 
 
@@ -175,9 +179,9 @@ def relax(state: DiscreteMap, q: float) -> DiscreteMap:
     goals = state.goals
     resting = state if state.miss == 0 else state.held()
     resting = resting.forward(q, SETTLING_STEPS, SETTLED)
-    for _ in range(ROUNDS if state.inside.strokes else 0):
+    for _ in range(DEFORMATION_ROUNDS if state.inside.strokes else 0):
         before = resting.value
-        resting = resting.backward(q, BACKWARD, SETTLED).forward(q, FORWARD, SETTLED)
+        resting = resting.backward(q, BACKWARD_STEPS, SETTLED).forward(q, FORWARD_STEPS, SETTLED)
         if before - resting.value < ROUND_DECREASE * before:
             break
     return resting if state.miss == 0 else resting.with_goals(goals)

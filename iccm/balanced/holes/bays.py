@@ -19,7 +19,7 @@ from ..model.boundary_pairs import subdivide
 from ..model.outline import Outline
 
 SHALLOW_DEPTH_SHARE = 0.02  # relative to the root of the area: vertices this close to the hull are on it
-ROUNDING_OF_MOUTH = 1e-9  # relative to a mouth's length: trimmed at its ends, where it meets the outline
+ROUNDING_MOUTH_SHARE = 1e-9  # relative to a mouth's length: trimmed at its ends, where it meets the outline
 LEAST_BAY_AREA_SHARE = 0.01  # relative to the shape's area, which is one: smaller concavities are not filled
 
 
@@ -117,7 +117,7 @@ def _mouths(
 def _within(start: complex, end: complex) -> shapely.LineString:
     """Return a segment without its ends."""
     return shapely.LineString(
-        xy_of(start + (end - start) * np.array([ROUNDING_OF_MOUTH, 1 - ROUNDING_OF_MOUTH]))
+        xy_of(start + (end - start) * np.array([ROUNDING_MOUTH_SHARE, 1 - ROUNDING_MOUTH_SHARE]))
     )
 
 

@@ -16,7 +16,7 @@ from ...meshes.locate import Locator, Places
 from ...native import Record, function, record
 from .energy import Objective, RestShapes
 
-BARRIER = 0.01  # weight of the energy in the layout (chosen by hand)
+BARRIER_WEIGHT = 0.01  # weight of the energy in the layout (chosen by hand)
 
 PlacesRecord = record(
     """struct Places {
@@ -105,7 +105,7 @@ class SurfaceMap(NamedTuple):
     def of(cls, ground: Ground, layout: RestShapes, theta: float, open: Flags, turns: Real) -> "SurfaceMap":
         """Return the data for a mesh's rest triangles in the source's layout."""
         n, m = int(layout.corners.max()) + 1, len(layout.corners)
-        light = layout._replace(weights=BARRIER * layout.weights)
+        light = layout._replace(weights=BARRIER_WEIGHT * layout.weights)
         laid, slopes = np.empty((2, 3 * m), np.complex128)
         return cls(
             *(ground, light, Objective.of(theta, 1.0), open, turns),

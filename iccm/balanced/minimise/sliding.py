@@ -16,7 +16,7 @@ from ...native import Record, function, record
 
 HELD, SLIDING, FREE = 0, 1, 2  # kinds of constrained vertices
 # Weight of the outline's term; without it, edges of the outline cut across the tips of protrusions.
-BETA = 0.02
+OUTLINE_WEIGHT = 0.02
 
 RailsRecord = record(
     """struct Rails {

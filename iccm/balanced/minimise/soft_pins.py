@@ -28,12 +28,12 @@ CORE_SHARE = 0.5
 """Radius of a patch's core relative to the patch. The mean position is taken over the core; the Hessian couples
 all vertices there.
 """
-LARGEST_CORE = 0.12  # largest radius of a core, for domains of area one: some 150 vertices
-CORE_MARGIN = 1.3
+LARGEST_CORE_RADIUS = 0.12  # largest radius of a core, for domains of area one: some 150 vertices
+CORE_MARGIN_RATIO = 1.3
 """Relative to the core: vertices within it get entries in the Hessian's pattern, so that it stays valid while
 vertices move.
 """
-FEWEST_IN_CORE = 6
+FEWEST_CORE_VERTICES = 6
 """Vertices; with fewer, the triangle around the pin replaces the core."""
 QUADRATURE = (
     np.array(
@@ -45,7 +45,7 @@ QUADRATURE = (
 """(16, 3) barycentric coordinates of quadrature points with equal weights: the centroids of 16 equal parts of a
 triangle.
 """
-WORST_CONDITION = 1e6  # of the moments of a core's vertices; above it, they are collinear
+WORST_CONDITION_NUMBER = 1e6  # of the moments of a core's vertices; above it, they are collinear
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +108,7 @@ class SoftPins:
     @property
     def core_radii(self) -> Real:
         """(k,) radii of the cores of the patches."""
-        return np.minimum(CORE_SHARE * self.radii, LARGEST_CORE)
+        return np.minimum(CORE_SHARE * self.radii, LARGEST_CORE_RADIUS)
 
     def misses(self, z: Complex, u: Complex, faces: Index) -> Real:
         """Return the distances (k,) of the pins' images from their places in the target, for a map z -> u (n,)."""
@@ -253,11 +253,11 @@ def _core_weights(
     """
     away = (w[vertices] - pin) / radius
     masses = vertex_areas[vertices] * _kernel(np.abs(away))
-    if np.count_nonzero(masses) < FEWEST_IN_CORE:
+    if np.count_nonzero(masses) < FEWEST_CORE_VERTICES:
         return None
     linear = np.stack([np.ones(away.size), away.real, away.imag])
     moments = (linear * masses) @ linear.T
-    if np.linalg.cond(moments) > WORST_CONDITION:
+    if np.linalg.cond(moments) > WORST_CONDITION_NUMBER:
         return None
     weights = masses * (np.linalg.solve(moments, [1.0, 0.0, 0.0]) @ linear)
     return weights if weights.min() >= 0 else None

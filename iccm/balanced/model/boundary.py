@@ -10,7 +10,7 @@ import numpy as np
 from ...arrays import Complex, Flags, Index, Real
 from ..meshing.mesh import closed_links
 from ..minimise.energy import BOTH_AREAS, IMAGE_AREA, SOURCE_AREA
-from ..minimise.sliding import BETA, FREE, HELD, NO_RAIL, SLIDING, Border, Rail
+from ..minimise.sliding import FREE, HELD, NO_RAIL, OUTLINE_WEIGHT, SLIDING, Border, Rail
 from .boundary_pairs import HoleMatch, Loop, Match, Pairs, are_distinct
 from .outline import Outline
 
@@ -229,7 +229,7 @@ class MatchedBoundary:
             (length, lap), last = loop.lengths if forward else loop.lengths[::-1], loop.vertices.stop - 1
             spans[last] = kept[loop.vertices.start] + length - kept[last]
             laps[last] = lap
-        stiffness = np.full(kept.size, BETA)
+        stiffness = np.full(kept.size, OUTLINE_WEIGHT)
         if self.axis < np.inf:
             on_axis = np.mod(self.pairs.s, self.source.length) > self.axis - 1e-9 * self.source.length
             stiffness[on_axis] = 0.0

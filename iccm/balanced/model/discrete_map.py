@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Complex, Flags, Index, Real
-from ...drawings.cost import LOST
+from ...drawings.cost import LOST_POINT_ENERGY
 from ...linalg.cholesky import BlockPattern, system_of
 from ...plane import triangle_areas
 from ..errors import Tangled
@@ -20,7 +20,7 @@ from ..minimise import newton
 from ..minimise.energy import NO_AIMS, NO_SLOTS, RestShapes, geometry
 from ..minimise.in_space import Ground, SurfaceMap, separate
 from ..minimise.sliding import HELD, SLIDING, Border, Constraints, Rails, border_energy
-from ..minimise.soft_pins import CORE_MARGIN
+from ..minimise.soft_pins import CORE_MARGIN_RATIO
 from ..minimise.terms import NO_TERMS, TermOnMesh, TermsOnMesh
 from ..minimise.unfold import BARE, unfold
 from ..minimise.untangle import STEPS, springs, untangle
@@ -151,7 +151,7 @@ class DiscreteMap(MeshMap):
         needed = pins.cores(self.z, self.u, self.material)
         if self.cores and all(np.isin(core, known).all() for core, known in zip(needed, self.cores)):
             return self
-        cores = tuple(pins.cores(self.z, self.u, self.material, CORE_MARGIN))
+        cores = tuple(pins.cores(self.z, self.u, self.material, CORE_MARGIN_RATIO))
         return replace(self, cores=cores).with_pattern()
 
     def with_energy(self, energy: Energy) -> "DiscreteMap":
@@ -470,9 +470,9 @@ class DiscreteMap(MeshMap):
             areas = areas * self.multipliers
         if self.weights is not None:
             # For virtual triangles only the area of the image counts (a negative weight in the kernels): each
-            # point of the target there has no partner, which costs LOST; half of that, since source and target
-            # count half each.
-            areas = np.where(self.weights <= FILLED, -0.5 * LOST**q, self.weights) * areas
+            # point of the target there has no partner, which costs LOST_POINT_ENERGY; half of that, since source and
+            # target count half each.
+            areas = np.where(self.weights <= FILLED, -0.5 * LOST_POINT_ENERGY**q, self.weights) * areas
         if self.energy.pins is not None:  # triangles around soft pins are stiffer
             areas = areas * self.energy.pins.multipliers(self.z, self.u, self.pattern.corners)
         for metric, w in zip(self.metrics, (self.z, self.u)):

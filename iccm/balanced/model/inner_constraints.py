@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Complex, Flags, Index, Real
-from ..minimise.sliding import BETA, Border, Rail
+from ..minimise.sliding import OUTLINE_WEIGHT, Border, Rail
 from .boundary_pairs import Match
 
 
@@ -170,5 +170,5 @@ class InnerConstraints(NamedTuple):
             scale = (moving[after] - moving[those]).sum() / (kept[after] - kept[those]).sum()
             spans[those] = scale * (kept[after] - kept[those])
         linked = self.links >= 0
-        stiffness, laps = np.where(linked, BETA, 0.0), np.where(linked, 0.0, 1.0)
+        stiffness, laps = np.where(linked, OUTLINE_WEIGHT, 0.0), np.where(linked, 0.0, 1.0)
         return moving, Border(first + self.following, spans, stiffness, laps)

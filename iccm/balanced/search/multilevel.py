@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...curve import Curve
-from ...drawings.cost import LOST
+from ...drawings.cost import LOST_POINT_ENERGY
 from ...fits import FITS
 from ...plane import rotation
 from ..constraints.validate import UNPINNED, Pins, with_points
@@ -59,7 +59,7 @@ COARSE_EXACTNESS = (5e-4, 6e-3)  # fineness of the outlines and of the corners, 
 STEEPEST = 8.0  # largest slope of a match that a coarse mesh follows, relative to the mean
 SYMMETRIC_ENOUGH = 0.1  # relative to the tolerance: asymmetry that may be ignored
 SYMMETRY_WORTH = 1.03  # cost relative to the best map, up to which a symmetric map is preferred
-USELESS_ENERGY = HOPELESS * LOST
+USELESS_ENERGY = HOPELESS * LOST_POINT_ENERGY
 """Energy from which a coarse map with pins is useless: on average, lengths change 50 times as much in one
 direction as in the other.
 """
@@ -289,8 +289,9 @@ def cheapest_map(problem: UnitProblem, settings: Settings, journal: SolveLog) ->
     """
     whole = None
     with suppress(NoMapError):
-        # a point without a partner costs LOST, so that a partial map is cheaper than a map with a larger energy
-        whole = coarse_to_fine(problem, journal, patient=False, most=HOPELESS * LOST)
+        # a point without a partner costs LOST_POINT_ENERGY, so that a partial map is cheaper than a map with a larger
+        # energy
+        whole = coarse_to_fine(problem, journal, patient=False, most=HOPELESS * LOST_POINT_ENERGY)
     try:
         return partial_map(problem, whole, settings, journal)
     except NoMapError:

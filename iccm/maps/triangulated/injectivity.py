@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import Complex, Real
-from ...plane import TINY, UNIT, orientation
+from ...plane import TINY, UNIT_ROUNDOFF, orientation
 from ..injectivity import Certificate
 from .adjacency import Edges, Index
 from .patches import bernstein, gradients, slides
@@ -20,7 +20,7 @@ from .simple import fault
 
 # Error of a Bernstein coefficient relative to the product of its operands' sums of absolute values: an operand takes
 # four roundings at most, and two more for a bulge on the rim, exactly a multiple of its edge; products and sums four.
-MARGIN = 32 * UNIT
+MARGIN = 32 * UNIT_ROUNDOFF
 
 
 def certify(

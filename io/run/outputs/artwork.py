@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ....arrays import Complex
     from ....solve import Fit
 
-SAME_AREA = 1e-6  # relative to a drawing's area: smaller differences to its frame are ignored
+SAME_AREA_SHARE = 1e-6  # relative to a drawing's area: smaller differences to its frame are ignored
 
 
 class Artwork(Output):
@@ -85,7 +85,7 @@ def _is_cut_by_its_outline(fit: Fit) -> bool:
         return True
     drawing = fit.drawings[1]
     added = abs(fit.target.area - drawing.region.area)
-    return drawing.is_one_part and added <= SAME_AREA * drawing.region.area
+    return drawing.is_one_part and added <= SAME_AREA_SHARE * drawing.region.area
 
 
 def _rings_of_target(fit: Fit) -> list[Complex]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ....errors import InputError
-from ....pixels.texture import MENDING, check_kind, strip_bytes
+from ....pixels.texture import MENDING_BYTES_PER_TEXEL, check_kind, strip_bytes
 from ...shapes.shape import Shape
 from .. import framing
 from ..state import Run
@@ -86,4 +86,4 @@ def room(run: Run) -> None:
     rows, columns, planes = run.image.pixels.shape
     run.room.check(strip_bytes(rows, columns, planes), "the texture")
     if run.image.holes:
-        run.room.check(MENDING * rows * columns, "a texture with pixels that are not finite")
+        run.room.check(MENDING_BYTES_PER_TEXEL * rows * columns, "a texture with pixels that are not finite")

@@ -32,7 +32,7 @@ from ...shapes.shape import Shape
 from ...shapes.split_rims import subdivide_rims
 from .baked import Parts
 
-SAME_POINT = 1e-6  # relative to the source's diagonal: points this close are considered the same
+SAME_POINT_SHARE = 1e-6  # relative to the source's diagonal: points this close are considered the same
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,7 +196,7 @@ def _uv_of(source: Shape, lying: Texture, z: Complex, target: MeshShape, threads
         at = wanted[:, 0] == k
         more[at], away[at] = _on_chart(mesh, chart == k, z[wanted[at, 1]])
     rows, torn = patch.faces.copy(), np.zeros(beyond.shape, bool)
-    rows[beyond], torn[beyond] = z.size + number, (away > SAME_POINT * mesh.curve.diagonal)[number]
+    rows[beyond], torn[beyond] = z.size + number, (away > SAME_POINT_SHARE * mesh.curve.diagonal)[number]
     return _Coordinates(np.concatenate([uv, more]), rows, int(torn.any(axis=1).sum()))
 
 

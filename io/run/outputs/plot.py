@@ -19,7 +19,7 @@ from ..state import Run
 from .output import Output
 from .picture import displayed
 
-PIXELS = 900  # longer side of the picture
+LONGER_SIDE_PIXELS = 900  # longer side of the picture
 
 
 class Plot(Output):
@@ -56,7 +56,7 @@ class Plot(Output):
 def _carried(run: Run) -> tuple[NDArray, Box]:
     """Return the mapped picture as screens show it, and its box in the target's plane."""
     canvas = run.canvas_of(None)
-    canvas = Canvas.about(*proportional(PIXELS, canvas.box[1] - canvas.box[0]), canvas.box)
+    canvas = Canvas.about(*proportional(LONGER_SIDE_PIXELS, canvas.box[1] - canvas.box[0]), canvas.box)
     return displayed(run, canvas), canvas.box
 
 

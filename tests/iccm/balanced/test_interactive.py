@@ -6,7 +6,7 @@ from scipy.spatial import cKDTree
 
 import iccm
 from iccm.arrays import xy_of
-from iccm.balanced.interactive import BUDGET_TRIANGLE_STEPS, STEPS_A_MESH, Live
+from iccm.balanced.interactive import BUDGET_TRIANGLE_STEPS, STEPS_PER_MESH, Live
 from iccm.balanced.minimise import newton
 from iccm.balanced.model.settings import Settings
 from iccm.curve import Curve
@@ -132,7 +132,7 @@ def test_a_drag_waits_for_a_new_mesh_and_lags_behind_without_folds(side):
     pins = pins + 0j
     pins[1, side] -= 0.9 * (pins[1, side] - pins[2, side])  # too close to the other one to get there at once
     steps = 0
-    while steps < STEPS_A_MESH - 1:
+    while steps < STEPS_PER_MESH - 1:
         live, steps = live.moved(pins, dragged=True), steps + 1
         assert live.map.injectivity.certified
         assert live.state.faces is faces
@@ -156,7 +156,7 @@ def test_a_step_of_a_drag_keeps_to_its_budget_and_goes_on_with_the_next(side, mo
     monkeypatch.setattr(newton, "descend", counted)
     pins, meshes = pins + 0j, []
     pins[1, side] *= 0.7
-    for _ in range(STEPS_A_MESH // 2):
+    for _ in range(STEPS_PER_MESH // 2):
         made.clear()
         meshes.append(live.state.faces)
         live = live.moved(pins, dragged=True)

@@ -11,7 +11,7 @@ from iccm.balanced import fit as balanced
 from iccm.balanced.minimise.soft_pins import QUADRATURE, SoftPins, Spring
 from iccm.balanced.model.energy import Energy
 from iccm.balanced.search import final_mesh
-from iccm.pins import RADIUS_BETWEEN_PINS, RADIUS_SHARE, choose_radii
+from iccm.pins import RADIUS_PIN_DISTANCES, RADIUS_SHARE, choose_radii
 from tests import shapes
 
 TURNS = np.exp(2j * np.pi * np.arange(60) / 60)
@@ -234,7 +234,7 @@ def test_radii_leave_room():
     alone = choose_radii(source, target, ((), ()), np.array([[0, 0]], complex))
     assert alone == pytest.approx([RADIUS_SHARE * size])
     close = choose_radii(source, target, ((), ()), np.array([[0, 0], [9, 30j]], complex))
-    assert close == pytest.approx([9 * RADIUS_BETWEEN_PINS] * 2)
+    assert close == pytest.approx([9 * RADIUS_PIN_DISTANCES] * 2)
     deformed = choose_radii(
         source, None, ((), ()), np.array([[0, 5], [40j, 5]], complex)
     )  # one place for both

@@ -101,7 +101,7 @@ def test_what_is_more_than_hairs_is_refused():
 def test_thickness_in_parts_is_thickness(monkeypatch):
     curve = Curve(coast(300))
     whole = panels.thickness(curve, 0.02)
-    monkeypatch.setattr(panels, "MOST_PAIRS", 5000)
+    monkeypatch.setattr(panels, "PAIRS_AT_ONCE", 5000)
     for a, b in zip(whole, panels.thickness(curve, 0.02)):
         assert np.array_equal(a, b)
 

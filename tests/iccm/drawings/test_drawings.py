@@ -8,7 +8,7 @@ import iccm
 from iccm.arrays import xy_of
 from iccm.balanced.fit import settings_of
 from iccm.curve import Curve
-from iccm.drawings.cost import LOST, price
+from iccm.drawings.cost import LOST_POINT_ENERGY, price
 from iccm.drawings.drawing import Drawing
 from iccm.drawings.frame import Frame, close_hairlines, frames_of
 from iccm.drawings.mappable_holes import mappable
@@ -157,8 +157,8 @@ def test_the_energy_weighs_both_drawings_areas_alike():
 
 def test_the_price_lies_between_the_energy_and_that_of_a_lost_point():
     assert price(1.5, (0, 0), 1) == 1.5
-    assert price(1.5, (0.2, 0.4), 2) == pytest.approx(2 * (0.7 * 1.5 + 0.3 * LOST))
-    assert price(np.inf, (1, 1), 1) == LOST
+    assert price(1.5, (0.2, 0.4), 2) == pytest.approx(2 * (0.7 * 1.5 + 0.3 * LOST_POINT_ENERGY))
+    assert price(np.inf, (1, 1), 1) == LOST_POINT_ENERGY
 
 
 def test_parts_are_paired_by_place():
@@ -241,7 +241,7 @@ def test_a_descent_that_costs_much_more_than_the_best_is_given_up(monkeypatch):
         return [found.cost for found in search.descents()]
 
     shorter = costs()
-    monkeypatch.setattr(choice, "GIVEN_UP", np.inf)
+    monkeypatch.setattr(choice, "GIVEN_UP_COST_RATIO", np.inf)
     longer = costs()
     assert len(shorter) < len(longer) and min(shorter) == min(longer)
 
@@ -251,7 +251,7 @@ def test_joined_frames_that_cost_much_more_than_paired_parts_are_not_looked_for(
     apart = Drawing(shapely.MultiPolygon([HOOK, shapely.box(16, 0, 17, 12)]))
     settings = settings_of(Options())
     found = choices(hook, apart, settings, pair_parts=True)
-    monkeypatch.setattr(choice, "GIVEN_UP", np.inf)
+    monkeypatch.setattr(choice, "GIVEN_UP_COST_RATIO", np.inf)
     compared = choices(hook, apart, settings, pair_parts=True)
     assert len(found) == 1 < len(compared)
     for best in (found[0], compared[0]):

@@ -6,7 +6,7 @@ import shapely
 
 from iccm.arrays import xy_of
 from iccm.errors import InputError
-from iccm.meshes.packing import CELLS, pack
+from iccm.meshes.packing import GRID_CELLS_ACROSS, pack
 
 
 def chart(rng, size):
@@ -34,7 +34,7 @@ def test_charts_are_apart_by_the_margin_and_inside(count, rotates):
     square = shapely.box(10, -3, 14, 1)
     packing = pack(charts, square, margin=margin, rotates=rotates)
     placed = regions(charts, packing)
-    texel = 4 / CELLS
+    texel = 4 / GRID_CELLS_ACROSS
     assert all(square.buffer(-margin / 2 * texel).covers(region) for region in placed)
     away = [a.distance(b) for k, a in enumerate(placed) for b in placed[:k]]
     assert min(away, default=1) >= margin * texel

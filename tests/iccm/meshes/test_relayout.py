@@ -257,7 +257,7 @@ def test_a_triangle_far_smaller_than_a_texel_does_not_make_pictures_larger(there
 
 
 def test_pictures_that_would_need_more_texels_than_are_made_unasked_are_told(there, iccm, monkeypatch):
-    monkeypatch.setattr("iccm.meshes.relayout.LARGEST", 8)
+    monkeypatch.setattr("iccm.meshes.relayout.LARGEST_TEXELS_ACROSS", 8)
     image_files.write("t.png", image_files.Image(np.zeros((16, 16, 3), np.uint8)))
     write(there / "new.obj", lambda x, y: upright(x, y) / 2, 4)
     write(there / "old.obj", upright, 4)

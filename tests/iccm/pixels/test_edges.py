@@ -90,7 +90,7 @@ def test_reductions_of_a_tile_are_those_of_all_around_it(edge, mode):
 def test_rows_that_are_reduced_strip_by_strip_are_those_reduced_at_once(monkeypatch):
     picture = np.random.default_rng(4).random((200, 7, 2)).astype(np.float32)
     whole = [pyramid.pyramid(picture, edge).texels for edge in (pyramid.REPEAT, pyramid.MIRROR)]
-    monkeypatch.setattr(pyramid, "STRIP", 1)
+    monkeypatch.setattr(pyramid, "STRIP_VALUES", 1)
     for edge, wanted in zip((pyramid.REPEAT, pyramid.MIRROR), whole):
         assert np.array_equal(pyramid.pyramid(picture, edge).texels, wanted)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from iccm.pixels.thumbnail import LARGEST, png
+from iccm.pixels.thumbnail import LARGEST_SIDE_PIXELS, png
 
 
 def shown(pixels):
@@ -32,9 +32,9 @@ def test_channels_keep_their_meaning(channels):
     assert np.array_equal(shown(pixels).reshape(3, 5, channels), pixels)
 
 
-@pytest.mark.parametrize("shape", [(2 * LARGEST + 1, 3), (3, 2 * LARGEST + 1)])
+@pytest.mark.parametrize("shape", [(2 * LARGEST_SIDE_PIXELS + 1, 3), (3, 2 * LARGEST_SIDE_PIXELS + 1)])
 def test_large_pictures_are_thinned_out_whichever_side_is_longer(shape):
     pixels = np.arange(shape[0] * shape[1], dtype=np.uint32).astype(np.uint8).reshape(*shape, 1)
     made = shown(pixels)
-    assert LARGEST / 2 < max(made.shape) <= LARGEST
+    assert LARGEST_SIDE_PIXELS / 2 < max(made.shape) <= LARGEST_SIDE_PIXELS
     assert np.array_equal(made, pixels[::3, ::3, 0])

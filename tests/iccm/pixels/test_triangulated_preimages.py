@@ -7,7 +7,7 @@ import pytest
 
 from iccm.maps.triangulated.map import TriangulatedMap
 from iccm.parallel import in_order
-from iccm.pixels.canvas import BAND, Canvas
+from iccm.pixels.canvas import BAND_ROWS, Canvas
 from iccm.pixels.coverage import coverage
 from iccm.pixels.triangulated_preimages import Blocks, TriangulatedPreimages
 from tests.shapes import arrow, ell
@@ -45,7 +45,7 @@ def canvas(request) -> Canvas:
 
 def whole(map, canvas, threads=1):
     source = TriangulatedPreimages(map, canvas)
-    bands = list(in_order(source.band, range(0, canvas.height, BAND), threads))
+    bands = list(in_order(source.band, range(0, canvas.height, BAND_ROWS), threads))
     arrays = (
         np.concatenate([getattr(band, name) for band in bands]) for name in ("z", "right", "down", "coverage")
     )
@@ -125,7 +125,7 @@ def test_a_gap_between_neighbours_would_show(map):
         canvas = Canvas(97, 103, (BOX[0] + shift, BOX[1] + shift))
         preimages = TriangulatedPreimages(map, canvas)
         inside = coverage(preimages.loop, 0, canvas.height, canvas.width)[1]
-        z = np.concatenate([preimages.band(row).z for row in range(0, canvas.height, BAND)])
+        z = np.concatenate([preimages.band(row).z for row in range(0, canvas.height, BAND_ROWS)])
         clear = map.image_rim.closest(canvas.centres().ravel())[2].reshape(z.shape) > 1e-9
         assert np.isfinite(z[inside & clear]).all()
 

@@ -11,7 +11,7 @@ from iccm.maps.harmonic import HarmonicMap
 from iccm.maps.inverse import inverse
 from iccm.memory import Memory
 from iccm.pixels import preimages
-from iccm.pixels.canvas import BAND, Band, Canvas, Diagnostics
+from iccm.pixels.canvas import BAND_ROWS, Band, Canvas, Diagnostics
 from iccm.pixels.checkerboard import checkerboard
 from iccm.pixels.coverage import coverage
 from iccm.pixels.padding import pad
@@ -91,7 +91,7 @@ def test_source_points_stay_within_the_error_asked_for(map):
     canvas = Canvas(700, 500, BOX)
     for asked in (1e-3, 1e-5):
         source = preimages.of(map, canvas, asked)
-        for row in range(0, canvas.height, BAND):
+        for row in range(0, canvas.height, BAND_ROWS):
             band = source(row)
             inner = band.coverage == 1
             w, z = canvas.centres(band.row, len(band.z))[inner], band.z[inner]
@@ -366,7 +366,7 @@ def test_a_large_texture_is_read_as_stored_with_the_same_result(monkeypatch, dty
     alpha = 3 if channels == 4 else -1
     plain, compact = [], []
     for made, limit in ((plain, 1 << 40), (compact, 0)):
-        monkeypatch.setattr("iccm.pixels.sampler.LARGE", limit)
+        monkeypatch.setattr("iccm.pixels.sampler.LARGE_VALUES", limit)
         for map, size in ((IDENTITY, 300), (conformal(lambda z: z + 0.2 * z**2), 40)):
             made.append(
                 warp(map, Texture(picture, BOX, alpha), Canvas(size, size, BOX), filter=filter).pixels
@@ -394,7 +394,7 @@ def test_pixels_made_at_once_are_those_made_step_by_step(monkeypatch, filter, ch
     texture = Texture(picture, (-0.9 - 1j, 1.1 + 1j), alpha)
     map = conformal(lambda z: z + 0.2 * z**2)
     for limit in (1 << 40, 0):
-        monkeypatch.setattr("iccm.pixels.sampler.LARGE", limit)
+        monkeypatch.setattr("iccm.pixels.sampler.LARGE_VALUES", limit)
         sampler = Sampler(texture, filter, edge=edge)
         assert sampler.paints
         for size in (20, 300):  # bands of 128 rows, columns in squares of 256

@@ -279,7 +279,7 @@ def test_it_is_rendered_as_finely_as_the_map_samples_it(files, made):
     for size in (200, 3000):
         run(Job(source="a.svg", target="b.svg", size=(size,), output=(f"{size}.png",)))
     assert made[0] == (1024, 1024) == made[1] and len(made) == 3
-    extent = 16 * (1 + 2 * texture.BESIDE)  # units across; 16 units become 160 of 200, 2400 pixels
+    extent = 16 * (1 + 2 * texture.BESIDE_SIZE_SHARE)  # units across; 16 units become 160 of 200, 2400 pixels
     assert made[2][0] == pytest.approx(extent * 2400 / 16, rel=0.05)
     job = Job(source="a.svg", target="b.svg", size=(900,), output=("m.png",), max_pixels=900_000, force=True)
     run(job)
@@ -305,12 +305,12 @@ def test_a_small_result_needs_no_large_rendering(files, made, monkeypatch):
     monkeypatch.setattr(texture, "density_needed", lambda fits, step: 1e3)
     from iccm.io.run.execute import run
 
-    monkeypatch.setattr(texture, "MOST_RENDERED", 2_000_000)
+    monkeypatch.setattr(texture, "MOST_RENDERED_PIXELS", 2_000_000)
     for size in (24, 40, 90):
         run(Job(source="a.svg", target="b.svg", size=(size,), output=(f"{size}.png",)))
     shown = [width * height for width, height in made if (width, height) != (1024, 1024)]
-    assert len(shown) == 2 and shown[0] == pytest.approx(40 * 36 * texture.TEXELS_PER_PIXEL, rel=0.01)
-    assert shown[1] == pytest.approx(texture.MOST_RENDERED, rel=0.01)
+    assert len(shown) == 2 and shown[0] == pytest.approx(40 * 36 * texture.MOST_PIXELS_PER_PIXEL, rel=0.01)
+    assert shown[1] == pytest.approx(texture.MOST_RENDERED_PIXELS, rel=0.01)
 
 
 def test_a_mesh_holds_the_rendered_drawing(files, iccm):

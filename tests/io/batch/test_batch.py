@@ -171,7 +171,7 @@ def test_what_is_skipped_does_not_wait_for_what_runs(play, monkeypatch):
         dispatch, "wait", lambda running, **how: patience.append(how["timeout"]) or wait(running, **how)
     )
     results, _ = play({"a": ["hangs"]}, resume=True, stopping=lambda: len(patience) == 5)
-    assert patience == [0, 0, 0, 0, dispatch.POLL]
+    assert patience == [0, 0, 0, 0, dispatch.POLL_SECONDS]
     assert [(r["status"], r["resumed"]) for r in results.values()] == [("done", True)] * 4 + [
         ("cancelled", False)
     ]
@@ -181,7 +181,7 @@ def test_a_worker_begins_no_job_when_its_time_is_up(monkeypatch):
     ran = []
     monkeypatch.setattr(worker, "run_job", lambda payload: ran.append(payload) or {"seconds": 0})
     assert len(worker.run_bundle([1, 2, 3])) == 3
-    monkeypatch.setattr(worker, "SPAN", 0.0)
+    monkeypatch.setattr(worker, "RETURN_SECONDS", 0.0)
     assert len(worker.run_bundle([1, 2, 3])) == 1 and ran == [1, 2, 3, 1]
 
 

@@ -90,7 +90,7 @@ def test_the_same_batch_on_a_cluster(shapes, iccm, scheduler):
 
 
 def test_no_scheduler_is_one_line(shapes, iccm, monkeypatch):
-    monkeypatch.setattr(pools, "PATIENCE", "1s")
+    monkeypatch.setattr(pools, "CLUSTER_TIMEOUT", "1s")
     (shapes / "jobs.jsonl").write_text('{"source": "blob.svg", "target": "disk.svg"}')
     began = time.monotonic()
     typed = iccm("batch", "jobs.jsonl", "--dask", f"tcp://127.0.0.1:{free_port()}")
@@ -145,7 +145,7 @@ def test_short_jobs_travel_together_as_long_as_all_threads_have_some(monkeypatch
 
 def test_long_jobs_travel_alone(monkeypatch):
     monkeypatch.setattr("distributed.Client", Cluster)
-    monkeypatch.setattr(pools, "TASK", 0.01)
+    monkeypatch.setattr(pools, "TASK_SECONDS", 0.01)
     pool = pools.Dask("tcp://host:1", ahead=True)
     pool.submit([{}])
     assert pool.together(1000) == 1
@@ -226,7 +226,7 @@ def test_a_job_that_kills_its_workers_is_the_only_one_that_fails(shapes, iccm, s
     shutil.copy("disk.svg", "killer.svg")
     address, _ = start("--preload", "killer.py", DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES="0")
     many(shapes, 60, job_30={"source": "killer.svg"})
-    monkeypatch.setattr(pools, "TASK", 5.0)  # together on a busy machine too
+    monkeypatch.setattr(pools, "TASK_SECONDS", 5.0)  # together on a busy machine too
     typed = iccm("batch", "jobs.jsonl", "--root", "far", "--dask", address, "--retries", "0")
     said = {row["job"]: row["status"] for row in map(json.loads, typed.out.splitlines())}
     assert typed.code == 1 and said == {n: "killed" if n == 30 else "done" for n in range(1, 61)}

@@ -34,6 +34,6 @@ def test_black_grey_and_white_stay_so(tmp_path, dtype, suffix, space):
 
 def test_oblong_pictures_keep_their_proportions(tmp_path):
     made = shown(np.full((64, 640, 4), 200, np.uint8), tmp_path / "a.png", alpha=3)
-    assert made.shape[1] == overview.THUMBNAIL and made.shape[0] == pytest.approx(
-        overview.THUMBNAIL / 10, abs=1
+    assert made.shape[1] == overview.THUMBNAIL_PIXELS and made.shape[0] == pytest.approx(
+        overview.THUMBNAIL_PIXELS / 10, abs=1
     )

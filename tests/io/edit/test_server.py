@@ -17,7 +17,7 @@ from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
 from iccm.io.edit import routes
-from iccm.io.edit.workspace import KEPT, Workspace, remove_old_copies
+from iccm.io.edit.workspace import KEPT_DAYS, Workspace, remove_old_copies
 
 PORT, TOKEN = 4321, "a-token"
 HERE = {"origin": f"http://127.0.0.1:{PORT}"}
@@ -342,13 +342,13 @@ def test_copies_of_files_are_removed_when_they_are_old_and_never_what_is_the_use
     beside, own = old.parent / "notes.txt", shapes / "old.svg"
     for path in (beside, own):
         path.write_bytes(b"old" if path is own else b"mine")
-    past = time.time() - (KEPT + 1) * 86400
+    past = time.time() - (KEPT_DAYS + 1) * 86400
     for path in (old, opened, changed, beside, own):
         os.utime(path, (past, past))
     assert Workspace().put("opened.svg", b"opened.svg") == str(opened)
     remove_old_copies()
     assert not old.exists() and all(path.exists() for path in (opened, changed, beside, own))
-    remove_old_copies(time.time() + (KEPT + 1) * 86400)
+    remove_old_copies(time.time() + (KEPT_DAYS + 1) * 86400)
     assert not opened.parent.exists() and changed.exists()
 
 

@@ -57,5 +57,5 @@ def test_what_is_asked_or_written_otherwise_is_made_anew(grey):
 
 
 def test_a_large_texture_is_not_kept(grey, monkeypatch):
-    monkeypatch.setattr(texture, "KEPT", 100)
+    monkeypatch.setattr(texture, "KEPT_VALUES", 100)
     assert made(texture=str(grey))[0] is not made(texture=str(grey))[0]

@@ -272,7 +272,7 @@ def test_a_bound_on_memory_does_not_change_a_picture_from_or_for_a_mesh(shapes, 
     image_files.write(shapes / "t.png", colours(300))
     options = ("--texture", "t.png", "--size", "200", "--method", "paper", "--tolerance", "0.1")
     assert iccm("map", *words, *options, "-o", "free.png").code == 0
-    monkeypatch.setattr(memory, "SHARE", 0)  # nothing stays in memory
+    monkeypatch.setattr(memory, "CACHE_MEMORY_SHARE", 0)  # nothing stays in memory
     assert iccm("map", *words, *options, "-o", "bound.png", "--memory", "4G").code == 0
     assert (shapes / "bound.png").read_bytes() == (shapes / "free.png").read_bytes()
 

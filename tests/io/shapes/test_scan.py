@@ -117,7 +117,7 @@ def test_a_large_scan_is_traced_in_its_own_pixels(tmp_path, monkeypatch):
     from iccm.io.shapes import scan
 
     pixels = np.where(filled(), 0.4, 1.0) * paper(0.6)
-    monkeypatch.setattr(scan, "SIDE", 200)
+    monkeypatch.setattr(scan, "LONGER_SIDE_PIXELS", 200)
     assert gap_to_truth(traced(tmp_path, pixels)) < 3
 
 

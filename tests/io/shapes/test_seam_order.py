@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from iccm.io.shapes import seam_order as module
-from iccm.io.shapes.seam_order import MAPS, MARKS, same_vertices
+from iccm.io.shapes.seam_order import MAPS_TRIED, PINNED_VERTICES, same_vertices
 from iccm.meshes.disk_patch import nearest, sound_piece
 from iccm.meshes.mesh import Mesh
 
@@ -39,7 +39,7 @@ def test_vertices_are_those_of_the_same_place_whatever_their_order(shuffled, bal
     pins = same_vertices(
         (written(tmp_path / "a.obj", points, faces), written(tmp_path / "b.obj", longer, other)), (None, None)
     )
-    assert len({end for _, end in pins}) == MARKS
+    assert len({end for _, end in pins}) == PINNED_VERTICES
     for start, end in pins:
         assert place[int(start[1:]) - 1] == int(end[1:]) - 1
 
@@ -62,7 +62,7 @@ def test_open_meshes_have_none(ball, tmp_path):
     assert same_vertices((spec, spec), (None, None)) == []
 
 
-@pytest.mark.parametrize("twisted, taken", [([False], 0), ([True, False], 1), ([True] * MAPS, 0)])
+@pytest.mark.parametrize("twisted, taken", [([False], 0), ([True, False], 1), ([True] * MAPS_TRIED, 0)])
 def test_the_first_seam_is_taken_whose_map_is_not_twisted(twisted, taken, monkeypatch, ball, tmp_path):
     points, faces = ball
     points = points * [1, 1.2, 2]

@@ -370,7 +370,7 @@ def test_a_large_picture_is_judged_by_a_small_one_and_traced_in_its_own_pixels(t
     """Shapes on a plain background are as exact as ever; the inside of a line is as fine as the small picture."""
     from iccm.io.shapes import scan
 
-    monkeypatch.setattr(scan, "SIDE", 80)
+    monkeypatch.setattr(scan, "LONGER_SIDE_PIXELS", 80)
     pixels = np.rint(255 * (1 - 0.8 * covered(disc)))[..., None].astype(np.uint8)
     reading = silhouette.interpret(pixels, -1)
     assert reading.kind == "plain" and reading.field.shape == (SIDE, SIDE)

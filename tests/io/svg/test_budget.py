@@ -355,7 +355,7 @@ def test_a_compressed_drawing_is_read_within_the_same_bounds(shapes, iccm):
 @pytest.mark.parametrize("at_once", [64, fill.MOST_PAIRS])
 def test_many_rings_wind_around_points_as_each_does(monkeypatch, at_once):
     """Overlapping triangles and quadrangles that run either way around, and a large ring around half of them."""
-    monkeypatch.setattr(fill, "AT_ONCE", min(at_once, fill.AT_ONCE))
+    monkeypatch.setattr(fill, "SEGMENTS_AT_ONCE", min(at_once, fill.SEGMENTS_AT_ONCE))
     monkeypatch.setattr(fill, "MOST_PAIRS", at_once)
     rng = np.random.default_rng(5)
     corners = rng.uniform(-1, 1, (40, 4)) + 1j * rng.uniform(-1, 1, (40, 4))
