@@ -134,6 +134,23 @@ class Origin:
         flat = triangle_areas(complex_of(self.new.uv[self.new.uv_faces])) == 0
         return float(areas[flat].sum()), float(areas.sum())
 
+    def interpolate(self, values: Real, where: Flags) -> Real:
+        """Interpolate values at the corners of the old triangles.
+
+        Args:
+            values: (n, 3, k) of the corners.
+            where: (h, w) texels of the new layout, inside its charts.
+
+        Returns:
+            (p, k) values of these texels, row by row.
+        """
+        rows, columns = np.nonzero(where)
+        own, slot = self.grid.owners.owner[rows, columns], self.slots[rows, columns]
+        weights = _barycentric(self.grid.corners[own], columns, rows, self.grid.shape, self.wraps)
+        there, lonely = np.take_along_axis(weights, self.order[own], axis=1), slot >= 0
+        there[lonely] = self.weights[slot[lonely]]
+        return _at(values[self.triangles[rows, columns]], there)
+
     def conflicts(self, textures: Index | None = None) -> "Conflicts":
         """Find texels that lie in several triangles of the new layout which show different places of the old texture.
 

@@ -1,6 +1,6 @@
 """The pictures of a material set carried to new coordinates: each in a separate picture for each material there."""
 
-from collections.abc import Container, Hashable, Mapping
+from collections.abc import Container, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ...arrays import Flags, Index
+from ...arrays import Flags, Index, Real
 from ...meshes.charted import Charted
 from ...meshes.relayout import (
     COLOUR_TEXELS_ACROSS,
@@ -50,6 +50,7 @@ class BakeSettings:
         max_pixels: of a picture that is read.
         threads: never change the result.
         settled: whether the alpha of masks becomes what is seen of it.
+        vertex_colours: whether pictures of colors are multiplied by vertex colors.
     """
 
     size: tuple[int, int] | None = None
@@ -60,6 +61,7 @@ class BakeSettings:
     match: str = "auto"
     threads: int | None = None
     settled: bool = False
+    vertex_colours: bool = False
 
 
 @dataclass(eq=False)
@@ -113,13 +115,25 @@ class MaterialBaker:
     def slots(self) -> list[str]:
         """What there will be pictures for."""
         shown = (slot for k in self.materials for slot in self.material_set.materials[k].maps)
-        return list(dict.fromkeys([*shown, *sorted(self._differing)]))
+        coloured = [slot for slot in (self._coloured_slot,) if slot is not None and self.materials]
+        return list(dict.fromkeys([*shown, *sorted(self._differing), *coloured]))
+
+    @property
+    def _coloured_slot(self) -> str | None:
+        """The slot whose picture is multiplied by vertex colors."""
+        if not self.settings.vertex_colours or self.material_set.colours is None:
+            return None
+        if self.material_set.dialect == "mtl":
+            return "map_kd"
+        shown = (self.material_set.materials[k].maps for k in self.materials)
+        return DIFFUSE if any(DIFFUSE in maps for maps in shown) else BASE
 
     @property
     def kinds(self) -> dict[str, str]:
         """What the channels of each slot's picture are, by the first of the materials that has one."""
         materials = [self.material_set.materials[k] for k in reversed(self.materials)]
-        return {slot: each.kind for material in materials for slot, each in material.maps.items()}
+        found = {slot: each.kind for material in materials for slot, each in material.maps.items()}
+        return found if self._coloured_slot is None else {self._coloured_slot: "colour"} | found
 
     def image(self, slot: str) -> Image:
         """Return the picture for a slot; slots that show the same share one, such as occlusion and roughness."""
@@ -135,12 +149,13 @@ class MaterialBaker:
         shown = [each and (each.picture, each.kind, each.wrap, each.opaque, id(each.uv)) for each in maps]
         factors = [material.factors.get(slot) for material in materials] if slot in self.multiplied else []
         # The alpha of masks is changed in the slots of colors only.
-        return kind_of(slot), tuple(shown), tuple(factors), slot if slot in (BASE, DIFFUSE) else None
+        own = slot if slot in (BASE, DIFFUSE, self._coloured_slot) else None
+        return kind_of(slot), tuple(shown), tuple(factors), own
 
     def _bake(self, slot: str) -> Image:
         maps = [self.material_set.materials[k].maps.get(slot) for k in self.materials]
         origin = self.origin(self._size(*self.materials, slots=[slot]))
-        if len(maps) > 1:
+        if len(maps) > 1 or slot == self._coloured_slot:
             return self._together(slot, maps, origin)
         assert maps[0] is not None
         image, sampler = self._ready(maps[0])
@@ -218,7 +233,9 @@ class MaterialBaker:
         """
         read = [None if each is None else without_profile(self._read(each)) for each in maps]
         materials = [self.material_set.materials[k] for k in self.materials]
-        kind = next((each.kind for each in maps if each is not None), kind_of(slot))
+        coloured = slot == self._coloured_slot
+        kind = "colour" if coloured else kind_of(slot)
+        kind = next((each.kind for each in maps if each is not None), kind)
         factors = [
             material.factors.get(slot, ()) if slot in self.multiplied else () for material in materials
         ]
@@ -226,6 +243,7 @@ class MaterialBaker:
         clear = any(image is not None and image.alpha >= 0 for image in read) or any(
             factor[3] < 1 for factor in factors if len(factor) > 3
         )
+        clear = clear or (coloured and self._shows_clear_vertices(materials))
         dtype, top, channels = (np.uint16, 65535, 4) if deep else (np.uint8, 255, 4)
         channels -= int(not clear)
         reached = origin.reached(self.settings.limit)
@@ -247,11 +265,22 @@ class MaterialBaker:
                     threads=self.settings.threads,
                 )
             if factor:
-                _multiply(out, own, factor, srgb=kind == "colour")
+                _multiply(out, own, np.array(factor), srgb=kind == "colour")
+            if coloured and self.material_set.colours is not None:
+                colours = origin.interpolate(self.material_set.colours, own)
+                _multiply(out, own, colours if clear else colours[:, :3], srgb=True)
             if self.settings.settled or len({self.material_set.kinds[each] for each in self.materials}) > 1:
                 self._settle(slot, Image(out, alpha=3 if clear else -1), own, k)
         spread(out, reached, self.settings.padding)
         return Image(out, alpha=3 if clear else -1)
+
+    def _shows_clear_vertices(self, materials: Sequence[Material]) -> bool:
+        """Return whether vertex colors have an alpha that materials show."""
+        colours = self.material_set.colours
+        modes = {
+            material.source.get("alphaMode") for material in materials if isinstance(material.source, dict)
+        }
+        return bool(colours is not None and modes - {None, "OPAQUE"} and (colours[..., 3] < 1).any())
 
     def _settle(self, slot: str, image: Image, own: Flags, material: int) -> None:
         """Make the alpha of a mask what is seen of it, all or nothing (Khronos, *glTF 2.0*, §3.9.4)."""
@@ -293,10 +322,11 @@ def _widen(image: Image, dtype: np.dtype, clear: bool) -> Image:
     return Image(np.concatenate([colours, alpha], axis=2), alpha=3)
 
 
-def _multiply(out: NDArray, own: Flags, factor: tuple[float, ...], *, srgb: bool) -> None:
-    """Multiply some pixels by linear factors of their channels."""
+def _multiply(out: NDArray, own: Flags, factor: Real, *, srgb: bool) -> None:
+    """Multiply some pixels by linear factors (k,) of their channels, or (p, k) of each; further channels stay."""
     channels = out.shape[2]
-    by = np.array([*factor, 1.0, 1.0, 1.0, 1.0][:channels], np.float32)
+    by = np.ones((*factor.shape[:-1], channels), np.float32)
+    by[..., : min(factor.shape[-1], channels)] = factor[..., :channels]
     if (by == 1).all():
         return
     alpha = 3 if channels == 4 else -1

@@ -133,4 +133,5 @@ def _material_set(file: MeshFile, kinds: of_mtl.Kinds) -> MaterialSet:
         return of_mtl.material_set(file, kinds=kinds)
     whole = of_gltf.material_set(str(file.path), primitives_of(file))
     own = np.flatnonzero(file.faces[_shows(file)])
-    return replace(whole, sheet=part(whole.sheet, own), owner=whole.owner[own])
+    colours = None if whole.colours is None else whole.colours[own]
+    return replace(whole, sheet=part(whole.sheet, own), owner=whole.owner[own], colours=colours)

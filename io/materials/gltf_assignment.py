@@ -22,6 +22,7 @@ class MaterialAssignment:
         pictures: PNG or JPEG files by slot (see `gltf_materials.slots`).
         samplers: the JSON of the samplers of these, where there are any.
         coordinates: the number of the set that they are shown by.
+        without_colours: whether the primitives lose their vertex colors, because the pictures hold those.
     """
 
     primitives: Sequence[Primitive]
@@ -29,6 +30,7 @@ class MaterialAssignment:
     pictures: Mapping[str, bytes]
     samplers: Mapping[str, dict[str, Any]]
     coordinates: int = 0
+    without_colours: bool = False
 
 
 def assign_materials(
@@ -44,7 +46,10 @@ def assign_materials(
         materials[number] = deepcopy(each.material)
         _paint(editor, materials[number], each)
         for part in each.primitives:
-            editor.tree["meshes"][part.mesh]["primitives"][part.number]["material"] = number
+            primitive = editor.tree["meshes"][part.mesh]["primitives"][part.number]
+            primitive["material"] = number
+            if each.without_colours:
+                primitive["attributes"].pop("COLOR_0", None)
     if extensions := [name for name in used if name not in editor.tree.get("extensionsUsed", [])]:
         editor.tree.setdefault("extensionsUsed", []).extend(extensions)
     editor.forget()

@@ -81,6 +81,8 @@ class MaterialSet:
         owner: (m,) the material of each triangle.
         dialect: the names of the materials' slots: those of "gltf" or "mtl".
         notes: what a user should know.
+        colours: (m, 3, 4) vertex colors at the triangles' corners, linear with alpha, which multiply those of the
+            materials; None: there are none.
     """
 
     sheet: Charted
@@ -88,6 +90,7 @@ class MaterialSet:
     owner: Index
     dialect: str
     notes: tuple[str, ...] = ()
+    colours: Real | None = None
 
     @property
     def maps(self) -> list[MaterialMap]:
@@ -128,12 +131,12 @@ def part(sheet: Charted, triangles: Flags | Index) -> Charted:
 
 
 def check_pictures(material_set: MaterialSet, name: str) -> None:
-    """Refuse a mesh whose materials show no picture.
+    """Refuse a mesh whose materials show no picture and that has no vertex colors.
 
     Raises:
         InputError: there is none.
     """
-    if not material_set.maps:
+    if not material_set.maps and material_set.colours is None:
         why = "".join(f" ({note})" for note in material_set.notes[:1])
         raise InputError(
             f"{name}: its materials have no textures; name pictures with --texture, --normal or --data{why}"

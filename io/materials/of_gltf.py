@@ -14,6 +14,7 @@ from ..meshes import gltf_materials
 from ..meshes.gltf import Primitive
 from .material_set import Material, MaterialMap, MaterialSet
 
+COLOURS = "COLOR_0"
 EMISSIVE, ROUGH = "emissiveTexture", "pbrMetallicRoughness/metallicRoughnessTexture"
 PICTURED = ("name", "extras", "pbrMetallicRoughness", "emissiveFactor")  # or of no effect
 
@@ -33,7 +34,8 @@ def material_set(
     Raises:
         InputError: none of them has coordinates.
     """
-    shown, every = with_layout(name, parts), len(parts)
+    coloured = plain and any(COLOURS in part.attributes for part in parts)
+    shown, every = list(parts) if coloured else with_layout(name, parts), len(parts)
     parts = parts if plain else shown
     left = every - len(parts)
     notes = (
@@ -45,7 +47,9 @@ def material_set(
     keys, counts = list(alike), [len(part.faces) for part in parts]
     owner = np.repeat([keys.index((part.key, has_layout(part))) for part in parts], counts)
     materials = [_material(name, parts, own) for own in alike.values()]
-    return MaterialSet(sheet(name, parts, bare), tuple(materials), owner, "gltf", notes if left else ())
+    whole, colours = sheet(name, parts, bare), _vertex_colours(parts)
+    corners = None if colours is None else colours[whole.faces]
+    return MaterialSet(whole, tuple(materials), owner, "gltf", notes if left else (), corners)
 
 
 def with_layout(name: str, parts: Sequence[Primitive]) -> list[Primitive]:
@@ -73,7 +77,8 @@ def sheet(name: str, parts: Sequence[Primitive], bare: bool) -> Charted:
     normal: Real | None = np.concatenate(known) if stated else None
     tangents = _join([part.tangents for part in parts], points, 4)
     uv = _join([_layout(part, bare) for part in parts], points, 2)
-    assert uv is not None
+    if uv is None:  # of vertex colors alone
+        uv = np.zeros((first[-1], 2))
     corners = None if tangents is None else tangents[faces]
     return Charted(name, np.concatenate(points), faces, uv, faces, normal, faces if stated else None, corners)
 
@@ -84,6 +89,22 @@ def _join(values: Sequence[Real | None], points: Sequence[Real], width: int) -> 
         return None
     zeros = (np.zeros((len(at), width)) for at in points)
     return np.concatenate([zero if each is None else each for each, zero in zip(values, zeros)])
+
+
+def _vertex_colours(parts: Sequence[Primitive]) -> Real | None:
+    """Return (n, 4) linear colors of the vertices of all parts, white for those that have none; None where no part
+    has any.
+    """
+    if not any(COLOURS in part.attributes for part in parts):
+        return None
+    found = []
+    for part in parts:
+        colours = np.ones((len(part.points), 4))
+        if COLOURS in part.attributes:
+            stated = part.document.floats(part.attributes[COLOURS])
+            colours[:, : stated.shape[1]] = stated
+        found.append(colours)
+    return np.concatenate(found)
 
 
 def layout_of(part: Primitive) -> int:

@@ -9,10 +9,13 @@ from ...arrays import Real
 from ...errors import InputError
 from ...meshes.charted import Charted
 from ...meshes.mesh import triangulate
+from ...pixels import colour
 from .. import limits
 from ..meshes import material_library
 from ..meshes.mesh_format import MeshFile
 from ..meshes.obj_format import obj_content
+from ..meshes.ply import Ply
+from ..meshes.ply_format import PlyContent
 from ..pictures import image_files
 from ..pictures.tiles import is_pattern
 from .material_set import Material, MaterialMap, MaterialSet
@@ -50,7 +53,9 @@ def material_set(
             if file.picture
             else {}
         )
-        return MaterialSet(sheet, (Material("", "", maps),), np.zeros(len(sheet.faces), np.int64), "mtl")
+        colours = _vertex_colours(file.content.ply, sheet) if isinstance(file.content, PlyContent) else None
+        owner = np.zeros(len(sheet.faces), np.int64)
+        return MaterialSet(sheet, (Material("", "", maps),), owner, "mtl", colours=colours)
     first = triangulate(file.mesh)[:, 0]
     face = np.searchsorted(file.mesh.starts, first, side="right") - 1
     which, uses = content.obj.current("usemtl")
@@ -61,6 +66,15 @@ def material_set(
     notes = [*library.missing, *(f"{file.path}: {note}" for note in library.outside)]
     materials = [_material(file.path, library, name, sheet, notes, max_pixels, kinds) for name in used]
     return MaterialSet(sheet, tuple(materials), number[which[file.faces]][face], "mtl", tuple(notes))
+
+
+def _vertex_colours(ply: Ply, sheet: Charted) -> Real | None:
+    """Return (m, 3, 4) linear vertex colors of a PLY at the triangles' corners, or None; they are sRGB in the file."""
+    stored = ply.vertex_colours
+    if stored is None:
+        return None
+    linear = colour.linear_from_srgb(stored)
+    return np.column_stack([linear, np.ones(len(linear))])[sheet.faces]
 
 
 def sheet_of(file: MeshFile) -> Charted:

@@ -86,6 +86,13 @@ class Relaid:
 
     def __post_init__(self) -> None:
         self.notes: list[str] = [*self.before.notes, *self.after.notes]
+        old, new = self.before.colours is not None, self.after.colours is not None
+        if old and (not self.before.maps or not new):
+            self.settings = replace(self.settings, vertex_colours=True)
+            dropped = "; its own vertex colors are removed" if new else ""
+            self.told([f"the vertex colors of {self.before.sheet.name} become part of the texture{dropped}"])
+        elif new and not old:
+            self.told([f"keeps its own vertex colors, which {self.before.sheet.name} does not have"])
 
     @cached_property
     def after(self) -> MaterialSet:
@@ -178,7 +185,10 @@ class Relaid:
     @property
     def conflicts(self) -> list[Conflicts]:
         """Of each material's largest picture, texels of which it cannot be right."""
-        return [baker.origin(baker.size).conflicts(self.before.owner) for baker in self.bakers]
+        textures = self.before.owner
+        if self.settings.vertex_colours:  # no two triangles show the same
+            textures = np.arange(len(self.before.sheet.faces))
+        return [baker.origin(baker.size).conflicts(textures) for baker in self.bakers]
 
     @property
     def origins(self) -> list[Origin]:

@@ -70,7 +70,8 @@ def _assignment(
         relaid.told(notes)
     if baker.origin(baker.size).grid.report["outside_triangles"]:
         samplers = {slot: sampler | gltf_materials.REPEATING for slot, sampler in samplers.items()}
-    return MaterialAssignment(group, material, as_png_files(images), samplers, of_gltf.layout_of(group[0]))
+    layout, pictures = of_gltf.layout_of(group[0]), as_png_files(images)
+    return MaterialAssignment(group, material, pictures, samplers, layout, relaid.settings.vertex_colours)
 
 
 def _obj(relaid: Relaid, out: Path, force: bool) -> list[str]:

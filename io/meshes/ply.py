@@ -25,6 +25,7 @@ TYPES = {
 FORMATS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 INDICES = ("vertex_indices", "vertex_index")
 COORDINATES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"))  # names used by various programs
+COLOURS = ("red", "green", "blue")
 CORNERWISE = "texcoord"  # list property with the coordinates of a face's corners
 TEXTURE = "texturefile"  # in a comment, before the file name of a picture
 
@@ -127,6 +128,16 @@ class Ply:
     def vertices(self, names: tuple[str, ...]) -> Real:
         """Return (n, k) values of the named properties of the vertices."""
         return np.column_stack([self.tables["vertex"].column(name).astype(float) for name in names])
+
+    @property
+    def vertex_colours(self) -> Real | None:
+        """(n, 3) colors of the vertices from 0 to 1, sRGB as programs store them; None if they have none."""
+        table = self.tables["vertex"]
+        if self.named(COLOURS) is None:
+            return None
+        types = {p.name: np.dtype(p.dtype) for p in table.properties}
+        tops = [np.iinfo(types[name]).max if types[name].kind in "iu" else 1 for name in COLOURS]
+        return self.vertices(COLOURS) / tops
 
     @property
     def mesh(self) -> Mesh:
